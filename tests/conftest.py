@@ -63,6 +63,12 @@ def small_config() -> str:
 
 
 @pytest.fixture(scope="session")
+def one_point() -> str:
+    """The same at a CoR of 1, where every repeat reaches its last collision."""
+    return SMALL.replace("sweep: {cor: [0.85, 1.0]}\n", "").replace("cor: 0.85", "cor: 1")
+
+
+@pytest.fixture(scope="session")
 def finished_run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """That config, run. Copy it before changing it."""
     return figure_runs.made(tmp_path_factory.mktemp("finished") / "small", text=SMALL)

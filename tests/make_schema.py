@@ -43,12 +43,12 @@ def made_schema() -> dict[str, Any]:
     swept: dict[str, tuple[str, dict[str, Any]]] = {}
     for key, entry in properties.items():
         variants = (entry, *entry.get("oneOf", ()), *entry.get("anyOf", ()))
-        homes = [each["$ref"] for each in variants if "$ref" in each]
+        homes = [variant["$ref"] for variant in variants if "$ref" in variant]
         for home in homes:
             for inner, part in definitions[home.rpartition("/")[2]]["properties"].items():
                 if "$ref" not in part.get("items", {}):
                     swept[f"{key}.{inner}"] = f"{home}/properties/{inner}", part
-        words = any(each.get("type") == "string" for each in variants)
+        words = any(variant.get("type") == "string" for variant in variants)
         if key not in WHOLE_RUN and (words or not homes):
             swept[key] = f"#/properties/{key}", entry
     group = {"$ref": "#/properties/sweep"}

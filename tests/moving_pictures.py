@@ -52,7 +52,7 @@ def sliding_films() -> dict[str, Film]:
     assert trace.events is not None
     time, begins = trace.events.time, slide_begins(trace)
     # The longest bounces without events, and the slide after them.
-    k = max(begins, key=lambda each: time[each] - time[each - 1])
+    k = max(begins, key=lambda event: time[event] - time[event - 1])
     bouncing = float(time[k - 1] + 0.6 * (time[k] - time[k - 1]))
     after = float(time[k] + 0.3 * (time[k + 1] - time[k]))
     return {

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,11 +20,11 @@ from snooker_cli.trace import Trace
 
 
 class StopsAfter(Watcher):
-    """Cancels the run after this many collisions."""
+    """Cancels the run that it watches after this many collisions."""
 
-    def __init__(self, collisions: int, cancelled: threading.Event) -> None:
+    def __init__(self, collisions: int) -> None:
         self.left = collisions
-        self.cancelled = cancelled
+        self.cancelled = threading.Event()
 
     def events(self, number: int) -> None:
         self.left -= number
@@ -39,9 +40,17 @@ def batches_of(repeats: int) -> Iterator[None]:
         yield
 
 
-def done(run: Run, *, workers: int = 1, watcher: Watcher | None = None) -> list[RepeatResult]:
+def done(
+    run: Run, *, workers: int = 1, watcher: Watcher | None = None, **how: Any
+) -> list[RepeatResult]:
     """The outcomes of doing what is missing of a run."""
-    return execute(run, workers=workers, watcher=watcher or Watcher(), cancelled=threading.Event())
+    cancelled = watcher.cancelled if isinstance(watcher, StopsAfter) else threading.Event()
+    return execute(run, workers=workers, watcher=watcher or Watcher(), cancelled=cancelled, **how)
+
+
+def stopped(run: Run, collisions: int, **how: Any) -> list[RepeatResult]:
+    """The outcomes of a run that is interrupted after this many collisions."""
+    return done(run, watcher=StopsAfter(collisions), **how)
 
 
 def run_of(directory: Path, text: str, *overrides: str, engine: str | None = None) -> Run:

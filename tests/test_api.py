@@ -18,13 +18,12 @@ from matplotlib.figure import Figure
 from repeating import content_hash
 
 import snooker_cli as snooker
-from snooker_cli.analysis import observables, run_analysis
+from snooker_cli.analysis import observables
 from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.config.yaml_document import document
 from snooker_cli.laws import Constant
 from snooker_cli.runs import progress
 from snooker_cli.runs.batch import RepeatResult
-from snooker_cli.runs.run import ANALYSIS
 
 CONFIG: dict[str, Any] = document(SMALL, "small.yaml").data
 
@@ -322,16 +321,6 @@ def test_a_simulation_needs_a_limit() -> None:
     for given, sentence in limits:
         with pytest.raises(snooker.UserError, match=sentence):
             snooker.simulate(scene, **given)
-
-
-def test_a_table_is_computed_once(run: snooker.Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Later ones read analysis.json, of all points or of some."""
-    (run.directory / ANALYSIS).unlink(missing_ok=True)
-    first = run.table(cor=1.0)
-    monkeypatch.setattr(run_analysis, "measure", None)
-    np.testing.assert_equal(run.table(cor=1.0), first)
-    with pytest.raises(TypeError):
-        run.table()  # the other point has not been read
 
 
 def test_a_notebook_shows_a_run_as_a_table_and_a_repeat_as_its_player(run: snooker.Run) -> None:

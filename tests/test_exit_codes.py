@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import signal
 import subprocess
@@ -12,8 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import Snooker
-
-from snooker_cli.errors import UserError
 
 AS_A_MODULE_LOADS = """
 import os, signal, sys
@@ -161,18 +158,3 @@ def test_an_interrupt_while_modules_load(
 def test_an_interrupt_ends_a_command_at_once(script: str, tmp_path: Path) -> None:
     """Python waits for threads when it ends, and drops what is raised in a callback, as of h5py."""
     assert ended(script, folder=tmp_path) == (130, "", "snooker: interrupted\n")
-
-
-def test_a_log_record_of_the_package_is_a_notice(
-    here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As the engine's when it compiles."""
-
-    def compiling(*_arguments: object) -> None:
-        logging.getLogger("snooker_cli.engine").info("compiling")
-        raise UserError("that is all")
-
-    monkeypatch.setattr("snooker_cli.api.open", compiling)
-    for _ in range(2):
-        ended = snooker("export", "small")
-        assert (ended.code, ended.err) == (2, "snooker: compiling\nsnooker: that is all\n")

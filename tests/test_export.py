@@ -21,14 +21,10 @@ from snooker_cli.engine import replay, simulate
 from snooker_cli.export import (
     EVENTS,
     STATES,
-    csv_lines,
-    events_table,
     frames,
     states_table,
-    write_csv,
-    write_parquet,
 )
-from snooker_cli.store import Provenance, RepeatHeader, reader
+from snooker_cli.store import Provenance, RepeatHeader
 from snooker_cli.trace import Trace
 
 Snooker = Callable[..., Any]
@@ -95,19 +91,6 @@ def test_frames_are_even(trace: Trace, snooker: Snooker) -> None:
         assert times == list(expected)
 
 
-def test_batches_make_the_same_table_as_all_at_once(traces: dict[str, Trace]) -> None:
-    trace = traces["events"]
-    times = np.linspace(0, trace.stop.time, 23)
-    (whole,) = frames(trace, times)
-    few = list(frames(trace, times, batch=3 * trace.start.number))
-    assert [len(batch.time) for batch in few] == [3] * 7 + [2]
-    (single,) = zip(*(batch.time for batch in frames(trace, times, batch=1)), strict=True)
-    assert list(single) == times.tolist()
-    lines = "".join(csv_lines(STATES, [states_table(whole)]))
-    assert "".join(csv_lines(STATES, map(states_table, few))) == lines
-    assert lines.count("\n") == 1 + 23 * (trace.start.number + 1)
-
-
 # Parquet
 
 
@@ -138,36 +121,6 @@ def test_parquet_has_the_same_numbers_their_units_and_origin(
         assert about["bits"] == header.fingerprint
         assert about["provenance"] == vars(header.provenance) | {"repeat": 2}
         assert about["ending"] == {**header.stop.known(), "balls": list(header.stop.balls)}
-
-
-def test_long_repeats_are_streamed_in_row_groups(
-    trace: Trace, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """No more than a batch is in memory: each is written before the next is read."""
-    monkeypatch.setattr(reader, "EVENTS_AT_A_TIME", 40)
-    file = read_parquet(exported(snooker, "events.parquet"))
-    groups = [file.metadata.row_group(k).num_rows for k in range(file.num_row_groups)]
-    assert groups == [20, 40, 40, 40, 10]  # blocks of the file, in which others come before
-    assert trace.events is not None
-    assert file.read()["time"].to_numpy().tobytes() == trace.events.time.tobytes()
-
-
-def test_a_source_that_breaks_off_leaves_no_file(traces: dict[str, Trace], tmp_path: Path) -> None:
-    pytest.importorskip("pyarrow")
-    events = traces["events"].events
-    assert events is not None
-
-    def breaking_off() -> Any:
-        yield events_table(events)
-        raise KeyboardInterrupt
-
-    for write in (
-        lambda: write_parquet(tmp_path / "a.parquet", EVENTS, breaking_off(), {}),
-        lambda: write_csv(tmp_path / "a.csv", EVENTS, breaking_off()),
-    ):
-        with pytest.raises(KeyboardInterrupt):
-            write()
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_without_pyarrow_the_message_has_the_command(
@@ -284,11 +237,6 @@ def test_extended_xyz_has_the_same_states(written: tuple[Path, Trace, Any]) -> N
     for name, radius, mass in zip(species, start.radii, start.masses, strict=True):
         types[name].add((radius, mass))
     assert all(len(sizes) == 1 for name, sizes in types.items() if name != "X")
-
-
-def test_the_suffix_xyz_chooses_states(trace: Trace, snooker: Snooker) -> None:
-    (first, last) = xyz_frames(exported(snooker, "a.xyz").read_text())
-    assert (float(first[0]["Time"]), float(last[0]["Time"])) == (0, trace.stop.time)
 
 
 def test_a_damaged_repeat_is_not_exported(finished: Path, trace: Trace, snooker: Snooker) -> None:

@@ -8,17 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from snooker_cli.files import atomic_write, temporary_path, unfinished, write_json
-
-
-def test_temporary_names_are_unique_and_known_as_this_machines(tmp_path: Path) -> None:
-    names = {temporary_path(tmp_path / "one.h5") for _ in range(1000)}
-    assert len(names) == 1000
-    assert {name.parent for name in names} == {tmp_path}
-    part = names.pop()
-    part.touch()
-    (tmp_path / "one.h5.elsewhere-0123456789abcdef.part").touch()
-    assert list(unfinished(tmp_path)) == [part]
+from snooker_cli.files import atomic_write, write_json
 
 
 def test_what_goes_wrong_leaves_the_old_file(tmp_path: Path) -> None:

@@ -28,11 +28,11 @@ def test_words() -> None:
 
 def test_durations_and_sizes_have_two_digits() -> None:
     seconds = [0.001, 1.04, 17.2, 119.0, 130.0, 9e4, 2e6, 1e12]
-    assert [duration(each) for each in seconds] == [
+    assert [duration(second) for second in seconds] == [
         "a second", "1 s", "17 s", "120 s", "2.2 minutes", "25 hours", "23 days", "32,000 years"
     ]  # fmt: skip
     sizes = [10, 999_999, 1.35e9, 2.7e12]
-    assert [size(each) for each in sizes] == ["10 bytes", "1 MB", "1.4 GB", "2.7 TB"]
+    assert [size(number) for number in sizes] == ["10 bytes", "1 MB", "1.4 GB", "2.7 TB"]
 
 
 def test_the_label_of_a_point_writes_null_as_what_it_stands_for() -> None:

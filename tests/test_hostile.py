@@ -8,7 +8,6 @@ import re
 import shutil
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 
@@ -22,7 +21,6 @@ from snooker_cli.config import to_json
 from snooker_cli.engine import simulation
 from snooker_cli.errors import StoreError
 from snooker_cli.runs import Run
-from snooker_cli.runs.execution import execute
 from snooker_cli.trace import SERIES_UNITS
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")  # NumPy's, which a user would see
@@ -110,16 +108,32 @@ def test_reading_refuses_a_summary_for_what_is_wrong(warm: Run, tmp_path: Path) 
 SHARES = [pytest.param(SHARE, id="some"), pytest.param(1, id="all", marks=pytest.mark.long)]
 
 
+KINDS = {
+    "events": [],
+    "summary": ["record=summary", "collisions=1000"],
+    "box": [
+        "container={shape: box, width: 20, height: 14}",
+        "balls={count: 7, radius: 1, speed: 9}",
+    ],
+}
+
+
 @pytest.mark.parametrize("share", SHARES)
-@pytest.mark.parametrize("command", [*COMMANDS, "report small"])
-def test_hostile_repeats(command: str, share: int, finished: Path, snooker: Snooker) -> None:
-    path = finished / REPEATS
-    for name in hostile.damaged(path, hostile.REPEATS, slice(len(command) % share, None, share)):
-        code = check(snooker, command, name)
-        if command.startswith("verify"):
-            assert code == 1 or name.startswith(SOUND), (command, name)
-        for other in set(path.parent.iterdir()) - {path}:
-            other.unlink()
+@pytest.mark.parametrize("kind", KINDS)
+def test_hostile_repeats(kind: str, share: int, here: Path, snooker: Snooker) -> None:
+    """Each command on some files, or on all."""
+    run = repeating.made(here / "runs" / "small", SMALL, *KINDS[kind])
+    (here / "small.yaml").write_text(to_json(run.experiment))
+    repeating.done(run)
+    path = here / "runs" / "small" / REPEATS
+    for number, command in enumerate([*COMMANDS, "report small"]):
+        chosen = slice(number % share, None, share)
+        for name in hostile.damaged(path, hostile.KINDS[kind], chosen):
+            code = check(snooker, command, name)
+            if command.startswith("verify"):
+                assert code == 1 or name.startswith(SOUND), (command, name)
+            for other in set(path.parent.iterdir()) - {path}:
+                other.unlink()
 
 
 @pytest.mark.parametrize("share", SHARES)
@@ -153,31 +167,6 @@ def test_little_memory_is_taken(command: str, finished: Path) -> None:
     assert 1024 * kilobytes < BYTES
 
 
-KINDS = {
-    "summary": ["record=summary", "collisions=1000"],
-    "box": [
-        "container={shape: box, width: 20, height: 14}",
-        "balls={count: 7, radius: 1, speed: 9}",
-    ],
-}
-
-
-@pytest.mark.parametrize("share", SHARES)
-@pytest.mark.parametrize("kind", KINDS)
-def test_hostile_summaries_and_boxes(kind: str, share: int, here: Path, snooker: Snooker) -> None:
-    """Each command on some files, or on all."""
-    run = repeating.made(here / "runs" / "small", SMALL, *KINDS[kind])
-    (here / "small.yaml").write_text(to_json(run.experiment))
-    repeating.done(run)
-    path = here / "runs" / "small" / REPEATS
-    for number, command in enumerate(COMMANDS):
-        chosen = slice(number % share, None, share)
-        for name in hostile.damaged(path, hostile.KINDS[kind], chosen):
-            code = check(snooker, command, name)
-            if command.startswith("verify"):
-                assert code == 1 or name in SOUND, (command, name)
-
-
 def test_a_wrong_checkpoint_concerns_only_run(
     here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -185,9 +174,7 @@ def test_a_wrong_checkpoint_concerns_only_run(
     (here / "small.yaml").write_text(SMALL.replace("150", "30000").replace("[0.85, 1.0]", "[1.0]"))
     monkeypatch.setattr(simulation, "CHUNK", 5000)
     run = repeating.made(here / "runs" / "small", (here / "small.yaml").read_text(), "repeats=1")
-    cancelled = threading.Event()
-    watcher = repeating.StopsAfter(9000, cancelled)
-    execute(run, workers=1, watcher=watcher, cancelled=cancelled)
+    repeating.stopped(run, 9000)
     path = repeating.file_of(run, 0, 0)
     assert store.read_checkpoint(path)
     readers = ("verify small --replay", "fit small", "export small")

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scenes import report_scene, scene_of
-from single_fit import fit
 
 from snooker_cli.analysis import decay
 from snooker_cli.analysis.decay import LAWS, QUANTITIES, Decay
@@ -23,7 +22,6 @@ from snooker_cli.analysis.fitting import (
 from snooker_cli.analysis.measurement import SKIPPED_COLLISIONS
 from snooker_cli.analysis.observables import complete_repeats, energy_ratio, mean_and_error, series
 from snooker_cli.engine import simulate
-from snooker_cli.laws import Constant
 from snooker_cli.trace import SPEED_BINS, Events, Series, Stop, StopReason, Summary, Trace
 
 END = 5.0
@@ -61,13 +59,13 @@ def haff(rate: float, time: np.ndarray = STAIRS) -> Trace:
 
 
 def by_name(found: list[Decay]) -> dict[tuple[str, str], Decay]:
-    return {(each.quantity, each.law): each for each in found}
+    return {(constant.quantity, constant.law): constant for constant in found}
 
 
 def repeats(number: int, **changes: float) -> list[Trace]:
     """Real runs of nineteen balls in a heavy container."""
     settings = {"rings": 2, "cor": 0.95, "container_mass": 1e7} | changes
-    return [simulate(report_scene(each, **settings), collisions=400) for each in range(number)]
+    return [simulate(report_scene(repeat, **settings), collisions=400) for repeat in range(number)]
 
 
 # Synthetic runs
@@ -95,57 +93,23 @@ def test_the_constants_put_in_come_out(rate: float) -> None:
         assert found.over_repeats.value == pytest.approx(rate, rel=read)
 
 
-def test_repeats_are_fitted_one_by_one_and_averaged() -> None:
-    rates = (0.3, 0.4, 0.8)
-    found = decay.decays(map(exponential, rates), ["kinetic_energy"])[0]
-    assert [each.value for each in found.fits] == pytest.approx(rates, rel=1e-5)
-    assert (found.over_repeats.repeats, found.short) == (3, 0)
-    assert found.over_repeats.value == pytest.approx(np.mean(rates), rel=1e-5)
-    first, *others = map(exponential, rates)
-    decay.repeat_fits(first, "kinetic_energy")
-    assert decay.decays([first, *others], ["kinetic_energy"])[0].fits == found.fits
-
-
 def test_repeats_that_ended_early_are_counted() -> None:
     trace = exponential(0.4)
     reasons = [reason for reason in StopReason if reason is not StopReason.TIME]
     ended = [replace(trace, stop=replace(trace.stop, reason=reason)) for reason in reasons]
     found = decay.decays(ended)
     notes = decay.fit_notes(found)
-    assert [(each.quantity, each.law) for each in found] == [
+    assert [(constant.quantity, constant.law) for constant in found] == [
         (name, law) for name, quantity in QUANTITIES.items() for law in quantity.laws
     ]
-    assert {(each.short, each.over_repeats.repeats) for each in found} == {(4, 6)}
+    assert {(constant.short, constant.over_repeats.repeats) for constant in found} == {(4, 6)}
     assert found[0].ended == dict.fromkeys(reasons, 1)
-    assert {each.as_json()["complete"] for each in found} == {2}
+    assert {constant.as_json()["complete"] for constant in found} == {2}
     assert [one.note for one in notes] == [
         "4 of 6 repeats ended early, 1 in a wall trap, 1 in a collapse, 1 without a collision for "
         "very long and 1 at an interruption; "
         "averages over collisions leave them out, the rest uses them to their end"
     ]
-
-
-def test_each_fit_names_its_amplitude_and_the_pressure_has_both() -> None:
-    """A curve below 1: a free amplitude meets it, one that is held at 1 has to decay faster."""
-    time = np.linspace(1.0, 5.0, 200)
-    value = 0.9 * np.exp(-0.3 * (time - 1))
-    free, fixed = fit(time, value), fit(time, value, amplitude=1.0)
-    assert free.value == pytest.approx(0.3, rel=1e-9)
-    assert (fixed.amplitude, fixed.start) == (1.0, 1.0)
-    assert fixed.value > 1.1 * free.value
-    amplitudes = {each["quantity"]: each["amplitude"] for each in rows_of(haff(0.4))}
-    assert amplitudes == {
-        "kinetic_energy": "fixed at 1",
-        "temperature": "fixed at 1",
-        "pressure": "free",
-        "pressure_amplitude_1": "fixed at 1",
-        "local_pressure": "free",
-        "local_energy": "free",
-    }
-
-
-def rows_of(trace: Trace) -> list[dict[str, object]]:
-    return [each.as_json() for each in decay.decays([trace])]
 
 
 def test_averages_over_collisions_use_complete_repeats_only() -> None:
@@ -292,9 +256,9 @@ def no_events(end: float) -> Trace:
 )
 def test_a_row_has_no_nan_whatever_was_fitted(traces: list[Trace]) -> None:
     found = decay.decays(traces)
-    assert len(found) == sum(len(each.laws) for each in QUANTITIES.values())
-    for each in found:
-        row = each.as_json()
+    assert len(found) == sum(len(constant.laws) for constant in QUANTITIES.values())
+    for constant in found:
+        row = constant.as_json()
         assert json.loads(json.dumps(row, allow_nan=False)) == row
         assert row["repeats"] + row["failed"] == len(traces)
         assert (row["value"] is None) == (row["repeats"] == 0)
@@ -357,8 +321,10 @@ def test_summaries_and_events_give_the_same_constants(cor: float) -> None:
         difference = other.over_repeats.value - one.over_repeats.value
         assert abs(difference) <= allowed * one.over_repeats.error, one.quantity
         if one.quantity in ("kinetic_energy", "temperature", "pressure"):
-            assert all(each.points <= 501 for each in (*one.fits, *other.fits))
-            assert [each.points for each in one.fits] == [each.points for each in other.fits]
+            assert all(single.points <= 501 for single in (*one.fits, *other.fits))
+            assert [single.points for single in one.fits] == [
+                single.points for single in other.fits
+            ]
     for trace, summary in zip(full, grid, strict=True):
         speed, density = series(trace).mean_speed[1:].mean(), 37 / (math.pi * 10.0**2)
         path = 1 / (math.sqrt(2) * density * 2 * math.pi * 1.0)
@@ -366,15 +332,3 @@ def test_summaries_and_events_give_the_same_constants(cor: float) -> None:
         assert decay.reported_constant(trace) == pytest.approx(expected, rel=1e-12)
         # The 400 rows of a grid have as many collisions between them: a fifth of a percent of 500.
         assert decay.reported_constant(summary) == pytest.approx(expected, rel=0.002)
-
-
-def test_where_the_report_has_no_constant() -> None:
-    (trace,) = repeats(1)
-    scene, unequal = trace.start, np.linspace(0.9, 1.0, 19)
-    for change in ({"pair_law": Constant(0.0)}, {"radii": unequal}, {"masses": unequal}):
-        other = replace(trace, start=replace(scene, **change))
-        assert math.isnan(decay.reported_constant(other))
-    assert math.isnan(decay.reported_constant(no_events(0.01)))
-    elastic = replace(trace, start=replace(scene, pair_law=Constant(1.0)))
-    assert math.copysign(1, decay.reported_constant(elastic)) == 1
-    assert decay.reported_constant(elastic) == 0

@@ -72,7 +72,7 @@ def test_a_dilute_gas_diffuses_with_enskogs_coefficient(balls: str, tagged: int)
     tau = theory.relaxation_time
     lags = tau * np.array([0.02, 1.0, 5.0, 10.0])
     rows = [diffusion.correlations(trace, ball, lags) for ball in range(tagged)]
-    squares, products = (np.array(each) for each in zip(*rows, strict=True))
+    squares, products = (np.array(column) for column in zip(*rows, strict=True))
     rises = (squares[:, 3] - squares[:, 2]) / (4 * 5 * tau)
     for measured, known, most in (
         (squares[:, 0] / lags[0] ** 2, theory.mean_square_speed * (1 - 0.02 / 3), 0.03),

@@ -12,13 +12,11 @@ from scenes import gas, report_scene, scene_of
 
 from snooker_cli.analysis import decay, measurement, observables
 from snooker_cli.analysis.observables import series
-from snooker_cli.containers import SHAPES, Box, Circle, Container
+from snooker_cli.containers import SHAPES, Circle, Container
 from snooker_cli.engine import replay, simulate
-from snooker_cli.engine.sampling import EARLY
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import (
     CONTAINER,
-    SERIES_UNITS,
     SPEED_BIN,
     SPEED_BINS,
     Events,
@@ -117,22 +115,6 @@ def test_means_over_time_by_hand(in_circle: Trace) -> None:
     assert math.isnan(observables.virial_ratio(still))
 
 
-def test_what_is_gained_by_hand(in_circle: Trace) -> None:
-    events, times = series(in_circle).wall_events, np.array([0.0, 15.9, 16.0, 20.0])
-    assert [observables.gained(in_circle, events, since) for since in (0.0, 15.0, 16.0)] == [
-        2,
-        2,
-        0,
-    ]
-    assert observables.so_far(in_circle, events, times).tolist() == [0, 0, 2, 2]
-    # A ball that touches the wall at the start hits it at time zero: that is part of the run.
-    at_once = replace(in_circle, events=replace(in_circle.events, time=np.zeros(3)))
-    assert observables.gained(at_once, events, 0.0) == 2
-    # One row for each instant.
-    assert observables.after_collisions(in_circle).time.tolist() == [0, 2, 16]
-    assert observables.after_collisions(in_circle).wall_events.tolist() == [0, 0, 2]
-
-
 def test_mean_free_path_is_the_way_between_contacts(simulated: Trace) -> None:
     """From the states between events: the length of all ways over two ends for each contact."""
     events = simulated.events
@@ -142,29 +124,6 @@ def test_mean_free_path_is_the_way_between_contacts(simulated: Trace) -> None:
     ways = np.sum(speeds[:-1] * np.diff(times))
     expected = ways / (2 * np.count_nonzero(~events.at_wall))
     assert observables.mean_free_path(simulated) == pytest.approx(expected, rel=1e-10)
-
-
-def test_states_by_hand(in_circle: Trace) -> None:
-    states, start = observables.at_collisions(in_circle), in_circle.start
-    assert states.positions[..., 0].tolist() == [[-3, 3], [-1, 1], [-8, 8], [-8, 8]]
-    assert observables.central_distances(states).tolist() == [3, 3, 1, 1, 8, 8, 8, 8]
-    assert observables.pair_distances(states, start).tolist() == [6, 2, 16, 16]
-    one_ball = states.velocities * [[[1], [0]]]
-    total = observables.momentum(one_ball, states.container_velocities, start)
-    assert total[:, 0].tolist() == [2, -1, 0.5, 0.5]
-    empty = replace(in_circle, events=NOTHING)
-    assert observables.at_collisions(empty).positions.tolist() == [start.positions.tolist()]
-
-
-def test_the_temperature_at_which_balls_meet_leaves_out_what_they_share() -> None:
-    scene = gas("periodic", 64, 0.3)
-    moving = replace(scene, velocities=scene.velocities + np.array([3.0, -4.0]))
-    assert observables.drift_energy(moving) == pytest.approx(64 * 25 / 2, rel=1e-12)
-    for each in (scene, moving):
-        met = observables.meeting_temperature(each.kinetic_energy, each)
-        assert met == pytest.approx(scene.kinetic_energy / 63)
-    box = replace(moving, container=Box(*moving.container.size))
-    assert observables.meeting_temperature(box.kinetic_energy, box) == box.kinetic_energy / 64
 
 
 # Against naive sums
@@ -228,7 +187,7 @@ def test_distances_are_those_of_the_states(shape: str) -> None:
     trace = simulate(gas(shape, 20, 0.2), collisions=200)
     container, states = trace.start.container, observables.at_collisions(trace, 5)
     images = itertools.product((-1, 0, 1) if shape == "periodic" else (0,), repeat=2)
-    steps = [np.array(each) * container.size for each in images]
+    steps = [np.array(image) * container.size for image in images]
     expected = [
         min(math.dist(a, b + step) for step in steps)
         for positions in states.positions
@@ -289,8 +248,8 @@ def test_virial_and_wall_pressure_obey_the_virial_theorem() -> None:
     trace = simulate(report_scene(), collisions=3000)
     end, scene = trace.stop.time, trace.start
     before, after = (
-        float(np.sum(each.masses[:, None] * each.positions * each.velocities))
-        for each in (trace.start, trace.finish)
+        float(np.sum(state.masses[:, None] * state.positions * state.velocities))
+        for state in (trace.start, trace.finish)
     )
     virial = 2 * scene.number * observables.mean_temperature(trace) * end
     virial *= observables.virial_ratio(trace)
@@ -361,44 +320,6 @@ def test_the_last_sample_is_not_rounded_past_the_end(pair_events: int, end: floa
     assert times[-1] <= end
 
 
-def test_a_summary_has_the_pressures_of_events(simulated: Trace, summarised: Trace) -> None:
-    """At an edge of a window the impulse is off by that between two rows of the grid at most."""
-    edges = np.linspace(0.0, simulated.stop.time, 8)
-    found, expected = (observables.pressures(each, edges) for each in (summarised, simulated))
-    grid = series(summarised)
-    steps = np.diff(grid.wall_impulse)[np.searchsorted(grid.time[1:-1], edges)]
-    steps[[0, -1]] = 0  # the start and the end are not between two rows
-    force = simulated.start.container.wall_length * edges[1]
-    assert np.all(np.abs(found - expected) <= (steps[:-1] + steps[1:]) / force + 1e-12)
-    assert found.mean() == pytest.approx(expected.mean(), rel=400 * EPSILON)
-
-
-def test_the_rows_of_a_summary_come_near_those_after_collisions(
-    simulated: Trace, summarised: Trace
-) -> None:
-    """A collision is somewhere between two rows of the grid; so is what is read for it."""
-    full, found = series(simulated), observables.after_collisions(summarised)
-    exact = observables.after_collisions(simulated)
-    assert all(np.array_equal(getattr(exact, name), getattr(full, name)) for name in SERIES_UNITS)
-    step = np.diff(series(summarised).time).max()
-    assert found.wall_events + found.pair_events == pytest.approx(np.arange(401.0))
-    assert np.all(np.abs(found.time - full.time) <= step)
-    # On average it is neither early nor late: 400 errors of a step at most, uniform.
-    assert abs(np.mean(found.time - full.time)) <= 4 * step / math.sqrt(12 * 400)
-    assert np.all(np.diff(found.time) >= 0)
-    assert found.kinetic_energy[-1] == pytest.approx(full.kinetic_energy[-1], rel=8 * EPSILON)
-
-
-def test_of_many_collisions_some_are_read_evenly(
-    simulated: Trace, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(observables, "MOST_POINTS", 40)
-    found = observables.after_collisions(simulated)
-    counts = found.wall_events + found.pair_events
-    assert counts[[0, 1, -1]].tolist() == [0, 1, 400]
-    assert set(np.diff(counts[1:])) == {10, 11}
-
-
 def test_long_traces_of_many_balls_are_measured_every_few_collisions(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -458,17 +379,6 @@ def test_the_decay_does_not_depend_on_how_long_the_run_was(cold: list[Trace]) ->
     assert first > 0.1
     assert long == pytest.approx(first, rel=0.005)
     assert grids == pytest.approx([first] * 3, rel=0.01)
-
-
-def test_a_summary_knows_what_was_early(cold: list[Trace]) -> None:
-    """Its rows follow each other by a sixteenth of the time, and are what collisions gave."""
-    for trace in cold:
-        time = series(trace).time
-        later = time[:-1] >= EARLY / 2 * time[1]
-        assert np.all(np.diff(time)[later] <= time[:-1][later] * 2 / EARLY)
-    full, grid = series(cooled(20_000, summary=False)), series(cold[1])
-    rows = np.searchsorted(full.time, grid.time, side="right") - 1
-    assert grid.kinetic_energy == pytest.approx(full.kinetic_energy[rows], rel=1e-13, abs=0)
 
 
 def test_means_of_a_late_window_do_not_feel_what_was_before(cold: list[Trace]) -> None:

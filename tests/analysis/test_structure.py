@@ -26,7 +26,7 @@ def scene(
     container: Container, positions: Array, velocities: Any = 0.0, radii: Any = 0.3, masses: Any = 1
 ) -> Scene:
     number = len(positions)
-    full = [np.array(np.broadcast_to(each, number), dtype=float) for each in (radii, masses)]
+    full = [np.array(np.broadcast_to(values, number), dtype=float) for values in (radii, masses)]
     speeds = np.array(np.broadcast_to(velocities, (number, 2)), dtype=float)
     rest = np.zeros(2)
     return Scene(positions, speeds, *full, container, math.inf, rest, rest, 1.0, 1.0)
@@ -69,41 +69,12 @@ def test_random_places_have_no_pair_correlation(container: Container, mixed: boo
     assert abs(np.mean(deviation)) < 4 / math.sqrt(23)
 
 
-def test_shares_of_rings_are_those_of_points_on_them() -> None:
-    """By counting, for places near walls and corners, also where others cannot be."""
-    angles = (np.arange(100_000) + 0.5) * (2 * math.pi / 100_000)
-    around = np.column_stack([np.cos(angles), np.sin(angles)])
-    places = np.array([[0.0, 0.0], [8.3, 5.9], [-7.0, 0.1], [0.3, -6.8]])
-    for container in (Circle(10.0), Box(20.0, 14.0)):
-        shares = container.ring_shares(places, np.array([0.5, 3.0, 6.9]), 1.0)
-        for place, row in zip(places, shares, strict=True):
-            for ring, share in zip((0.5, 3.0, 6.9), row, strict=True):
-                gaps = container.wall_gaps(place + ring * around, np.ones(len(around)))
-                assert share == pytest.approx(np.mean(gaps >= 0), abs=1e-4)
-
-
 def test_pairs_at_a_known_distance_are_in_its_bin() -> None:
     """Two balls 3 m apart: one pair each way, over the density of one ball in the ring's area."""
     at = scene(PeriodicBox(20.0, 14.0), np.array([[9.0, 0.0], [-8.0, 0.0]]))
     found = value(structure.pair_correlation, at, np.array([0.0, 2.5, 3.5, 6.0]))
     area = math.pi * (3.5**2 - 2.5**2)
     np.testing.assert_allclose(found, [0.0, 280.0 / area, 0.0], rtol=1e-12)
-
-
-def test_contact_is_an_edge_of_the_bins() -> None:
-    for radius in (0.01, 0.3, 1.0):
-        at = scene(SHAPES[2], np.zeros((37, 2)), radii=radius)
-        edges = structure.distance_edges(at)
-        assert np.min(np.abs(edges - 2 * radius)) < 1e-12
-        assert edges[-1] < 7.0
-        assert edges[-1] <= 6 * 2 * radius * (1 + 1e-12)
-    # The thin gas of 1 cm has one bin for each diameter, and the dense one twenty.
-    thin, dense = (
-        structure.distance_edges(scene(SHAPES[2], np.zeros((37, 2)), radii=each))
-        for each in (0.01, 1.0)
-    )
-    assert np.diff(thin) == pytest.approx(0.02)
-    assert np.diff(dense) == pytest.approx(2.0 / 20)
 
 
 # Hexatic order
@@ -123,16 +94,6 @@ def test_between_walls_the_outermost_balls_do_not_count() -> None:
     orders = value(structure.bond_order, at)
     assert 1 < np.count_nonzero(np.isnan(orders)) < 40
     assert value(structure.hexatic_order, at) == pytest.approx(1, abs=1e-9)
-
-
-def test_random_places_have_little_hexatic_order() -> None:
-    """The mean of |ψ6|² over N balls is about 1/N times that of a ball."""
-    random, box = np.random.default_rng(3), PeriodicBox(30.0, 30.0)
-    found = [
-        value(structure.hexatic_order, scene(box, random_places(box, np.zeros(400), random)))
-        for _ in range(20)
-    ]
-    assert max(found) < 5 / math.sqrt(400)
 
 
 def test_balls_in_a_row_have_no_neighbours_around() -> None:

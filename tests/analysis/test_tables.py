@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
-from figure_runs import made
 
-from snooker_cli.analysis.run_analysis import comparisons, fits
 from snooker_cli.analysis.tables import finding, overview
-from snooker_cli.runs import Run
 
 
 def law(model: str = "haff", **changes: Any) -> dict[str, Any]:
@@ -87,13 +83,6 @@ def test_the_law_that_holds_longest_is_named() -> None:
     )
 
 
-def test_two_repeats_have_no_difference_in_errors() -> None:
-    assert finding([], [state(repeats=2)]) == (
-        "PV/NT = 1.0100 ± 0.0021, 1 % above theory for hard disks with a wall"
-    )
-    assert finding([], []) == ""
-
-
 def test_a_run_has_the_range_over_its_points() -> None:
     cors = [{"cor": cor} for cor in (0.7, 0.8, 1.0)]
     laws = [law(parameters=cors[0], holds_to=1.0), law(parameters=cors[1])]
@@ -113,19 +102,3 @@ def test_a_run_has_the_range_over_its_points() -> None:
         "Haff's α differs from Enskog by −4 to 10 %; "
         "PV/NT differs from theory for hard disks with a wall by 1 %"
     )
-
-
-def test_a_run_has_findings_of_its_own_rows(tmp_path: Path) -> None:
-    run: Run = made(tmp_path / "run", "cor=0.9,1.0", "container.mass=.inf", "repeats=6")
-    laws, theories = fits(run).rows, comparisons(run).rows
-    for point, (symbol, model) in zip(
-        run.points,
-        (("α", "theory for hard disks"), ("PV/NT", "theory for hard disks")),
-        strict=True,
-    ):
-        both = [
-            [one for one in rows if one["parameters"] == point.as_json()]
-            for rows in (laws, theories)
-        ]
-        assert f"{symbol} = " in finding(*both)
-        assert model in finding(*both)

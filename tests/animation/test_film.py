@@ -17,7 +17,6 @@ import pytest
 from moving_pictures import (
     SHAPES,
     slack,
-    slide_begins,
     sliding,
     sliding_films,
 )
@@ -93,24 +92,6 @@ def test_a_sliding_ball_presses() -> None:
     np.testing.assert_allclose(np.diff(made.pressure(ends) * ends, 2), 0, atol=1e-12)
 
 
-def test_a_part_of_a_film_knows_the_balls_that_slide_now_and_next() -> None:
-    parts = sliding_films()
-    whole = parts["whole"]
-    assert (whole.sliding, whole.settling) == ((), None)
-    begun = {int(whole.i[k]) for k in slide_begins(whole.trace)}
-    for name in ("from unseen bounces", "from a slide"):
-        part = parts[name]
-        assert part.sliding
-        assert set(part.sliding) <= begun
-        times = np.linspace(part.start, part.end, 50)
-        np.testing.assert_allclose(part.pressure(times), whole.pressure(times), rtol=1e-12)
-    cut = parts["to unseen bounces"]
-    assert cut.settling == whole.i[len(cut)]
-    found = list(frames(cut, "time", 3, 1.0))
-    wanted = replay(whole.trace, [frame.time for frame in found])
-    np.testing.assert_array_equal([frame.positions for frame in found], wanted.positions)
-
-
 def test_what_cannot_be_shown_is_refused(
     traces: dict[str, Trace], shown: dict[str, Trace], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -159,16 +140,6 @@ def test_a_film_without_collisions_and_one_that_ended_early(shown: dict[str, Tra
     trapped = film(replace(trace, stop=stop), "a\u202eb", "a\u202eb")
     assert [trapped.title, trapped.subtitle, trapped.ending] == [r"a\u202eb"] * 3
     assert film(replace(trace, stop=stop), "", most=10).ending == film(trace, "").ending == ""
-
-
-def test_the_view_follows_a_container_that_moves_far(films: dict[str, Film]) -> None:
-    assert not films["free"].follow
-    free = gas("circle", 37, 0.3, container_mass=20.0)
-    flight = np.full(2, 99.0)
-    away = replace(free, velocities=free.velocities + flight, container_velocity=flight)
-    followed = film(simulate(away, collisions=200), "")
-    assert followed.follow
-    np.testing.assert_allclose(np.abs(followed.extent), 0.53 * free.container.size[0])
 
 
 def test_a_page_loads_nothing_is_small_and_always_the_same() -> None:
@@ -229,8 +200,8 @@ def test_a_movie_has_the_balls_by_speed(films: dict[str, Film]) -> None:
 
 def test_a_gif_has_its_frames_and_nothing_else(films: dict[str, Film], tmp_path: Path) -> None:
     path, again = tmp_path / "film.gif", tmp_path / "again.gif"
-    for each in (path, again):
-        save_movie(films["periodic"], each, pace="events", seconds=0.2, rate=20)
+    for file in (path, again):
+        save_movie(films["periodic"], file, pace="events", seconds=0.2, rate=20)
     assert again.read_bytes() == path.read_bytes()
     with Image.open(path) as image:
         assert (image.n_frames, image.size, image.info["duration"]) == (4, (840, 480), 50)

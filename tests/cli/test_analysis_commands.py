@@ -13,8 +13,6 @@ from command_line import Snooker
 from repeating import made
 
 from snooker_cli.analysis import run_analysis
-from snooker_cli.analysis.comparison import Comparison
-from snooker_cli.analysis.tables import compare_cells, note_lines
 from snooker_cli.cli import analysis_commands
 from snooker_cli.report.content import RUNS
 from snooker_cli.runs.run import ANALYSIS
@@ -73,35 +71,6 @@ def test_rows_for_few_readers_are_those_of_all(finished: Path, snooker: Snooker)
     names = snooker("fit", "small", "--quantity", "nonsense").err
     assert names.count("pressure") == 2  # the names of tables
     assert not re.search("[_1]", names)
-
-
-def test_notes_are_about_rows_that_are_shown(separate: Path, snooker: Snooker) -> None:
-    for options, words, others in (
-        (["--quantity", "L/L"], ["L/L_c:"], ["relaxation", "fewer than"]),
-        (["--quantity", "speeds", "--model", "fixed"], ["relaxation", "fewer than"], ["L/L_c:"]),
-        ([], ["L/L_c:", "relaxation", "fewer than"], ["glossary", "box"]),
-    ):
-        printed = snooker("compare", "small", *options).out
-        assert all(word in printed for word in words)
-        assert not any(word in printed for word in others)
-
-
-def test_notes_of_many_points_that_differ_in_numbers_are_one_line() -> None:
-    notes = [
-        {"parameters": {"cor": cor}, "note": f"{number} of 12 repeats ended early"}
-        for cor, number in ((0.5, 11), (0.6, 10), (0.7, 11), (0.8, 9))
-    ]
-    whole = [{"parameters": {"cor": k}, "note": "no walls"} for k in range(5)]
-    assert list(note_lines(notes + whole, 5)) == [
-        "4 of 5 points, as at cor=0.5: 11 of 12 repeats ended early",
-        "no walls",
-    ]
-
-
-def test_a_difference_of_two_repeats_is_not_in_errors() -> None:
-    for repeats, cell in ((2, "–"), (3, "+48.2")):
-        comparison = Comparison("PV/NT", "ideal gas law", 1.2, 0.1, 1.0, 4.82, 0.1, repeats)
-        assert compare_cells(comparison.as_json())[-1] == cell
 
 
 def test_reproduce_simulates_missing_runs_and_keeps_finished_ones(

@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import Snooker
-from hostile import rules
 
 from snooker_cli.cli import figure_commands
-from snooker_cli.figures import registry
 
 
 def content(page: str) -> dict[str, Any]:
@@ -52,14 +50,3 @@ def test_animate_opens_the_film(
     assert asked == [Path("runs/small/film-cor-0.85.html").resolve().as_uri()]
     assert "no browser could be started" in ended.err
     assert content(Path("runs/small/film-cor-0.85.html").read_text("utf-8"))["title"] == "small"
-
-
-def test_the_list_of_a_large_run_reads_one_repeat_of_each_point(
-    separate: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """For hundreds of long repeats, all figures take many minutes."""
-    monkeypatch.setattr(registry, "MOST_IN_SAMPLE", 5)
-    for path in separate.glob("point-*/repeats-0001-0001.h5"):
-        rules(restitution=2.0)(path)  # which only reading would find
-    listed = snooker("plot", "small", "--list")
-    assert "energy: Kinetic energy over time" in listed.out

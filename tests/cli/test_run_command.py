@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from pathlib import Path
 
@@ -41,12 +40,6 @@ def test_a_folder_that_is_deleted_during_a_run_is_an_error(
     )
     assert 0 < len(done) < 20000
     assert not Path("runs/small").exists()
-
-
-def test_a_table_has_the_first_points(here: Path, snooker: Snooker) -> None:
-    keys = overrides("repeats=1", "cor=1", "collisions=1", "container.mass=1e7:2e7:240")
-    lines = snooker("run", "small.yaml", *keys).out.splitlines()
-    assert lines[201] == "... and 40 more points; --json prints all"
 
 
 @pytest.mark.parametrize(
@@ -90,27 +83,6 @@ def test_a_plan_warns_of_balls_that_cool_until_they_drift_together(
     ):
         printed = snooker("run", "gas.yaml", "--dry-run", *overrides(*keys)).out
         assert ("This may take much longer" in printed) == warned, keys
-
-
-def test_a_run_reports_older_figures(finished: Path, snooker: Snooker) -> None:
-    """Only if it simulates something; ``--fresh`` asks for it."""
-    assert snooker("plot", "small", "energy", "--format", "svg").code == 0
-    assert snooker("run", "small.yaml").err == ""
-    printed = snooker("run", "small.yaml", "-o", "repeats=4").err
-    assert "run `snooker plot runs/small` again" in printed
-    printed = snooker("run", "small.yaml", "--fresh").err
-    assert "again" not in printed
-
-
-@pytest.mark.parametrize(("record", "collisions"), [("summary", 500), ("events", 50_000)])
-def test_files_are_about_as_large_as_estimated(
-    record: str, collisions: int, here: Path, snooker: Snooker
-) -> None:
-    keys = overrides(f"collisions={collisions}", f"record={record}", "cor=1", "balls.rings=3")
-    plan = json.loads(snooker("run", "small.yaml", *keys, "--dry-run", "--json").out)
-    assert snooker("run", "small.yaml", *keys).code == 0
-    size = sum(path.stat().st_size for path in Path("runs/small").glob("point-*/*.h5"))
-    assert size / 2 < plan["bytes"] < 2 * size
 
 
 def test_a_run_begins_on_a_full_disk_with_yes(

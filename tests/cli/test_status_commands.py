@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-import threading
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,12 +13,11 @@ import h5py
 import numpy as np
 import pytest
 from command_line import Snooker
-from repeating import StopsAfter, done, made
+from repeating import done, made, stopped
 
 from snooker_cli import runs, store
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.files import temporary_path, write_json
-from snooker_cli.runs.execution import execute
 from snooker_cli.runs.folder import record_failure
 from snooker_cli.runs.verification import IsolatedChecker, verify
 from snooker_cli.store import RepeatHeader
@@ -162,10 +160,9 @@ def test_every_end_can_be_replayed(record: str, tmp_path: Path, small_config: st
     text = small_config.replace("collisions: 150", f"record: {record}")
     run = made(tmp_path / "time", text, "time=3", "repeats=1", "cor=1")
     done(run)
-    stopped = made(tmp_path / "stopped", text, "cor=1", "collisions=150000", "repeats=1")
-    cancelled = threading.Event()
-    execute(stopped, workers=1, watcher=StopsAfter(1, cancelled), cancelled=cancelled)
-    for checked, state in ((run, "done"), (stopped, StopReason.INTERRUPTED)):
+    cut = made(tmp_path / "stopped", text, "cor=1", "collisions=150000", "repeats=1")
+    stopped(cut, 1)
+    for checked, state in ((run, "done"), (cut, StopReason.INTERRUPTED)):
         (verdict,) = verify(checked, replay=True, workers=1)
         assert verdict.state == state
 

@@ -14,7 +14,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-import threading
 from collections.abc import Callable, Iterable
 from contextlib import redirect_stdout
 from io import StringIO
@@ -39,7 +38,6 @@ from snooker_cli.report.content import measurement
 from snooker_cli.report.explanations import COMBINATIONS, LIKELY, TARGETS, explain
 from snooker_cli.report.source_values import SOURCE_VALUES
 from snooker_cli.runs import Run
-from snooker_cli.runs.execution import Watcher, execute
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -301,8 +299,7 @@ def test_agreement_with_known_physics_is_that_of_the_saved_measurement() -> None
 def simulated(name: str, folder: Path) -> Run:
     """The run of a config."""
     run = repeating.created(folder / name, load(ROOT / "configs" / f"{name}.yaml").experiment)
-    outcomes = execute(run, workers=1, watcher=Watcher(), cancelled=threading.Event())
-    assert [outcome.error for outcome in outcomes if outcome.error] == []
+    assert not any(result.error for result in repeating.done(run))
     return run
 
 

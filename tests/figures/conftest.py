@@ -1,9 +1,9 @@
-"""Runs of boxes and of a mixture for several tests of figures."""
+"""Runs of boxes for several tests of figures."""
 
 from __future__ import annotations
 
 import pytest
-from figure_runs import BOX, MIXTURE, PERIODIC, made
+from figure_runs import BOX, PERIODIC, made
 
 from snooker_cli.runs import Run
 
@@ -16,8 +16,3 @@ def box(tmp_path_factory: pytest.TempPathFactory) -> Run:
 @pytest.fixture(scope="session")
 def periodic(tmp_path_factory: pytest.TempPathFactory) -> Run:
     return made(tmp_path_factory.mktemp("periodic") / "run", text=PERIODIC)
-
-
-@pytest.fixture(scope="session")
-def mixture(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return made(tmp_path_factory.mktemp("mixture") / "run", text=MIXTURE)

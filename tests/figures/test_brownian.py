@@ -28,24 +28,6 @@ def brownian(tmp_path_factory: pytest.TempPathFactory) -> Run:
     return made(tmp_path_factory.mktemp("brownian") / "run", text=TEXT)
 
 
-def test_the_path_is_unwrapped_and_drawn_with_its_box(brownian: Run) -> None:
-    found = shown(brownian, "tagged-path")
-    box, path = layers(found, Line)
-    (trace, *_) = traces(brownian, 0)
-    assert np.max(np.abs(box.x)) == np.max(np.abs(box.y)) == 6
-    assert (path.x[0], path.y[0]) == (0, 0)
-    end = diffusion.path(trace, 0, np.array([20.0]))[0][0]
-    assert (path.x[-1], path.y[-1]) == pytest.approx(tuple(end), abs=1e-11)
-    inside = trace.finish.positions[0]
-    assert end - inside == pytest.approx(12 * np.rint((end - inside) / 12), abs=1e-11)
-    assert found.numbers["points"][0]["distance"] == pytest.approx(np.hypot(*end), rel=1e-12)
-    assert found.equal_axes
-    start, final = layers(found, Points)
-    assert (start.label, start.filled, start.x.tolist()) == ("start", False, [0.0])
-    assert (final.label, final.filled, final.x.tolist()) == ("end", True, [path.x[-1]])
-    assert start.series != final.series  # another marker
-
-
 def test_the_displacement_has_its_limits_and_a_coefficient(brownian: Run) -> None:
     found = shown(brownian, "mean-squared-displacement")
     (points,) = layers(found, Points)

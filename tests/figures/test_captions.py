@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from repeating import batches_of, file_of
 
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Line, Points, Selection, registry, selected
+from snooker_cli.figures import FIGURES, Points, Selection, registry, selected
 from snooker_cli.figures.captions import unfinished
 from snooker_cli.figures.selection import along, evenly
 from snooker_cli.runs import Run
@@ -110,17 +109,6 @@ def test_many_points_over_several_keys_have_the_middle_of_the_others() -> None:
     )
     points = parse(BASE, overrides=[together]).points()
     assert [point.index for point in evenly(points, 6)] == [1, 4, 7]
-
-
-def test_a_caption_names_the_middle_of_several_values(warm: Run) -> None:
-    """Two radii and three speeds: too many for the four series of this figure."""
-    spec = replace(FIGURES["energy"], most=4)
-    found = spec.make(warm, Selection())
-    assert [line.label for line in layers(found, Line)[:-1]] == ["r = 0.2 m", "r = 1 m"]
-    assert found.title.endswith("over time: v₀ = 10 m/s")
-    assert "Scene: N = 19, v₀ = 10 m/s, " in found.caption
-    assert found.caption.endswith(" 2 of 6 points; choose with --where.")
-    assert "choose with" not in FIGURES["energy"].make(warm, Selection()).caption
 
 
 def test_many_collisions_are_those_of_few_repeats(

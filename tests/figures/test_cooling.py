@@ -18,28 +18,9 @@ from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
 from snooker_cli.figures.figure_data import Band, at_common_times
 from snooker_cli.formatting import with_error
 from snooker_cli.runs import Run
-from snooker_cli.trace import StopReason, Trace
+from snooker_cli.trace import Trace
 
-IN_LINE = """\
-container: {radius: 10.0, mass: .inf}
-balls:
-  list:
-    - {position: [-5.0, 0.0], velocity: [4.0, 0.0], radius: 1.0}
-    - {position: [-1.0, 0.0], velocity: [0.0, 0.0], radius: 1.0}
-    - {position: [4.0, 0.0], velocity: [-4.0, 0.0], radius: 1.0}
-cor: 0.05
-wall_cor: 1.0
-collisions: 500
-repeats: 2
-"""
 """Three balls in a line, which collapse below CoR 0.0718."""
-
-
-@pytest.fixture(scope="module")
-def collapsing(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    run = made(tmp_path_factory.mktemp("collapsing") / "run", text=IN_LINE)
-    assert [trace.stop.reason for trace in traces(run, 0)] == [StopReason.COLLAPSE] * 2
-    return run
 
 
 def floor_of(trace: Trace) -> float:
@@ -73,14 +54,14 @@ def test_fits_are_those_of_the_repeat_and_of_all(
         assert row == decay.as_json()
         assert (row["value"], row["error"], row["repeats"]) == (over.value, over.error, 3)
         assert found.numbers[model.key] == results[1].value
-        logs = np.log([fitted_curve(each, line.x) for each in results])
+        logs = np.log([fitted_curve(result, line.x) for result in results])
         assert line.y == pytest.approx(np.exp(logs.mean(axis=0)), rel=1e-12)
         sign = symbol if law == "exponential" else model.symbol
         averaged = with_error(over.value, over.error, "s⁻¹")
         assert line.label == f"{model.label}, mean of 3 repeats: {sign} = {averaged}"
         assert f"{sign} = {averaged}, " in found.caption
     (band,) = layers(found, Band)
-    pairs = [(each.time, each.value) for each in curves]
+    pairs = [(repeat_curve.time, repeat_curve.value) for repeat_curve in curves]
     if quantity == "pressure":
         times, rows = at_common_times(pairs)
         pairs = [(times, row) for row in rows]
@@ -91,18 +72,6 @@ def test_fits_are_those_of_the_repeat_and_of_all(
         # The axis ends below the data: a fit may fall by many more decades.
         assert found.y_limits == (pytest.approx(values.min() / 10), None)
     around(band, pairs, found.y_log)
-
-
-def test_no_theory_of_collisions_where_the_mean_free_path_exceeds_the_container(
-    tmp_path: Path,
-) -> None:
-    """19 balls of 1 cm in a circle of 10 m: the path is about 290 m."""
-    run = made(tmp_path / "run", "balls.radius=0.01,1", "cor=0.9", "repeats=2", "collisions=300")
-    remark = "Theory fails where the mean free path exceeds the container."
-    thin, dense = (shown(run, "event-decay", balls__radius=each) for each in (0.01, 1))
-    assert layers(thin, Line) == []
-    assert remark in thin.caption
-    assert layers(dense, Line)
 
 
 def test_decay_against_cor(decaying: Run) -> None:
@@ -191,17 +160,3 @@ def test_energy_against_collisions(decaying: Run) -> None:
     above = np.mean(floors + (1 - floors) * (1 - (1 - 0.9**2) / 19) ** pairs)
     assert record["theory_above_floor"] == pytest.approx(above, rel=1e-12)
     assert record["floor"] < 0.1 * record["final_ratio"]
-
-
-def test_collisions_at_one_instant_are_not_shown_as_many(collapsing: Run) -> None:
-    trace = traces(collapsing, 0)[0]
-    columns = series(trace)
-    before = columns.time < trace.stop.time * (1 - 1e-9)
-    assert np.count_nonzero(~before) > 100  # the collapse itself
-    line, _ = layers(shown(collapsing, "energy"), Line)
-    assert len(line.x) <= np.count_nonzero(before) + 1
-    assert np.all(np.diff(line.x) > 0)
-    assert (line.x[-1], line.y[-1]) == (trace.stop.time, columns.kinetic_energy[-1] / 16)
-    (points,) = layers(shown(collapsing, "event-decay"), Points)
-    assert points.x[-1] == (np.count_nonzero(before) - 1) / 3
-    assert "fewer than 10 collisions" in why_not(collapsing, "haff-time")

@@ -6,7 +6,6 @@ import itertools
 import json
 import os
 import pickle
-import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -18,7 +17,6 @@ import pytest
 from figure_runs import ELASTIC, MIXTURE, made
 from matplotlib.axis import Axis
 from matplotlib.text import Text
-from pypdf import PdfReader
 
 from snooker_cli.figures import FIGURES, FigureData, Line, Points, Reference
 from snooker_cli.figures.drawing import draw, save, styled
@@ -140,7 +138,7 @@ def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
     assert content["numbers"] == {"third": 1 / 3, "nothing": None}
     _, line, steps, points, _, vertical, horizontal = content["layers"]
     (axes,) = draw(EVERYTHING).axes
-    drawn = [np.array(each.get_data()).tolist() for each in axes.lines]
+    drawn = [np.array(artist.get_data()).tolist() for artist in axes.lines]
     for layer in (line, steps, points):
         assert [layer["x"], layer["y"]] in drawn
     assert points["y_error"] == [0.1, None, 0.3]
@@ -180,14 +178,3 @@ def test_the_same_bytes_every_time(saved: list[Path], tmp_path: Path) -> None:
     )
     endings = ("svg", "png", "json")
     assert [(tmp_path / f"third.{ending}").read_bytes() for ending in endings] == first
-
-
-def test_format_size_and_resolution_can_be_chosen(tmp_path: Path) -> None:
-    chosen: Any = {"formats": ("pdf", "png"), "size": (6.0, 4.0), "dpi": 100}
-    pdf, png, text = save(EVERYTHING, tmp_path / "a.b", **chosen)
-    assert [path.suffix for path in (pdf, png, text)] == [".pdf", ".png", ".json"]
-    assert struct.unpack(">II", png.read_bytes()[16:24]) == (600, 400)
-    reader = PdfReader(pdf)
-    assert [float(side) for side in reader.pages[0].mediabox[2:]] == [432.0, 288.0]
-    assert reader.metadata is not None
-    assert reader.metadata.subject == EVERYTHING.caption

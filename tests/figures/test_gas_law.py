@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import ELASTIC, PERIODIC, in_circle, layers, made, shown, traces, why_not
+from figure_runs import PERIODIC, in_circle, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
 from snooker_cli.analysis.observables import ideal_gas_ratio
@@ -28,16 +28,16 @@ def test_pressure_against_temperature(warm: Run) -> None:
     found = shown(warm, "pressure-temperature")
     small, large = layers(found, Points)
     assert small.x == pytest.approx([12.5, 50.0, 200.0], rel=1e-13)
-    for series_number, each in enumerate((small, large)):
+    for series_number, points in enumerate((small, large)):
         for k in range(3):
             pressures = [pressure_of(trace) for trace in traces(warm, 3 * series_number + k)]
-            assert each.y[k] == pytest.approx(np.mean(pressures), rel=1e-13)
+            assert points.y[k] == pytest.approx(np.mean(pressures), rel=1e-13)
             error = np.std(pressures, ddof=1) / math.sqrt(3)
-            assert each.y_error[k] == pytest.approx(error, rel=1e-10)
+            assert points.y_error[k] == pytest.approx(error, rel=1e-10)
     ideal = next(line for line in layers(found, Line) if line.label == "ideal gas")
     assert ideal.y == pytest.approx(19 * ideal.x / (100 * math.pi), rel=1e-14)
     curve_of_large = next(line for line in layers(found, Line) if line.series == 1)
-    expected = [in_circle(each, 1.0) for each in curve_of_large.x]
+    expected = [in_circle(temperature, 1.0) for temperature in curve_of_large.x]
     assert curve_of_large.y == pytest.approx(expected, rel=1e-12)
     point = found.numbers["points"][5]
     assert point["parameters"] == {"balls.radius": 1.0, "balls.speed": 20.0}
@@ -54,25 +54,6 @@ def test_temperature_ratio_against_the_ball_radius(warm: Run) -> None:
         expected = in_circle(50.0, points.x[k])
         theirs = found.numbers["points"][k]["theory"]
         assert theirs == pytest.approx(19 * 50 / (100 * math.pi) / expected, rel=1e-13)
-
-
-def test_pressure_against_area_and_number(tmp_path: Path) -> None:
-    wide = made(tmp_path / "wide", *ELASTIC, "container.radius=10,20", "repeats=1")
-    found = shown(wide, "pressure-area")
-    (points,) = layers(found, Points)
-    assert points.x == pytest.approx([100 * math.pi, 400 * math.pi], rel=1e-15)
-    assert points.y.tolist() == pytest.approx([pressure_of(*traces(wide, k)) for k in (0, 1)])
-    assert np.isnan(points.y_error).all()  # of one repeat
-    assert (found.x_log, found.y_log) == (True, True)
-    elastic = ("cor=1", "sweep={}", "repeats=1")
-    many = made(tmp_path / "many", *elastic, "balls.count=20,40", text=PERIODIC)
-    found = shown(many, "pressure-number")
-    assert layers(found, Points)[0].x.tolist() == [20, 40]
-    ideal, curve = layers(found, Line)[:2]
-    assert ideal.y == pytest.approx(ideal.x * 50 / 600, rel=1e-13)
-    packing = 40 * math.pi * 0.6**2 / 600.0
-    ratio = theory.compressibility(packing) - theory.missing_ratio(packing, 40)
-    assert (curve.x[-1], curve.y[-1]) == pytest.approx((40, 40 * 50.0 / 600.0 * ratio), rel=1e-9)
 
 
 def test_ideal_ratio_is_taken_at_two_temperatures(decaying: Run) -> None:
@@ -103,17 +84,17 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
     found = shown(run, "van-der-waals")
     (points,) = layers(found, Points)
     disk, area = math.pi * 0.36, 600
-    for k, each in enumerate(found.numbers["points"]):
+    for k, state in enumerate(found.numbers["points"]):
         ratios = [ideal_gas_ratio(trace) for trace in traces(run, k)]
         assert points.y[k] == pytest.approx(np.mean(ratios), rel=1e-12)
-        excluded = (1 - 1 / points.y[k]) * area / each["number"] / disk
-        assert each["excluded_disks"] == pytest.approx(excluded, rel=1e-10)
-        ratio = theory.compressibility(each["packing"])
-        ratio -= theory.missing_ratio(each["packing"], each["number"])
-        assert each["theory"] == pytest.approx(ratio, rel=1e-12)
+        excluded = (1 - 1 / points.y[k]) * area / state["number"] / disk
+        assert state["excluded_disks"] == pytest.approx(excluded, rel=1e-10)
+        ratio = theory.compressibility(state["packing"])
+        ratio -= theory.missing_ratio(state["packing"], state["number"])
+        assert state["theory"] == pytest.approx(ratio, rel=1e-12)
     numbers = found.numbers
     assert abs(numbers["attraction"]) < 3 * numbers["attraction_error"]
-    singles = [each["excluded_disks"] for each in numbers["points"]]
+    singles = [state["excluded_disks"] for state in numbers["points"]]
     assert 1.9 < singles[0] < 2.1
     assert singles[0] > numbers["excluded_disks"] > singles[-1]
 

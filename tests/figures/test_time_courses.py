@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import ADRIFT, around, in_circle, layers, made, shown, traces, why_not
+from figure_runs import around, in_circle, layers, shown, traces, why_not
 
-from snooker_cli import theory
-from snooker_cli.analysis import observables, structure
-from snooker_cli.analysis.observables import standard_errors, time_means
+from snooker_cli.analysis import structure
+from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.engine import replay, series
 from snooker_cli.figures import Line, Reference
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
@@ -34,7 +32,7 @@ def test_energy_of_one_repeat_and_of_all(decaying: Run) -> None:
             columns = series(trace)
             total = columns.kinetic_energy + columns.container_energy
             curves.append((columns.time, total / total[0]))
-        assert [line.x.tolist(), line.y.tolist()] == [each.tolist() for each in curves[0]]
+        assert [line.x.tolist(), line.y.tolist()] == [column.tolist() for column in curves[0]]
         around(band, curves, found.y_log)
         assert band.series == index
         worst = max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves)
@@ -70,19 +68,6 @@ def test_momentum_is_summed_from_the_states(decaying: Run, component: int, kind:
     assert found.numbers["largest_deviation"] < bound
 
 
-def test_momentum_is_kept_without_walls(tmp_path: Path) -> None:
-    run = made(tmp_path / "adrift", text=ADRIFT)
-    found = shown(run, "momentum-x")
-    assert found.numbers["points"][0]["momentum_at_start"] == 20.0
-    assert found.numbers["largest_deviation"] < 1e-14
-    # Of a total momentum of 20 and 9 kg m/s; half of the square over the mass is left in the end.
-    (trace,) = traces(run, 0)
-    kept = (20**2 + 9**2) / 6 / trace.start.kinetic_energy
-    decay = shown(run, "event-decay")
-    assert decay.numbers["points"][0]["floor"] == pytest.approx(kept, rel=1e-12)
-    assert "p²/(2Nm)" in decay.caption
-
-
 def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
     found = shown(decaying, "pressure", cor=1.0)
     curves = []
@@ -94,7 +79,7 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
     assert (line.x[0], line.y[0]) == (0.0, 0.0)
     assert line.y[1:] == pytest.approx(curves[0][1], rel=1e-15)
     end = min(time[-1] for time, _ in curves)
-    final = np.array([np.interp(end, *each) for each in curves])
+    final = np.array([np.interp(end, *curve) for curve in curves])
     (point,) = found.numbers["points"]
     assert point["pressure"] == pytest.approx(final.mean(), rel=1e-14)
     assert point["pressure_error"] == pytest.approx(final.std(ddof=1) / math.sqrt(3), rel=1e-12)
@@ -105,41 +90,7 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
     assert reference.value == in_circle(50.0, 1.0)
 
 
-def test_pressure_of_a_periodic_box_starts_at_the_ideal_gas_s(periodic: Run) -> None:
-    found = shown(periodic, "pressure", cor=1.0)
-    line, _ = layers(found, Line)
-    assert line.y[0] == pytest.approx(64 * 50 / 600, rel=1e-12)
-    measured = observables.mean_pressure(traces(periodic, 2)[0])
-    assert line.y[-1] == pytest.approx(measured, rel=1e-12)
-    (reference,) = layers(found, Reference)
-    packing = 64 * math.pi * 0.36 / 600
-    ratio = theory.compressibility(packing) - theory.missing_ratio(packing, 64)
-    # Balls meet at E/(N − 1), as their centre of mass is at rest.
-    expected = (64 * 50 + (ratio - 1) * 64 * 50 * 64 / 63) / 600
-    assert reference.value == pytest.approx(expected, rel=1e-9)
-
-
 # Means over the repeats of what the states have.
-
-
-def test_a2_is_half_of_the_energy_moment_between_times(periodic: Run) -> None:
-    found = shown(periodic, "a2")
-    lines = [line for line in layers(found, Line) if line.style == "series"]
-    bands = layers(found, Band)
-    for index, e in enumerate((0.8, 0.9, 1.0)):
-        repeats, line = traces(periodic, index), lines[index]
-        assert line.label == f"CoR {e:g}"
-        rows = np.array(
-            [
-                time_means(one, series(one).energy_moment, np.array([0.0, one.stop.time])) / 2 - 1
-                for one in repeats
-            ]
-        )
-        assert abs(np.mean(line.y) - rows.mean()) < 0.1
-        np.testing.assert_allclose(bands[index].high + bands[index].low, 2 * line.y, atol=1e-12)
-        # The theory's line is the coefficient; 63 free balls at CoR 1.
-        expected = theory.sonine_coefficient(e) if e < 1 else -1 / 64
-        assert found.numbers["points"][index]["theory"] == pytest.approx(expected, rel=1e-5)
 
 
 def test_times_end_with_the_shortest_repeat_and_begin_at_zero(periodic: Run) -> None:
@@ -156,30 +107,6 @@ def test_times_end_with_the_shortest_repeat_and_begin_at_zero(periodic: Run) -> 
     (band, _) = layers(found, Band)
     error = float(standard_errors(np.array(rows))[0])
     assert (band.high[20] - band.low[20]) / 2 == pytest.approx(error, rel=1e-9)
-
-
-def test_each_species_of_a_mixture_has_its_temperature_and_a2(mixture: Run) -> None:
-    found = shown(mixture, "species-temperature")
-    heavy, light = layers(found, Line)
-    assert [heavy.label, light.label] == ["r = 0.6 m, m = 4 kg", "r = 0.4 m, m = 1 kg"]
-    repeats, end = traces(mixture, 0), heavy.x[-1]
-    rows = np.array(
-        [structure.measured(structure.species_temperature, one, [end])[0] for one in repeats]
-    )
-    assert (heavy.y[-1], light.y[-1]) == pytest.approx(tuple(rows.mean(axis=0)))
-    assert found.numbers["points"][0]["ratio"] == pytest.approx(
-        float(np.mean(rows[:, 0] / rows[:, 1])), rel=1e-5
-    )
-    labels = [line.label for line in layers(shown(mixture, "a2"), Line)]
-    assert labels == [heavy.label, light.label]
-
-
-def test_energy_without_the_flow_is_all_energy_at_equilibrium(periodic: Run) -> None:
-    """Independent velocities: the share is 1, with an error of about 1/√(0.8 · 3 · 64)."""
-    found = shown(periodic, "local-energy", cor=1.0)
-    local, total, _ = layers(found, Line)
-    assert np.mean(local.y) == pytest.approx(1, abs=4 / math.sqrt(0.8 * 3 * 64))
-    np.testing.assert_allclose(total.y, 1, rtol=1e-12)
 
 
 def test_reasons_for_missing_structure(periodic: Run, warm: Run) -> None:

@@ -12,7 +12,7 @@ from scenes import EPSILON, uniform
 from scipy import stats
 
 from snooker_cli.config import Experiment
-from snooker_cli.containers import SHAPES, Box, Circle, Container, PeriodicBox
+from snooker_cli.containers import SHAPES, Circle, Container, PeriodicBox
 from snooker_cli.errors import SceneError
 from snooker_cli.laws import Constant
 from snooker_cli.neighbours import near_pairs
@@ -104,16 +104,6 @@ def test_commensurate_lattices_reach_the_closest_packing():
         assert packed(box, 120).packing_fraction == pytest.approx(closest, rel=1e-13)
 
 
-def test_rows_in_a_box():
-    """Three rows of 3, 2 and 3 in the box that they fill, and a row along a channel."""
-    scene = packed(Box(3.0, 1 + math.sqrt(3)), 8)
-    assert 2 * scene.radii[0] == pytest.approx(1.0, rel=1e-14)
-    assert np.sort(scene.positions[:, 0]) == pytest.approx([-1, -1, -0.5, 0, 0, 0.5, 1, 1])
-    channel = packed(Box(1.0, 5.0), 5)
-    assert 2 * channel.radii[0] == pytest.approx(1.0, rel=1e-14)
-    assert np.sort(channel.positions[:, 1]) == pytest.approx([-2, -1, 0, 1, 2])
-
-
 @pytest.mark.parametrize("shape", SHAPES)
 def test_the_lattice_fills_the_whole_container(shape):
     """The mean place and the spread are those of a uniform gas."""
@@ -122,13 +112,6 @@ def test_the_lattice_fills_the_whole_container(shape):
     gas = uniform(container, 0.0, 0)
     assert np.mean(positions, axis=0) == pytest.approx(np.mean(gas, axis=0), abs=0.02)
     assert np.std(positions, axis=0) == pytest.approx(np.std(gas, axis=0), rel=0.03)
-
-
-def test_empty_places_are_spread_evenly():
-    """93 balls in a square leave places empty; every quarter has its share of them."""
-    positions, _ = lattice(PeriodicBox(1.0, 1.0), 93)
-    quarters = np.histogram2d(*positions.T, bins=2)[0]
-    assert np.all(abs(quarters - 93 / 4) < 4)
 
 
 # Random places; ``starting_scene`` checks that they do not overlap

@@ -50,13 +50,6 @@ def test_directions_are_uniform(directions):
         assert resultant < -math.log(0.001)
 
 
-def test_repeats_and_seeds_differ_and_are_reproducible():
-    first = random_directions(37, 1, [0])[0]
-    assert np.array_equal(first, random_directions(37, 1, [0])[0])
-    for other in ((1, [1]), (2, [0])):
-        assert not np.isin(first, random_directions(37, *other)).any()
-
-
 def test_normal_deviates():
     normals = random_normals(50_000, 1, [0])[0]
     for component in normals.T:

@@ -9,18 +9,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import DECAYING, layers, made, shown, traces
+from figure_runs import made
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 from single_fit import fit
 
-from snooker_cli import theory
-from snooker_cli.analysis.decay import Curve, reported_constant
+from snooker_cli.analysis.decay import Curve
 from snooker_cli.config import load, points
-from snooker_cli.figures.figure_data import Line, Points
 from snooker_cli.report import content
-from snooker_cli.report.content import figure_data
 from snooker_cli.report.explanations import (
     LIKELY,
     TARGETS,
@@ -43,7 +40,7 @@ ROOT = Path(__file__).parents[2]
 TEMPLATES = ROOT / "snooker_cli" / "report" / "templates"
 
 
-PRINTED = {one.digits for one in SOURCE_VALUES.values()}
+PRINTED = {printed.digits for printed in SOURCE_VALUES.values()}
 
 
 def number(printed: str, *, mean: bool = False) -> SourceValue:
@@ -53,12 +50,12 @@ def number(printed: str, *, mean: bool = False) -> SourceValue:
 
 @given(st.floats(-1, 1), st.floats(0, 10))
 def test_agreement_is_the_last_digit_and_two_standard_errors(part: float, error: float) -> None:
-    one = number("4.2 ± 0.3")
-    reach = one.half_digit + 2 * math.hypot(one.standard_error, error)
-    assert OurValue(4.2 + 0.999 * part * reach, error).agrees(one)
-    assert not OurValue(4.2 + 1.001 * reach, error).agrees(one)
-    assert OurValue(4.2 + 0.999 * part * one.half_digit).rounds_to(one)
-    assert not OurValue(4.2 + 1.001 * one.half_digit).rounds_to(one)
+    printed = number("4.2 ± 0.3")
+    reach = printed.half_digit + 2 * math.hypot(printed.standard_error, error)
+    assert OurValue(4.2 + 0.999 * part * reach, error).agrees(printed)
+    assert not OurValue(4.2 + 1.001 * reach, error).agrees(printed)
+    assert OurValue(4.2 + 0.999 * part * printed.half_digit).rounds_to(printed)
+    assert not OurValue(4.2 + 1.001 * printed.half_digit).rounds_to(printed)
 
 
 def test_interval_of_a_mean_of_five_from_its_range() -> None:
@@ -87,9 +84,9 @@ def test_checks_by_printed_numbers_alone_are_right() -> None:
     assert path in CLAIMS["mean_free_path"]["check"]
     for name, digits in (("tau", 2), ("theory", 3)):
         for cor in ("0.8", "0.9"):
-            one, speed = SOURCE_VALUES[f"{name}_{cor}"], SOURCE_VALUES[f"speed_{cor}"]
+            printed, speed = SOURCE_VALUES[f"{name}_{cor}"], SOURCE_VALUES[f"speed_{cor}"]
             assert speed.error is not None
-            error = one.value * speed.error / speed.value
+            error = printed.value * speed.error / speed.value
             assert f"± {error:.{digits}f}" in CLAIMS[f"errors_of_{name}"]["check"]
 
 
@@ -108,9 +105,11 @@ def sample(number: SourceValue, factor: float = 1.0, share: float = 0.1) -> Samp
 def explanation(factor: float = 1.0, share: float = 0.1) -> Explanation:
     """An explanation whose decay constants are the printed ones times a factor."""
     samples = {}
-    for one in TARGETS:
-        decays = one.quantity.endswith("decay")
-        samples[one.quantity, one.cor] = sample(one, *((factor, share) if decays else (1.0, 0.01)))
+    for target in TARGETS:
+        decays = target.quantity.endswith("decay")
+        samples[target.quantity, target.cor] = sample(
+            target, *((factor, share) if decays else (1.0, 0.01))
+        )
     return Explanation(f"{factor:g}", samples)
 
 
@@ -120,9 +119,9 @@ def test_the_score_is_zero_for_the_printed_numbers_and_counts_all_targets() -> N
     assert not right.rejected
     assert all(map(right.predicts, TARGETS))
     assert explanation(1.5).rejected
-    for one in TARGETS[-3:]:
-        samples = {**right.samples, (one.quantity, one.cor): sample(one, 0.1)}
-        assert replace(right, samples=samples).rejected, one.name
+    for target in TARGETS[-3:]:
+        samples = {**right.samples, (target.quantity, target.cor): sample(target, 0.1)}
+        assert replace(right, samples=samples).rejected, target.name
 
 
 def test_the_first_that_agrees_or_the_nearest_explains_a_number() -> None:
@@ -195,32 +194,10 @@ def test_deviations_from_the_laws_are_in_standard_errors() -> None:
     experiment = load(ROOT / "configs" / "elastic-wall.yaml").experiment
     run = Run(ROOT / "nowhere", experiment, points(experiment))
     fitted = {"parameters": {"cor": 0.8}, "alpha": 1.0, "alpha_error": 0.01}
-    (one,) = content.kinetic_theory(run, [fitted])
-    assert one["theory"] == pytest.approx(1.116, abs=0.001)
-    assert one["excess"] == pytest.approx(one["theory"] - 1)
-    assert one["in_errors"] == pytest.approx(100 * one["excess"])
-
-
-def test_only_the_reproduction_shows_the_formula_of_the_source_report(tmp_path: Path) -> None:
-    run = made(tmp_path / "run", *DECAYING)
-    own = shown(run, "decay-against-cor")
-    assert "report" not in own.caption + "".join(str(each.label) for each in layers(own, Line))
-    found = figure_data({"run": run}, "decay-against-cor", "run")
-    assert len(found.layers) == len(own.layers) + 2
-    reported, enskog = layers(found, Line)[:2]
-    assert reported.label == "k by the source report"
-    for index in (0, 1):
-        constants = [reported_constant(trace) for trace in traces(run, index)]
-        assert reported.y[index] == pytest.approx(np.mean(constants), rel=1e-14)
-        assert found.numbers["points"][index]["report_k"] == reported.y[index]
-    k = layers(own, Points)[0]
-    assert reported.series == enskog.series == k.series
-    assert enskog.label == "k, mean free path after Enskog"
-    assert "Enskog's λ = 1/(√2 n 4rχ), χ for the size of the balls" in found.caption
-    density, contact = 19 / (100 * math.pi), float(theory.contact_value(0.19))
-    path = theory.mean_free_path(density, 1.0, contact)
-    speed = theory.fixed_energy_mean_speed(19, 50.0)
-    assert enskog.y[0] == pytest.approx(-2 * math.log(0.8) * speed / path, rel=1e-12)
+    (point,) = content.kinetic_theory(run, [fitted])
+    assert point["theory"] == pytest.approx(1.116, abs=0.001)
+    assert point["excess"] == pytest.approx(point["theory"] - 1)
+    assert point["in_errors"] == pytest.approx(100 * point["excess"])
 
 
 def test_no_result_is_typed_in_the_text_of_the_report() -> None:

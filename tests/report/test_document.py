@@ -24,32 +24,6 @@ def test_text_of_a_run_is_no_html(tmp_path: Path) -> None:
         assert f"&lt;script&gt;{number}" in written
 
 
-def test_the_last_rows_of_a_table_stay_together(tmp_path: Path) -> None:
-    column = {"heading": "Column", "width": 9, "right": False}
-    table = {"kind": "table", "label": "Table 1", "caption": "", "columns": [column]}
-    document = {"title": "A table", "summary": [], "blocks": [table]}
-
-    def rows_on_pages(number: int) -> list[int]:
-        table["rows"] = [[f"cell-{row}"] for row in range(number)]
-        pages = PdfReader(write_pdf(document, tmp_path)).pages
-        return [page.extract_text().count("cell-") for page in pages]
-
-    most, *_ = rows_on_pages(100)
-    assert rows_on_pages(most + 1) == [most - 2, 3]
-
-
-def test_a_row_of_one_cell_is_a_heading(tmp_path: Path) -> None:
-    """It spans the table, and is repeated on the next page."""
-    columns = [{"heading": name, "width": 9, "right": False} for name in ("one", "two")]
-    rows = [["group"], *([f"a-{each}", f"b-{each}"] for each in range(80))]
-    table = {"kind": "table", "label": "Table 1", "caption": "", "columns": columns, "rows": rows}
-    content = {"title": "A table", "summary": [], "blocks": [table]}
-    pages = PdfReader(write_pdf(content, tmp_path)).pages
-    assert [page.extract_text().count("group") for page in pages] == [1, 1]
-    page = write_html(content, [], tmp_path).read_text(encoding="utf-8")
-    assert '<th colspan="2" scope="rowgroup">group</th>' in page
-
-
 @pytest.mark.parametrize(
     ("text", "printed"),
     [

@@ -114,7 +114,7 @@ def test_numbers_have_six_digits(report: Path) -> None:
     text = (report / "numbers.json").read_text(encoding="utf-8")
     json.loads(text, parse_float=numbers.append)
     assert len(numbers) > 1000
-    assert all(float(f"{float(each):.6g}") == float(each) for each in numbers)
+    assert all(float(f"{float(number):.6g}") == float(number) for number in numbers)
 
 
 def test_every_printed_number_and_every_claim_has_a_verdict(numbers: dict[str, Any]) -> None:
@@ -158,9 +158,9 @@ def test_figure_17_past_its_wall_traps(runs: Path, numbers: dict[str, Any]) -> N
                 and point.experiment.balls.radius == SOURCE_VALUES[radius_of].radius
                 and point.experiment.collapse == collapse
             )
-            traps = [each for each in stopped if each.stop.reason is StopReason.WALL_TRAP]
+            traps = [trace for trace in stopped if trace.stop.reason is StopReason.WALL_TRAP]
             assert pair["trapped"] == len(traps) > 0
-            times = [each.stop.time for each in traps]
+            times = [trace.stop.time for trace in traps]
             assert pair["trap_time"] == pytest.approx(sum(times) / len(times), rel=5e-6)
             assert pair["repeats"] == pair["complete"] == len(slid) == REPEATS
             assert pair["end_time"] > pair["trap_time"]

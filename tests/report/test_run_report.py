@@ -6,9 +6,7 @@ import html
 import json
 import re
 import shutil
-import time
 from collections.abc import Callable
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,16 +18,16 @@ from figure_runs import made as made_run
 from pypdf import PdfReader
 
 from snooker_cli.analysis.decay import NO_LOSSES
-from snooker_cli.analysis.run_analysis import comparisons, fits
-from snooker_cli.analysis.tables import finding, fit_cells, overview, point_heading, usual
+from snooker_cli.analysis.run_analysis import fits
+from snooker_cli.analysis.tables import fit_cells, point_heading, usual
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.captions import setting
-from snooker_cli.formatting import point_label, printable
+from snooker_cli.formatting import printable
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report import run_report as module
-from snooker_cli.report.document import Pages, unbroken
+from snooker_cli.report.document import unbroken
 from snooker_cli.report.run_report import RELEVANCE, _config, run_report, trivial
 from snooker_cli.runs import Run, open_run
 
@@ -113,19 +111,6 @@ def test_its_tables_are_the_rows_of_the_commands(small: Path, finished_run: Run)
     first = rows.index(heading) + 1
     shown = rows[first : first + len(expected)]
     assert [[unbroken(cell) for cell in fit_cells(row)] for row in expected] == shown
-
-
-def test_it_begins_with_what_holds_for_the_run_and_each_point(
-    small: Path, finished_run: Run
-) -> None:
-    laws, theories = fits(finished_run).rows, comparisons(finished_run).rows
-    assert f" small {spaced(overview(laws, theories))}. The run has 2 points" in words(small)
-    for point in finished_run.points:
-        rows = (
-            [one for one in found if one["parameters"] == point.as_json()]
-            for found in (laws, theories)
-        )
-        assert f"{point_label(point.as_json())} {spaced(finding(*rows))} " in words(small)
 
 
 @pytest.mark.parametrize(
@@ -222,14 +207,6 @@ def test_an_unfinished_run_says_so(finished_one_each: Run, tmp_path: Path) -> No
         path.unlink()
     with pytest.raises(FigureError, match="no repeat is there yet"):
         made(tmp_path / "report", open_run(copy))
-
-
-def test_an_error_ends_the_figures_of_the_other_process(tmp_path: Path) -> None:
-    """It does not finish the figure that it is at, and begins no further one."""
-    pages = Pages(tmp_path)
-    made = [pages.other.submit(time.sleep, 100) for _ in range(3)]
-    pages.__exit__(KeyboardInterrupt, KeyboardInterrupt(), None)
-    assert all(isinstance(each.exception(), BrokenProcessPool) for each in made)
 
 
 def test_the_command_prints_its_files(

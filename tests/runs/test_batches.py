@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
-import threading
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
-from repeating import StopsAfter, batches_of, bytes_of, contents, done, made
+from repeating import batches_of, bytes_of, contents, done, made, stopped
 
 from snooker_cli import store
 from snooker_cli.config import Experiment, to_json
@@ -19,18 +16,10 @@ from snooker_cli.engine import simulate, simulate_batch
 from snooker_cli.errors import RunError, SceneError, StoreError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import RepeatState, Run, batch
-from snooker_cli.runs.batch import RepeatResult
-from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.folder import failures
 from snooker_cli.runs.verification import verify
 from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
-
-
-@pytest.fixture
-def one_point(small_config: str) -> str:
-    """The small config at a CoR of 1, where every repeat reaches its last collision."""
-    return small_config.replace("sweep: {cor: [0.85, 1.0]}\n", "").replace("cor: 0.85", "cor: 1")
 
 
 def names(run: Run, point: int = 0) -> list[str]:
@@ -69,7 +58,7 @@ def test_missing_repeats_get_files_of_their_own(one_point: str, tmp_path: Path) 
         run.path(0, repeats).unlink()
     kept = bytes_of(tmp_path)
     results = done(run)
-    assert [each.repeat for each in results if each.cached] == [2, 3]
+    assert [result.repeat for result in results if result.cached] == [2, 3]
     assert names(run) == ["0000-0001", "0002-0003", "0004-0007"]
     assert kept.items() <= bytes_of(tmp_path).items()
     assert contents(run) == bits
@@ -83,14 +72,8 @@ def test_an_interrupted_extension_keeps_the_older_file(one_point: str, tmp_path:
     with batches_of(4):
         done(made(tmp_path, one_point, "repeats=4"))
     run = made(tmp_path, one_point, "repeats=4", "collisions=400")
-    cancelled = threading.Event()
-
-    class StopsAtFirst(Watcher):
-        def finished(self, result: RepeatResult) -> None:
-            cancelled.set()
-
     with batches_of(1):
-        execute(run, workers=1, watcher=StopsAtFirst(), cancelled=cancelled)
+        stopped(run, 1)
     (point,) = run.points
     left = run.shorter(point)
     assert 0 < left < 4
@@ -98,12 +81,12 @@ def test_an_interrupted_extension_keeps_the_older_file(one_point: str, tmp_path:
     older = run.path(0, range(4)).read_bytes()
     with batches_of(1):
         results = done(run)
-    assert sum(each.cached for each in results) == 4 - left
+    assert sum(result.cached for result in results) == 4 - left
     singles = [f"{k:04d}-{k:04d}" for k in range(4)]
     assert names(run) == singles
     run.path(0, range(4)).write_bytes(older)
     assert [trace.collisions for trace in run.traces(point)] == [400] * 4
-    assert all(each.cached for each in done(run))
+    assert all(result.cached for result in done(run))
     assert names(run) == singles
 
 
@@ -134,51 +117,11 @@ def test_of_two_files_the_done_one_counts_or_else_the_longer(
     with pytest.raises(RunError) as caught:  # for a longer file, though a shorter one is there
         made(tmp_path, one_point, "repeats=4")
     assert caught.value.code == "shorter_limits"
-    assert [each.repeat for each in done(run) if each.cached] == [2]
+    assert [result.repeat for result in done(run) if result.cached] == [2]
     assert names(run) == ["0000-0001", "0002-0002", "0003-0003"]
     assert [trace.collisions for trace in run.traces(point)] == [400] * 4
     with pytest.raises(StoreError, match="longer than the run was; give the command again"):
         list(short.traces(short.points[0]))  # by a command that began before the extension
-
-
-def in_twos(directory: Path, text: str) -> tuple[Run, dict[tuple[int, int], str]]:
-    """A run of four repeats in two files, and its contents."""
-    run = made(directory, text, "repeats=4")
-    with batches_of(2):
-        done(run)
-    return run, contents(run)
-
-
-def test_damaged_files_are_deleted_once_their_repeats_are_stored_elsewhere(
-    one_point: str, tmp_path: Path
-) -> None:
-    """Their headers are as they were, so only reading the content shows the damage."""
-    run, bits = in_twos(tmp_path, one_point)
-    for path in run.batches(0):
-        image = bytearray(path.read_bytes())
-        image[image.index(store.read(path)[1][0].events.impulse.tobytes()) + 5] ^= 1
-        path.write_bytes(image)
-    assert {status.state for status in run.statuses(0)} == {RepeatState.DONE}
-    with pytest.raises(StoreError, match="its content has changed"):
-        list(run.traces(run.points[0]))
-    assert not any(each.cached for each in done(run))
-    assert names(run) == ["0000-0003"]
-    assert contents(run) == bits
-
-
-def test_a_file_with_other_repeats_than_its_name_has_is_not_used(
-    one_point: str, tmp_path: Path
-) -> None:
-    run, bits = in_twos(tmp_path, one_point)
-    shutil.copy(run.path(0, [2, 3]), run.path(0, [0, 1]))
-    states = [status.state for status in run.statuses(0)]
-    assert states == [RepeatState.UNUSABLE] * 2 + [RepeatState.DONE] * 2
-    assert {status.error and status.error.reason for status in run.statuses(0)} == {
-        "is repeat 2 of point 0",
-        None,
-    }
-    assert [each.cached for each in done(run)] == [False, False, True, True]
-    assert contents(run) == bits
 
 
 # Failures
@@ -211,32 +154,19 @@ def test_a_repeat_without_a_place_for_its_balls_fails_alone(
     with monkeypatch.context() as patched:
         refuse_to_place(patched, 1)
         results = done(run)
-    errors = [each.error or "" for each in results]
+    errors = [result.error or "" for result in results]
     assert [bool(error) for error in errors] == [False, True, False, False]
     assert "no place in repeat 1" in errors[1]
     assert failures(run) == {(0, 1): errors[1]}
     assert names(run) == ["0000-0003"]
     assert run.present(run.points[0]) == [0, 2, 3]
     assert [status.repeat for status in verify(run, replay=True, workers=1)] == [0, 1, 2, 3]
-    assert [each.cached for each in done(run)] == [True, False, True, True]
+    assert [result.cached for result in done(run)] == [True, False, True, True]
     assert names(run) == ["0000-0003", "0001-0001"]
     assert failures(run) == {}
     whole = made(tmp_path / "whole", one_point, "repeats=4")
     done(whole)
     assert contents(run) == contents(whole)
-
-
-def test_each_repeat_of_a_batch_that_cannot_be_stored_fails_once(
-    one_point: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run = made(tmp_path, one_point)
-    run.path(0, range(3)).mkdir(parents=True)
-    refuse_to_place(monkeypatch, 1)
-    results = done(run)
-    assert [each.repeat for each in results] == [0, 1, 2]
-    messages = ["cannot write the result", "no place in repeat 1", "cannot write the result"]
-    for result, message in zip(results, messages, strict=True):
-        assert message in str(result.error)
 
 
 def test_an_internal_error_is_reported_for_each_repeat_of_its_batch(
@@ -252,8 +182,8 @@ def test_an_internal_error_is_reported_for_each_repeat_of_its_batch(
     monkeypatch.setattr(batch, "simulate_batch", fails_at_a_loss)
     run = made(tmp_path, small_config)
     results = done(run, workers=2)
-    assert [each.error for each in results] == ["KeyError: 'lost'"] * 3 + [None] * 3
-    assert all("in fails_at_a_loss" in each.traceback for each in results[:3])
+    assert [result.error for result in results] == ["KeyError: 'lost'"] * 3 + [None] * 3
+    assert all("in fails_at_a_loss" in result.traceback for result in results[:3])
     assert failures(run).keys() == {(0, 0), (0, 1), (0, 2)}
     assert (names(run, 0), names(run, 1)) == ([], ["0000-0002"])
 
@@ -266,31 +196,9 @@ def test_an_interrupted_batch_of_several_repeats_is_abandoned(
 ) -> None:
     overrides = ("collisions=150000", "repeats=2")
     run = made(tmp_path / "run", one_point, *overrides)
-    cancelled = threading.Event()
-    watcher = StopsAfter(100_000, cancelled)
-    assert execute(run, workers=1, watcher=watcher, cancelled=cancelled) == []
+    assert stopped(run, 100_000) == []
     assert bytes_of(run.directory) == {}
-    assert [each.cached for each in done(run)] == [False, False]
+    assert [result.cached for result in done(run)] == [False, False]
     whole = made(tmp_path / "whole", one_point, *overrides)
     done(whole)
     assert contents(run) == contents(whole)
-
-
-def test_an_interrupt_waits_for_a_batch_that_is_being_written(
-    one_point: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """All its repeats are simulated then, and no temporary file is left."""
-    cancelled = threading.Event()
-
-    def slow(self: store.Recorder, provenance: store.Provenance) -> None:
-        cancelled.set()
-        time.sleep(0.2)
-        finish(self, provenance)
-
-    finish = store.Recorder.finish
-    monkeypatch.setattr(store.Recorder, "finish", slow)
-    run = made(tmp_path, one_point, "repeats=4")
-    with batches_of(2):
-        results = execute(run, workers=1, watcher=Watcher(), cancelled=cancelled)
-    assert [each.repeat for each in results] == [0, 1]
-    assert list(bytes_of(tmp_path)) == ["point-0000/repeats-0000-0001.h5"]

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from repeating import contents, file_of, made
-from repeating import done as finish
+from repeating import contents, done, file_of, made, stopped
 
 from snooker_cli import store
 from snooker_cli.engine import simulation
 from snooker_cli.errors import StoreError
 from snooker_cli.files import user_key
-from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.run import RepeatState
 from snooker_cli.store import file_format as layout
 
@@ -45,18 +42,6 @@ PIECE = 13_000
 RUNS_OF_TWO_SEEDS = (("run", ()), ("other", ("seed=7",)))
 
 
-class Stops(Watcher):
-    """Cancels a run after some chunks."""
-
-    def __init__(self, chunks: int) -> None:
-        self.cancelled, self.left = threading.Event(), chunks
-
-    def events(self, number: int) -> None:
-        self.left -= 1
-        if self.left == 0:
-            self.cancelled.set()
-
-
 @pytest.mark.parametrize("name", CONFIGS)
 def test_checkpoints_do_not_change_a_bit(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -64,15 +49,12 @@ def test_checkpoints_do_not_change_a_bit(
     """Saved after every chunk, and with an interrupt after every third one."""
     text, overrides = CONFIGS[name]
     whole = made(tmp_path / "whole", text, *overrides)
-    finish(whole)
+    done(whole)
     monkeypatch.setattr(simulation, "CHUNK", PIECE)
     run = made(tmp_path / "pieces", text, *overrides)
     interrupts = 0
     while run.status(0, 0).state is not RepeatState.DONE:
-        watcher = Stops(3)
-        (result,) = execute(
-            run, workers=1, watcher=watcher, cancelled=watcher.cancelled, interval=0.0
-        )
+        (result,) = stopped(run, 2 * PIECE + 1, interval=0.0)
         assert result.error is None
         interrupts += run.status(0, 0).state is RepeatState.INTERRUPTED
     assert interrupts >= 2
@@ -88,8 +70,7 @@ def test_a_damaged_checkpoint_is_noticed(tmp_path: Path, monkeypatch: pytest.Mon
     text, overrides = CONFIGS["all pairs, free"]
     monkeypatch.setattr(simulation, "CHUNK", PIECE)
     run = made(tmp_path / "run", text, *overrides)
-    watcher = Stops(2)
-    execute(run, workers=1, watcher=watcher, cancelled=watcher.cancelled)
+    stopped(run, PIECE + 1)
     path = file_of(run, 0, 0)
     checkpoint = store.read_checkpoint(path)
     assert checkpoint is not None
@@ -99,10 +80,10 @@ def test_a_damaged_checkpoint_is_noticed(tmp_path: Path, monkeypatch: pytest.Mon
     path.write_bytes(image[: place + 9] + bytes([image[place + 9] ^ 1]) + image[place + 10 :])
     with pytest.raises(StoreError, match=r"its checkpoint is damaged|not a readable"):
         store.read_checkpoint(path)
-    (result,) = finish(run)
+    (result,) = done(run)
     assert (result.error, result.collisions) == (None, 140_000)
     whole = made(tmp_path / "whole", text, *overrides)
-    finish(whole)
+    done(whole)
     assert contents(run) == contents(whole)
 
 
@@ -118,8 +99,7 @@ def test_a_strangers_checkpoint_is_not_used(
     monkeypatch.setattr(simulation, "CHUNK", PIECE)
     runs = [made(tmp_path / name, text, *overrides, *more) for name, more in RUNS_OF_TWO_SEEDS]
     for run in runs:
-        watcher = Stops(2)
-        execute(run, workers=1, watcher=watcher, cancelled=watcher.cancelled)
+        stopped(run, PIECE + 1)
     path, other = (file_of(run, 0, 0) for run in runs)
     if forged == "another key":
         monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
@@ -134,7 +114,7 @@ def test_a_strangers_checkpoint_is_not_used(
             another.copy(layout.CHECKPOINT, file)
     with pytest.raises(StoreError, match="of another user, machine or version"):
         store.read_checkpoint(path)
-    (result,) = finish(runs[0])
+    (result,) = done(runs[0])
     user_key.cache_clear()
     assert (result.error, result.collisions) == (None, 140_000)
     assert "the repeat begins again" in caplog.text
@@ -149,9 +129,8 @@ def test_without_a_key_nothing_is_lost(
     text, overrides = CONFIGS["all pairs, free"]
     monkeypatch.setattr(simulation, "CHUNK", PIECE)
     run = made(tmp_path / "run", text, *overrides)
-    watcher = Stops(2)
-    execute(run, workers=1, watcher=watcher, cancelled=watcher.cancelled)
+    stopped(run, PIECE + 1)
     assert "a later run cannot continue this repeat" in caplog.text
     store.check(file_of(run, 0, 0))
-    (result,) = finish(run)
+    (result,) = done(run)
     assert (result.error, result.collisions) == (None, 140_000)

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from repeating import StopsAfter, bytes_of, contents, done, file_of, made
+from repeating import bytes_of, contents, done, file_of, made, stopped
 
 from snooker_cli import runs, store
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import StoreError
 from snooker_cli.runs import Run
-from snooker_cli.runs.batch import AbandonedError, Batch, Begun, RepeatResult
+from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import ThreadExecutor, Watcher, execute
 from snooker_cli.runs.folder import FAILURES, failures, record_failure
 from snooker_cli.runs.status import run_status
@@ -36,7 +36,8 @@ class Notes(Watcher):
 
     def simulating(self, compiling: float) -> None:
         assert compiling > 0
-        assert (self.collisions, [each for each in self.results if not each.cached]) == (0, [])
+        assert self.collisions == 0
+        assert all(result.cached for result in self.results)
         self.begun += 1
 
     def events(self, number: int) -> None:
@@ -59,12 +60,12 @@ def copied(finished_one_each: Run, tmp_path: Path) -> Run:
 def test_a_second_run_simulates_nothing(copied: Run) -> None:
     before, notes = bytes_of(copied.directory), Notes()
     results = done(copied, watcher=notes)
-    assert [(each.point, each.repeat) for each in results] == [
+    assert [(result.point, result.repeat) for result in results] == [
         (point.index, repeat)
         for point in copied.points
         for repeat in range(copied.experiment.repeats)
     ]
-    assert sorted(notes.results, key=lambda each: (each.point, each.repeat)) == results
+    assert sorted(notes.results, key=lambda result: (result.point, result.repeat)) == results
     for result in results:
         trace = copied.read(copied.points[result.point], result.repeat)
         assert (result.stop, result.collisions) == (trace.stop, trace.collisions)
@@ -116,14 +117,14 @@ def test_one_bad_file_is_done_again_and_only_that(
         with pytest.raises(StoreError, match=f"^{path}: {reason}"):
             list(copied.traces(copied.points[1]))
     results = done(copied, watcher=notes)
-    assert [(each.point, each.repeat) for each in results if not each.cached] == [(1, 1)]
+    assert [(result.point, result.repeat) for result in results if not result.cached] == [(1, 1)]
     after = bytes_of(copied.directory)
     name = "point-0001/repeats-0001-0001.h5"
     assert after.pop(name) != before.pop(name)
     assert after == before
     assert contents(copied) == contents(finished_run)
     assert len(notes.refused) == (reason != "")
-    assert all(each.startswith(f"{path}: {reason}") for each in notes.refused)
+    assert all(problem.startswith(f"{path}: {reason}") for problem in notes.refused)
 
 
 # Extending: the bits of a run that was as long from the start
@@ -147,13 +148,13 @@ def test_an_extended_run_has_the_bits_of_one_that_was_as_long_from_the_start(
     kept = contents(short)
     longer = made(tmp_path / "run", text, *after)
     assert [longer.shorter(point) for point in longer.points] == [3, 3]
-    assert not any(each.cached for each in done(longer))
+    assert not any(result.cached for result in done(longer))
     at_once = made(tmp_path / "at once", text, *after)
     done(at_once)
     assert contents(longer) == contents(at_once)
     assert contents(longer) != kept
     assert [longer.shorter(point) for point in longer.points] == [0, 0]
-    assert all(each.cached for each in done(longer))
+    assert all(result.cached for result in done(longer))
 
 
 def test_the_number_of_repeats_can_change(copied: Run, small_config: str, tmp_path: Path) -> None:
@@ -161,7 +162,7 @@ def test_the_number_of_repeats_can_change(copied: Run, small_config: str, tmp_pa
     assert len(done(made(copied.directory, small_config, "repeats=2"))) == 4
     assert bytes_of(copied.directory) == before
     longer = made(copied.directory, small_config, "repeats=5")
-    assert [each.repeat for each in done(longer) if not each.cached] == [3, 4, 3, 4]
+    assert [result.repeat for result in done(longer) if not result.cached] == [3, 4, 3, 4]
     assert before.items() <= bytes_of(copied.directory).items()
     at_once = made(tmp_path / "at once", small_config, "repeats=5")
     done(at_once)
@@ -170,33 +171,26 @@ def test_the_number_of_repeats_can_change(copied: Run, small_config: str, tmp_pa
 
 @pytest.mark.parametrize(("stopped_after", "replaced"), [(1, False), (70_000, True)])
 def test_an_interrupt_while_extending_loses_no_collision(
-    stopped_after: int, replaced: bool, small_config: str, tmp_path: Path
+    stopped_after: int, replaced: bool, one_point: str, tmp_path: Path
 ) -> None:
     """The old file stays unless the new repeat has come as far; chunks are of 16,384."""
-    text = small_config.replace("sweep: {cor: [0.85, 1.0]}\n", "").replace("cor: 0.85", "cor: 1")
-    short = made(tmp_path / "run", text, "collisions=70000", "repeats=1")
+    short = made(tmp_path / "run", one_point, "collisions=70000", "repeats=1")
     done(short)
     before = bytes_of(short.directory)
-    longer = made(tmp_path / "run", text, "collisions=200000", "repeats=1")
-    cancelled = threading.Event()
-    (stopped,) = execute(
-        longer, workers=1, watcher=StopsAfter(stopped_after, cancelled), cancelled=cancelled
-    )
-    assert stopped.stop is not None
-    assert stopped.stop.reason is StopReason.INTERRUPTED
+    longer = made(tmp_path / "run", one_point, "collisions=200000", "repeats=1")
+    (result,) = stopped(longer, stopped_after)
+    assert result.stop is not None
+    assert result.stop.reason is StopReason.INTERRUPTED
     assert (bytes_of(longer.directory) != before) == replaced
-    assert stopped.unstored == (not replaced)
+    assert result.unstored == (not replaced)
     (header,) = store.check(longer.path(0, [0]))
     assert header.collisions == (81_920 if replaced else 70_000)
     assert longer.shorter(longer.points[0]) == (not replaced)
     assert not list(tmp_path.rglob("*.part"))
     done(longer)
-    at_once = made(tmp_path / "at once", text, "collisions=200000", "repeats=1")
+    at_once = made(tmp_path / "at once", one_point, "collisions=200000", "repeats=1")
     done(at_once)
     assert contents(longer) == contents(at_once)
-
-
-# The same bits
 
 
 # Failures
@@ -220,7 +214,7 @@ def test_one_failing_repeat_does_not_stop_the_others(
     assert (first["done"], first["failed"], first["to_do"], second["done"]) == (2, 1, 0, 3)
     assert first["remarks"] == [{"repeat": 1, "remark": f"failed: {failed[0].error}"}]
     copied.path(0, [1]).rmdir()
-    assert [each.cached for each in done(copied)] == [True, False, True, True, True, True]
+    assert [result.cached for result in done(copied)] == [True, False, True, True, True, True]
     assert failures(copied) == {}
     assert not (copied.directory / FAILURES).exists()
     assert contents(copied) == contents(finished_run)
@@ -273,20 +267,6 @@ def test_a_cancelled_run_leaves_threads_alone_that_have_nothing_to_store() -> No
         cancelled.set()
         assert list(results) == []
     continues.set()
-
-
-def test_what_begins_too_late_is_abandoned() -> None:
-    long, stored, short = Batch(0, (0,)), Batch(1, (0, 1)), Batch(1, (2, 3))
-    mine = Begun(threading.Event())
-    mine.add(long, stores=True)
-    mine.add(stored, stores=True)
-    mine.add(short, stores=False)
-    assert mine.stop() == {long, stored}
-    mine.add(long, stores=True)
-    for late in (short, Batch(0, (1,))):
-        with pytest.raises(AbandonedError):
-            mine.add(late, stores=True)
-    assert mine.stop() == {long, stored}
 
 
 def test_nothing_begins_in_a_cancelled_run(small_config: str, tmp_path: Path) -> None:

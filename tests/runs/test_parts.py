@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-import threading
 from pathlib import Path
 
 import pytest
@@ -13,10 +12,8 @@ from repeating import batches_of, contents, created, done, made, run_of
 
 from snooker_cli import runs
 from snooker_cli.errors import RunError
-from snooker_cli.runs.execution import Watcher, execute, share_of
+from snooker_cli.runs.execution import share_of
 from snooker_cli.runs.folder import locked_for_part
-
-SWEEP = ("cor=0.8:1.0:8",)
 
 
 def names(directory: Path) -> set[str]:
@@ -32,14 +29,8 @@ def test_parts_make_the_files_of_a_plain_run_and_nothing_twice(parts: int, tmp_p
         plain, shared = (made(tmp_path / name, SMALL, "repeats=7") for name in ("a", "b"))
         done(plain)
         for part in range(1, parts + 1):
-            found = execute(
-                shared,
-                workers=1,
-                watcher=Watcher(),
-                cancelled=threading.Event(),
-                part=share_of(shared, part, parts)[0],
-            )
-            simulated += [(each.point, each.repeat) for each in found if not each.cached]
+            results = done(shared, part=share_of(shared, part, parts)[0])
+            simulated += [(result.point, result.repeat) for result in results if not result.cached]
     assert len(simulated) == len(set(simulated)) == 14
     assert names(plain.directory) == names(shared.directory)
     assert contents(plain) == contents(shared)
@@ -55,8 +46,7 @@ def test_parts_delete_nothing_and_a_plain_run_does(tmp_path: Path) -> None:
     runs.create(longer)
     before = names(run.directory)
     for part in (1, 2):
-        share = share_of(longer, part, 2)[0]
-        execute(longer, workers=1, watcher=Watcher(), cancelled=threading.Event(), part=share)
+        done(longer, part=share_of(longer, part, 2)[0])
     assert names(run.directory) > before
     done(longer)
     assert len([*longer.directory.glob("point-*/*.h5")]) < len(before)
@@ -88,10 +78,3 @@ def test_a_part_is_planned_alone_and_may_be_empty(here: Path, snooker: Snooker) 
     for dry in (["--dry-run"], []):
         ended = snooker("run", "small.yaml", "--part", "3/16", *dry)
         assert (ended.code, ended.out) == (0, sentence)
-
-
-@pytest.mark.parametrize("part", ["0/3", "4/3", "3", "a/b", "1/0"])
-def test_a_part_that_cannot_be_is_refused(part: str, here: Path, snooker: Snooker) -> None:
-    assert snooker("run", "small.yaml", "--part", part).code == 2
-    assert snooker("run", "small.yaml", "--part", "1/2", "--fresh").code == 2
-    assert not Path("runs").exists()

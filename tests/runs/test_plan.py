@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from snooker_cli.config import parse, points
-from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
 from snooker_cli.errors import SceneError
 from snooker_cli.placement.starting_scene import starting_scene
@@ -30,23 +29,6 @@ cor: 1
 collisions: 10
 """
 
-ELASTIC = {
-    "cells": False,
-    "balls sorted by cells": False,
-    "straight walls": False,
-    "periodic images": False,
-    "moving container": False,
-    "unequal balls": False,
-    "sliding along the wall": False,
-    "events": True,
-    "losses between balls": False,
-    "losses at the wall": False,
-    "wall traps": False,
-    "collapse": True,
-    "lasting contacts": False,
-    "slow collisions elastic": False,
-}
-
 TWO_BALLS = """\
 container: {radius: 10.0}
 balls:
@@ -62,56 +44,10 @@ def classes_of(text: str, *overrides: str, engine: str | None = None) -> list[Sc
     return scene_classes(points(parse(text, overrides=overrides).experiment), engine)
 
 
-def test_a_class_holds_points_that_need_the_same(small_config: str) -> None:
-    (one,) = classes_of(small_config, "balls.rings=0,2,1", "cor=0.7,0.8")
-    lossy = ("moving container", "losses between balls", "losses at the wall", "wall traps")
-    assert one.models == ELASTIC | dict.fromkeys(lossy, True)
-    assert (one.shape, one.balls) == (Circle, (1, 19, 7, 1, 19, 7))
-    assert [point.index for point in one.points] == list(range(6))
-    fixed, free = classes_of(small_config, "container.mass=.inf,1e7", "cor=1")
-    assert (fixed.models["moving container"], free.models["moving container"]) == (False, True)
-
-
-@pytest.mark.parametrize(
-    ("overrides", "modelled"),
-    [
-        (("balls.count=80",), []),
-        (("balls.count=200",), ["cells"]),
-        (("balls.count=4096", "balls.radius=0.05"), ["cells", "balls sorted by cells"]),
-        (("balls.count=80", "wall_cor=0.9"), ["losses at the wall", "wall traps"]),
-        (
-            ("balls.count=80", "wall_cor=0.9", "collapse=slide"),
-            ["losses at the wall", "sliding along the wall"],
-        ),
-        (("balls.count=80", "collapse={tc: 0.01}"), ["lasting contacts"]),
-        (
-            ("container={shape: box, width: 20}", "cor=0.9", "collapse={elastic_below: 0.01}"),
-            [
-                "cells",
-                "straight walls",
-                "losses between balls",
-                "losses at the wall",
-                "slow collisions elastic",
-            ],
-        ),
-        (
-            ("container={shape: periodic, width: 20}", "cor=0.9"),
-            ["cells", "periodic images", "losses between balls"],
-        ),
-    ],
-)
-def test_only_what_a_scene_needs_is_modelled(
-    overrides: tuple[str, ...], modelled: list[str]
-) -> None:
-    (each,) = classes_of(GAS, *overrides)
-    assert each.models == ELASTIC | dict.fromkeys(modelled, True)
-    (each,) = classes_of(GAS, *overrides, "record=summary", "collisions=2000")
-    assert each.models == ELASTIC | dict.fromkeys(modelled, True) | {"events": False}
-
-
 def test_an_engine_can_be_forced_upon_all_scenes_it_knows(small_config: str) -> None:
     assert classes_of(GAS, engine="allpairs")[0].models["cells"] is False
-    assert {each.models["cells"] for each in classes_of(small_config, engine="cells")} == {True}
+    scene_class, _ = classes_of(small_config, engine="cells")
+    assert scene_class.models["cells"]
     with pytest.raises(SceneError, match="allpairs knows no box: use cells") as caught:
         classes_of(GAS, "container={shape: box, width: 20}", engine="allpairs")
     assert caught.value.key == "container.shape"
@@ -139,16 +75,6 @@ def test_a_plan_counts_what_is_left_to_do(finished_run: Run) -> None:
     plan = run_plan(finished_run, classes, workers=2, fresh=True)
     assert (plan["to_do"], plan["collisions"], plan["threads"]) == (6, 900, 2)
     assert not is_excessive(plan)
-
-
-def test_the_time_of_a_plan_is_near_a_measured_one() -> None:
-    """11 x 200 repeats took 59 s on two processors (Intel, 2.5 GHz), with their files."""
-    overrides = ["balls.count=1000", "balls.packing=0.1", "balls.start=random", "cor=0.5:1:11"]
-    overrides += ["collisions=20000", "repeats=200", "container={shape: periodic}"]
-    loaded = parse(GAS, overrides=overrides)
-    every, classes = checked(loaded)
-    plan = run_plan(Run(Path("absent"), loaded.experiment, every, None), classes, workers=2)
-    assert 59 / 1.5 < plan["seconds"] < 59 * 1.5
 
 
 @pytest.mark.parametrize(
@@ -186,12 +112,6 @@ def test_a_repeat_without_an_end_is_planned() -> None:
     assert is_excessive(plan)
 
 
-def test_balls_at_rest_are_planned() -> None:
-    still = TWO_BALLS.replace("[1, 0.1]", "[0, 0]").replace("[-1, 0]", "[0, 0]")
-    (one,) = classes_of(still.replace("collisions: 10", "time: 1"))
-    assert one.rates == ((0.0, 0.0),)
-
-
 def sizes(*overrides: str, engine: str | None = None) -> list[int]:
     """The batch size of a small gas for each of several limits."""
     common = ("balls.count=37", *overrides)
@@ -214,16 +134,3 @@ def test_batches_are_of_about_a_second_or_16_megabytes() -> None:
     assert summaries[-2] > events[-2]  # a summary of long repeats takes less memory
     assert sizes("repeats=500", "seed=7") == events
     assert min(sizes(engine="cells")) == 1
-
-
-def test_the_size_of_a_batch_that_ends_at_a_time() -> None:
-    """By the collisions of elastic balls in that time."""
-    gas = GAS.replace("collisions: 10\n", "")
-    found = [
-        batch_size(parse(gas, overrides=[f"time={seconds}"]).experiment, None)
-        for seconds in (1e-3, 1, 1e2, 1e4)
-    ]
-    assert found == sorted(found, reverse=True)
-    assert (found[0] > 100, found[-1]) == (True, 1)
-    both = parse(gas, overrides=["time=1e4", "collisions=10"]).experiment
-    assert batch_size(both, None) == batch_size(parse(GAS).experiment, None)

@@ -46,28 +46,14 @@ def test_processes_store_the_same_bits_as_threads(small_config: str, tmp_path: P
         made(tmp_path / name, small_config, "repeats=5") for name in ("processes", "threads")
     )
     watcher = Counts()
-    found = execute(
-        by_processes,
-        workers=2,
-        watcher=watcher,
-        cancelled=threading.Event(),
-        processes=True,
-    )
+    found = done(by_processes, workers=2, watcher=watcher, processes=True)
     expected = done(by_threads, workers=2)
     assert watcher.processes == 2
-    assert watcher.collisions == sum(each.collisions for each in expected)
-    assert [(each.point, each.repeat, each.stop) for each in found] == [
-        (each.point, each.repeat, each.stop) for each in expected
+    assert watcher.collisions == sum(result.collisions for result in expected)
+    assert [(result.point, result.repeat, result.stop) for result in found] == [
+        (result.point, result.repeat, result.stop) for result in expected
     ]
     assert contents(by_processes) == contents(by_threads)
-
-
-def test_few_batches_or_one_worker_need_no_process(small_config: str, tmp_path: Path) -> None:
-    for workers, repeats in ((2, 2), (1, 8)):
-        run, watcher = made(tmp_path / str(workers), small_config, f"repeats={repeats}"), Counts()
-        execute(run, workers=workers, watcher=watcher, cancelled=threading.Event(), processes=True)
-        assert watcher.collisions > 0
-        assert watcher.processes == 0
 
 
 class StopsLate(StopsAfter):
@@ -82,18 +68,12 @@ class StopsLate(StopsAfter):
 def test_an_interrupt_abandons_batches_and_a_later_run_completes_them(
     small_config: str, tmp_path: Path
 ) -> None:
-    run, cancelled = made(tmp_path / "run", small_config, "repeats=400"), threading.Event()
-    first = execute(
-        run,
-        workers=2,
-        watcher=StopsLate(1, cancelled),
-        cancelled=cancelled,
-        processes=True,
-    )
+    run = made(tmp_path / "run", small_config, "repeats=400")
+    first = done(run, workers=2, watcher=StopsLate(1), processes=True)
     assert 0 < len(first) < 800
     assert not multiprocessing.active_children()
     assert not list(run.directory.rglob("*.part"))
-    assert sum(not each.cached for each in done(run)) == 800 - len(first)
+    assert sum(not result.cached for result in done(run)) == 800 - len(first)
 
 
 def test_an_interrupt_does_not_wait_for_long_batches(small_config: str, tmp_path: Path) -> None:
@@ -111,14 +91,14 @@ class Kills(Watcher):
     """Kills the processes after the first batch."""
 
     def events(self, _number: int) -> None:
-        for each in multiprocessing.active_children():
-            each.kill()
+        for process in multiprocessing.active_children():
+            process.kill()
 
 
 def test_a_killed_process_is_one_sentence(small_config: str, tmp_path: Path) -> None:
     run = made(tmp_path / "run", small_config, "repeats=400")
     with pytest.raises(RunError, match=r"the system ended a process of this run.*fewer --jobs"):
-        execute(run, workers=2, watcher=Kills(), cancelled=threading.Event(), processes=True)
+        done(run, workers=2, watcher=Kills(), processes=True)
     assert len(done(run)) == 800
 
 

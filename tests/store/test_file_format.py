@@ -149,7 +149,7 @@ def compare(
     assert (units, expected) == ({}, {})
     named = {*promised, *(f"{holder}/" for holder, _ in attributes(attrs, kinds))}
     for name in there:
-        assert any(f"{each}/".startswith(f"{name}/") for each in named), name
+        assert any(f"{full_name}/".startswith(f"{name}/") for full_name in named), name
 
 
 def trace_of(scene: str, record: str) -> Trace:

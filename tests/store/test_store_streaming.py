@@ -6,14 +6,10 @@ import subprocess
 import sys
 import threading
 import tracemalloc
-import zlib
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
-from numpy.typing import NDArray
 from repeating import content_hash
 
 from snooker_cli import store
@@ -22,7 +18,6 @@ from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance, Recorder
-from snooker_cli.store.hdf5 import packed
 from snooker_cli.store.writer import ROWS, WAITING
 from snooker_cli.trace import Events, Trace, joined
 
@@ -44,19 +39,6 @@ def events_of(trace: Trace) -> Events:
     return trace.events
 
 
-def test_a_streamed_repeat_is_read_as_the_same_bits(
-    scene: Scene, trace: Trace, tmp_path: Path, provenance: Provenance
-) -> None:
-    path = tmp_path / "point" / "streamed.h5"
-    with Recorder(path) as recorder:
-        recorder.end(0, simulate(scene, collisions=LONG, sink=recorder.add))
-        recorder.finish(provenance)
-    ((found, header),) = store.read(path)
-    assert header.fingerprint == content_hash(found) == content_hash(trace)
-    assert header.provenance == provenance
-    assert [entry.name for entry in path.parent.iterdir()] == ["streamed.h5"]
-
-
 @pytest.mark.parametrize("number", [0, 1, ROWS - 1, ROWS, ROWS + 1, 2 * ROWS, LONG])
 @pytest.mark.parametrize("piece", [777 * 13, ROWS, LONG])
 def test_the_pieces_do_not_matter(
@@ -75,7 +57,7 @@ def test_the_pieces_do_not_matter(
         whole = content_hash(replace(trace, events=events))
         assert content_hash(found) == header.fingerprint == whole
         assert len(events_of(found)) == number
-    assert [each.stop for each in store.check(tmp_path / "pieces.h5")] == [trace.stop] * 2
+    assert [header.stop for header in store.check(tmp_path / "pieces.h5")] == [trace.stop] * 2
 
 
 def test_what_is_not_finished_leaves_nothing(trace: Trace, tmp_path: Path) -> None:
@@ -113,28 +95,7 @@ def test_memory_is_bounded_by_chunks(trace: Trace, tmp_path: Path, provenance: P
 
 # Chunks, which are packed by hand as HDF5's own filters would
 
-GENERATOR = np.random.default_rng(1)
-COLUMNS: dict[str, tuple[NDArray[Any], float]] = {
-    "noise": (GENERATOR.random(ROWS), 0.94),  # of 8 bytes below 1, the first is not noise
-    "times": (np.cumsum(GENERATOR.exponential(size=ROWS)), 0.75),
-    "one value": (np.full(ROWS, 0.1), 0.01),
-    "pairs": (GENERATOR.integers(-1, 37, size=(ROWS, 1, 2), dtype=np.int32), 0.3),
-    "histogram": (GENERATOR.integers(0, 9, size=(ROWS // 32, 32)), 0.2),
-    "bytes": (GENERATOR.integers(-(2**63), 2**63 - 1, size=ROWS), 1.001),
-}
 """Columns, and the largest part of their size that is left."""
-
-
-@pytest.mark.parametrize("name", COLUMNS)
-def test_zlib_reads_a_packed_chunk(name: str) -> None:
-    """One that is not full ends in zeros."""
-    values, most = COLUMNS[name]
-    assert len(packed(values, len(values))) < most * values.nbytes
-    for rows in (1, 2, 255, 4096 // 32, len(values) - 1, len(values)):
-        padded = np.zeros_like(values)
-        padded[:rows] = values[:rows]
-        shuffled = padded.view(np.uint8).reshape(-1, values.itemsize).T.tobytes()
-        assert zlib.decompress(packed(values[:rows], len(values))) == shuffled
 
 
 # A full disk

@@ -233,13 +233,6 @@ def test_a_ball_in_a_dilute_gas_meets_the_others(container):
     np.testing.assert_allclose(excesses, one, rtol=1e-4)
 
 
-@pytest.mark.parametrize("container", [CIRCLE, Box(20.0, 12.0)], ids=["circle", "box"])
-def test_tiny_balls_are_an_ideal_gas(container):
-    found = theory.fluid_state(N, T, 1e-7, container)
-    ideal = theory.accessible_wall_pressure(N, T, 1e-7, container)
-    assert (found.pressure / ideal, found.virial_ratio) == pytest.approx((1, 1), rel=1e-12)
-
-
 @pytest.mark.parametrize("eta", [1e-6, 0.2, 0.4, 0.64])
 def test_a_periodic_box_is_bulk(eta):
     box = PeriodicBox(30.0, 18.0)
@@ -256,13 +249,3 @@ def test_what_is_no_fluid_is_refused(number, radius):
         theory.fluid_state(number, T, radius, Circle(R))
     with pytest.raises(ValueError, match="no fluid"):
         theory.collision_rates(number, T, radius, Circle(R))
-
-
-def test_published_ratios_are_found_by_their_packing():
-    half_of_close = math.pi / (2 * math.sqrt(3)) / 2
-    assert theory.published_ratio(half_of_close).ratio == 3.4243
-    found = theory.published_ratio(0.7)
-    assert found.source == "Engel et al. 2013"
-    assert digits(found.ratio, "10.306")
-    assert theory.published_ratio(0.7 + 2e-5) is None
-    assert theory.published_ratio(0.4) is None

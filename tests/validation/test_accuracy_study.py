@@ -1,16 +1,11 @@
 """Averages, predictions and the exact twin in ``snooker bench error``."""
 
-import math
-
 import numpy as np
-import pytest
 
 from snooker_cli.validation.accuracy_study import (
     against_truth,
-    averages,
-    quantities,
 )
-from snooker_cli.validation.methods import ReferenceScene, all_methods, by_engine, rings
+from snooker_cli.validation.methods import ReferenceScene, all_methods, rings
 
 METHODS = all_methods((1e-3, 1e-4))
 
@@ -21,21 +16,6 @@ def seven(repeat=0):
 
 
 SEVEN = ReferenceScene("seven", "seven balls", 40, seven)
-
-
-def test_averages_are_compared_with_the_first_method():
-    first, other = averages(SEVEN, (METHODS[0], METHODS[2]), 1.0, 5)["methods"]
-    courses = [by_engine(seven(repeat), np.array([1.0])) for repeat in range(5)]
-    values = [quantities(course, 1.0) for course in courses]
-    assert [bias["quantity"] for bias in first["biases"]] == list(values[0])
-    for bias in first["biases"]:
-        column = np.array([value[bias["quantity"]] for value in values])
-        assert bias["mean"] == pytest.approx(np.mean(column), rel=1e-14)
-        assert bias["error"] == pytest.approx(np.std(column, ddof=1) / math.sqrt(5), rel=1e-12)
-        assert bias["difference"] == 0.0
-    assert (first["overlapping"], other["overlapping"]) == (0, 5)
-    for a, b in zip(first["biases"], other["biases"], strict=True):
-        assert b["difference"] == pytest.approx(b["mean"] - a["mean"], abs=1e-12)
 
 
 def test_methods_beside_the_exact_twin():

@@ -2,32 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from snooker_cli import store
 from snooker_cli.errors import StoreError, UserError
 from snooker_cli.validation.speed_study import (
-    SpeedCase,
     SpeedStudy,
     earlier_record,
     short_repeats,
 )
 
 FULL_STUDY, QUICK_STUDY = (SpeedStudy.planned(name) for name in ("full", "quick"))
-
-
-def test_rates_are_of_the_time_between_looks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A chunk has 16,384 collisions here; by this clock, each but the first takes 0.16384 s."""
-    clock = iter(9.0 + 0.16384 * np.arange(10))
-    monkeypatch.setattr("snooker_cli.validation.speed_study.time.process_time", lambda: next(clock))
-    found = replace(QUICK_STUDY, events=16_384).timing(SpeedCase(37, 0.37))
-    for key in ("median", "lowest", "highest"):
-        assert found[key] == pytest.approx(1e5)
 
 
 def test_short_repeats_that_cannot_be_stored_end_the_measurement(
