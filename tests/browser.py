@@ -39,7 +39,7 @@ class Browser:
         self.back, ours = os.pipe()
         options = (
             *("--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe"),
-            *("--window-size=1160,900", f"--user-data-dir={profile}", "about:blank"),
+            *("--window-size=1160,700", f"--user-data-dir={profile}", "about:blank"),
         )
         self.process = subprocess.Popen(
             [sys.executable, "-c", PLUMBING, str(theirs), str(ours), CHROMIUM, *options],
@@ -75,6 +75,13 @@ class Browser:
         self._ask("Page.navigate", url=path.as_uri() + link)
         while self._next().get("method") != "Page.loadEventFired":
             pass
+
+    def look(self, width: int, dark: bool, height: int = 900) -> None:
+        """Show pages at this size, px, and in dark mode or not."""
+        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        self._ask("Emulation.setDeviceMetricsOverride", **metrics)
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self._ask("Emulation.setEmulatedMedia", features=[scheme])
 
     def value(self, expression: str) -> Any:
         """The value of a JavaScript expression or promise, which may do what a click may."""

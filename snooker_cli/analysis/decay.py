@@ -314,6 +314,7 @@ def _curves(measured: Measurements, name: str, since: float, until: float) -> Cu
         first = time[np.arange(len(time)), np.argmax(inside, axis=1)]
     else:
         weight, time, value = (measured.points[:, quantity.column, row] for row in range(3))
+        # The first sample is the curve's first row; a point may lie beside it.
         first = measured.samples[:, quantity.column, 0, 0]
     used = weight > 0
     starts = np.cumsum([0, *used.sum(axis=1)])

@@ -460,6 +460,7 @@ def condense(
                         instant = (time[before] + time[row]) / 2
                         width, energy = instant - time[before], values[before, KINETIC]
                         if not held[repeat]:
+                            # The mean of a straight line over its first half.
                             energy += (values[row, KINETIC] - energy) / 4
                         until = moved_before + energy * width
                         middle = value_of(quantity, before, instant, until, values, sizes)

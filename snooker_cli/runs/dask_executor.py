@@ -224,7 +224,7 @@ class DaskExecutor(Executor):
                 theirs = f"no such snooker ({error_text(theirs)})"
             raise _other_software(f"the worker at {address}", theirs, mine)
 
-    def _still_stores(self, pending: Iterable[Any]) -> bool:
+    def _stop_and_ask(self, pending: Iterable[Any]) -> bool:
         if self._stopping is None:
             self._deadline = time.monotonic() + SAVE_TIMEOUT
             asking = ThreadPoolExecutor(1)  # ``Client.run`` waits for an answer of each worker

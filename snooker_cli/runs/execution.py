@@ -103,7 +103,7 @@ class Executor(AbstractContextManager["Executor"]):
                     future = self._pool.submit(function, item)
                     pending[future] = item
                     future.add_done_callback(ended.put)
-            elif not self._still_stores(pending.values()):
+            elif not self._stop_and_ask(pending.values()):
                 return
             if not pending:
                 return
@@ -120,7 +120,7 @@ class Executor(AbstractContextManager["Executor"]):
             yield results
 
     @abstractmethod
-    def _still_stores(self, pending: Iterable[Any]) -> bool:
+    def _stop_and_ask(self, pending: Iterable[Any]) -> bool:
         """Stop a cancelled run. Whether one of the pending items may still be stored."""
 
     def _result(self, future: Future[Result], _item: Any) -> Result:
@@ -158,7 +158,7 @@ class ThreadExecutor(Executor):
         simulated = partial(simulate_and_store, job, begun=self._begun, events=watcher.events)
         yield from self.results(simulated, missing)
 
-    def _still_stores(self, pending: Iterable[Any]) -> bool:
+    def _stop_and_ask(self, pending: Iterable[Any]) -> bool:
         return not self._begun.stop().isdisjoint(pending)
 
 
@@ -184,7 +184,7 @@ class ProcessExecutor(Executor):
                 "run the same command again, with fewer --jobs",
             ) from None
 
-    def _still_stores(self, pending: Iterable[Any]) -> bool:
+    def _stop_and_ask(self, pending: Iterable[Any]) -> bool:
         self._stopped.set()  # each process then ends its batch soon, stored or abandoned
         return True
 
@@ -242,9 +242,8 @@ def execute(
         imports the main module again.
 
     An error in one repeat does not stop the others. The caller handles signals: it sets
-    ``cancelled``. Saved fits and comparisons of fewer repeats are deleted. Raises ``RunError``
-    if the run's folder is gone or another one; ``cancelled`` is then set. Raises ``DeniedError``
-    for a file that cannot be read, before anything is simulated.
+    ``cancelled``. Raises ``RunError`` if the run's folder is gone or another one; ``cancelled`` is
+    then set. Raises ``DeniedError`` for a file that cannot be read, before anything is simulated.
     """
     results: list[RepeatResult] = []
     manifest = manifest_number(run.directory)
@@ -270,7 +269,7 @@ def execute(
             if status.state is not RepeatState.DONE
         ]
         # Simulate and store these.
-        if part is None:
+        if part is None and not cancelled.is_set():
             discard(run.directory / FAILURES)
         if missing and not cancelled.is_set():
             batches = _batches(run, missing)

@@ -43,10 +43,13 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 @pytest.fixture
 def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
-    """Open the page of films, 20 s long, at a link; it must not complain."""
+    """Open the page of films, 20 s long, at a link and in a window; it must not complain."""
 
-    def show(*shown: Film, link: str = "") -> Browser:
+    def show(
+        *shown: Film, link: str = "", width: int = 1160, height: int = 900, dark: bool = False
+    ) -> Browser:
         (tmp_path / "film.html").write_text(page(*shown, seconds=20.0), encoding="utf-8")
+        browser.look(width, dark, height)
         browser.open(tmp_path / "film.html", link)
         return browser
 
@@ -155,6 +158,32 @@ def test_balls_that_slide_are_where_the_trace_has_them(opened: Opened) -> None:
             ".pressure(player.screens[0].motion.count(time), time))"
         )
         np.testing.assert_allclose(pressures, made.pressure(np.array(times)), rtol=1e-12)
+
+
+LOOKS = """
+(() => {
+  const bottom = (name) => find(name).getBoundingClientRect().bottom;
+  return {
+    fits: document.documentElement.scrollWidth <= innerWidth,
+    lowest: Math.max(...["play", "scrub", "said"].map(bottom)),
+    highest: player.screens[0].arena.canvas.getBoundingClientRect().top,
+    paper: getComputedStyle(document.body).backgroundColor,
+    ink: paint("ink").trim(),
+  };
+})()
+"""
+
+
+@pytest.mark.parametrize(("width", "height", "dark"), [(390, 664, False), (1160, 900, True)])
+def test_the_page_fits_a_phone_and_follows_the_dark_mode(
+    width: int, height: int, dark: bool, opened: Opened
+) -> None:
+    """The arena and the buttons are visible together."""
+    seen = opened(films()["free"], width=width, height=height, dark=dark).value(LOOKS)
+    assert seen["fits"]
+    assert 0 <= seen["highest"] < seen["lowest"] <= height
+    assert seen["paper"] == ("rgb(20, 24, 30)" if dark else "rgb(255, 255, 255)")
+    assert seen["ink"] == ("#e6eaf0" if dark else "#1c2430")
 
 
 LINKED = """
