@@ -6,10 +6,13 @@ A law is a ``NamedTuple`` of numbers, whose names are its config keys; at the wa
 cor : every law's first number: the coefficient of restitution e, 0 to 1, of fast collisions
 kick : a method that kernels compile, with ``+ - * / sqrt`` only, so that bits are the same
     everywhere. It gives the change of the normal speed, in the unit of ``normal``.
-constant : whether e is the same at all speeds; theories, wall traps and slides need it
+constant : whether e is the same at all speeds; theories and slides need it
 gains : whether a collision can give energy to the balls
+loses : whether every hit takes a share of the normal speed, so that infinitely many hits of a
+    circular wall may follow each other in finite time. Such a law has ``bounce_sums`` too.
 """
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple, TypeAlias
 
@@ -27,6 +30,10 @@ class Constant(NamedTuple):
     def gains(self) -> bool:
         return False
 
+    @property
+    def loses(self) -> bool:
+        return self.cor < 1.0
+
     def kick(self, normal: float, _length: float) -> float:
         """(1 + e) v_n, over a length.
 
@@ -35,10 +42,62 @@ class Constant(NamedTuple):
         """
         return (1.0 + self.cor) * normal
 
+    def recoil(self, normal: float, _length: float, elastic: bool) -> float:
+        return (1.0 - (1.0 if elastic else self.cor)) * normal
 
-Law: TypeAlias = Constant
+    def bounce_sums(self, _normal: float, _length: float) -> tuple[float, float]:
+        return 1.0 - self.cor, (1.0 + self.cor) / (1.0 - self.cor)
 
-LAWS: Mapping[str, type[Law]] = {"constant": Constant}
+
+class Viscoelastic(NamedTuple):
+    """Restitution that depends on the normal speed v: 1 - (1 - e) (v/v0)^(3/4) below v0, else e.
+
+    Slow collisions are almost elastic (Bizon et al., Phys. Rev. Lett. 80, 57 (1998)).
+
+    cor_speed : v0, m/s
+    """
+
+    cor: float
+    cor_speed: float
+
+    @property
+    def constant(self) -> bool:
+        return False
+
+    @property
+    def gains(self) -> bool:
+        return False
+
+    @property
+    def loses(self) -> bool:
+        return self.cor < 1.0
+
+    def kick(self, normal: float, length: float) -> float:
+        root = math.sqrt(min(abs(normal) * length / self.cor_speed, 1.0))
+        return (2.0 - (1.0 - self.cor) * (root * math.sqrt(root))) * normal
+
+    def bounce_sums(self, normal: float, length: float) -> tuple[float, float]:
+        """For c = 1 - e and s = v/v0 the speeds add up to at most v0/c (4 s^(1/4), or 3 + s above 1).
+
+        This bound G(v) is concave, and its derivative times what a hit takes is v. So a hit lowers
+        it by v or more.
+        """
+        part = normal * length / self.cor_speed
+        if part == 0.0:
+            return 1.0, 2.0
+        root = math.sqrt(min(part, 1.0))
+        share = 0.25 * root * math.sqrt(root) if part < 1.0 else part / (3.0 + part)
+        loss = (1.0 - self.cor) * share
+        return loss, 2.0 / loss
+
+    def is_endless(self, bounces: int) -> bool:
+        """After 2^20 bounces: normal speeds fall as k^(-4/3), and the time left only as k^(-1/3)."""
+        return bounces >= 1 << 20
+
+
+Law: TypeAlias = Constant | Viscoelastic
+
+LAWS: Mapping[str, type[Law]] = {"constant": Constant, "viscoelastic": Viscoelastic}
 """The laws by their word in files; the first is the default."""
 
 

@@ -306,9 +306,15 @@ class Experiment(Model):
     """Coefficient of restitution between balls, 0 (no rebound) to 1 (elastic)."""
     wall_cor: Restitution | None = None
     """Coefficient of restitution at the wall, 0 to 1; absent or null: as cor."""
+    cor_speed: Positive | None = None
+    """Relative normal speed v₀, m/s, below which collisions between balls become more elastic:
+    e(v) = 1 − (1 − cor)(v/v₀)^¾. Absent: cor at all speeds. Balls among themselves then no longer
+    collapse."""
+    wall_cor_speed: Positive | None = None
+    """The same at the wall, with wall_cor; absent: one CoR at all speeds."""
     collapse: Collapse = "stop"
     """What to do about infinitely many collisions in finite time. stop (the default): end the
-    repeat and report it. slide: let the ball slide along a circle's fixed wall. tc: contacts have
+    repeat and report it. With cor_speed only wall traps remain. slide: let the ball slide along a circle's fixed wall. tc: contacts have
     a duration; elastic_below: slow collisions are elastic; with either there is no collapse."""
     collisions: Count | None = None
     """Stop after this many collisions; with `time`, whichever comes first."""
@@ -354,12 +360,12 @@ class Experiment(Model):
     @property
     def pair_law(self) -> Law:
         """The law of collisions between balls."""
-        return law_of(cor=self.cor)
+        return law_of(cor=self.cor, cor_speed=self.cor_speed)
 
     @property
     def wall_law(self) -> Law:
         """The law of collisions at the wall."""
-        return law_of(cor=self.effective_wall_cor)
+        return law_of(cor=self.effective_wall_cor, cor_speed=self.wall_cor_speed)
 
     @property
     def contact_duration(self) -> float:
@@ -425,6 +431,9 @@ def _faults(experiment: Experiment) -> Iterator[Problem]:
             f"slide adds up bounces one by one, too many for a wall CoR between 1 − {LEAST_LOSS:g} "
             "and 1; set wall_cor: 1, or collapse: stop"
         )
+        yield Problem(("collapse",), sentence)
+    if experiment.collapse == "slide" and experiment.wall_cor_speed is not None:
+        sentence = "slide needs one CoR at all speeds at the wall; remove wall_cor_speed, or slide"
         yield Problem(("collapse",), sentence)
 
 

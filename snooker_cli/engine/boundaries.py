@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.collision import change_at_circle, kick, shares
+from snooker_cli.engine.collision import bounce_sums, change_at_circle, kick, shares
 from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_delay
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 from snooker_cli.engine.prediction import delay_to_next_hit
@@ -123,9 +123,9 @@ class FreeCircle(NamedTuple):
             times[ks.NEXT_TIME, k] = min(time, times[ks.PAIR_TIME, k])
 
     def pushed_speed(self, i: int, inward: float, state: State) -> float:
-        e, m = state.setup.wall_law.cor, ks.mass_of(state.sizes, i)
+        m, (_, changes) = ks.mass_of(state.sizes, i), bounce_sums(state.setup.wall_law, inward, 1.0)
         u, v = self.motion[U], self.motion[V]
-        pushes = (1.0 + e) / (1.0 - e) * (inward * (m / (m + self.mass)))
+        pushes = changes * (inward * (m / (m + self.mass)))
         return float(pushes + math.sqrt(u * u + v * v))
 
     def bouncing_mass(self, mass: float) -> float:

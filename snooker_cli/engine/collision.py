@@ -8,6 +8,7 @@ from typing import Any
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import fused
+from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import by_class, helper, inlined
 from snooker_cli.engine.kernel_state import (
     CLOCK,
@@ -53,6 +54,26 @@ def kick(law: Law, normal: float, length: float) -> float:
     raise NotImplementedError
 
 
+@by_class
+def recoil(law: Law, normal: float, length: float, elastic: bool) -> float:
+    """The change in a hit of a circle whose normal speed is negative by rounding.
+
+    A chord may be shorter than the rounding of its place. Then a ball seems to move inwards at its
+    end. It leaves inwards as after the opposite speed.
+    """
+    return 2.0 * normal + (-2.0 * normal if elastic else kick(law, -normal, length))
+
+
+@by_class
+def bounce_sums(law: Law, normal: float, length: float) -> tuple[float, float]:
+    """What infinitely many hits after one with this normal speed add up to, at most.
+
+    Two numbers: the normal speed over the sum of all normal speeds, and the sum of all changes over
+    the normal speed. A law without such a sum does not lose, see ``laws``.
+    """
+    return 0.0, NEVER
+
+
 @inlined
 def shares(change: float, m: float, n: float) -> tuple[float, float]:
     """The change divided between masses m and n, in proportion n to m; n may be infinite."""
@@ -87,12 +108,10 @@ def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
 def change_at_circle(x: float, y: float, u: float, v: float, setup: Setup, elastic: bool) -> float:
     """The change of a relative velocity (u, v) in a hit of a circle at (x, y), over (x, y)."""
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
-    normal = normal_part(x, y, u, v)
+    normal, length = normal_part(x, y, u, v), math.sqrt(x * x + y * y)
     if normal <= 0.0:
-        # At the end of a chord shorter than the rounding of its place, a ball may seem to move
-        # inwards. Then it also leaves inwards, at e times its normal speed.
-        return (1.0 - (1.0 if elastic else setup.wall_law.cor)) * normal
-    return 2.0 * normal if elastic else kick(setup.wall_law, normal, math.sqrt(x * x + y * y))
+        return recoil(setup.wall_law, normal, length, elastic)
+    return 2.0 * normal if elastic else kick(setup.wall_law, normal, length)
 
 
 @by_class
