@@ -95,9 +95,98 @@ class Viscoelastic(NamedTuple):
         return bounces >= 1 << 20
 
 
-Law: TypeAlias = Constant | Viscoelastic
+class Driven(NamedTuple):
+    """A wall that moves inwards at a speed V whenever it is hit, and is always at the same place.
 
-LAWS: Mapping[str, type[Law]] = {"constant": Constant, "viscoelastic": Viscoelastic}
+    This is saw-tooth driving of vanishing amplitude. A ball leaves with e v_n + (1 + e) V.
+
+    speed : V, m/s, above 0
+    """
+
+    cor: float
+    speed: float
+
+    @property
+    def constant(self) -> bool:
+        return False
+
+    @property
+    def gains(self) -> bool:
+        return True
+
+    @property
+    def loses(self) -> bool:
+        return False
+
+    def kick(self, normal: float, length: float) -> float:
+        return (1.0 + self.cor) * (normal + self.speed / length)
+
+    def elastic_kick(self, normal: float, length: float) -> float:
+        return (1.0 + self.cor) * (normal + self.speed / length)
+
+
+class Thermal(NamedTuple):
+    """A wall with a temperature: a ball leaves it with a random velocity of Maxwell's flux.
+
+    temperature : J, above 0
+    """
+
+    temperature: float
+
+    @property
+    def cor(self) -> float:
+        """A ball keeps nothing of its normal speed."""
+        return 0.0
+
+    @property
+    def constant(self) -> bool:
+        return False
+
+    @property
+    def gains(self) -> bool:
+        return True
+
+    @property
+    def loses(self) -> bool:
+        return False
+
+
+class Sides(NamedTuple):
+    """The laws of straight walls, one for each side."""
+
+    left: "Law"
+    right: "Law"
+    bottom: "Law"
+    top: "Law"
+
+    @property
+    def cor(self) -> float:
+        """The least of all sides."""
+        return min(law.cor for law in self)
+
+    @property
+    def constant(self) -> bool:
+        return False
+
+    @property
+    def gains(self) -> bool:
+        return any(law.gains for law in self)
+
+    @property
+    def loses(self) -> bool:
+        """Straight walls have no traps."""
+        return False
+
+
+Law: TypeAlias = Constant | Viscoelastic | Driven | Thermal
+WallLaw: TypeAlias = Law | Sides
+
+LAWS: Mapping[str, type[Law]] = {
+    "constant": Constant,
+    "viscoelastic": Viscoelastic,
+    "driven": Driven,
+    "thermal": Thermal,
+}
 """The laws by their word in files; the first is the default."""
 
 

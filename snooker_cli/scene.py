@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli.containers import LEAST_AMOUNT, MOST_AMOUNT, Container
 from snooker_cli.errors import SceneError
-from snooker_cli.laws import Law
+from snooker_cli.laws import Law, WallLaw
 from snooker_cli.neighbours import near_pairs
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -28,6 +28,7 @@ class Scene:
     contact_duration : of the TC model, in mean free times; 0 without it
     elastic_below : relative normal speed below which collisions are elastic, m/s; 0 without it
     slides : whether a ball slides on after infinitely many bounces on a fixed circular wall
+    wall_key : of the random numbers of a wall with a temperature, from 0 to below 2^63; else None
     """
 
     positions: NDArray[np.float64]
@@ -39,10 +40,11 @@ class Scene:
     container_position: NDArray[np.float64]
     container_velocity: NDArray[np.float64]
     pair_law: Law
-    wall_law: Law
+    wall_law: WallLaw
     contact_duration: float = 0.0
     elastic_below: float = 0.0
     slides: bool = False
+    wall_key: int | None = None
 
     def __post_init__(self) -> None:
         for array in (self.positions, self.velocities, self.radii, self.masses):

@@ -10,7 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.collision import bounce_sums, change_at_circle, kick, shares
+from snooker_cli.engine.collision import (
+    bounce_sums,
+    change_at_circle,
+    hit_circle,
+    hit_side,
+    shares,
+)
 from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_delay
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 from snooker_cli.engine.prediction import delay_to_next_hit
@@ -35,12 +41,7 @@ class FixedCircle(NamedTuple):
         return chord_delay(balls[X, i], balls[Y, i], balls[U, i], balls[V, i])
 
     def hit_wall(self, i: int, _now: float, state: State, elastic: bool) -> float:
-        balls = state.balls
-        x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
-        change = change_at_circle(x, y, u, v, state.setup, elastic)
-        balls[U, i] -= change * x
-        balls[V, i] -= change * y
-        return abs(ks.mass_of(state.sizes, i) * change * math.sqrt(x * x + y * y))
+        return hit_circle(state.setup.wall_law, i, state, elastic)
 
 
 class FreeCircle(NamedTuple):
@@ -150,15 +151,12 @@ class StraightWalls(NamedTuple):
         return side_delay(x, y, u, v, self.half_width - r, self.half_height - r)
 
     def hit_wall(self, i: int, _now: float, state: State, elastic: bool) -> float:
-        balls, setup, r = state.balls, state.setup, ks.radius_of(state.sizes, i)
+        balls, r = state.balls, ks.radius_of(state.sizes, i)
         x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
         across = self.half_width - r - (x if u > 0.0 else -x) if u != 0.0 else NEVER
         along = self.half_height - r - (y if v > 0.0 else -y) if v != 0.0 else NEVER
-        normal = u if across <= along else v  # towards the nearest side ahead
-        elastic = elastic or abs(normal) < setup.elastic_below
-        change = 2.0 * abs(normal) if elastic else kick(setup.wall_law, abs(normal), 1.0)
-        balls[U if across <= along else V, i] -= math.copysign(change, normal)
-        return float(ks.mass_of(state.sizes, i) * change)
+        # The nearest side ahead.
+        return hit_side(state.setup.wall_law, i, bool(across <= along), state, elastic)
 
 
 class PeriodicSides(NamedTuple):

@@ -14,6 +14,8 @@ from snooker_cli.engine.boundaries import FixedCircle, FreeCircle, PeriodicSides
 from snooker_cli.engine.jit import by_class
 from snooker_cli.engine.kernel_state import EqualBalls, Floats, Setup, Sizes, State, UnequalBalls
 from snooker_cli.engine.sliding import FLIES, SLIDES, SlidingCircle
+from snooker_cli.engine.wall_laws import SideLaws, ThermalWall
+from snooker_cli.laws import Sides, Thermal, WallLaw
 from snooker_cli.scene import Scene
 
 LARGE = 1e100  # large but finite, so that times zero it is zero
@@ -34,8 +36,12 @@ def new_states(
     positions -= np.stack([origin_of(scene) for scene in scenes])[:, np.newaxis]
     balls[:, [ks.X, ks.Y]] = positions.transpose(0, 2, 1)
     balls[:, [ks.U, ks.V]] = np.stack([scene.velocities for scene in scenes]).transpose(0, 2, 1)
-    sums, counts = np.zeros((repeats, ks.SUMS)), np.zeros((repeats, ks.COUNTS), dtype=np.int64)
+    sums = np.zeros((repeats, ks.SUMS))
     sums[:, ks.TIME_LIMIT] = time_limit
+    keyed = first.wall_key is not None
+    counts = np.zeros((repeats, ks.COUNTS + keyed), dtype=np.int64)
+    if keyed:
+        counts[:, ks.KEY] = [scene.wall_key for scene in scenes]
     counts[:, [ks.FIRST, ks.SECOND]] = ks.NO_PARTNER
     scratch_rows = ks.BALL_ROWS if first.slides else 1 if first.contact_duration else 0
     return State(
@@ -55,13 +61,21 @@ def setup_of(scene: Scene) -> Setup:
     law, lasts = scene.wall_law, scene.contact_duration
     always_loses = law.loses and not lasts and scene.elastic_below == 0.0
     return Setup(
-        pair_law=type(scene.pair_law)(*map(float, scene.pair_law)),
-        wall_law=type(law)(*map(float, law)),
+        pair_law=kernel_law(scene.pair_law),
+        wall_law=kernel_law(law),
         contact_path=float(lasts * scene.mean_free_path) if lasts else 0.0,
         elastic_below=float(scene.elastic_below),
         traps=bool(isinstance(scene.container, Circle) and always_loses),
         patience=ks.NO_LIMIT if scene.free or scene.slides else PATIENCE,
     )
+
+
+def kernel_law(law: WallLaw) -> Any:
+    """The law as kernels have it: its numbers are doubles, which decide what is compiled."""
+    if isinstance(law, Sides):
+        return SideLaws(*map(kernel_law, law))
+    kind = ThermalWall if isinstance(law, Thermal) else type(law)
+    return kind(*map(float, law))
 
 
 def boundary_of(scenes: Sequence[Scene]) -> Any:
@@ -198,7 +212,8 @@ def check_restored(states: State, fresh: State) -> None:
     require(np.array_equal(np.sort(order), np.arange(number)))
     for mine, its in zip(states.sizes, fresh.sizes, strict=True):
         require(np.array_equal(mine, its if np.ndim(its) == 0 else its[order]))
-    require(counts >= [0, 0, ks.NO_PARTNER, ks.NO_PARTNER, 0])
+    require(counts[:, : ks.COUNTS] >= [0, 0, ks.NO_PARTNER, ks.NO_PARTNER, 0])
+    require(counts[:, ks.COUNTS :] == fresh.counts[:, ks.COUNTS :])
     require(counts[:, [ks.FIRST, ks.SECOND]] < number)
     known = np.delete(sums, ks.TIME_LIMIT, axis=1)
     require(np.isfinite(known) & np.all(known[:, [ks.EPOCH, ks.NOW]] >= 0))

@@ -66,7 +66,7 @@ MOST_PROVEN = 1000  # balls up to which all pairs are looked at before that
 
 RENEWAL = 400  # cost of predicting all again, in crossings
 
-MOTION = {"positions", "velocities", "container_position", "container_velocity"}
+MOTION = {"positions", "velocities", "container_position", "container_velocity", "wall_key"}
 """The fields of a scene in which repeats of a point may differ."""
 
 
