@@ -417,14 +417,15 @@ def new_scene(
 
     positions, velocities : (*N*, 2), m and m/s, from the container's centre
     radii, masses : (*N*,) or one number, m and kg
-    container : ``Circle(radius)``, ``Box(width, height)`` or ``PeriodicBox(width, height)``, m
+    container : ``Circle(radius)``, ``Box(width, height)``, ``Channel(width, height)`` or
+        ``PeriodicBox(width, height)``, m
     container_mass : of a circle that moves, kg
     cor, wall_cor, collapse : as in a config; the wall's CoR is that of the balls by default
 
     Raises ``ConfigError`` or ``SceneError``: balls that overlap or stick out, or a wrong value.
     """
     if not isinstance(container, Container):
-        raise UserError(f"container={container!r}: give Circle, Box or PeriodicBox")
+        raise UserError(f"container={container!r}: give Circle, Box, Channel or PeriodicBox")
     given = (positions, velocities, radii, masses)
     try:
         columns = [np.asarray(values, dtype=np.float64) for values in given]

@@ -14,7 +14,7 @@ loses : whether every hit takes a share of the normal speed, so that infinitely 
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 
 class Constant(NamedTuple):
@@ -77,10 +77,10 @@ class Viscoelastic(NamedTuple):
         return (2.0 - (1.0 - self.cor) * (root * math.sqrt(root))) * normal
 
     def bounce_sums(self, normal: float, length: float) -> tuple[float, float]:
-        """For c = 1 - e and s = v/v0 the speeds add up to at most v0/c (4 s^(1/4), or 3 + s above 1).
+        """The speeds add up to at most G(v) = 4 v0/(1 - e) (v/v0)^(1/4).
 
-        This bound G(v) is concave, and its derivative times what a hit takes is v. So a hit lowers
-        it by v or more.
+        Above v0 it is (v + 3 v0)/(1 - e). G is concave, and its derivative times what a hit takes
+        is v. So a hit lowers it by v or more.
         """
         part = normal * length / self.cor_speed
         if part == 0.0:
@@ -91,7 +91,7 @@ class Viscoelastic(NamedTuple):
         return loss, 2.0 / loss
 
     def is_endless(self, bounces: int) -> bool:
-        """After 2^20 bounces: normal speeds fall as k^(-4/3), and the time left only as k^(-1/3)."""
+        """After 2^20: speeds fall as k^(-4/3) in k bounces, and the time left only as k^(-1/3)."""
         return bounces >= 1 << 20
 
 
@@ -181,21 +181,28 @@ class Sides(NamedTuple):
 Law: TypeAlias = Constant | Viscoelastic | Driven | Thermal
 WallLaw: TypeAlias = Law | Sides
 
-LAWS: Mapping[str, type[Law]] = {
+LAWS: Mapping[str, type[WallLaw]] = {
     "constant": Constant,
     "viscoelastic": Viscoelastic,
     "driven": Driven,
     "thermal": Thermal,
+    "sides": Sides,
 }
 """The laws by their word in files; the first is the default."""
 
 
-def law_of(**keys: float | None) -> Law:
+def law_of(**keys: Any) -> Any:
     """The law that has just these keys of a config; a key with the value ``None`` is not given."""
     given = {key: value for key, value in keys.items() if value is not None}
     return next(law for law in LAWS.values() if {*law._fields} == given.keys())(**given)
 
 
-def word_of(law: Law) -> str:
+def is_random(law: WallLaw) -> bool:
+    """Whether hits of a wall need random numbers."""
+    laws = law if isinstance(law, Sides) else (law,)
+    return any(isinstance(part, Thermal) for part in laws)
+
+
+def word_of(law: WallLaw) -> str:
     """The law's word in files."""
     return next(word for word, law_class in LAWS.items() if type(law) is law_class)

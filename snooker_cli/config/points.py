@@ -33,7 +33,14 @@ LIMITS = ("collisions", "time")  # the keys that end a repeat; a later end chang
 _NOT_IN_STREAMS = (*LIMITS, "seed", "common_random", "record")
 """Keys that random numbers do not depend on, or not through the digest."""
 
-_LATER_KEYS = ("collapse", "common_random", "cor_speed", "wall_cor_speed")
+_LATER_KEYS = (
+    "collapse",
+    "common_random",
+    "cor_speed",
+    "wall_cor_speed",
+    "wall_speed",
+    "wall_temperature",
+)
 """Keys that are younger than digests: left out at their defaults, so that old digests stay."""
 
 MAX_REPEATS = 1_000_000  # repeats of all points of a run, which are as many files

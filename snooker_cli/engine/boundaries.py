@@ -159,6 +159,33 @@ class StraightWalls(NamedTuple):
         return hit_side(state.setup.wall_law, i, bool(across <= along), state, elastic)
 
 
+class ChannelSides(NamedTuple):
+    """Fixed walls left and right; balls that leave above enter below. Half the width, height, m."""
+
+    half_width: float
+    height: float
+
+    def delay_to_wall(self, i: int, now: float, _left_wall: bool, state: State) -> float:
+        x, _ = ks.position(i, now, state.balls)
+        u, reach = state.balls[U, i], self.half_width - ks.radius_of(state.sizes, i)
+        delay = ((reach if u > 0.0 else -reach) - x) / u
+        return max(delay, 0.0) if u != 0.0 else NEVER
+
+    def hit_wall(self, i: int, _now: float, state: State, elastic: bool) -> float:
+        return hit_side(state.setup.wall_law, i, True, state, elastic)
+
+    def nearest_image(self, x: float, y: float) -> tuple[float, float]:
+        return x, y - self.height * np.rint(y / self.height)
+
+    def same_image(self, _x: float, y: float, _new_x: float, new_y: float) -> bool:
+        return bool(np.rint(y / self.height) == np.rint(new_y / self.height))
+
+    def wrapped(self, column: int, row: int, _columns: int, rows: int) -> tuple[int, int]:
+        row += rows if row < 0 else 0
+        row -= rows if row >= rows else 0
+        return column, row
+
+
 class PeriodicSides(NamedTuple):
     """No walls: a ball that leaves on one side enters on the other; width and height, m."""
 

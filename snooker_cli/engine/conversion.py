@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.boundaries import FixedCircle, FreeCircle, PeriodicSides, StraightWalls
+from snooker_cli.engine.boundaries import (
+    ChannelSides,
+    FixedCircle,
+    FreeCircle,
+    PeriodicSides,
+    StraightWalls,
+)
 from snooker_cli.engine.jit import by_class
 from snooker_cli.engine.kernel_state import EqualBalls, Floats, Setup, Sizes, State, UnequalBalls
 from snooker_cli.engine.sliding import FLIES, SLIDES, SlidingCircle
@@ -38,10 +44,9 @@ def new_states(
     balls[:, [ks.U, ks.V]] = np.stack([scene.velocities for scene in scenes]).transpose(0, 2, 1)
     sums = np.zeros((repeats, ks.SUMS))
     sums[:, ks.TIME_LIMIT] = time_limit
-    keyed = first.wall_key is not None
-    counts = np.zeros((repeats, ks.COUNTS + keyed), dtype=np.int64)
-    if keyed:
-        counts[:, ks.KEY] = [scene.wall_key for scene in scenes]
+    keys = [[scene.wall_key] * (scene.wall_key is not None) for scene in scenes]
+    counts = np.zeros((repeats, ks.COUNTS + len(keys[0])), dtype=np.int64)
+    counts[:, ks.COUNTS :] = np.array(keys, dtype=np.int64)
     counts[:, [ks.FIRST, ks.SECOND]] = ks.NO_PARTNER
     scratch_rows = ks.BALL_ROWS if first.slides else 1 if first.contact_duration else 0
     return State(
@@ -84,8 +89,10 @@ def boundary_of(scenes: Sequence[Scene]) -> Any:
     container = scene.container
     if not isinstance(container, Circle):
         width, height = map(float, container.size)
-        if container.has_wall:
+        if container.periodic == (False, False):
             return StraightWalls(width / 2, height / 2)
+        if container.periodic == (False, True):
+            return ChannelSides(width / 2, height)
         return PeriodicSides(width, height)
     radius = float(container.radius)
     if scene.free:

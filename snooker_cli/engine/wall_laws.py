@@ -60,7 +60,8 @@ def leave(i: int, x: float, y: float, temperature: float, state: State) -> float
     with variance T/m. Both numbers follow from the key of the repeat and the number of the event.
     """
     balls, counts, m = state.balls, state.counts, ks.mass_of(state.sizes, i)
-    seed = mixed(np.uint64(counts[KEY]) + mixed(np.uint64(counts[WALL_EVENTS] + counts[PAIR_EVENTS])))
+    event = np.uint64(counts[WALL_EVENTS] + counts[PAIR_EVENTS])
+    seed = mixed(np.uint64(counts[KEY]) + mixed(event))
     spread = math.sqrt(temperature / m)
     inwards = spread * math.sqrt(-2.0 * logarithm(uniform(seed, 0)))
     # Marsaglia's polar method, doi:10.1137/1006063.
