@@ -145,8 +145,8 @@ class Container(ABC):
     def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
         """Gap between each ball and the wall, m; negative where it sticks out.
 
-        places, radii : (..., *N*, 2) and (*N*,), m. Where the container repeats, the gap is that of
-        the centre to its edge.
+        places, radii : (..., *N*, 2) and (*N*,), m. In a periodic box the gap is that of the
+        centre to the edge of the box.
         """
 
     @abstractmethod
@@ -285,8 +285,7 @@ class _Rectangle(Container):
         return np.asarray(corners * self.size / 2)
 
     def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
-        reach = np.where(self.periodic, 0.0, np.asarray(radii)[..., None])
-        return np.asarray(np.min(np.array(self.size) / 2 - abs(places) - reach, axis=-1))
+        return np.asarray(np.min(np.array(self.size) / 2 - abs(places), axis=-1) - radii)
 
     def put_inside(self, places: Floats, radii: Floats) -> None:
         corners = np.array(self.size) / 2 - radii[:, None]
@@ -376,6 +375,9 @@ class PeriodicBox(_Rectangle):
     def accessible(self, radius: float) -> AccessibleRegion:
         return AccessibleRegion(self.width * self.height, 0.0, 0.0)
 
+    def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
+        return super().wall_gaps(places, np.zeros_like(radii))
+
     @property
     def longest_wave(self) -> float:
         """The longer side."""
@@ -397,6 +399,9 @@ class Channel(_Rectangle):
 
     def accessible(self, radius: float) -> AccessibleRegion:
         return AccessibleRegion((self.width - 2 * radius) * self.height, 2 * self.height, 0.0)
+
+    def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
+        return np.asarray(self.width / 2 - abs(places[..., 0]) - radii)
 
     def wall_directions(self, places: Floats) -> Floats:
         return np.column_stack([np.sign(places[:, 0]), np.zeros(len(places))])

@@ -140,13 +140,16 @@ def _check_places(scene: Scene, slack: float) -> None:
     container.check_radii(scene.radii)
     places = scene.positions - scene.container_position
     gaps = container.wall_gaps(places, scene.radii)
+    if container.period is not None:
+        edges = np.min(np.array(container.period) / 2 - abs(places), axis=1)
+        gaps = np.minimum(gaps, edges)
     ball = int(np.argmin(gaps))
     if gaps[ball] >= -slack:
         return
     x, y = places[ball]
     where = f"[{x:.6g}, {y:.6g}] m from the centre of {container.description}"
     problem = f"ball {ball} sticks out of the container by {-gaps[ball]:.6g} m"
-    if not container.has_wall:
+    if container.period is not None and gaps[ball] == edges[ball]:
         problem = f"the centre of ball {ball} is {-gaps[ball]:.6g} m outside"
     advice = f"move it inwards{' or make it smaller' if container.has_wall else ''}"
     raise SceneError("balls", f"{problem}: it is {where}; {advice}", ball)
