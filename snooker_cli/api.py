@@ -411,6 +411,10 @@ def new_scene(
     container_mass: float = math.inf,
     cor: float = 1.0,
     wall_cor: float | None = None,
+    cor_speed: float | None = None,
+    wall_cor_speed: float | None = None,
+    wall_speed: float | Mapping[str, float] | None = None,
+    wall_temperature: float | Mapping[str, float] | None = None,
     collapse: str | Mapping[str, float] = "stop",
 ) -> Scene:
     """A scene from arrays, checked.
@@ -421,6 +425,7 @@ def new_scene(
         ``PeriodicBox(width, height)``, m
     container_mass : of a circle that moves, kg
     cor, wall_cor, collapse : as in a config; the wall's CoR is that of the balls by default
+    cor_speed, wall_cor_speed, wall_speed, wall_temperature : as in a config; none by default
 
     Raises ``ConfigError`` or ``SceneError``: balls that overlap or stick out, or a wrong value.
     """
@@ -444,6 +449,10 @@ def new_scene(
         "balls": {"list": [dict(zip(names, row, strict=True)) for row in rows]},
         "cor": cor,
         "wall_cor": wall_cor,
+        "cor_speed": cor_speed,
+        "wall_cor_speed": wall_cor_speed,
+        "wall_speed": wall_speed,
+        "wall_temperature": wall_temperature,
         "collapse": collapse,
         "collisions": 1,
     }

@@ -277,9 +277,12 @@ def _collapse_hints(run: Run, results: Sequence[RepeatResult]) -> list[str]:
         experiment = run.points[point].experiment
         lossy = min(experiment.cor, experiment.effective_wall_cor) < 1.0
         if reason is StopReason.WALL_TRAP and experiment.collapse == "stop":
-            fixed = math.isinf(experiment.container.mass)
-            otherwise = "`collapse: slide` (exact, fixed container) or `collapse: {tc: 0.01}`"
-            ways.append("`collapse: slide` (exact)" if fixed else otherwise)
+            way = "`collapse: slide` (exact, fixed container) or `collapse: {tc: 0.01}`"
+            if not experiment.wall_law.constant:
+                way = "`collapse: {tc: 0.01}`"
+            elif math.isinf(experiment.container.mass):
+                way = "`collapse: slide` (exact)"
+            ways.append(way)
         if reason is StopReason.COLLAPSE and experiment.collapse in ("stop", "slide") and lossy:
             ways.append("`collapse: {tc: 0.01}`")
     return [f"To continue such repeats, set {way}." for way in dict.fromkeys(ways)]

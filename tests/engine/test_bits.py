@@ -123,7 +123,7 @@ CASES = {
     "all pairs, driven": Case(lambda: heated(circle(cor=0.9), Driven(0.9, 2.0))),
     "all pairs, thermal": Case(lambda: heated(circle(cor=0.9), Thermal(20.0), cor_speed=5.0)),
     "all pairs, viscoelastic": Case(
-        lambda: heated(trapped(), Viscoelastic(0.8, 5.0), cor_speed=5.0), collisions=500
+        lambda: heated(trapped(), Viscoelastic(0.8, 5.0), cor_speed=5.0)
     ),
     "box, sides": Case(lambda: heated(box(), SIDES)),
     "channel, driven": Case(
