@@ -8,8 +8,8 @@ kick : a method that kernels compile, with ``+ - * / sqrt`` only, so that bits a
     everywhere. It gives the change of the normal speed, in the unit of ``normal``.
 constant : whether e is the same at all speeds; theories and slides need it
 gains : whether a collision can give energy to the balls
-loses : whether every hit takes a share of the normal speed, so that infinitely many hits of a
-    circular wall may follow each other in finite time. Such a law has ``bounce_sums`` too.
+bounce_sums : a method of laws whose every hit takes a share of the normal speed, so that infinitely
+    many hits of a circular wall may follow each other in finite time
 """
 
 import math
@@ -29,10 +29,6 @@ class Constant(NamedTuple):
     @property
     def gains(self) -> bool:
         return False
-
-    @property
-    def loses(self) -> bool:
-        return self.cor < 1.0
 
     def kick(self, normal: float, _length: float) -> float:
         """(1 + e) v_n, over a length.
@@ -67,10 +63,6 @@ class Viscoelastic(NamedTuple):
     @property
     def gains(self) -> bool:
         return False
-
-    @property
-    def loses(self) -> bool:
-        return self.cor < 1.0
 
     def kick(self, normal: float, length: float) -> float:
         root = math.sqrt(min(abs(normal) * length / self.cor_speed, 1.0))
@@ -114,10 +106,6 @@ class Driven(NamedTuple):
     def gains(self) -> bool:
         return True
 
-    @property
-    def loses(self) -> bool:
-        return False
-
     def kick(self, normal: float, length: float) -> float:
         return (1.0 + self.cor) * (normal + self.speed / length)
 
@@ -146,10 +134,6 @@ class Thermal(NamedTuple):
     def gains(self) -> bool:
         return True
 
-    @property
-    def loses(self) -> bool:
-        return False
-
 
 class Sides(NamedTuple):
     """The laws of straight walls, one for each side."""
@@ -171,11 +155,6 @@ class Sides(NamedTuple):
     @property
     def gains(self) -> bool:
         return any(law.gains for law in self)
-
-    @property
-    def loses(self) -> bool:
-        """Straight walls have no traps."""
-        return False
 
 
 Law: TypeAlias = Constant | Viscoelastic | Driven | Thermal

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
 from pydantic import (
     AfterValidator,
@@ -53,6 +53,8 @@ def _needs(phrase: str, is_number: bool = True) -> WrapValidator:
 
     return WrapValidator(checked)
 
+
+Value = TypeVar("Value")
 
 _FROM_LIST = Field(strict=False)  # reads a list as a tuple, which is immutable
 
@@ -175,8 +177,17 @@ class ContainerConfig(_Sparse):
         return self.shape_class(first, *(first if side is None else side for side in others))
 
 
-class _BySide(_Sparse):
-    """A value for some of the straight walls."""
+class _BySide(_Sparse, Generic[Value]):
+    """A value for some straight walls; others have wall_cor."""
+
+    left: Value | None = None
+    """Of the left wall."""
+    right: Value | None = None
+    """Of the right wall."""
+    bottom: Value | None = None
+    """Of the lower wall."""
+    top: Value | None = None
+    """Of the upper wall."""
 
     @model_validator(mode="after")
     def _has_a_key(self) -> Self:
@@ -185,30 +196,12 @@ class _BySide(_Sparse):
         return self
 
 
-class SpeedBySide(_BySide):
-    """The speed of some straight walls, m/s; others do not move."""
-
-    left: WallSpeed | None = None
-    """Of the left wall, m/s."""
-    right: WallSpeed | None = None
-    """Of the right wall, m/s."""
-    bottom: WallSpeed | None = None
-    """Of the lower wall, m/s."""
-    top: WallSpeed | None = None
-    """Of the upper wall, m/s."""
+class SpeedBySide(_BySide[WallSpeed]):
+    """The speed of some straight walls, m/s."""
 
 
-class TemperatureBySide(_BySide):
-    """The temperature of some straight walls, J; others have wall_cor."""
-
-    left: Amount | None = None
-    """Of the left wall, J."""
-    right: Amount | None = None
-    """Of the right wall, J."""
-    bottom: Amount | None = None
-    """Of the lower wall, J."""
-    top: Amount | None = None
-    """Of the upper wall, J."""
+class TemperatureBySide(_BySide[Amount]):
+    """The temperature of some straight walls, J."""
 
 
 class Rings(Model):

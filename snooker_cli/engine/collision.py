@@ -79,7 +79,7 @@ def bounce_sums(law: Law, normal: float, length: float) -> tuple[float, float]:
     """What infinitely many hits after one with this normal speed add up to, at most.
 
     Two numbers: the normal speed over the sum of all normal speeds, and the sum of all changes over
-    the normal speed. A law without such a sum does not lose, see ``laws``.
+    the normal speed. No ball is trapped with a law that lacks these sums.
     """
     return 0.0, NEVER
 

@@ -64,7 +64,7 @@ def new_states(
 def setup_of(scene: Scene) -> Setup:
     """What collisions do in a scene."""
     law, lasts = scene.wall_law, scene.contact_duration
-    always_loses = law.loses and not lasts and scene.elastic_below == 0.0
+    always_loses = law.cor < 1.0 and not law.gains and not lasts and scene.elastic_below == 0.0
     return Setup(
         pair_law=kernel_law(scene.pair_law),
         wall_law=kernel_law(law),

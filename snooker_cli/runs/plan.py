@@ -138,7 +138,10 @@ def _loss_models(experiment: Experiment) -> dict[str, bool]:
     return {name: needed for name, needed in warm.items() if needed} | {
         "losses between balls": experiment.cor < 1.0,
         "losses at the wall": at_wall,
-        "wall traps": law.loses and issubclass(shape, Circle) and experiment.collapse == "stop",
+        "wall traps": at_wall
+        and not law.gains
+        and issubclass(shape, Circle)
+        and experiment.collapse == "stop",
         "collapse": True,
         "lasting contacts": experiment.contact_duration > 0.0,
         "slow collisions elastic": experiment.elastic_below > 0.0,
