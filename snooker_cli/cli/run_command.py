@@ -32,7 +32,7 @@ from snooker_cli.formatting import (
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import processors, share_of
-from snooker_cli.runs.plan import checked, is_excessive, run_plan
+from snooker_cli.runs.plan import LAW, checked, is_excessive, run_plan
 from snooker_cli.runs.progress import RunProgress, execute_watched, notice, share_done
 from snooker_cli.runs.status import ended
 from snooker_cli.trace import StopReason
@@ -170,6 +170,9 @@ def _plan_lines(plan: dict[str, Any], part: str | None) -> Iterator[str]:
         if ratios := [ratio for ratio in scenes["critical_ratios"] if ratio is not None]:
             values = " to ".join(dict.fromkeys(f"{f(ratios):.2g}" for f in (min, max)))
             yield f"  L/L_c     {values}: {theory.CRITICAL}"
+        laws = [name.removeprefix(LAW) for name in scenes["models"] if name.startswith(LAW)]
+        if laws:
+            yield f"  laws      {', '.join(laws)}"
         yield f"  records   {'events' if scenes['models']['events'] else 'a summary'}"
     yield ""
     yield _estimate(plan)

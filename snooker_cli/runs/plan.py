@@ -14,7 +14,7 @@ from snooker_cli.containers import Circle, Container
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
-from snooker_cli.laws import Sides, word_of
+from snooker_cli.laws import Constant, Sides, word_of
 from snooker_cli.memory import MEMORY
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.run import RepeatState, Run
@@ -28,6 +28,8 @@ BYTES_OF_BALL = 80
 BYTES_OF_SUMMARY = 30_000
 BYTES_OF_EVENT = 14.5
 EVENT_IN_MEMORY = 24
+
+LAW = "law: "  # before the word of a law that is not one CoR, among what is modelled
 
 ESTIMATES = ("collisions", "processor_seconds", "bytes")
 MOST_COLLISIONS = 1e18  # of an estimate
@@ -130,12 +132,9 @@ def _loss_models(experiment: Experiment) -> dict[str, bool]:
     shape = experiment.container.shape_class
     law = experiment.wall_law
     at_wall = shape.has_wall and experiment.effective_wall_cor < 1.0
-    warm = {
-        "collisions elastic when slow": experiment.cor_speed is not None,
-        **{f"{word_of(part)} wall": True for part in (law if isinstance(law, Sides) else (law,))},
-    }
-    warm.pop("constant wall", None)
-    return {name: needed for name, needed in warm.items() if needed} | {
+    laws = [experiment.pair_law, *(law if isinstance(law, Sides) else [law])]
+    words = dict.fromkeys(word_of(part) for part in laws if not isinstance(part, Constant))
+    return {f"{LAW}{word}": True for word in words} | {
         "losses between balls": experiment.cor < 1.0,
         "losses at the wall": at_wall,
         "wall traps": at_wall

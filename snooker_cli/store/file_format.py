@@ -229,18 +229,24 @@ def _written_law(law: Any) -> dict[str, Any]:
     return {"name": word_of(law), **parts}
 
 
-def _law_from(written: Any) -> Any:
-    """The law that was written. Raises ``ValueError`` for numbers that no config gives."""
+def _law_from(written: Any, stored: str) -> Any:
+    """The law that was written. Raises ``ValueError`` for numbers that no config gives.
+
+    stored : what an error calls it
+    """
     numbers = {**written}
     law = LAWS[numbers.pop("name")]
     if numbers.keys() != {*law._fields}:
-        raise ValueError("wrong law")
+        raise ValueError(f"wrong {stored}")
     if law is Sides:
-        return Sides(**{side: _law_from(part) for side, part in numbers.items()})
+        sides = Sides(**{side: _law_from(part, stored) for side, part in numbers.items()})
+        if any(isinstance(part, Sides) for part in sides):
+            raise ValueError(f"wrong {stored}")
+        return sides
     for key, number in numbers.items():
-        least = 0.0 if key == "cor" else TINY  # others are divisors, or a constant law without them
+        least = 0.0 if key == "cor" else TINY  # others are divisors, or left out if they are zero
         if not _is_number(number, 1 if key == "cor" else math.inf) or number < least:
-            raise ValueError(f"wrong {key}")
+            raise ValueError(f"wrong {stored}")
     return law(**numbers)
 
 
@@ -249,8 +255,9 @@ def rules_of(written: Mapping[str, Any]) -> dict[str, Any]:
     rules = {**written}
     for name, stored in STORED_COR.items():
         cor = rules.pop(stored, None)
-        law = rules[name] = _law_from(rules.pop(name, {"name": "constant", "cor": cor}))
-        if law.cor != cor or (name == "pair_law" and law.gains):
+        law = rules[name] = _law_from(rules.pop(name, {"name": "constant", "cor": cor}), stored)
+        only_at_wall = law.gains or isinstance(law, Sides)
+        if law.cor != cor or (name == "pair_law" and only_at_wall):
             raise ValueError(f"wrong {stored}")
     if not rules.keys() <= {*RULES} or type(rules.get("slides", False)) is not bool:
         raise ValueError("wrong rules")
