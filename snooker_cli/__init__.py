@@ -6,7 +6,7 @@ TYPE_CHECKING = False  # type checkers take it as true; typing takes 10 ms to lo
 if TYPE_CHECKING:
     from snooker_cli.api import Repeat, Run, new_scene, open, run, simulate
     from snooker_cli.config import ConfigError
-    from snooker_cli.containers import Box, Circle, PeriodicBox
+    from snooker_cli.containers import Box, Channel, Circle, PeriodicBox
     from snooker_cli.errors import (
         FigureError,
         RunError,
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = ["Repeat", "Run", "new_scene", "open", "run", "simulate"]
-__all__ += ["Box", "Circle", "PeriodicBox", "Scene", "Trace"]
+__all__ += ["Box", "Channel", "Circle", "PeriodicBox", "Scene", "Trace"]
 __all__ += ["ConfigError", "FigureError", "RunError", "SceneError", "SnookerError"]
 __all__ += ["StoreError", "UserError"]
 

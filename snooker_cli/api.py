@@ -448,20 +448,26 @@ def new_scene(
     container_mass: float = math.inf,
     cor: float = 1.0,
     wall_cor: float | None = None,
+    cor_speed: float | None = None,
+    wall_cor_speed: float | None = None,
+    wall_speed: float | Mapping[str, float] | None = None,
+    wall_temperature: float | Mapping[str, float] | None = None,
     collapse: str | Mapping[str, float] = "stop",
 ) -> Scene:
     """A scene from arrays, checked.
 
     positions, velocities : (*N*, 2), m and m/s, from the container's centre
     radii, masses : (*N*,) or one number, m and kg
-    container : ``Circle(radius)``, ``Box(width, height)`` or ``PeriodicBox(width, height)``, m
+    container : ``Circle(radius)``, ``Box(width, height)``, ``Channel(width, height)`` or
+        ``PeriodicBox(width, height)``, m
     container_mass : of a circle that moves, kg
     cor, wall_cor, collapse : as in a config; the wall's CoR is that of the balls by default
+    cor_speed, wall_cor_speed, wall_speed, wall_temperature : as in a config; none by default
 
     Raises ``ConfigError`` or ``SceneError``: balls that overlap or stick out, or a wrong value.
     """
     if not isinstance(container, Container):
-        raise UserError(f"container={container!r}: give Circle, Box or PeriodicBox")
+        raise UserError(f"container={container!r}: give Circle, Box, Channel or PeriodicBox")
     given = (positions, velocities, radii, masses)
     try:
         columns = [np.asarray(values, dtype=np.float64) for values in given]
@@ -480,6 +486,10 @@ def new_scene(
         "balls": {"list": [dict(zip(names, row, strict=True)) for row in rows]},
         "cor": cor,
         "wall_cor": wall_cor,
+        "cor_speed": cor_speed,
+        "wall_cor_speed": wall_cor_speed,
+        "wall_speed": wall_speed,
+        "wall_temperature": wall_temperature,
         "collapse": collapse,
         "collisions": 1,
     }

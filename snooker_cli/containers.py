@@ -27,7 +27,10 @@ ROOM_FOR_CELLS = 1e-8
 
 DIRECTIONS = 2000  # directions over which the density of pair distances in a rectangle is averaged
 
-ShapeName = Literal["circle", "box", "periodic"]
+FAR = 1e100
+"""The period along an axis with walls, m: no image is ever near, and arithmetic stays finite."""
+
+ShapeName = Literal["circle", "box", "periodic", "channel"]
 """The word of a shape in a config; also stored in files."""
 
 CORNERS = 180  # corners of the polygon that a circle is drawn as: it is within 0.02 % of the radius
@@ -54,6 +57,8 @@ class Container(ABC):
     keys : the fields, which are also config keys; the first is needed, others default to it. Files
         store the radius of a circle and else ``size``, which begins with the fields.
     has_wall : whether balls collide with the container
+    sides : the names of its straight walls
+    periodic : whether it repeats along x and along y
     can_move : whether the container may have a finite mass
     packing_factor : the packing fraction times width times height over Σ r²
     """
@@ -62,6 +67,8 @@ class Container(ABC):
     title: ClassVar[str]
     keys: ClassVar[tuple[str, ...]]
     has_wall: ClassVar[bool] = True
+    sides: ClassVar[tuple[str, ...]] = ()
+    periodic: ClassVar[tuple[bool, bool]] = (False, False)
     can_move: ClassVar[bool] = False
     packing_factor: ClassVar[float] = math.pi
 
@@ -82,8 +89,13 @@ class Container(ABC):
 
     @property
     def period(self) -> tuple[float, float] | None:
-        """Width and height of a periodic box, m; None for other containers."""
-        return None if self.has_wall else self.size
+        """After which way it repeats along x and y, m, `FAR` between walls; None without images."""
+        if not any(self.periodic):
+            return None
+        width, height = (
+            side if repeats else FAR for side, repeats in zip(self.size, self.periodic, strict=True)
+        )
+        return width, height
 
     @property
     @abstractmethod
@@ -256,7 +268,7 @@ class Circle(Container):
 
 @dataclass(frozen=True)
 class _Rectangle(Container):
-    """What boxes with and without walls have in common."""
+    """What boxes with and without walls have in common: along each axis walls, or images."""
 
     keys: ClassVar[tuple[str, ...]] = ("width", "height")
 
@@ -275,21 +287,50 @@ class _Rectangle(Container):
     def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
         return np.asarray(np.min(np.array(self.size) / 2 - abs(places), axis=-1) - radii)
 
+    def put_inside(self, places: Floats, radii: Floats) -> None:
+        corners = np.array(self.size) / 2 - radii[:, None]
+        inside = self.nearest_image(places)
+        places[:] = np.where(self.periodic, inside, np.clip(places, -corners, corners))
+
+    def nearest_image(self, offsets: Floats) -> Floats:
+        if self.period is None:
+            return offsets
+        return np.asarray(offsets - self.period * np.rint(offsets / np.array(self.period)))
+
+    def check_radii(self, radii: Floats) -> None:
+        """Raise ``SceneError`` for images that are nearer than five diameters, which cells need."""
+        diameter = 2 * float(np.max(radii))
+        for (key, side), repeats in zip(self.lengths.items(), self.periodic, strict=True):
+            if repeats and side < PERIODIC_DIAMETERS * diameter * (1 + ROOM_FOR_CELLS):
+                problem = f"the {self.title} is under {PERIODIC_DIAMETERS} diameters of its balls"
+                sizes = f"{side:.6g} m, with a diameter of {diameter:.6g} m"
+                reason = f"this engine needs {PERIODIC_DIAMETERS} cells each way, each a ball wide"
+                advice = "use smaller balls, more of them, or a larger box"
+                raise SceneError(f"container.{key}", f"{problem} ({sizes}): {reason}; {advice}")
+
+    def longest_distance(self, radius: float) -> float:
+        across, up = (
+            side / 2 if repeats else side - 2 * radius
+            for side, repeats in zip(self.size, self.periodic, strict=True)
+        )
+        return float(np.hypot(across, up))
+
     def wall_directions(self, places: Floats) -> Floats:
         across = self.width / 2 - abs(places[:, 0]) <= self.height / 2 - abs(places[:, 1])
         return np.where(np.column_stack([across, ~across]), np.sign(places), 0.0)
 
     def distance_density(self, distances: Floats, radius: float) -> Floats:
         """The product of the densities of both components, averaged over all directions."""
-        sides = np.array(self.size) - (2 * radius if self.has_wall else 0.0)
+        sides = np.array(self.size) - np.where(self.periodic, 0.0, 2 * radius)
         angles = (np.arange(DIRECTIONS) + 0.5) * (math.pi / 2 / DIRECTIONS)
         product = np.ones((len(distances), DIRECTIONS))
-        for component, side in zip((np.cos(angles), np.sin(angles)), sides, strict=True):
+        components = np.cos(angles), np.sin(angles)
+        for component, side, repeats in zip(components, sides, self.periodic, strict=True):
             along = distances[:, None] * component
-            if self.has_wall:
-                product *= 2 * np.maximum(side - along, 0.0) / side**2
-            else:
+            if repeats:
                 product *= np.where(along <= side / 2, 2 / side, 0.0)
+            else:
+                product *= 2 * np.maximum(side - along, 0.0) / side**2
         return np.asarray(distances * product.mean(axis=1) * (math.pi / 2))
 
 
@@ -299,14 +340,11 @@ class Box(_Rectangle):
 
     name: ClassVar[ShapeName] = "box"
     title: ClassVar[str] = "box"
+    sides: ClassVar[tuple[str, ...]] = ("left", "right", "bottom", "top")
 
     def accessible(self, radius: float) -> AccessibleRegion:
         width, height = self.width - 2 * radius, self.height - 2 * radius
         return AccessibleRegion(width * height, 2 * (width + height), 8.0)
-
-    def put_inside(self, places: Floats, radii: Floats) -> None:
-        corners = np.array(self.size) / 2 - radii[:, None]
-        np.clip(places, -corners, corners, out=places)
 
     @property
     def longest_wave(self) -> float:
@@ -324,9 +362,6 @@ class Box(_Rectangle):
                 left += np.clip(across + up - math.pi / 2, 0.0, 2 * np.minimum(across, up))
         return np.asarray(left / (2 * math.pi))
 
-    def longest_distance(self, radius: float) -> float:
-        return float(np.hypot(self.width - 2 * radius, self.height - 2 * radius))
-
 
 @dataclass(frozen=True)
 class PeriodicBox(_Rectangle):
@@ -335,29 +370,13 @@ class PeriodicBox(_Rectangle):
     name: ClassVar[ShapeName] = "periodic"
     title: ClassVar[str] = "periodic box"
     has_wall: ClassVar[bool] = False
+    periodic: ClassVar[tuple[bool, bool]] = (True, True)
 
     def accessible(self, radius: float) -> AccessibleRegion:
         return AccessibleRegion(self.width * self.height, 0.0, 0.0)
 
     def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
         return super().wall_gaps(places, np.zeros_like(radii))
-
-    def put_inside(self, places: Floats, radii: Floats) -> None:
-        places -= np.array(self.size) * np.rint(places / np.array(self.size))
-
-    def nearest_image(self, offsets: Floats) -> Floats:
-        return np.asarray(offsets - self.size * np.rint(offsets / np.array(self.size)))
-
-    def check_radii(self, radii: Floats) -> None:
-        """Raise ``SceneError`` for a box under five diameters wide, which cells need."""
-        diameter = 2 * float(np.max(radii))
-        for key, side in self.lengths.items():
-            if side < PERIODIC_DIAMETERS * diameter * (1 + ROOM_FOR_CELLS):
-                problem = f"the periodic box is under {PERIODIC_DIAMETERS} diameters of its balls"
-                sizes = f"{side:.6g} m, with a diameter of {diameter:.6g} m"
-                reason = f"this engine needs {PERIODIC_DIAMETERS} cells each way, each a ball wide"
-                advice = "use smaller balls, more of them, or a larger box"
-                raise SceneError(f"container.{key}", f"{problem} ({sizes}): {reason}; {advice}")
 
     @property
     def longest_wave(self) -> float:
@@ -368,9 +387,39 @@ class PeriodicBox(_Rectangle):
         """Whole rings; of radii up to half of the shorter side, so that images are apart."""
         return np.ones((len(places), len(ring_radii)))
 
-    def longest_distance(self, radius: float) -> float:
-        return float(np.hypot(self.width, self.height)) / 2
+
+@dataclass(frozen=True)
+class Channel(_Rectangle):
+    """A rectangle between a left and a right wall that repeats for ever upwards and downwards."""
+
+    name: ClassVar[ShapeName] = "channel"
+    title: ClassVar[str] = "channel"
+    sides: ClassVar[tuple[str, ...]] = ("left", "right")
+    periodic: ClassVar[tuple[bool, bool]] = (False, True)
+
+    def accessible(self, radius: float) -> AccessibleRegion:
+        return AccessibleRegion((self.width - 2 * radius) * self.height, 2 * self.height, 0.0)
+
+    def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
+        return np.asarray(self.width / 2 - abs(places[..., 0]) - radii)
+
+    def wall_directions(self, places: Floats) -> Floats:
+        return np.column_stack([np.sign(places[:, 0]), np.zeros(len(places))])
+
+    @property
+    def longest_wave(self) -> float:
+        """That of two opposite flows along the walls, v = sin(πx/w)."""
+        return 2 * self.width
+
+    def ring_shares(self, places: Floats, ring_radii: Floats, radius: float) -> Floats:
+        """Without the arcs beyond each wall; of radii up to half of the height."""
+        reach = self.width / 2 - radius
+        gaps = np.stack([reach - places[:, 0], reach + places[:, 0]])[..., None]
+        beyond = np.arccos(np.clip(gaps / ring_radii, -1.0, 1.0)).sum(axis=0)
+        return np.asarray(1 - beyond / math.pi)
 
 
-SHAPES: Mapping[str, type[Container]] = {shape.name: shape for shape in (Circle, Box, PeriodicBox)}
+SHAPES: Mapping[str, type[Container]] = {
+    shape.name: shape for shape in (Circle, Box, PeriodicBox, Channel)
+}
 """The shapes by their word in a config; the first is the default."""

@@ -176,14 +176,14 @@ XYZ_BALL = "{} {!r} {!r} 0 {!r} {!r} 0 {!r} {!r}\n"
 def write_xyz(path: Path, start: Scene, batches: Iterable[States]) -> None:
     """Write states as extended XYZ with z = 0, whole or not at all. Raises ``UserError``.
 
-    Each frame has the rectangle around the container as its cell, periodic in x and y without
+    Each frame has the rectangle around the container as its cell, periodic along axes without
     walls, and the time in s. Numbers read back as the same doubles.
     """
     sizes = np.column_stack([start.radii, start.masses])
     group = np.unique(sizes, axis=0, return_inverse=True)[1].ravel()
     names = [SYMBOLS[k] for k in np.minimum(group, len(SYMBOLS) - 1)]
     cell = np.array([*start.container.size, 2 * float(np.max(start.radii))])
-    pbc = "F F F" if start.container.has_wall else "T T F"
+    pbc = " ".join("FT"[repeats] for repeats in (*start.container.periodic, False))
     with _exported(path) as part, part.open("x", encoding="ascii", newline="") as file:
         for batch in batches:
             for k, time in enumerate(batch.time.tolist()):
@@ -255,9 +255,9 @@ def _create_states(
     width, height = start.container.size
     edges = element("particles/trajectory/box/edges", (3,), "m")
     edges[:] = [width, height, 2 * float(np.max(start.radii))]
-    boundary = b"none" if start.container.has_wall else b"periodic"
+    boundary = [b"periodic" if repeats else b"none" for repeats in start.container.periodic]
     group["box"].attrs["dimension"] = 3
-    group["box"].attrs["boundary"] = np.array([boundary, boundary, b"none"])
+    group["box"].attrs["boundary"] = np.array([*boundary, b"none"])
     for name, values, unit in (("mass", start.masses, "kg"), ("radius", start.radii, "m")):
         group[name] = values
         group[name].attrs["unit"] = unit

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli.containers import LEAST_AMOUNT, MOST_AMOUNT, Container
 from snooker_cli.errors import SceneError
-from snooker_cli.laws import Law
+from snooker_cli.laws import Law, WallLaw
 from snooker_cli.neighbours import near_pairs
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -28,6 +28,7 @@ class Scene:
     contact_duration : of the TC model, in mean free times; 0 without it
     elastic_below : relative normal speed below which collisions are elastic, m/s; 0 without it
     slides : whether a ball slides on after infinitely many bounces on a fixed circular wall
+    wall_key : of the random numbers of a wall with a temperature, from 0 to below 2^63; else None
     """
 
     positions: NDArray[np.float64]
@@ -39,10 +40,11 @@ class Scene:
     container_position: NDArray[np.float64]
     container_velocity: NDArray[np.float64]
     pair_law: Law
-    wall_law: Law
+    wall_law: WallLaw
     contact_duration: float = 0.0
     elastic_below: float = 0.0
     slides: bool = False
+    wall_key: int | None = None
 
     def __post_init__(self) -> None:
         for array in (self.positions, self.velocities, self.radii, self.masses):
@@ -138,13 +140,16 @@ def _check_places(scene: Scene, slack: float) -> None:
     container.check_radii(scene.radii)
     places = scene.positions - scene.container_position
     gaps = container.wall_gaps(places, scene.radii)
+    if container.period is not None:
+        edges = np.min(np.array(container.period) / 2 - abs(places), axis=1)
+        gaps = np.minimum(gaps, edges)
     ball = int(np.argmin(gaps))
     if gaps[ball] >= -slack:
         return
     x, y = places[ball]
     where = f"[{x:.6g}, {y:.6g}] m from the centre of {container.description}"
     problem = f"ball {ball} sticks out of the container by {-gaps[ball]:.6g} m"
-    if not container.has_wall:
+    if container.period is not None and gaps[ball] == edges[ball]:
         problem = f"the centre of ball {ball} is {-gaps[ball]:.6g} m outside"
     advice = f"move it inwards{' or make it smaller' if container.has_wall else ''}"
     raise SceneError("balls", f"{problem}: it is {where}; {advice}", ball)

@@ -299,7 +299,7 @@ PLACES, STILL = [[0.0, 0.0], [3.0, 0.0]], [[1.0, 0.0], [0.0, 0.0]]
         ({"velocities": "fast"}, "the arrays do not fit"),
         ({"radii": [1.0, 1.0, 1.0]}, "the arrays do not fit"),
         ({"masses": [1.0, 0.0]}, r"balls.list\[1\].mass: 0.0 is given"),
-        ({"container": 10.0}, "give Circle, Box or PeriodicBox"),
+        ({"container": 10.0}, "give Circle, Box, Channel or PeriodicBox"),
         ({"container": snooker.PeriodicBox(8.0, 8.0)}, "under 5 diameters"),
         ({"cor": 2.0}, "^cor: 2.0 is given"),
     ],

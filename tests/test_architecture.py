@@ -35,7 +35,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "theory": ("containers", "scene"),
     "trace": ("scene",),
     # From a config to stored repeats
-    "placement": ("config", "containers", "errors", "neighbours", "scene"),
+    "placement": ("config", "containers", "errors", "laws", "neighbours", "scene"),
     "engine": ("containers", "errors", "laws", "scene", "trace"),
     "store": ("containers", "errors", "files", "laws", "scene", "trace"),
     "runs": tuple(part for part in RUNNING if part != "runs"),

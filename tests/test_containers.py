@@ -7,7 +7,7 @@ import pytest
 from scenes import DARTS, uniform
 from scipy.special import jv
 
-from snooker_cli.containers import SHAPES, Box, Circle, PeriodicBox
+from snooker_cli.containers import SHAPES, Box, Channel, Circle, PeriodicBox
 from snooker_cli.errors import SceneError
 
 CONTAINERS = [shape(*(7.0, 4.0)[: len(shape.keys)]) for shape in SHAPES.values()]
@@ -76,11 +76,13 @@ def test_balls_are_put_inside(container):
     assert gaps.min() >= -1e-14
     if container.has_wall:
         inside = container.wall_gaps(before, radii) >= 0
-        np.testing.assert_array_equal(places[inside], before[inside])
+        walls = ~np.array(container.periodic)
+        np.testing.assert_array_equal(places[inside][:, walls], before[inside][:, walls])
         assert np.max(gaps[~inside]) <= 1e-14
-    else:
-        steps = (places - before) / container.size
-        np.testing.assert_allclose(steps, np.rint(steps), atol=1e-14)
+    repeats = np.flatnonzero(container.periodic)
+    steps = (places - before)[:, repeats] / np.array(container.size)[repeats]
+    np.testing.assert_allclose(steps, np.rint(steps), atol=1e-14)
+    assert np.all(abs(places[:, repeats]) <= np.array(container.size)[repeats] / 2)
 
 
 @every_container
@@ -134,6 +136,7 @@ def test_an_outline_encloses_the_area(container):
         (Circle(3.0), [1.0, 3.0], "balls", 1),
         (PeriodicBox(9.99, 12.0), [0.5, 1.0], "container.width", None),
         (PeriodicBox(12.0, 9.99), [1.0], "container.height", None),
+        (Channel(3.0, 9.99), [1.0], "container.height", None),
     ],
 )
 def test_balls_that_are_too_large_are_refused(container, radii, key, ball):
@@ -164,6 +167,8 @@ def test_the_longest_shear_wave_feels_no_stress_at_smooth_walls(container):
         # r ∂(u/r)/∂r = 0 with u = −∂ψ/∂r; a slower mode would have an edge nearer to zero.
         assert bend == pytest.approx(slope / edge, abs=1e-6)
         assert k * edge == pytest.approx(3.0542, abs=1e-4)
+    elif isinstance(container, Channel):
+        assert k * container.width == pytest.approx(math.pi)  # v = sin(kx): no stress at k x = π/2
     elif container.has_wall:
         width, height = container.size
         assert k**2 == pytest.approx((math.pi / width) ** 2 + (math.pi / height) ** 2)

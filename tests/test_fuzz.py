@@ -96,12 +96,22 @@ sweep: {'balls.list[0].position': [[0, 0], [0, 1]]}
 container: {shape: box, width: 10, height: 5, packing: 0.2}
 balls: {count: 20, mass: 1, speed: 10, speeds: maxwell, start: lattice}
 cor: 0.9
+cor_speed: 5
+wall_speed: {left: 1, bottom: 0.5}
+wall_temperature: {right: 1, top: 0.5}
 collapse: {elastic_below: 1e-6}
 common_random: true
 collisions: 100
 record: summary
 sweep:
   zip: {container.packing: [0.1, 0.2], balls.count: 10:20:2}
+""",
+    """\
+container: {shape: channel, packing: 0.2}
+balls: {count: 20, radius: 1, speed: 10}
+cor: 0.9
+wall_cor_speed: 5
+collisions: 100
 """,
     """\
 container: {shape: periodic, packing: 0.4}

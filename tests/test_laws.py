@@ -9,15 +9,18 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from config_texts import experiment
 from hostile import with_traces
 from scenes import gas, scene_of
 
+import snooker_cli
 from snooker_cli import laws, store
 from snooker_cli.analysis.predictions import speed_laws
 from snooker_cli.engine import collision, jit
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.conversion import new_states
-from snooker_cli.laws import Constant, law_of
+from snooker_cli.errors import StoreError
+from snooker_cli.laws import Constant, Driven, Sides, Thermal, Viscoelastic, law_of
 from snooker_cli.runs import Run, open_run
 from snooker_cli.runs.run import RepeatState
 from snooker_cli.runs.verification import verify
@@ -36,6 +39,17 @@ class Damped(NamedTuple):
         return (1.0 + self.cor / (1.0 + normal * length)) * normal
 
 
+WARM = """\
+container: {shape: box, width: 20}
+balls: {count: 30, radius: 0.5, speed: 5}
+cor: 0.9
+wall_speed: {left: 1}
+wall_temperature: {right: 80}
+collisions: 300
+repeats: 3
+"""
+
+
 @pytest.fixture
 def damped(monkeypatch: pytest.MonkeyPatch) -> Damped:
     """That law, with a word in files."""
@@ -52,6 +66,69 @@ def test_the_class_of_a_law_decides_what_a_hit_does(damped: Damped) -> None:
     """Compiled and in plain Python; also if two laws have equal numbers."""
     for law, expected in ((Constant(0.5), 4.5), (damped, 3.0 * (1 + 0.5 / 7.0))):
         assert kicked(law, 3.0, 2.0) == expected == collision.kick(law, 3.0, 2.0)
+
+
+KICKS = [  # law, normal speed over a length, length, change
+    (Viscoelastic(0.6, 16.0), 1.0, 1.0, 1.95),  # (1/16)^(3/4) = 1/8
+    (Viscoelastic(0.6, 16.0), 0.5, 2.0, 0.975),
+    (Viscoelastic(0.6, 16.0), 16.0, 1.0, 25.6),
+    (Viscoelastic(0.6, 16.0), 100.0, 1.0, 160.0),
+    (Viscoelastic(0.6, 16.0), -1.0, 1.0, -1.95),
+    (Driven(0.5, 3.0), 2.0, 1.0, 7.5),
+    (Driven(0.5, 3.0), 1.0, 2.0, 3.75),
+    (Driven(0.5, 3.0), 0.0, 1.0, 4.5),
+]
+
+
+@pytest.mark.parametrize(("law", "normal", "length", "change"), KICKS)
+def test_kicks_of_other_laws(law, normal, length, change) -> None:
+    assert kicked(law, normal, length) == pytest.approx(change, rel=1e-15)
+
+
+def test_the_keys_of_a_config_choose_the_law() -> None:
+    assert law_of(cor=0.5, cor_speed=2.0) == Viscoelastic(0.5, 2.0)
+    still = experiment(WARM, "wall_speed=0", "wall_temperature=null")
+    assert still.wall_law == Constant(0.9)
+    assert experiment(WARM).wall_law == Sides(
+        Driven(0.9, 1.0), Thermal(80.0), Constant(0.9), Constant(0.9)
+    )
+
+
+def test_a_warm_run_is_stored_and_verified(tmp_path: Path) -> None:
+    """Two batches, each repeat with a key of its own, which a longer run keeps."""
+    config = tmp_path / "warm.yaml"
+    config.write_text(WARM)
+    run = snooker_cli.run(config, out=tmp_path / "warm", progress=False)
+    assert {status.state for status in verify(run, replay=True, workers=1)} == {RepeatState.DONE}
+    traces = [trace for trace, _ in store.read(run.batches(0)[0])]
+    assert len({trace.start.wall_key for trace in traces}) == 3
+    assert traces[0].start.wall_law == experiment(WARM).wall_law
+    longer = snooker_cli.run(config, {"collisions": 500}, out=tmp_path / "warm", progress=False)
+    for before, (after, _) in zip(traces, store.read(longer.batches(0)[0]), strict=True):
+        assert after.start.wall_key == before.start.wall_key
+        assert np.array_equal(after.events.time[:300], before.events.time)
+
+
+WRONG = [
+    {"wall_law": Driven(0.9, 0.0)},
+    {"wall_law": Sides(*4 * [Sides(*4 * [Constant(0.9)])])},
+    {"pair_law": Driven(0.9, 1.0)},
+    {"pair_law": Sides(*4 * [Constant(0.9)])},
+    {"wall_law": Thermal(20.0)},  # without a key
+    {"wall_law": Thermal(20.0), "wall_key": -1},
+]
+
+
+@pytest.mark.parametrize("changes", WRONG)
+def test_a_file_with_a_law_that_no_config_gives_is_refused(changes, copy: Run) -> None:
+    path = copy.batches(0)[0]
+    with_traces(
+        lambda trace: replace(
+            trace, start=replace(trace.start, **changes), finish=replace(trace.finish, **changes)
+        )
+    )(path)
+    with pytest.raises(StoreError):
+        store.read(path)
 
 
 def test_each_place_of_contact_has_its_law(damped: Damped) -> None:

@@ -48,10 +48,19 @@ def fluid(
 
 
 def scene_state(scene: Scene, temperature: float) -> theory.FluidState | None:
-    """The state of a scene's balls; ``None`` for one ball, unequal ones, or a dense packing."""
-    if scene.number < 2 or not scene.equal_balls:
+    """The state of a scene's balls; ``None`` without a theory.
+
+    There is none for one ball, unequal ones, a dense packing, or N balls in a channel, which keep
+    their momentum along it.
+    """
+    if scene.number < 2 or not scene.equal_balls or is_channel(scene.container):
         return None
     return fluid(scene.number, temperature, float(scene.radii[0]), scene.container)
+
+
+def is_channel(container: Container) -> bool:
+    """Whether it has walls along one axis and images along the other."""
+    return container.has_wall and container.period is not None
 
 
 def scene_rates(scene: Scene, temperature: float) -> theory.CollisionRates | None:
@@ -75,8 +84,8 @@ def _haff_rate(scene: Scene, ball_ball: float, wall: float) -> float:
 
 
 def components(scene: Scene) -> int:
-    """Components of the velocities that share the energy: total momentum is kept without walls."""
-    return 2 * (scene.number if scene.container.has_wall else scene.number - 1)
+    """Components of the velocities that share the energy: momentum is kept along axes of images."""
+    return 2 * scene.number - sum(scene.container.periodic)
 
 
 def finite_haff_rate(scene: Scene) -> float | None:
@@ -104,8 +113,11 @@ def independent_velocities(scene: Scene) -> int | None:
     """Number of independent velocities at fixed energy; ``None`` where the law of speeds fails.
 
     With walls all of them. Without walls one less, because total momentum is kept, and only for
-    balls of one mass whose centre of mass is at rest.
+    balls of one mass whose centre of mass is at rest. A channel has half of one less. Walls
+    that give energy do not fix it.
     """
+    if is_channel(scene.container) or scene.wall_law.gains:
+        return None
     if scene.container.has_wall:
         return scene.number
     known = scene.number > 2 and np.ptp(scene.masses) == 0 and at_rest(scene)
@@ -338,6 +350,9 @@ def notes(scene: Scene) -> Iterator[Note]:
         why, others = "the theory needs equal balls", ["distribution of speeds", *cooling]
         if elastic(scene):
             others = ["mean speed"] if np.ptp(scene.masses) > 0 else []
+    elif is_channel(scene.container):
+        why = "there is no theory for N balls in a channel"
+        others = [] if elastic(scene) else ["Haff's α"]
     elif scene_state(scene, 1.0) is None:
         filled = f"the balls fill {scene.packing_fraction:.2f} of the area"
         why = f"the theory needs a fluid, and {filled}"

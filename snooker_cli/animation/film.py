@@ -369,7 +369,7 @@ def _content(film: Film) -> dict[str, Any]:
         "masses": scene.masses,
         "container": [*opening.container_positions[0], *opening.container_velocities[0]],
         "outline": scene.container.outline.tolist(),
-        "periodic": not scene.container.has_wall,
+        "periodic": scene.container.period is not None,
         "size": scene.container.size,
         "free": scene.free,
         "wallCor": scene.wall_restitution,

@@ -209,7 +209,7 @@ class Screen:
         axes.add_patch(self.wall)
         rings: dict[str, Any] = {"facecolors": "none", "linewidths": 1.6, "clip_on": False}
         self.flashes = self._moves(axes.scatter([], [], **rings))
-        if not container.has_wall:
+        if container.period is not None:
             self.balls.set_clip_path(self.wall)
 
     def _add_panels(self) -> None:

@@ -31,7 +31,7 @@ from snooker_cli.formatting import (
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import processors, share_of
-from snooker_cli.runs.plan import checked, is_excessive, run_plan
+from snooker_cli.runs.plan import LAW, checked, is_excessive, run_plan
 from snooker_cli.runs.progress import execute_watched, notice, run_summary, share_done
 from snooker_cli.runs.status import ended
 from snooker_cli.trace import StopReason
@@ -162,6 +162,9 @@ def _plan_lines(plan: dict[str, Any], part: str | None) -> Iterator[str]:
         if ratios := [ratio for ratio in scenes["critical_ratios"] if ratio is not None]:
             values = " to ".join(dict.fromkeys(f"{f(ratios):.2g}" for f in (min, max)))
             yield f"  L/L_c     {values}: {theory.CRITICAL}"
+        laws = [name.removeprefix(LAW) for name in scenes["models"] if name.startswith(LAW)]
+        if laws:
+            yield f"  laws      {', '.join(laws)}"
         yield f"  records   {'events' if scenes['models']['events'] else 'a summary'}"
     yield ""
     yield _estimate(plan)
@@ -235,9 +238,12 @@ def _collapse_hints(run: Run, results: Sequence[RepeatResult]) -> list[str]:
         experiment = run.points[point].experiment
         lossy = min(experiment.cor, experiment.effective_wall_cor) < 1.0
         if reason is StopReason.WALL_TRAP and experiment.collapse == "stop":
-            fixed = math.isinf(experiment.container.mass)
-            otherwise = "`collapse: slide` (exact, fixed container) or `collapse: {tc: 0.01}`"
-            ways.append("`collapse: slide` (exact)" if fixed else otherwise)
+            way = "`collapse: slide` (exact, fixed container) or `collapse: {tc: 0.01}`"
+            if not experiment.wall_law.constant:
+                way = "`collapse: {tc: 0.01}`"
+            elif math.isinf(experiment.container.mass):
+                way = "`collapse: slide` (exact)"
+            ways.append(way)
         if reason is StopReason.COLLAPSE and experiment.collapse in ("stop", "slide") and lossy:
             ways.append("`collapse: {tc: 0.01}`")
     return [f"To continue such repeats, set {way}." for way in dict.fromkeys(ways)]

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
 from pydantic import (
     AfterValidator,
@@ -28,7 +28,7 @@ from snooker_cli.config.axes import Axes, axes, written
 from snooker_cli.config.problems import ConfigError, KeyPath, Problem
 from snooker_cli.containers import SHAPES, Circle, Container, ShapeName
 from snooker_cli.formatting import listed
-from snooker_cli.laws import Law, law_of
+from snooker_cli.laws import Law, Sides, Thermal, WallLaw, law_of
 
 # Types of values. Each has a range, and the phrase of an error that states it.
 
@@ -53,6 +53,8 @@ def _needs(phrase: str, is_number: bool = True) -> WrapValidator:
 
     return WrapValidator(checked)
 
+
+Value = TypeVar("Value")
 
 _FROM_LIST = Field(strict=False)  # reads a list as a tuple, which is immutable
 
@@ -96,6 +98,12 @@ Switch = Annotated[bool, _needs("true or false", False)]
 RingNumber = Annotated[int, Field(ge=0, le=1000), _WHOLE, _needs("a whole number from 0 to 1000")]
 Number = Annotated[
     int, Field(ge=1, le=1_000_000), _WHOLE, _needs("a whole number from 1 to 1,000,000")
+]
+WallSpeed = Annotated[
+    float,
+    Field(ge=0, le=containers.MOST_AMOUNT),
+    _ZERO,
+    _needs("a number of 0 or more (at most 1e50)"),
 ]
 WallMass = Annotated[
     float,
@@ -141,7 +149,8 @@ class ContainerConfig(_Sparse):
     """The container, centred at the origin."""
 
     shape: ShapeName = Circle.name
-    """Shape: a circle, a box with four walls, or a periodic box without walls."""
+    """Shape: a circle, a box with four walls, a periodic box without walls, or a channel with walls
+    left and right that is periodic up and down."""
     radius: Amount | None = None
     """Inner radius of the circle, m; absent: follows from packing."""
     width: Amount | None = None
@@ -166,6 +175,33 @@ class ContainerConfig(_Sparse):
         if first is None:
             return None
         return self.shape_class(first, *(first if side is None else side for side in others))
+
+
+class _BySide(_Sparse, Generic[Value]):
+    """A value for some straight walls; others have wall_cor."""
+
+    left: Value | None = None
+    """Of the left wall."""
+    right: Value | None = None
+    """Of the right wall."""
+    bottom: Value | None = None
+    """Of the lower wall."""
+    top: Value | None = None
+    """Of the upper wall."""
+
+    @model_validator(mode="after")
+    def _has_a_key(self) -> Self:
+        if not self.model_fields_set:
+            raise ValueError
+        return self
+
+
+class SpeedBySide(_BySide[WallSpeed]):
+    """The speed of some straight walls, m/s."""
+
+
+class TemperatureBySide(_BySide[Amount]):
+    """The temperature of some straight walls, J."""
 
 
 class Rings(Model):
@@ -217,7 +253,8 @@ class Species(_Sparse):
     """Mass of every ball, kg."""
     speed: Speed
     """Speed of every ball at the start, m/s; with speeds: maxwell the root mean square. In a
-    periodic box the total momentum of balls given by count is set to zero at the same energy."""
+    periodic box, and along a channel, the total momentum of balls given by count is set to zero at
+    the same energy."""
     speeds: Literal["equal", "maxwell"] = "equal"
     """Speeds at the start: equal, or from Maxwell's distribution. Directions are random."""
     start: Literal["lattice", "random"] | None = None
@@ -298,7 +335,7 @@ class Experiment(Model):
     title: Title | None = None
     """Name shown in tables."""
     container: ContainerConfig
-    """Container: a circle, a box or a periodic box."""
+    """Container: a circle, a box, a periodic box or a channel."""
     balls: Balls
     """Balls at the start: a count of equal balls, a list of several such species (after any
     single balls with a position), rings of equal balls, or a list of single balls."""
@@ -306,10 +343,35 @@ class Experiment(Model):
     """Coefficient of restitution between balls, 0 (no rebound) to 1 (elastic)."""
     wall_cor: Restitution | None = None
     """Coefficient of restitution at the wall, 0 to 1; absent or null: as cor."""
+    cor_speed: Positive | None = None
+    """Relative normal speed v₀, m/s, below which collisions between balls become more elastic:
+    e(v) = 1 − (1 − cor)(v/v₀)^¾. Absent: cor at all speeds. Balls among themselves then no longer
+    collapse."""
+    wall_cor_speed: Positive | None = None
+    """The same at the wall, with wall_cor; absent: one CoR at all speeds."""
+    wall_speed: (
+        Annotated[
+            WallSpeed | SpeedBySide,
+            _needs("a number of 0 or more, or one for some sides, as {left: 1, right: 1},", False),
+        ]
+        | None
+    ) = None
+    """Speed V, m/s, at which a fixed wall moves inwards when it is hit: a ball leaves it with the
+    normal speed e v + (1 + e) V. A number, or numbers for left, right, bottom and top."""
+    wall_temperature: (
+        Annotated[
+            Amount | TemperatureBySide,
+            _needs("a number above 0, or one for some sides, as {left: 20, right: 80},", False),
+        ]
+        | None
+    ) = None
+    """Temperature of a fixed wall, J: a ball leaves it with a random velocity of this temperature.
+    It replaces wall_cor. A number, or numbers for left, right, bottom and top."""
     collapse: Collapse = "stop"
     """What to do about infinitely many collisions in finite time. stop (the default): end the
     repeat and report it. slide: let the ball slide along a circle's fixed wall. tc: contacts have
-    a duration; elastic_below: slow collisions are elastic; with either there is no collapse."""
+    a duration; elastic_below: slow collisions are elastic; with either there is no collapse. With
+    cor_speed balls do not collapse among themselves either."""
     collisions: Count | None = None
     """Stop after this many collisions; with `time`, whichever comes first."""
     time: Duration | None = None
@@ -354,12 +416,33 @@ class Experiment(Model):
     @property
     def pair_law(self) -> Law:
         """The law of collisions between balls."""
-        return law_of(cor=self.cor)
+        law: Law = law_of(cor=self.cor, cor_speed=self.cor_speed)
+        return law
 
     @property
-    def wall_law(self) -> Law:
+    def wall_law(self) -> WallLaw:
         """The law of collisions at the wall."""
-        return law_of(cor=self.effective_wall_cor)
+        keys = self.wall_speed, self.wall_temperature
+        if any(isinstance(key, _BySide) for key in keys):
+            return Sides(*map(self._law_at, Sides._fields))
+        return self._law_at("left")
+
+    def _law_at(self, side: str) -> Law:
+        """The law of one wall."""
+        speed, temperature = self._at(side)
+        if temperature is not None:
+            return Thermal(temperature)
+        cor, cor_speed = self.effective_wall_cor, self.wall_cor_speed
+        law: Law = law_of(cor=cor, cor_speed=cor_speed, speed=speed or None)
+        return law
+
+    def _at(self, side: str) -> tuple[float | None, float | None]:
+        """The speed (m/s) and the temperature (J) of one wall."""
+        speed, temperature = (
+            getattr(key, side) if isinstance(key, _BySide) else key
+            for key in (self.wall_speed, self.wall_temperature)
+        )
+        return speed, temperature
 
     @property
     def contact_duration(self) -> float:
@@ -426,6 +509,44 @@ def _faults(experiment: Experiment) -> Iterator[Problem]:
             "and 1; set wall_cor: 1, or collapse: stop"
         )
         yield Problem(("collapse",), sentence)
+    yield from _faults_of_walls(experiment)
+    if experiment.collapse == "slide" and experiment.wall_cor_speed is not None:
+        sentence = "slide needs one CoR at all speeds at the wall; remove wall_cor_speed, or slide"
+        yield Problem(("collapse",), sentence)
+
+
+def _faults_of_walls(experiment: Experiment) -> Iterator[Problem]:
+    """Walls that give energy are fixed, and each has one law."""
+    shape = experiment.container.shape_class
+    for key in ("wall_speed", "wall_temperature"):
+        value = getattr(experiment, key)
+        if value is None:
+            continue
+
+        def fault(sentence: str, path: KeyPath = (key,)) -> Problem:
+            return Problem(path, sentence, about_key=True)
+
+        if not shape.has_wall:
+            yield fault(f"a {shape.title} has no wall; remove {key}, or set another shape")
+        if math.isfinite(experiment.container.mass):
+            yield fault(f"a free container has no {key}; remove it, or set container.mass: .inf")
+        if isinstance(value, _BySide) and shape.has_wall:
+            for side in value.model_fields_set - set(shape.sides):
+                sides = listed(shape.sides) if shape.sides else "no sides, so give one number"
+                yield fault(f"a {shape.title} has {sides}", (key, side))
+        if experiment.collapse == "slide":
+            yield Problem(("collapse",), f"balls do not slide with {key}; set collapse: stop")
+    speeds, temperatures = zip(*map(experiment._at, shape.sides or ("left",)), strict=True)
+    if experiment.wall_speed is not None and experiment.wall_cor_speed is not None:
+        sentence = "wall_cor_speed is for walls that do not move; remove it, or wall_speed"
+        yield Problem(("wall_cor_speed",), sentence, about_key=True)
+    if any(None not in both for both in zip(speeds, temperatures, strict=True)):
+        sentence = "one wall has a wall_temperature and a wall_speed; remove one of them"
+        yield Problem(("wall_temperature",), sentence, about_key=True)
+    for key in ("wall_cor", "wall_cor_speed"):
+        if None not in temperatures and getattr(experiment, key) is not None:
+            sentence = f"wall_temperature replaces {key}; remove one of them"
+            yield Problem((key,), sentence, about_key=True)
 
 
 def _faults_of_container(container: ContainerConfig) -> Iterator[Problem]:

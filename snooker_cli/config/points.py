@@ -33,6 +33,16 @@ LIMITS = ("collisions", "time")  # the keys that end a repeat; a later end chang
 _NOT_IN_STREAMS = (*LIMITS, "seed", "common_random", "record")
 """Keys that random numbers do not depend on, or not through the digest."""
 
+_LATER_KEYS = (
+    "collapse",
+    "common_random",
+    "cor_speed",
+    "wall_cor_speed",
+    "wall_speed",
+    "wall_temperature",
+)
+"""Keys that are younger than digests: left out at their defaults, so that old digests stay."""
+
 MAX_REPEATS = 1_000_000  # repeats of all points of a run, which are as many files
 
 _Step: TypeAlias = tuple[str, int, Value]  # a swept key, the place of a value, and this value
@@ -167,7 +177,7 @@ def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
     data = json.loads(to_json(experiment))
     physics = {key: value for key, value in data.items() if key not in left_out}
     physics["wall_cor"] = experiment.effective_wall_cor
-    for key in ("collapse", "common_random"):  # which are younger than digests
+    for key in _LATER_KEYS:
         if getattr(experiment, key) == Experiment.model_fields[key].default:
             physics.pop(key, None)
     if experiment.species:

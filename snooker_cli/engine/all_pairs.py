@@ -266,8 +266,10 @@ def after_wall_hit(i: int, now: float, state: State, agenda: Agenda) -> bool:
     delay = delay_to_next_hit(boundary, i, state)
     times[ks.WALL_TIME, i] = now + delay
     find_contact(i, now, delay, state, agenda)
-    if not setup.traps or (bounces(i, links) == 1 and setup.wall_law.cor != 0.0):
+    if not setup.traps or (bounces(i, links) == 1 and not prediction.may_stay(setup.wall_law)):
         return False
+    if prediction.is_endless(setup.wall_law, bounces(i, links)):
+        return True
     lasts = prediction.bouncing_time(i, now, state)
     patient = bool(bounces(i, links) <= setup.patience)
     trapped = False

@@ -10,7 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.collision import change_at_circle, kick, shares
+from snooker_cli.engine.collision import (
+    bounce_sums,
+    change_at_circle,
+    hit_circle,
+    hit_side,
+    shares,
+)
 from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_delay
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 from snooker_cli.engine.prediction import delay_to_next_hit
@@ -35,12 +41,7 @@ class FixedCircle(NamedTuple):
         return chord_delay(balls[X, i], balls[Y, i], balls[U, i], balls[V, i])
 
     def hit_wall(self, i: int, _now: float, state: State, elastic: bool) -> float:
-        balls = state.balls
-        x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
-        change = change_at_circle(x, y, u, v, state.setup, elastic)
-        balls[U, i] -= change * x
-        balls[V, i] -= change * y
-        return abs(ks.mass_of(state.sizes, i) * change * math.sqrt(x * x + y * y))
+        return hit_circle(state.setup.wall_law, i, state, elastic)
 
 
 class FreeCircle(NamedTuple):
@@ -123,9 +124,9 @@ class FreeCircle(NamedTuple):
             times[ks.NEXT_TIME, k] = min(time, times[ks.PAIR_TIME, k])
 
     def pushed_speed(self, i: int, inward: float, state: State) -> float:
-        e, m = state.setup.wall_law.cor, ks.mass_of(state.sizes, i)
+        m, (_, changes) = ks.mass_of(state.sizes, i), bounce_sums(state.setup.wall_law, inward, 1.0)
         u, v = self.motion[U], self.motion[V]
-        pushes = (1.0 + e) / (1.0 - e) * (inward * (m / (m + self.mass)))
+        pushes = changes * (inward * (m / (m + self.mass)))
         return float(pushes + math.sqrt(u * u + v * v))
 
     def bouncing_mass(self, mass: float) -> float:
@@ -150,15 +151,39 @@ class StraightWalls(NamedTuple):
         return side_delay(x, y, u, v, self.half_width - r, self.half_height - r)
 
     def hit_wall(self, i: int, _now: float, state: State, elastic: bool) -> float:
-        balls, setup, r = state.balls, state.setup, ks.radius_of(state.sizes, i)
+        balls, r = state.balls, ks.radius_of(state.sizes, i)
         x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
         across = self.half_width - r - (x if u > 0.0 else -x) if u != 0.0 else NEVER
         along = self.half_height - r - (y if v > 0.0 else -y) if v != 0.0 else NEVER
-        normal = u if across <= along else v  # towards the nearest side ahead
-        elastic = elastic or abs(normal) < setup.elastic_below
-        change = 2.0 * abs(normal) if elastic else kick(setup.wall_law, abs(normal), 1.0)
-        balls[U if across <= along else V, i] -= math.copysign(change, normal)
-        return float(ks.mass_of(state.sizes, i) * change)
+        # The nearest side ahead.
+        return hit_side(state.setup.wall_law, i, bool(across <= along), state, elastic)
+
+
+class ChannelSides(NamedTuple):
+    """Fixed walls left and right; balls that leave above enter below. Half the width, height, m."""
+
+    half_width: float
+    height: float
+
+    def delay_to_wall(self, i: int, now: float, _left_wall: bool, state: State) -> float:
+        x, _ = ks.position(i, now, state.balls)
+        u, reach = state.balls[U, i], self.half_width - ks.radius_of(state.sizes, i)
+        delay = ((reach if u > 0.0 else -reach) - x) / u
+        return max(delay, 0.0) if u != 0.0 else NEVER
+
+    def hit_wall(self, i: int, _now: float, state: State, elastic: bool) -> float:
+        return hit_side(state.setup.wall_law, i, True, state, elastic)
+
+    def nearest_image(self, x: float, y: float) -> tuple[float, float]:
+        return x, y - self.height * np.rint(y / self.height)
+
+    def same_image(self, _x: float, y: float, _new_x: float, new_y: float) -> bool:
+        return bool(np.rint(y / self.height) == np.rint(new_y / self.height))
+
+    def wrapped(self, column: int, row: int, _columns: int, rows: int) -> tuple[int, int]:
+        row += rows if row < 0 else 0
+        row -= rows if row >= rows else 0
+        return column, row
 
 
 class PeriodicSides(NamedTuple):

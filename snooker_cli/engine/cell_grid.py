@@ -68,19 +68,21 @@ def new_mesh(scene: Scene, side: float) -> Mesh:
     width, height = scene.container.size
     slender = max(width, height) / (MOST_IN_ROW * scene.number)
     side = max(side, slender, 2.0 * float(np.max(scene.radii)) * CELL_OVER_BALL)
-    if scene.container.period is not None:
-        scene.container.check_radii(scene.radii)
-        columns = max(int(width / side), PERIODIC_DIAMETERS)
-        rows = max(int(height / side), PERIODIC_DIAMETERS)
-        sides = width / columns, height / rows
-        corner = -0.5 * width, -0.5 * height
-    else:
-        # One more for a free container, which may be off their middle by less than half a cell.
-        around = 3 if scene.free else 2
-        columns, rows = math.ceil(width / side) + around, math.ceil(height / side) + around
-        sides = side, side
-        corner = -0.5 * columns * side, -0.5 * rows * side
-    return Mesh(*sides, *corner, columns, rows, shift=(columns - 1).bit_length())
+    scene.container.check_radii(scene.radii)
+    # One more for a free container, which may be off their middle by less than half a cell.
+    around = 3 if scene.free else 2
+
+    def along(length: float, repeats: bool) -> tuple[float, float, int]:
+        """The side of the cells along an axis (m), where they begin (m), and how many they are."""
+        if repeats:
+            number = max(int(length / side), PERIODIC_DIAMETERS)
+            return length / number, -0.5 * length, number
+        number = math.ceil(length / side) + around
+        return side, -0.5 * number * side, number
+
+    across, up = map(along, (width, height), scene.container.periodic)
+    shift = (across[2] - 1).bit_length()
+    return Mesh(across[0], up[0], across[1], up[1], across[2], up[2], shift)
 
 
 def cells_at_wall(scene: Scene, mesh: Mesh, margin: float) -> Flags:

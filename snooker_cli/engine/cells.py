@@ -303,7 +303,9 @@ def after_hit(i: int, j: int, now: float, state: State, cells: Cells) -> bool:
     links[cm.BOUNCES, i] += 1
     push(cells.margin, now, state, cells)
     bounces = links[cm.BOUNCES, i]
-    often = bounces > 1 or setup.wall_law.cor == 0.0
+    often = bounces > 1 or prediction.may_stay(setup.wall_law)
+    if prediction.is_endless(setup.wall_law, bounces):
+        return True
     if setup.traps and often and bounces & (bounces - 1) == 0:  # after 2, 4, 8 … bounces
         lasts = prediction.bouncing_time(i, now, state)
         return prediction.is_trapped(i, now, lasts, False, state)

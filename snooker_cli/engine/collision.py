@@ -8,6 +8,7 @@ from typing import Any
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import fused
+from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import by_class, helper, inlined
 from snooker_cli.engine.kernel_state import (
     CLOCK,
@@ -53,6 +54,36 @@ def kick(law: Law, normal: float, length: float) -> float:
     raise NotImplementedError
 
 
+@by_class
+def elastic_kick(law: Law, normal: float, length: float) -> float:
+    """``kick`` in a hit of the wall that a rule of ``collapse`` makes elastic.
+
+    A wall that gives energy needs no such rule, and has no such hits.
+    """
+    return 2.0 * normal
+
+
+@by_class
+def recoil(law: Law, normal: float, length: float, elastic: bool) -> float:
+    """The change in a hit of a circle whose normal speed is negative by rounding.
+
+    A chord may be shorter than the rounding of its place. Then a ball seems to move inwards at its
+    end. It leaves inwards as after the opposite speed.
+    """
+    back = elastic_kick(law, -normal, length) if elastic else kick(law, -normal, length)
+    return 2.0 * normal + back
+
+
+@by_class
+def bounce_sums(law: Law, normal: float, length: float) -> tuple[float, float]:
+    """What infinitely many hits after one with this normal speed add up to, at most.
+
+    Two numbers: the normal speed over the sum of all normal speeds, and the sum of all changes over
+    the normal speed. No ball is trapped with a law that lacks these sums.
+    """
+    return 0.0, NEVER
+
+
 @inlined
 def shares(change: float, m: float, n: float) -> tuple[float, float]:
     """The change divided between masses m and n, in proportion n to m; n may be infinite."""
@@ -87,12 +118,12 @@ def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
 def change_at_circle(x: float, y: float, u: float, v: float, setup: Setup, elastic: bool) -> float:
     """The change of a relative velocity (u, v) in a hit of a circle at (x, y), over (x, y)."""
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
-    normal = normal_part(x, y, u, v)
+    normal, length = normal_part(x, y, u, v), math.sqrt(x * x + y * y)
     if normal <= 0.0:
-        # At the end of a chord shorter than the rounding of its place, a ball may seem to move
-        # inwards. Then it also leaves inwards, at e times its normal speed.
-        return (1.0 - (1.0 if elastic else setup.wall_law.cor)) * normal
-    return 2.0 * normal if elastic else kick(setup.wall_law, normal, math.sqrt(x * x + y * y))
+        return recoil(setup.wall_law, normal, length, elastic)
+    if elastic:
+        return elastic_kick(setup.wall_law, normal, length)
+    return kick(setup.wall_law, normal, length)
 
 
 @by_class
@@ -102,6 +133,31 @@ def hit_wall(boundary: Any, i: int, now: float, state: State, elastic: bool) -> 
     mu is the reduced mass of the ball and a free container, or the ball's mass if it is fixed.
     """
     return 0.0
+
+
+@by_class
+def hit_circle(law: Law, i: int, state: State, elastic: bool) -> float:
+    """Collide ball i with a fixed circular wall; the impulse (1 + e) m |v_n|, kg m/s."""
+    balls = state.balls
+    x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+    change = change_at_circle(x, y, u, v, state.setup, elastic)
+    balls[U, i] -= change * x
+    balls[V, i] -= change * y
+    return float(abs(ks.mass_of(state.sizes, i) * change * math.sqrt(x * x + y * y)))
+
+
+@by_class
+def hit_side(law: Law, i: int, across: bool, state: State, elastic: bool) -> float:
+    """Collide ball i with the straight wall ahead of it; the impulse (1 + e) m |v_n|, kg m/s.
+
+    across : whether this is the left or the right one
+    """
+    balls, row = state.balls, U if across else V
+    normal = balls[row, i]
+    elastic = elastic or abs(normal) < state.setup.elastic_below
+    change = elastic_kick(law, abs(normal), 1.0) if elastic else kick(law, abs(normal), 1.0)
+    balls[row, i] -= math.copysign(change, normal)
+    return float(ks.mass_of(state.sizes, i) * change)
 
 
 @by_class

@@ -10,10 +10,18 @@ from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.boundaries import FixedCircle, FreeCircle, PeriodicSides, StraightWalls
+from snooker_cli.engine.boundaries import (
+    ChannelSides,
+    FixedCircle,
+    FreeCircle,
+    PeriodicSides,
+    StraightWalls,
+)
 from snooker_cli.engine.jit import by_class
 from snooker_cli.engine.kernel_state import EqualBalls, Floats, Setup, Sizes, State, UnequalBalls
 from snooker_cli.engine.sliding import FLIES, SLIDES, SlidingCircle
+from snooker_cli.engine.wall_laws import SideLaws, ThermalWall
+from snooker_cli.laws import Sides, Thermal, WallLaw
 from snooker_cli.scene import Scene
 
 LARGE = 1e100  # large but finite, so that times zero it is zero
@@ -34,8 +42,11 @@ def new_states(
     positions -= np.stack([origin_of(scene) for scene in scenes])[:, np.newaxis]
     balls[:, [ks.X, ks.Y]] = positions.transpose(0, 2, 1)
     balls[:, [ks.U, ks.V]] = np.stack([scene.velocities for scene in scenes]).transpose(0, 2, 1)
-    sums, counts = np.zeros((repeats, ks.SUMS)), np.zeros((repeats, ks.COUNTS), dtype=np.int64)
+    sums = np.zeros((repeats, ks.SUMS))
     sums[:, ks.TIME_LIMIT] = time_limit
+    keys = [[scene.wall_key] * (scene.wall_key is not None) for scene in scenes]
+    counts = np.zeros((repeats, ks.COUNTS + len(keys[0])), dtype=np.int64)
+    counts[:, ks.COUNTS :] = np.array(keys, dtype=np.int64)
     counts[:, [ks.FIRST, ks.SECOND]] = ks.NO_PARTNER
     scratch_rows = ks.BALL_ROWS if first.slides else 1 if first.contact_duration else 0
     return State(
@@ -53,15 +64,23 @@ def new_states(
 def setup_of(scene: Scene) -> Setup:
     """What collisions do in a scene."""
     law, lasts = scene.wall_law, scene.contact_duration
-    always_loses = law.constant and law.cor < 1.0 and not lasts and scene.elastic_below == 0.0
+    always_loses = law.cor < 1.0 and not law.gains and not lasts and scene.elastic_below == 0.0
     return Setup(
-        pair_law=type(scene.pair_law)(*map(float, scene.pair_law)),
-        wall_law=type(law)(*map(float, law)),
+        pair_law=kernel_law(scene.pair_law),
+        wall_law=kernel_law(law),
         contact_path=float(lasts * scene.mean_free_path) if lasts else 0.0,
         elastic_below=float(scene.elastic_below),
         traps=bool(isinstance(scene.container, Circle) and always_loses),
         patience=ks.NO_LIMIT if scene.free or scene.slides else PATIENCE,
     )
+
+
+def kernel_law(law: WallLaw) -> Any:
+    """The law as kernels have it: its numbers are doubles, which decide what is compiled."""
+    if isinstance(law, Sides):
+        return SideLaws(*map(kernel_law, law))
+    kind = ThermalWall if isinstance(law, Thermal) else type(law)
+    return kind(*map(float, law))
 
 
 def boundary_of(scenes: Sequence[Scene]) -> Any:
@@ -70,8 +89,10 @@ def boundary_of(scenes: Sequence[Scene]) -> Any:
     container = scene.container
     if not isinstance(container, Circle):
         width, height = map(float, container.size)
-        if container.has_wall:
+        if container.periodic == (False, False):
             return StraightWalls(width / 2, height / 2)
+        if container.periodic == (False, True):
+            return ChannelSides(width / 2, height)
         return PeriodicSides(width, height)
     radius = float(container.radius)
     if scene.free:
@@ -198,7 +219,8 @@ def check_restored(states: State, fresh: State) -> None:
     require(np.array_equal(np.sort(order), np.arange(number)))
     for mine, its in zip(states.sizes, fresh.sizes, strict=True):
         require(np.array_equal(mine, its if np.ndim(its) == 0 else its[order]))
-    require(counts >= [0, 0, ks.NO_PARTNER, ks.NO_PARTNER, 0])
+    require(counts[:, : ks.COUNTS] >= [0, 0, ks.NO_PARTNER, ks.NO_PARTNER, 0])
+    require(counts[:, ks.COUNTS :] == fresh.counts[:, ks.COUNTS :])
     require(counts[:, [ks.FIRST, ks.SECOND]] < number)
     known = np.delete(sums, ks.TIME_LIMIT, axis=1)
     require(np.isfinite(known) & np.all(known[:, [ks.EPOCH, ks.NOW]] >= 0))

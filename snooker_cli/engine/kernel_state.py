@@ -37,8 +37,9 @@ WALL_IMPULSE, PAIR_VIRIAL, WALL_IMPULSE_REST, PAIR_VIRIAL_REST, SUMS = range(4, 
 REST = WALL_IMPULSE_REST - WALL_IMPULSE
 
 # Elements of ``counts``: events at the wall and between balls; the balls of the last event; events
-# in a row that did not move the clock.
+# in a row that did not move the clock. With a thermal wall one more: the key of its random numbers.
 WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED, COUNTS = range(6)
+KEY = COUNTS
 
 # Rows of all pairs' ``Agenda.times``, s: a ball's earliest contact with another, that with the
 # wall, and the earlier of the two.
@@ -50,6 +51,7 @@ NO_LIMIT = 2**62  # as good as no limit for a number of events
 class Setup(NamedTuple):
     """What collisions do in a repeat, in SI units.
 
+    wall_law : a law, ``SideLaws`` or ``ThermalWall``
     contact_path : m, what a ball flies while a contact lasts in the TC model; zero without it
     elastic_below : m/s, relative normal speed below which collisions are elastic; zero for never
     traps : whether every hit of a circle loses its share, so that infinitely many may follow
@@ -57,7 +59,7 @@ class Setup(NamedTuple):
     """
 
     pair_law: Law
-    wall_law: Law
+    wall_law: Any
     contact_path: float
     elastic_below: float
     traps: bool

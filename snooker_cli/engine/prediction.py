@@ -16,9 +16,11 @@ from typing import Any
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import lowest_bit
+from snooker_cli.engine.collision import bounce_sums
 from snooker_cli.engine.contact import NEVER, may_touch, pair_delay
 from snooker_cli.engine.jit import by_class, helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
+from snooker_cli.laws import Law
 
 BLOCK = 48
 """Balls of a mask: fewer than the bits of a positive integer, a multiple of any vector's length."""
@@ -138,8 +140,8 @@ def delay_to_next_hit(boundary: Any, i: int, state: State) -> float:
 def bouncing_time(i: int, now: float, state: State) -> float:
     """How long infinitely many hits of ball i, just off the wall, last at most, s; inf without.
 
-    The chords last 2 a e^k v_n / (e^2k v_n^2 + v_t^2), together at most 2 a v_n / ((1 - e) v_t^2).
-    Here a is the distance from the centre, v_n and v_t are the normal and the tangential speed.
+    A chord lasts 2 a v_n / (v_n^2 + v_t^2), so all last at most the sum of 2 a v_n / v_t^2. Here a
+    is the distance from the centre, v_n and v_t are the normal and the tangential speed.
     """
     balls = state.balls
     x, y, u, v = ks.relative(
@@ -149,15 +151,28 @@ def bouncing_time(i: int, now: float, state: State) -> float:
     cross = x * v - y * u  # a v_t
     if cross == 0.0:
         return NEVER
-    loss = 1.0 - state.setup.wall_law.cor
-    return float(2.0 * inward * (x * x + y * y) / (loss * cross * cross))
+    square = x * x + y * y
+    loss, _ = bounce_sums(state.setup.wall_law, inward / square, math.sqrt(square))
+    return float(2.0 * inward * square / (loss * cross * cross))
+
+
+@by_class
+def may_stay(law: Law) -> bool:
+    """Whether a ball may stay at the wall after its first hit."""
+    return law.cor == 0.0
+
+
+@by_class
+def is_endless(law: Law, bounces: int) -> bool:
+    """Whether a repeat ends after this many bounces of a ball in a row, trapped or not."""
+    return False
 
 
 @by_class
 def pushed_speed(boundary: Any, i: int, inward: float, state: State) -> float:
     """Largest speed (m/s) of a wall that ball i hits infinitely often; zero if it is fixed.
 
-    Its bounces push a free container together by no more than its share of (1 + e) v_n / (1 - e).
+    Its bounces push a free container together by no more than its share of ``bounce_sums``.
 
     inward : v_n of the ball after its last hit, m/s
     """

@@ -66,7 +66,7 @@ MOST_PROVEN = 1000  # balls up to which all pairs are looked at before that
 
 RENEWAL = 400  # cost of predicting all again, in crossings
 
-MOTION = {"positions", "velocities", "container_position", "container_velocity"}
+MOTION = {"positions", "velocities", "container_position", "container_velocity", "wall_key"}
 """The fields of a scene in which repeats of a point may differ."""
 
 
@@ -257,18 +257,23 @@ class Engine(ABC):
         if reason is StopReason.WALL_TRAP:
             lasts, given = bounces_to_come(column, ks.state_of(self.states, repeat))
             end, what = now + lasts, "stays at the wall, because the wall CoR is 0"
-            if scene.wall_restitution > 0.0:
+            if not scene.wall_law.constant:
+                what = (
+                    f"bounces ever faster at the wall: it stops until {end:.9g} s and gives it at "
+                    f"most {given:.6g} kg m/s more, if no other ball hits it"
+                )
+            elif scene.wall_restitution > 0.0:
                 what = (
                     f"bounces infinitely often at the wall, until {end:.9g} s, and gives it "
                     f"{given:.6g} kg m/s more"
                 )
             message = f"wall trap: from {now:.9g} s on, ball {first} {what}; {saved}"
             return Stop(reason, now, (first,), message, end, given)
-        balls, pair, law = [first, second], f"balls {first} and {second}", scene.pair_law
+        balls, pair, cor = [first, second], f"balls {first} and {second}", scene.restitution
         if second == CONTAINER:
-            balls, pair, law = [first], f"ball {first} and the wall", scene.wall_law
+            balls, pair, cor = [first], f"ball {first} and the wall", scene.wall_restitution
         # An elastic ball that moves along the wall touches it at every moment, and loses nothing.
-        what = "inelastic collapse" if law.cor < 1.0 else "collisions without end"
+        what = "inelastic collapse" if cor < 1.0 else "collisions without end"
         message = (
             f"{what}: collisions continue, but time stays "
             f"at {now:.17g} s; the last collision is of {pair}; {saved}"
@@ -351,7 +356,7 @@ class InCells(Engine):
         # No velocity changes while a repeat is idle, and one proof is enough.
         if self.idle == 1 and self._nothing_can_meet():
             answer = NOTHING_LEFT
-        endless = not self.scene.container.has_wall and self.time_limit == math.inf
+        endless = self.scene.container.period is not None and self.time_limit == math.inf
         answers[0] = IDLE if endless and self.idle >= IDLE_CALLS else answer
 
     def next_epoch(self, repeat: int, epoch: float, shift: float) -> None:
@@ -405,7 +410,10 @@ class InCells(Engine):
     def _nothing_can_meet(self) -> bool:
         """Whether it is certain that no ball meets another, or the wall of a free container."""
         state, number = self.state, self.scene.number
-        velocities, period = state.balls[[ks.U, ks.V]], self.scene.container.period
+        container = self.scene.container
+        velocities, period = state.balls[[ks.U, ks.V]], container.period
+        if container.has_wall and period is not None and np.any(velocities[0]):
+            return False
         if self.scene.free:
             velocities = np.column_stack([velocities, state.boundary.motion[[ks.U, ks.V]]])
         # Of the least speeds the square is zero, and predictions find no contact.
@@ -414,8 +422,9 @@ class InCells(Engine):
         if period is None or number > MOST_PROVEN:
             return False
         balls, radii = state.balls[: ks.BALL_ROWS].T.tolist(), self.scene.radii
+        # In a channel no ball moves across by now, and no image across is nearer than the ball.
         return all(
-            never_meet(balls[i], balls[k], radii[i] + radii[k], period)
+            never_meet(balls[i], balls[k], radii[i] + radii[k], container.size)
             for i, k in combinations(range(number), 2)
         )
 

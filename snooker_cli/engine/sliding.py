@@ -13,7 +13,7 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine import prediction
 from snooker_cli.engine.boundaries import FixedCircle
 from snooker_cli.engine.clock import CLOCK_DIGITS
-from snooker_cli.engine.collision import hit_wall, slide
+from snooker_cli.engine.collision import bounce_sums, hit_wall, slide
 from snooker_cli.engine.contact import NEVER, wall_delay
 from snooker_cli.engine.jit import by_class, helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, Integers, State, U, V, X, Y
@@ -161,14 +161,22 @@ def bouncing_mass(boundary: Any, mass: float) -> float:
 
 
 def bounces_to_come(i: int, state: State) -> tuple[float, float]:
-    """How long the bounces of ball i, trapped just off the wall, last, s; their impulse, kg m/s."""
+    """How long the bounces of ball i, trapped just off the wall, last, s; their impulse, kg m/s.
+
+    With a law that is not ``constant``, both are upper bounds.
+    """
     e, column = state.setup.wall_law.cor, state.balls[: ks.BALL_ROWS, i].tolist()
     x, y, u, v = ks.relative(state.boundary, *column)
     square, inward, cross = x * x + y * y, max(-(x * u + y * v), 0.0), abs(x * v - y * u)
+    mass = bouncing_mass(state.boundary, float(ks.mass_of(state.sizes, i)))
+    if not state.setup.wall_law.constant:
+        distance = math.sqrt(square)
+        _, changes = bounce_sums(state.setup.wall_law, inward / square, distance)
+        now = float(state.sums[ks.NOW])
+        return prediction.bouncing_time(i, now, state), mass * changes * inward / distance
     if e == 0.0:
         return 0.0, 0.0
     lasts = 2.0 * (square / cross) * chord_sum(inward / cross, e)
-    mass = bouncing_mass(state.boundary, float(ks.mass_of(state.sizes, i)))
     share = (1.0 + e) / (1.0 - e)
     return float(lasts), float(mass * share * inward / math.sqrt(square))
 

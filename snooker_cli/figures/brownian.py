@@ -43,7 +43,7 @@ def tagged_path(build: FigureBuilder) -> FigureData:
     times = np.unique(np.append([0.0, trace.stop.time], diffusion.contact_times(trace, BALL)))
     x, y = diffusion.path(trace, BALL, times[thinned(times)])[0].T
     distance, extent = math.hypot(x[-1] - x[0], y[-1] - y[0]), max(np.ptp(x), np.ptp(y))
-    around = "" if container.has_wall else " The box repeats itself; the path goes on."
+    around = "" if container.period is None else " The box repeats itself; the path goes on."
     if 0 < extent < DOT * (size := max(container.size)):
         around = f" The {container.title} around the path is {short(size)} m wide and not drawn."
     else:
@@ -76,7 +76,7 @@ def mean_squared_displacement(build: FigureBuilder) -> FigureData:
             Line(flight, theory.mean_square_speed * flight**2, None, index, "dashed"),
             Line(diffusive, 4 * theory.coefficient * diffusive, None, index, "dotted"),
         ]
-        if scene.container.has_wall:
+        if scene.container.period is None:
             most = diffusion.farthest(scene, BALL)
             where = f"random places in the {scene.container.title}"
             build.lines.append(Reference("y", most, where))

@@ -9,7 +9,7 @@ from statistics import fmean
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.containers import Circle, Container
+from snooker_cli.containers import Channel, Circle, Container
 from snooker_cli.errors import JammedError
 from snooker_cli.neighbours import Floats, Indices, near, near_pairs
 from snooker_cli.placement.random_numbers import points_in_disc, uniforms
@@ -69,6 +69,8 @@ def lattice(container: Container, number: int) -> tuple[Floats, float]:
     size = container.size
     if isinstance(container, Circle):
         positions, diameter = _in_circle(container.radius, number)
+    elif isinstance(container, Channel):
+        positions, diameter = _in_box(*size, number, repeats=True)
     else:
         layout = _in_box if container.has_wall else _in_periodic
         positions, diameter = layout(*size, number)
@@ -132,33 +134,46 @@ def _in_periodic(width: float, height: float, number: int) -> tuple[Floats, floa
     return np.column_stack([x, y]), float(diameters[best])
 
 
-def _in_box(width: float, height: float, number: int) -> tuple[Floats, float]:
-    """Rows along x; every other one is shifted by half a spacing and may have one place less."""
-    rows = _numbers_of_rows(width, height, number)
+def _in_box(
+    width: float, height: float, number: int, repeats: bool = False
+) -> tuple[Floats, float]:
+    """Rows along x; every other one is shifted by half a spacing and may have one place less.
+
+    repeats : upwards, as a channel does, with an even number of rows
+    """
+    rows = (1 + repeats) * _numbers_of_rows(width, height, number)
     layouts = []
     for fewer in (0, 1):
         columns = -(-(number + fewer * (rows // 2)) // rows)
         # Length of the rows in spacings, with half a spacing for the shift.
         length = np.where(rows > 1, columns - (1 + fewer) / 2, columns - 1.0)
-        diameters = _diameters_in_box(width, height, columns, rows, length)
+        diameters = _diameters_in_box(width, height, columns, rows, length, repeats)
         k = int(np.argmax(diameters))
-        layouts.append((float(diameters[k]), int(columns[k]), k + 1, float(length[k]), fewer))
+        layouts.append(
+            (float(diameters[k]), int(columns[k]), int(rows[k]), float(length[k]), fewer)
+        )
     diameter, columns_, rows_, length_, fewer = max(layouts)
     column, row = _kept(number, columns_, rows_, fewer)
     x = (column + row % 2 / 2 - length_ / 2) * ((width - diameter) / (length_ or 1.0))
-    y = (row - (rows_ - 1) / 2) * ((height - diameter) / ((rows_ - 1) or 1))
+    up = height / rows_ if repeats else (height - diameter) / ((rows_ - 1) or 1)
+    y = (row - (rows_ - 1) / 2) * up
     return np.column_stack([x, y]), diameter
 
 
 def _diameters_in_box(
-    width: float, height: float, columns: Indices, rows: Indices, length: Floats
+    width: float,
+    height: float,
+    columns: Indices,
+    rows: Indices,
+    length: Floats,
+    repeats: bool,
 ) -> Floats:
     """The largest diameter for each number of rows, by bisection, m."""
     low, high = np.zeros(len(rows)), np.full(len(rows), min(width, height))
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         across = (width - middle) / np.where(length > 0, length, math.inf)
-        up = (height - middle) / np.maximum(rows - 1, 1)
+        up = height / rows if repeats else (height - middle) / np.maximum(rows - 1, 1)
         diagonal = np.sqrt((across / 2) * (across / 2) + up * up)
         fits = (
             ((columns == 1) | (across >= middle))
@@ -244,7 +259,7 @@ def _inserted(
 ) -> Floats | None:
     """Places where balls with radii scaled by ``scale`` do not overlap; None if that fails."""
     period = container.period
-    margin = 2.0 if container.has_wall else 0.0  # radii
+    margin = np.where(container.periodic, 0.0, 2.0)  # radii
     there = [(radius, place[None]) for place, radius in zip(*placed, strict=True)]
     inserted: dict[int, Floats] = {}
     for k in sorted(range(len(radii)), key=lambda k: -radii[k]):
@@ -319,7 +334,7 @@ def _pushed_apart(
             steps[:, axis] += np.bincount(a, push, len(radii)) - np.bincount(b, push, len(radii))
         steps[fixed] = 0.0
         positions += steps
-        if container.period is None:
+        if container.has_wall:
             container.put_inside(positions, radii)
         moved = np.sqrt(np.sum((positions - seen) ** 2, axis=1))
     ratio = float(np.min(apart / (radii[a] + radii[b])))

@@ -11,7 +11,7 @@ import numpy as np
 
 from snooker_cli.neighbours import Floats, Indices
 
-PLACES, MAXWELL = 1, 2  # streams of a repeat besides that of its directions
+PLACES, MAXWELL, WALL = 1, 2, 3  # streams of a repeat besides that of its directions
 
 LOG_2 = 0.6931471805599453
 TERMS = 11  # terms of the logarithm's series; the next is below 2e-19 of the first for |z| < 0.1716
@@ -20,6 +20,11 @@ TERMS = 11  # terms of the logarithm's series; the next is below 2e-19 of the fi
 def stream(seed: int, repeat: int, *purpose: int) -> np.random.PCG64:
     """The random bits of a repeat for a purpose."""
     return np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(repeat, *purpose)))
+
+
+def wall_key(seed: int, repeat: int) -> int:
+    """The key of the random numbers of a repeat's thermal wall, below 2^63."""
+    return int(stream(seed, repeat, WALL).random_raw()) >> 1
 
 
 def random_directions(number: int, seed: int, repeats: Sequence[int]) -> Floats:

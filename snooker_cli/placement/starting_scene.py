@@ -11,6 +11,7 @@ from snooker_cli.config import BallList, Experiment, Rings
 from snooker_cli.config.points import stream_seed
 from snooker_cli.containers import Container
 from snooker_cli.errors import JammedError, SceneError
+from snooker_cli.laws import is_random
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.places import lattice_around, random_places, ring_positions
 from snooker_cli.placement.random_numbers import (
@@ -19,6 +20,7 @@ from snooker_cli.placement.random_numbers import (
     random_normals,
     shuffled,
     stream,
+    wall_key,
 )
 from snooker_cli.scene import Scene, check, check_speeds
 
@@ -68,11 +70,18 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
             velocities = np.concatenate([velocities, drawn], axis=1)
             radii = np.append(radii, np.repeat(sizes, counts))
             masses = np.append(masses, of_gas)
-            if not container.has_wall:
+            if container.period is not None:
                 check_speeds(Scene(positions[0], velocities[0], radii, masses, **same), velocities)
-                _set_at_rest(velocities[:, len(placed) :], of_gas)
-        pairs = zip(positions, velocities, strict=True)
-        scenes = [Scene(*pair, radii, masses, **same) for pair in pairs]
+                axes = np.flatnonzero(container.periodic).tolist()
+                _set_at_rest(velocities[:, len(placed) :], of_gas, axes)
+        keys: list[int | None] = [None] * len(repeats)
+        if is_random(same["wall_law"]):
+            keys = [wall_key(stream_seed(experiment), repeat) for repeat in repeats]
+        rows = zip(positions, velocities, keys, strict=True)
+        scenes = [
+            Scene(places, moving, radii, masses, **same, wall_key=key)
+            for places, moving, key in rows
+        ]
         for k, scene in enumerate(scenes):
             if k == 0 or scene.positions is not scenes[k - 1].positions:
                 check(scene)
@@ -154,7 +163,7 @@ def _positions(
     counts = [species.count for species in experiment.species]
     all_radii = np.append(placed[1], np.repeat(radii, counts))
     packing = container.packing_fraction(_sum_of_squares(all_radii))
-    if not container.has_wall:
+    if container.period is not None:
         container.check_radii(all_radii)
     seed = stream_seed(experiment)
     streams = (stream(seed, repeat, PLACES) for repeat in repeats)
@@ -196,8 +205,8 @@ def _velocities(experiment: Experiment, repeats: Sequence[int]) -> Floats:
     return velocities
 
 
-def _set_at_rest(velocities: Floats, masses: Floats) -> None:
-    """Take the momentum from each repeat's velocities, (*repeats*, *N*, 2), m/s, in place.
+def _set_at_rest(velocities: Floats, masses: Floats, axes: Sequence[int]) -> None:
+    """Take the momentum along some axes from velocities, (*repeats*, *N*, 2), m/s, in place.
 
     One factor restores the energy.
     """
@@ -205,7 +214,7 @@ def _set_at_rest(velocities: Floats, masses: Floats) -> None:
     mass = math.fsum(masses.tolist())
     for velocity in velocities:
         energy = _sum_of_squares(roots * velocity)
-        for axis in (0, 1):
+        for axis in axes:
             velocity[:, axis] -= math.fsum((masses * velocity[:, axis]).tolist()) / mass
         left = _sum_of_squares(roots * velocity)
         if left > 0:

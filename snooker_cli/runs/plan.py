@@ -14,6 +14,7 @@ from snooker_cli.containers import Circle, Container
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
+from snooker_cli.laws import Constant, Sides, word_of
 from snooker_cli.memory import MEMORY
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.run import RepeatState, Run
@@ -27,6 +28,8 @@ BYTES_OF_BALL = 80
 BYTES_OF_SUMMARY = 30_000
 BYTES_OF_EVENT = 14.5
 EVENT_IN_MEMORY = 24
+
+LAW = "law: "  # before the word of a law that is not one CoR, among what is modelled
 
 ESTIMATES = ("collisions", "processor_seconds", "bytes")
 MOST_COLLISIONS = 1e18  # of an estimate
@@ -118,6 +121,8 @@ def _collisions(experiment: Experiment, balls: int, rates: tuple[float, float]) 
         return most or 0
     pairs, wall = rates
     zeta = theory.cooling_rate(experiment.cor, pairs, experiment.effective_wall_cor, wall)
+    if experiment.wall_law.gains:  # the gas stays about as warm as it starts
+        zeta = 0.0
     time = theory.time_without_cooling(experiment.time, theory.haff_rate(zeta))
     number = min(balls * (pairs / 2 + wall) * time, MOST_COLLISIONS)  # else it may be infinite
     return round(number if most is None else min(number, most))
@@ -126,11 +131,17 @@ def _collisions(experiment: Experiment, balls: int, rates: tuple[float, float]) 
 def _loss_models(experiment: Experiment) -> dict[str, bool]:
     """Which losses a point has, what ends its repeats because of them, and what prevents that."""
     shape = experiment.container.shape_class
+    law = experiment.wall_law
     at_wall = shape.has_wall and experiment.effective_wall_cor < 1.0
-    return {
+    laws = [experiment.pair_law, *(law if isinstance(law, Sides) else [law])]
+    words = dict.fromkeys(word_of(part) for part in laws if not isinstance(part, Constant))
+    return {f"{LAW}{word}": True for word in words} | {
         "losses between balls": experiment.cor < 1.0,
         "losses at the wall": at_wall,
-        "wall traps": at_wall and issubclass(shape, Circle) and experiment.collapse == "stop",
+        "wall traps": at_wall
+        and not law.gains
+        and issubclass(shape, Circle)
+        and experiment.collapse == "stop",
         "collapse": True,
         "lasting contacts": experiment.contact_duration > 0.0,
         "slow collisions elastic": experiment.elastic_below > 0.0,

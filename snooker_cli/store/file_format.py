@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from snooker_cli import __version__
 from snooker_cli.containers import Box, Circle, Container
 from snooker_cli.files import sources_hash, user_hash
-from snooker_cli.laws import LAWS, Constant, word_of
-from snooker_cli.scene import Scene
+from snooker_cli.laws import LAWS, Constant, Sides, word_of
+from snooker_cli.scene import TINY, Scene
 from snooker_cli.trace import Events, Stop, Trace
 
 SCHEMA_VERSION = 4  # goes up when the files change; from 4 on, all text has a fixed length
@@ -36,8 +36,9 @@ SUMMARY = "observables/summary"
 
 PARAMETERS = "parameters/snooker"
 STEP = f"{PARAMETERS}/step"  # of all elements of H5MD: the rows of each are numbered from 0
-REPEATS, ROWS, ENDINGS, CONTENTS, PROVENANCE = (
-    f"{PARAMETERS}/{name}" for name in ("repeat", "rows", "ending", "content", "provenance")
+REPEATS, ROWS, ENDINGS, CONTENTS, PROVENANCE, WALL_KEYS = (
+    f"{PARAMETERS}/{name}"
+    for name in ("repeat", "rows", "ending", "content", "provenance", "wall_key")
 )
 
 COUNTS = ("wall_events", "pair_events")  # of an ending, besides the fields of its stop
@@ -48,10 +49,10 @@ HASHES = "hashes"  # in the checkpoint, the hashes of past events
 RULES = tuple(
     field.name
     for field in fields(Scene)
-    if field.name not in ("positions", "velocities", "radii", "masses")
+    if field.name not in ("positions", "velocities", "radii", "masses", "wall_key")
     and not field.name.startswith("container")
 )
-"""The fields of a scene that are stored as JSON: all but its balls and container."""
+"""The fields of a scene that are stored as JSON: all but its balls, container and random key."""
 
 STORED_COR = {"pair_law": "restitution", "wall_law": "wall_restitution"}
 """The names of the laws' CoR in files; another law than `Constant` has an entry of its own too."""
@@ -198,7 +199,8 @@ def _scene_bytes(scene: Scene) -> bytes:
     sizes, rules = _shared_bytes(scene.container, scene.container_mass, *_rules(scene))
     balls = (scene.positions, scene.velocities, scene.radii, scene.masses)
     container = (scene.container_position, scene.container_velocity)
-    return b"".join([*map(_bytes, balls), sizes, *map(_bytes, container), rules])
+    key = b"" if scene.wall_key is None else struct.pack("<q", scene.wall_key)
+    return b"".join([*map(_bytes, balls), sizes, *map(_bytes, container), rules, key])
 
 
 @lru_cache(maxsize=4, typed=True)
@@ -220,7 +222,34 @@ def written_rules(rules: Mapping[str, Any]) -> dict[str, Any]:
     written = {stored: rules[name].cor for name, stored in STORED_COR.items()}
     written |= {name: value for name, value in rules.items() if name not in STORED_COR}
     others = {name: rules[name] for name in STORED_COR if type(rules[name]) is not Constant}
-    return written | {name: {"name": word_of(law), **law._asdict()} for name, law in others.items()}
+    return written | {name: _written_law(law) for name, law in others.items()}
+
+
+def _written_law(law: Any) -> dict[str, Any]:
+    numbers = law._asdict().items()
+    parts = {key: _written_law(part) if isinstance(part, tuple) else part for key, part in numbers}
+    return {"name": word_of(law), **parts}
+
+
+def _law_from(written: Any, stored: str) -> Any:
+    """The law that was written. Raises ``ValueError`` for numbers that no config gives.
+
+    stored : what an error calls it
+    """
+    numbers = {**written}
+    law = LAWS[numbers.pop("name")]
+    if numbers.keys() != {*law._fields}:
+        raise ValueError(f"wrong {stored}")
+    if law is Sides:
+        sides = Sides(**{side: _law_from(part, stored) for side, part in numbers.items()})
+        if any(isinstance(part, Sides) for part in sides):
+            raise ValueError(f"wrong {stored}")
+        return sides
+    for key, number in numbers.items():
+        least = 0.0 if key == "cor" else TINY  # others are divisors, or left out if they are zero
+        if not _is_number(number, 1 if key == "cor" else math.inf) or number < least:
+            raise ValueError(f"wrong {stored}")
+    return law(**numbers)
 
 
 def rules_of(written: Mapping[str, Any]) -> dict[str, Any]:
@@ -228,18 +257,15 @@ def rules_of(written: Mapping[str, Any]) -> dict[str, Any]:
     rules = {**written}
     for name, stored in STORED_COR.items():
         cor = rules.pop(stored, None)
-        numbers = {"name": "constant", "cor": cor} | rules.pop(name, {})
-        law = LAWS[numbers.pop("name")]
-        same = numbers.keys() == {*law._fields} and numbers["cor"] == cor
-        if not same or not _is_number(cor, 1):
+        law = rules[name] = _law_from(rules.pop(name, {"name": "constant", "cor": cor}), stored)
+        only_at_wall = law.gains or isinstance(law, Sides)
+        if law.cor != cor or (name == "pair_law" and only_at_wall):
             raise ValueError(f"wrong {stored}")
-        rules[name] = law(**numbers)
     if not rules.keys() <= {*RULES} or type(rules.get("slides", False)) is not bool:
         raise ValueError("wrong rules")
     for name, value in rules.items():
         most = 1 if name == "contact_duration" else math.inf
-        numbers = value if name in STORED_COR else (value,)
-        if name != "slides" and not all(_is_number(number, most) for number in numbers):
+        if name not in ("slides", *STORED_COR) and not _is_number(value, most):
             raise ValueError(f"wrong {name}")
     return rules
 

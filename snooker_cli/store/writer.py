@@ -167,6 +167,9 @@ class Recorder(AbstractContextManager["Recorder"]):
         hdf5.write_rows(file, layout.ENDINGS, np.array(endings, np.bytes_))
         hdf5.write_rows(file, layout.CONTENTS, np.array(contents, np.bytes_))
         hdf5.write_rows(file, layout.PROVENANCE, np.array(source, np.bytes_))
+        if start.wall_key is not None:
+            keys = [trace.start.wall_key for trace in traces]
+            hdf5.write_rows(file, layout.WALL_KEYS, np.array(keys, np.int64))
         rules = layout.written_rules({name: getattr(start, name) for name in layout.RULES})
         parameters = file[layout.PARAMETERS].attrs
         parameters["schema_version"] = layout.SCHEMA_VERSION
@@ -261,8 +264,8 @@ def _write_scenes(file: h5py.File, traces: Sequence[Trace]) -> None:
         hdf5.write_rows(file, f"{group}/radius", radii, "m")
         box = file.create_group(f"{group}/box")
         box.attrs["dimension"] = 2
-        boundary = b"none" if start.container.has_wall else b"periodic"
-        box.attrs["boundary"] = np.array([boundary] * 2)
+        repeats = start.container.periodic
+        box.attrs["boundary"] = np.where(repeats, b"periodic", b"none").astype(np.bytes_)
         if not isinstance(start.container, Circle):
             hdf5.write_rows(file, f"{group}/box/edges", np.array(start.container.size), "m")
 

@@ -66,13 +66,16 @@ class Collision(NamedTuple):
 class Twin:
     """A scene that evolves, in numbers with the given decimal digits.
 
-    Raises ``ValueError`` for a container that is neither a circle nor a box.
+    Raises ``ValueError`` for a container that is neither a circle nor a box, and for laws that are
+    not one CoR at all speeds.
     """
 
     def __init__(self, scene: Scene, digits: int) -> None:
         container = scene.container
         if not isinstance(container, Circle | Box):
             raise ValueError(f"the exact twin supports circles and boxes, not a {container.title}")
+        if not scene.constant_laws:
+            raise ValueError("the exact twin supports one CoR at all speeds and no driven walls")
         from mpmath import MPContext  # here: the report shows saved measurements without it
 
         self.mathematics = MPContext()

@@ -58,7 +58,7 @@ def test_points_of_a_hand_made_experiment_are_checked() -> None:
 CHANGES = """
 container.radius=10.000000000000002 container.mass=.inf balls.rings=2 balls.radius=0.9 balls.mass=2
 balls.speed=9 balls.ring_extent=0.7 cor=0.9 wall_cor=0.9 collapse={"tc":0.1} collisions=501 time=10
-seed=2 record=summary common_random=true
+seed=2 record=summary common_random=true cor_speed=1 wall_cor_speed=1
 """
 
 
@@ -76,6 +76,9 @@ def test_a_digest_depends_on_what_matters_and_on_nothing_else() -> None:
     changes = CHANGES.split()
     digests = {digest(experiment(BASE, change)) for change in ("title=a", *changes)}
     assert len(digests) == 1 + len(changes)
+    fixed = BASE.replace("1.0e7", ".inf")
+    walls = [("wall_speed=1",), ("wall_speed=2",), ("wall_temperature=1",), ()]
+    assert len({digest(experiment(fixed, *change)) for change in walls}) == len(walls)
 
 
 def test_digests_and_random_numbers_stay_the_same_between_releases() -> None:

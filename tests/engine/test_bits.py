@@ -20,8 +20,9 @@ from command_line import output_of
 from numpy.typing import ArrayLike
 from scenes import digest, gas, mixed_scene, report_scene
 
-from snooker_cli.containers import Box, Container, PeriodicBox
+from snooker_cli.containers import Box, Channel, Container, PeriodicBox
 from snooker_cli.engine import ENGINE_VERSION, replay, series, simulate, simulation
+from snooker_cli.laws import Constant, Driven, Sides, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, StopReason, Trace, joined
 
@@ -79,6 +80,16 @@ periodic = partial(gas, "periodic", 60, 0.3, cor=0.9)
 light = partial(circle, mixed=True, cor=0.9, container_mass=20.0)
 trapped = partial(report_scene, radius=0.1, cor=0.8)
 
+SIDES = Sides(Thermal(80.0), Driven(0.5, 2.0), Constant(0.7), Viscoelastic(0.9, 9.0))
+"""All laws of walls: left, right, bottom and top."""
+
+
+def heated(scene: Scene, wall_law: Any, *, cor_speed: float | None = None) -> Scene:
+    """The scene with another law at the wall, perhaps a CoR of balls that depends on speed."""
+    pair_law = scene.pair_law if cor_speed is None else Viscoelastic(scene.restitution, cor_speed)
+    return replace(scene, pair_law=pair_law, wall_law=wall_law, wall_key=987654321)
+
+
 TRAP, COLLAPSE = StopReason.WALL_TRAP, StopReason.COLLAPSE
 
 # The scenes share the kernels that other tests compile, but for those that take long.
@@ -109,6 +120,15 @@ CASES = {
     "periodic box, summary": Case(periodic, summary=True),
     "periodic box, tc": Case(lambda: replace(periodic(cor=0.6), contact_duration=0.1)),
     "periodic box, collapse": Case(partial(periodic, cor=0.1), 100_000, stop=COLLAPSE),
+    "all pairs, driven": Case(lambda: heated(circle(cor=0.9), Driven(0.9, 2.0))),
+    "all pairs, thermal": Case(lambda: heated(circle(cor=0.9), Thermal(20.0), cor_speed=5.0)),
+    "all pairs, viscoelastic": Case(
+        lambda: heated(trapped(), Viscoelastic(0.8, 5.0), cor_speed=5.0)
+    ),
+    "box, sides": Case(lambda: heated(box(), SIDES)),
+    "channel, driven": Case(
+        lambda: heated(gas("channel", 60, 0.3, cor=0.9, aspect=1.5), Driven(0.9, 2.0))
+    ),
     "cells, fixed, mixture": Case(partial(circle, cor=0.95, mixed=True), engine="cells", long=True),
     "cells, free": Case(partial(circle, cor=0.95, container_mass=20.0), engine="cells", long=True),
     "periodic box, mixture": Case(partial(periodic, mixed=True), long=True),
@@ -209,8 +229,16 @@ FEW_EVENTS = {
 }
 """Scenes of which plain Python simulates some events too."""
 
+HASHED = list(FEW_EVENTS)[:-1]
+
+FEW_EVENTS |= {
+    "thermal": lambda: heated(report_scene(cor=0.9), Thermal(20.0), cor_speed=5.0),
+    "cells, sides": lambda: heated(boxed(report_scene(cor=0.9), Box), SIDES),
+    "cells, channel": lambda: heated(boxed(report_scene(cor=0.9), Channel), Driven(0.9, 2.0)),
+}
+
 OF_FEW_EVENTS = "fa8b9b46c379b61dd4027283959810d0c9c3bb8ce24e37d8ab6932a1fd604c0f"
-"""A hash of all but the last."""
+"""A hash of ``HASHED``."""
 
 
 def short(name: str, collisions: int, *, summary: bool = False) -> Trace:
@@ -221,7 +249,7 @@ def short(name: str, collisions: int, *, summary: bool = False) -> Trace:
 
 def hash_of_few_events() -> str:
     sha = hashlib.sha256()
-    for name in list(FEW_EVENTS)[:-1]:
+    for name in HASHED:
         trace = short(name, 400)
         sha.update(f"{digest(trace.events)} {trace.stop.reason} {trace.stop.time!r}".encode())
     return sha.hexdigest()

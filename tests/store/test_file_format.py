@@ -22,6 +22,7 @@ from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
 from snooker_cli.engine.clock import LEAST_EVENTS
 from snooker_cli.export import frames
+from snooker_cli.laws import Thermal, Viscoelastic
 from snooker_cli.runs.folder import FAILURES, record_failure
 from snooker_cli.scene import Scene
 from snooker_cli.store import SCHEMA_VERSION, Provenance, RepeatHeader
@@ -38,6 +39,12 @@ SCENES: dict[str, Callable[[], Scene]] = {
     "box": lambda: gas("box", 60, 0.3, aspect=1.5),
     "periodic": lambda: gas("periodic", 60, 0.3),
     "mixed": lambda: gas("circle", 20, 0.3, mixed=True, cor=0.9),
+    "thermal": lambda: replace(
+        gas("circle", 20, 0.3),
+        pair_law=Viscoelastic(0.9, 5.0),
+        wall_law=Thermal(20.0),
+        wall_key=2**62,
+    ),
 }
 
 
@@ -168,6 +175,7 @@ def test_a_batchs_file_has_what_the_page_says(
     store.write(tmp_path / "batch.h5", [(k, trace) for k in range(2)], provenance)
     kinds = {"all", record} | ({"events"} if record == "long" else set())
     kinds |= {"box"} if not isinstance(trace.start.container, Circle) else set()
+    kinds |= {"thermal wall"} if trace.start.wall_key is not None else set()
     letters = {"N": trace.start.number, "n": 2 * trace.collisions, "B": 2, "2B": 4, "B + 1": 3}
     if trace.summary is not None:
         letters["g"] = 2 * len(trace.summary.series.time)
