@@ -90,13 +90,15 @@ def earliest_on_arc(
 
 
 @by_class
-def settles(boundary: Any, i: int, trapped: bool, now: float, state: State) -> float:
+def settle(boundary: Any, i: int, trapped: bool, now: float, state: State) -> float:
     """When ball i, which has just hit the wall, begins to slide, s; never if it does not."""
     return NEVER
 
 
 @by_class
-def slide_event(boundary: Any, i: int, j: int, now: float, state: State) -> tuple[int, bool, float]:
+def carry_out_slide(
+    boundary: Any, i: int, j: int, now: float, state: State
+) -> tuple[int, bool, float]:
     """The ball of the two that slides up to now, whether it begins now, and its impulse, kg m/s.
 
     The ball is NO_PARTNER if none slides; then i and j collide.
@@ -213,7 +215,7 @@ def find_contacts(
 @inlined
 def predict_wall(i: int, now: float, state: State, agenda: Agenda) -> float:
     """Enter when ball i, after any event but a hit of the wall, hits it; the time until then, s."""
-    slid = ks.leaves_wall(state.boundary, i)
+    slid = ks.take_off_wall(state.boundary, i)
     delay = delay_to_wall(state.boundary, i, now, slid, state)
     # The sum makes a negative zero positive: soonest compares bits.
     agenda.times[ks.WALL_TIME, i] = now + delay
@@ -243,6 +245,7 @@ def next_event(state: State, agenda: Agenda) -> tuple[int, int, float]:
         j, is_fresh = entered_partner(i, agenda.links)
         if is_fresh:
             return i, j, now
+        # A search on arcs may give up often. The repeat ends here, so a stale j does no harm.
         if ks.is_curved(state.boundary) and now > state.sums[ks.TIME_LIMIT]:
             return i, j, now
         find_contact(i, now, times[ks.WALL_TIME, i] - now, state, agenda)
@@ -271,13 +274,14 @@ def after_wall_hit(i: int, now: float, state: State, agenda: Agenda) -> bool:
     if prediction.is_endless(setup.wall_law, bounces(i, links)):
         return True
     lasts = prediction.bouncing_time(i, now, state)
-    patient = bool(bounces(i, links) <= setup.patience)
+    undisturbed = bool(bounces(i, links) <= setup.patience)
     trapped = False
-    if not patient or other_events(now + lasts, i, times[ks.NEXT_TIME]) == 0:
-        trapped = prediction.is_trapped(i, now, lasts, patient, state)
-    slides_from = settles(boundary, i, trapped, now, state)
+    if not undisturbed or other_events(now + lasts, i, times[ks.NEXT_TIME]) == 0:
+        trapped = prediction.is_trapped(i, now, lasts, undisturbed, state)
+    slides_from = settle(boundary, i, trapped, now, state)
     if slides_from == NEVER:
         return trapped
+    # Not a hit, but when it begins to slide; until then it meets no ball.
     times[ks.WALL_TIME, i] = times[ks.NEXT_TIME, i] = slides_from
     times[ks.PAIR_TIME, i] = NEVER
     return False
@@ -331,7 +335,7 @@ def simulate_repeat(
         if grid is not None and now > sample_time:
             sample_time = sample_until(now, grid, state)
         clock.begin_event(i, j, now, sums, counts)
-        slider, begins, size = slide_event(state.boundary, i, j, now, state)
+        slider, begins, size = carry_out_slide(state.boundary, i, j, now, state)
         if slider != ks.NO_PARTNER:
             i, j = slider, SLIDE
         else:
@@ -342,7 +346,7 @@ def simulate_repeat(
         if begins:
             begin_slide(i, now, agenda)
         if j == SLIDE:
-            continue
+            continue  # entries stay, so the next turn has the same contact and collides the balls
         if j == ks.NO_PARTNER:
             if after_wall_hit(i, now, state, agenda):
                 return clock.WALL_TRAP

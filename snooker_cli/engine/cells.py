@@ -243,7 +243,7 @@ def cross(i: int, now: float, state: State, cells: Cells) -> bool:
     side = mesh.width if across else mesh.height
     balls[cm.CROSSING_TIME, i] = now + min(side / abs(w), upwards if across else sideways)
     before = balls[cm.CONTACT_TIME, i] - now
-    delay, partner = before, ks.NO_PARTNER
+    delay, partner = before, ks.NO_PARTNER  # entered only if something is earlier
     if cells.at_wall[new]:
         wall, wall_partner = wall_contact(cells.margin, i, now, False, state, cells)
         if wall < delay:
@@ -322,6 +322,7 @@ def predict(i: int, j: int, happened: bool, now: float, state: State, cells: Cel
         k = nonnegative(i if turn == 0 else j)
         if happened:
             predict_crossing(k, now, state, cells)
+        # SEARCH_AGAIN: a lower bound of a free wall's hit has come up; now find it exactly.
         predict_contact(k, now, j == ks.SEARCH_AGAIN, state, cells)
         enqueue(k, now, state.balls, cells)
 
@@ -348,12 +349,12 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid | None, l
     while filled < limit:
         i = first(tree.bits)
         now = tree.times[1]
-        certain = before_renewal(cells.margin, now)
-        if certain == NEVER:
+        valid_until = before_renewal(cells.margin, now)
+        if valid_until == NEVER:
             return clock.NOTHING_LEFT
-        if certain > state.sums[ks.TIME_LIMIT]:
+        if valid_until > state.sums[ks.TIME_LIMIT]:
             return clock.TIME
-        if certain < now:
+        if valid_until < now:
             return clock.OUT_OF_MARGIN
         if large:
             chains = fetch_ahead(now, chains, state, cells)

@@ -22,7 +22,7 @@ Indices: TypeAlias = NDArray[np.int32]
 Flags: TypeAlias = NDArray[np.bool_]
 
 NO_PARTNER = CONTAINER  # the wall
-SEARCH_AGAIN = -2  # no ball up to a time; search again then
+SEARCH_AGAIN = -2  # no ball, or no certain wall, up to a time; never recorded, as SLIDE is
 NOT_SEARCHED = -3  # nothing has been searched yet
 
 # Rows of ``balls``, one column per ball: position (m), velocity (m/s) and the ball's own clock (s).
@@ -235,6 +235,6 @@ def place(boundary: Any, i: int, now: float, balls: Floats) -> tuple[float, floa
 
 
 @by_class
-def leaves_wall(boundary: Any, i: int) -> bool:
+def take_off_wall(boundary: Any, i: int) -> bool:
     """Whether ball i slid up to its collision; it slides no longer."""
     return False

@@ -122,7 +122,7 @@ def earliest(
 def delay_to_wall(boundary: Any, i: int, now: float, left_wall: bool, state: State) -> float:
     """Time until ball i hits the wall, s; never without walls.
 
-    left_wall : whether its last event was a hit of the wall, where it then is exactly
+    left_wall : whether it was exactly at the wall at its clock: after a hit or a slide
     """
     return NEVER
 
@@ -187,7 +187,10 @@ def wall_comes_near(boundary: Any, k: int, x: float, y: float, way: float, state
 
 @inlined
 def highest_speed(state: State) -> float:
-    """The speed of the lightest ball if it had all the energy, m/s: none can become faster."""
+    """The speed of the lightest ball if it had all the energy, m/s: none can become faster.
+
+    The energy of a free container is not needed: meanwhile only the trapped ball touches it.
+    """
     energy, lightest = 0.0, math.inf
     for k in range(state.balls.shape[1]):
         m, u, v = ks.mass_of(state.sizes, k), state.balls[U, k], state.balls[V, k]
@@ -197,14 +200,14 @@ def highest_speed(state: State) -> float:
 
 
 @helper
-def is_trapped(i: int, now: float, lasts: float, patient: bool, state: State) -> bool:
+def is_trapped(i: int, now: float, lasts: float, undisturbed: bool, state: State) -> bool:
     """Whether ball i, just off the wall, will hit it infinitely often before anything else.
 
     It is trapped if the repeat does not end within that time and no other ball can come near.
     Nor may a free container, which the bounces push, reach another ball.
 
     lasts : ``bouncing_time``, s
-    patient : whether no other ball has an event in that time; else any may get the energy of all
+    undisturbed : whether no other ball has an event in that time; else any may get all the energy
     """
     balls, boundary = state.balls, state.boundary
     if now + lasts > state.sums[ks.TIME_LIMIT] or lasts == NEVER:
@@ -213,12 +216,12 @@ def is_trapped(i: int, now: float, lasts: float, patient: bool, state: State) ->
     inward = max(-(x * u + y * v), 0.0) / math.sqrt(x * x + y * y)
     wall_speed = pushed_speed(boundary, i, inward, state)
     speed = math.sqrt(u * u + v * v) + wall_speed
-    fastest = 0.0 if patient else highest_speed(state)
+    fastest = 0.0 if undisturbed else highest_speed(state)
     for k in range(balls.shape[1]):
         if k == i:
             continue
         u, v = balls[U, k], balls[V, k]
-        its_speed = math.sqrt(u * u + v * v) if patient else fastest
+        its_speed = math.sqrt(u * u + v * v) if undisturbed else fastest
         xk, yk = ks.place(boundary, k, now, balls)
         x, y = xk - balls[X, i], yk - balls[Y, i]
         gap = math.sqrt(x * x + y * y) - ks.contact_distance(state.sizes, i, k)

@@ -227,9 +227,9 @@ def repeat_events(
         if j == SLIDE:
             slide(boundary, i, now, state)
         else:
-            ks.leaves_wall(boundary, i)
+            ks.take_off_wall(boundary, i)
             if j >= 0:
-                ks.leaves_wall(boundary, j)
+                ks.take_off_wall(boundary, j)
             collide(i, j, now, state)
         count(i, j, record.impulse[event], state)
         if leaves > 0:

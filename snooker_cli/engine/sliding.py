@@ -325,7 +325,7 @@ class SlidingCircle(NamedTuple):
 
     # What the event loop asks
 
-    def slide_event(self, i: int, j: int, now: float, state: State) -> tuple[int, bool, float]:
+    def carry_out_slide(self, i: int, j: int, now: float, state: State) -> tuple[int, bool, float]:
         motions, balls = self.motions, state.balls
         k = ks.NO_PARTNER
         if motions[i] == SETTLES or (motions[i] == SLIDES and balls[CLOCK, i] < now):
@@ -337,7 +337,7 @@ class SlidingCircle(NamedTuple):
         begins = bool(motions[k] == SETTLES)
         return k, begins, slide(self, k, now, state)
 
-    def settles(self, i: int, trapped: bool, now: float, state: State) -> float:
+    def settle(self, i: int, trapped: bool, now: float, state: State) -> float:
         x, y, u, v, _ = ball_of(i, state.balls)
         inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u
         square = (1.0 - state.setup.wall_law.cor) * cross * cross
@@ -348,7 +348,7 @@ class SlidingCircle(NamedTuple):
             return bounced(i, NEVER, state)[0][4]
         return NEVER
 
-    def leaves_wall(self, i: int) -> bool:
+    def take_off_wall(self, i: int) -> bool:
         slid = bool(self.motions[i] == SLIDES)
         if slid:
             self.motions[i] = FLIES
