@@ -27,8 +27,13 @@ EQUILIBRIUM |= {"wall rate of a ball": "1/s", "ball-ball rate of a ball": "1/s"}
 EQUILIBRIUM |= {"mean free path": "m", "mean speed": "m/s", "kurtosis of speeds": "1"}
 """Units of the quantities that are measured after the relaxation."""
 
+NO_THEORY = "no theory"
+"""The model of a row that has a measured value only."""
+
 UNITS = dict.fromkeys(("Haff's α", "decay constant of energy", "decay constant of pressure"), "1/s")
 UNITS |= EQUILIBRIUM
+UNITS |= {"pressure by the virial": "Pa m", "energy from the walls": "J/s"}
+UNITS |= {"energy taken by a collision": "J"}
 
 HEAVY = 1000.0
 """A free container this many times as heavy as the balls keeps their angular momentum."""
