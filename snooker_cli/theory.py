@@ -20,7 +20,7 @@ e, e_w    coefficient of restitution between balls, and at the wall
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple, TypeVar
@@ -693,6 +693,28 @@ def balance_temperature(
     if square == 0:
         return math.inf
     return ((linear + math.sqrt(linear**2 + 4 * square * constant)) / (2 * square)) ** 2
+
+
+def cooled_temperature(
+    first: NDArray[np.float64], time: NDArray[np.float64], cooling_rate: Callable[[float], float]
+) -> NDArray[np.float64]:
+    """Temperatures (J) some times (s) after the first ones (J), by dT/dt = −ζ(T) T.
+
+    One curve gives all: t = ∫ d ln T/ζ from the largest T on, by the trapezoidal rule.
+
+    cooling_rate : ζ > 0 at a temperature, 1/s
+    """
+    logs, clock, step = [float(np.log(np.max(first)))], [0.0], 0.02
+    slowness = 1 / cooling_rate(math.exp(logs[0]))
+    coldest, last = float(np.log(np.min(first))), math.inf
+    while clock[-1] < last:
+        before, slowness = slowness, 1 / cooling_rate(math.exp(logs[-1] - step))
+        logs.append(logs[-1] - step)
+        clock.append(clock[-1] + step * (before + slowness) / 2)
+        if last == math.inf and logs[-1] <= coldest:
+            last = clock[-1] + float(np.max(time))
+    begins = np.interp(-np.log(first), -np.array(logs), clock)
+    return np.exp(np.interp(begins + time, clock, logs))
 
 
 def rotation_energy(angular_momentum: float, moment_of_inertia: float) -> float:

@@ -32,6 +32,15 @@ def test_the_loss_has_its_limits() -> None:
     assert theory.mean_loss(Viscoelastic(0.8, 1.0), 1e-8) == pytest.approx(slow, rel=1e-3)
 
 
+def test_a_gas_cools_by_the_integral_of_its_rate() -> None:
+    """Haff's law for a rate as √T, and T0 e^(−kt) for a constant one, from several T0 at once."""
+    first, time = np.array([5.0, 3.0, 5.0, 0.2]), np.array([7.0, 0.0, 100.0, 11.0])
+    haff = theory.cooled_temperature(first, time, lambda warm: 0.3 * math.sqrt(warm))
+    assert haff == pytest.approx(first / (1 + 0.15 * np.sqrt(first) * time) ** 2, rel=2e-4)
+    even = theory.cooled_temperature(first, time, lambda _: 0.3)
+    assert even == pytest.approx(first * np.exp(-0.3 * time), rel=1e-9)
+
+
 def test_the_balance_of_energy() -> None:
     """At its T the means over random hits and collisions give what they take."""
     number, radius, mass, e, area = 50, 0.1, 2.0, 0.95, 100.0
