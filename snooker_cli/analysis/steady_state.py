@@ -68,13 +68,18 @@ def stationary_part(measured: Measurements) -> StationaryPart:
         tested = min(equal_means(quarters), equal_means(quarters[:, [0, 3]]))
         if tested >= LEAST_PROBABILITY:
             begin = float(np.mean(measured.time[measured.complete])) * first / WINDOWS
-            agree = f"the mean energies of its quarters agree (p = {probability(tested)})"
+            agree = f"the mean energies of its quarters agree ({_chance(tested)})"
             chosen = f"it is the first of {WINDOWS // 2} tried starts for which they do"
             return StationaryPart(first, f"stationary from {short(begin)} s on: {agree}; {chosen}")
-    why = f"the quarters of the second half differ (p {probability(tested).lstrip('<')} or less)"
+    why = f"the quarters of the second half differ ({_chance(tested)})"
     if math.isnan(tested):
         why = "the repeats differ by rounding alone, so that nothing can be tested"
     return StationaryPart(None, f"not stationary: {why}; make the run longer")
+
+
+def _chance(value: float) -> str:
+    """``p = 0.05`` or ``p <0.001``."""
+    return f"p {'' if value < 0.001 else '= '}{probability(value)}"
 
 
 def averages_from(windows: Averages, first: int) -> Averages:
