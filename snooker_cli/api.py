@@ -46,6 +46,7 @@ Result = TypeVar("Result")
 
 UNITS = {"time": "s", "temperature": "J", "pressure": "Pa m", "mean_speed": "m s-1"}
 UNITS |= {"k": "s-1", "alpha": "s-1"}
+UNITS |= {"wall_energy": "J", "lost_energy": "J", "stationary_from": "s"}
 """Of the columns of ``Run.table`` that have one."""
 
 
@@ -110,11 +111,13 @@ class Repeat:
         ``time`` (s), ``kinetic_energy`` and ``container_energy`` (J); since the start
         ``wall_impulse`` (kg m/s), ``pair_virial`` (impulse times distance, kg m²/s),
         ``wall_events`` and ``pair_events``; ``mean_speed`` (m/s), and ``energy_moment``,
-        <k²>/<k>² of the balls' kinetic energies. Very long repeats give an even choice of rows.
+        <k²>/<k>² of the balls' kinetic energies. If walls give energy, ``wall_energy`` and
+        ``lost_energy`` (J) are what they gave and what collisions between balls took. Very long
+        repeats give an even choice of rows.
         """
         from snooker_cli.analysis import observables
 
-        return _records(vars(observables.series(self.trace)))
+        return _records(observables.series(self.trace).columns)
 
     def measure(
         self,
@@ -253,7 +256,10 @@ class Run(runs.Run):
         ``complete``; ``time`` (s) and numbers of ``collisions``. ``temperature`` (J), ``pressure``
         (Pa m) and ``mean_speed`` (m/s) are means over the time of the repeat. ``energy_ratio`` is
         the energy at the end over that at the start. ``k`` and ``alpha`` (1/s) are fits to the
-        energy: the constants of exp(−kt) and of Haff's law; nan without a fit. A swept key with
+        energy: the constants of exp(−kt) and of Haff's law; nan without a fit. Where walls give
+        energy, ``wall_energy`` and ``lost_energy`` (J) are what they gave and what collisions
+        between balls took, and ``stationary_from`` (s) is when the stationary part begins, in the
+        complete repeats of a point that has one; otherwise these are nan. A swept key with
         the name of another column gets the prefix ``config.``. Raises ``FigureError``,
         ``StoreError``, and ``RunError`` if no repeat is there.
         """

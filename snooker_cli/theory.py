@@ -20,6 +20,7 @@ e, e_w    coefficient of restitution between balls, and at the wall
 """
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple, TypeVar
@@ -30,6 +31,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from snooker_cli.containers import AccessibleRegion, Container
+from snooker_cli.laws import Constant, Driven, Law, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
 
 Real = TypeVar("Real", float, NDArray[np.float64])  # a float, or an array of floats
@@ -622,6 +624,97 @@ def energy_ratio_by_events(
         logarithm = logarithm + events * math.log1p(-(1 - e**2) * share)
     ratio: Real = np.exp(logarithm)
     return ratio
+
+
+def mean_loss(law: Law, temperature: float, mass: float = 1.0) -> float:
+    """Mean energy that a collision of balls with Maxwell's speeds takes, over T.
+
+    The relative normal motion has the energy T s, and the s of collisions have the density e^(−s).
+    So this is ∫ s e^(−s) [1 − e(v)²] ds with the normal relative speed v = 2√(T s/m): 1 − e² for a
+    constant e. For e(v) = 1 − (1 − e)(v/v0)^(3/4) below v0, else e, the integral up to
+    s0 = m v0²/(4T) has incomplete gamma functions.
+    """
+    loss = 1 - law.cor
+    if not isinstance(law, Viscoelastic):
+        return loss * (2 - loss)
+    from scipy import special  # takes time to load
+
+    s0 = mass * law.cor_speed**2 / (4 * temperature)
+
+    def up_to_s0(power: float) -> float:
+        """∫ s e^(−s) (s/s0)^power ds from 0 to s0."""
+        complete: float = math.gamma(2 + power) * s0**-power
+        return complete * float(special.gammainc(2 + power, s0))
+
+    slow = loss * (2 * up_to_s0(3 / 8) - loss * up_to_s0(3 / 4))
+    return slow + loss * (2 - loss) * (1 + s0) * math.exp(-s0)
+
+
+def balance_temperature(
+    number: int,
+    ball_radius: float,
+    mass: float,
+    restitution: float,
+    area: float,
+    walls: Sequence[tuple[Law, float]],
+) -> float:
+    """T of a dilute gas at which walls give as much energy as collisions take, J.
+
+    walls : the law and the length (m) of each, as the centres of balls see them
+    area : that the centres of balls reach, m²
+
+    The gas is uniform, with Maxwell's speeds. A wall of length L is hit by each ball L/A √(T/2πm)
+    times a second, with ⟨v⟩ = √(πT/2m) and ⟨v²⟩ = 2T/m. A hit gives on average::
+
+        driven    ½m⟨(e v + (1 + e) V)² − v²⟩
+                  = −(1 − e²) T + m e (1 + e) V √(πT/2m) + ½m (1 + e)² V²
+        thermal   3/2 (T_w − T)
+
+    Collisions take (1 − e²) T each, ω/2 for each ball a second. All terms have the factor √T, and
+    the rest is quadratic in √T. So T is proportional to m V², and for small losses, T ≫ m V², to
+    [L/((1 − e²) N d)]² (Kumaran, J. Fluid Mech. 364, 163 (1998)). Where balls lose much of their
+    energy on the way across, the gas is dense and cold in the middle, and this does not hold.
+    Raises ValueError for other laws.
+    """
+    rate = ball_ball_rate((number - 1) / area, ball_radius, 1.0, mass=mass)
+    square, linear, constant = (1 - restitution**2) * rate / 2, 0.0, 0.0
+    for law, length in walls:
+        hits = length / area / math.sqrt(2 * math.pi * mass)
+        if isinstance(law, Thermal):
+            square += hits * 1.5
+            constant += hits * 1.5 * law.temperature
+        elif isinstance(law, Driven | Constant):
+            e, speed = law.cor, law.speed if isinstance(law, Driven) else 0.0
+            square += hits * (1 - e**2)
+            linear += hits * e * (1 + e) * speed * math.sqrt(math.pi * mass / 2)
+            constant += hits * mass / 2 * ((1 + e) * speed) ** 2
+        else:
+            raise ValueError("there is no balance of energy with this law of a wall")
+    if square == 0:
+        return math.inf
+    return ((linear + math.sqrt(linear**2 + 4 * square * constant)) / (2 * square)) ** 2
+
+
+def cooled_temperature(
+    first: NDArray[np.float64], time: NDArray[np.float64], cooling_rate: Callable[[float], float]
+) -> NDArray[np.float64]:
+    """Temperatures (J) some times (s) after the first ones (J), by dT/dt = −ζ(T) T.
+
+    One curve gives all: t = ∫ d ln T/ζ from the largest T on, by the trapezoidal rule.
+
+    cooling_rate : ζ > 0 at a temperature, 1/s
+    """
+    logs, clock, step = [float(np.log(np.max(first)))], [0.0], 0.02
+    slowness = 1 / cooling_rate(math.exp(logs[0]))
+    coldest, last = float(np.log(np.min(first))), math.inf
+    while clock[-1] < last:
+        before, slowness = slowness, 1 / cooling_rate(math.exp(logs[-1] - step))
+        logs.append(logs[-1] - step)
+        clock.append(clock[-1] + step * (before + slowness) / 2)
+        if last == math.inf and logs[-1] <= coldest:
+            last = clock[-1] + float(np.max(time))
+    begins = np.interp(-np.log(first), -np.array(logs), clock)
+    return np.exp(np.interp(begins + time, clock, logs))
 
 
 def rotation_energy(angular_momentum: float, moment_of_inertia: float) -> float:

@@ -120,6 +120,8 @@ class Series:
     mean_speed : mean over the balls, m/s
     energy_moment : <k^2>/<k>^2 of the balls' kinetic energies k; for equal masses this is the
         kurtosis <v^4>/<v^2>^2
+    wall_energy, lost_energy : energy that hits of the wall gave to the balls, and that collisions
+        between them took, since the start, J; ``None`` unless walls give energy
     """
 
     time: NDArray[np.float64]
@@ -131,11 +133,30 @@ class Series:
     pair_events: NDArray[np.float64]
     mean_speed: NDArray[np.float64]
     energy_moment: NDArray[np.float64]
+    wall_energy: NDArray[np.float64] | None = None
+    lost_energy: NDArray[np.float64] | None = None
+
+    @property
+    def columns(self) -> dict[str, NDArray[np.float64]]:
+        """The columns that are there, in order."""
+        return {name: column for name, column in vars(self).items() if column is not None}
+
+    def __getitem__(self, rows: Any) -> "Series":
+        """Some of the rows."""
+        return Series(**{name: column[rows] for name, column in self.columns.items()})
 
 
-_UNITS = ("s", "J", "J", "kg m s-1", "kg m2 s-1", "1", "1", "m s-1", "1")
-SERIES_UNITS = dict(zip(Series.__dataclass_fields__, _UNITS, strict=True))
-"""The columns of ``Series``, in order, and their units."""
+def series_units(*, gains: bool) -> dict[str, str]:
+    """The columns of ``Series``, in order, and their units.
+
+    gains : whether walls give energy
+    """
+    units = ("s", "J", "J", "kg m s-1", "kg m2 s-1", "1", "1", "m s-1", "1", "J", "J")
+    return dict(list(zip(Series.__dataclass_fields__, units, strict=True))[: None if gains else -2])
+
+
+SERIES_UNITS = series_units(gains=False)
+"""The columns of a scene whose walls give no energy."""
 
 
 @dataclass(frozen=True)

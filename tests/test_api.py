@@ -157,6 +157,27 @@ def test_the_table_has_a_row_for_each_repeat(run: snooker.Run) -> None:
     assert np.isnan(table["k"][3:]).all()
 
 
+def test_the_table_of_a_heated_gas_has_its_energy_account(here: Path) -> None:
+    """The stationary part is that of the point; other scenes have no such numbers."""
+    heated = {"balls": {"count": 7, "radius": 1.0, "speed": 6.0}, "wall_temperature": 20.0}
+    heated |= {"container": {"shape": "circle", "radius": 10.0, "mass": float("inf")}, "repeats": 8}
+    heated |= {"cor": 0.9, "collisions": 3000, "record": "summary"}
+    run = snooker.run(heated)
+    table = run.table()
+    names = ("wall_energy", "lost_energy", "stationary_from")
+    for row, repeat in enumerate(run):
+        columns = repeat.series()
+        assert table["wall_energy"][row] == pytest.approx(columns["wall_energy"][-1])
+        assert table["lost_energy"][row] == pytest.approx(columns["lost_energy"][-1])
+    begins = table["stationary_from"] / table["time"]
+    assert begins == pytest.approx(np.full(8, begins[0]))
+    assert 0.05 <= begins[0] <= 0.5
+    units = {row["quantity"]: row["unit"] for row in run.compare()}
+    assert units["pressure by the virial"] == "Pa m"
+    assert run.fit() == []
+    assert np.isnan([snooker.run(CONFIG).table()[name] for name in names]).all()
+
+
 def test_swept_limits_texts_and_nulls_are_columns(here: Path) -> None:
     swept = {"collisions": [20, 30], "balls.speeds": ["equal", "maxwell"], "wall_cor": [None, 0.5]}
     balls = {"count": 3, "radius": 1.0, "speed": 10.0}

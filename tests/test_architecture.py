@@ -32,7 +32,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     # A scene and its trace
     "config": ("containers", "errors", "formatting", "laws"),
     "scene": ("containers", "errors", "laws", "neighbours"),
-    "theory": ("containers", "scene"),
+    "theory": ("containers", "laws", "scene"),
     "trace": ("scene",),
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "laws", "neighbours", "scene"),
@@ -65,7 +65,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "pyarrow": ("export",),
     "distributed": ("runs.dask_executor",),
     "mpmath": ("validation",),
-    "scipy": ("analysis.fitting", "analysis.structure"),
+    "scipy": ("analysis.fitting", "analysis.structure", "theory"),
     "matplotlib": ("animation.movie", "api", "figures"),
     "PIL": ("animation.movie", "figures"),
     "jinja2": ("report.document",),

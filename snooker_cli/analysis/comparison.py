@@ -10,16 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import theory
-from snooker_cli.analysis import observables, predictions
+from snooker_cli.analysis import observables, predictions, steady_state
 from snooker_cli.analysis.decay import (
     Decay,
     Note,
     early_notes,
     measured_decays,
-    number_complete,
 )
 from snooker_cli.analysis.measurement import LEAST_RELAXING, Measurements, measure, relaxing
-from snooker_cli.analysis.predictions import EQUILIBRIUM, UNITS, Row, SpeedLaw
+from snooker_cli.analysis.predictions import EQUILIBRIUM, NO_THEORY, UNITS, Row, SpeedLaw
 from snooker_cli.formatting import plain
 from snooker_cli.trace import StopReason, Trace
 
@@ -82,6 +81,8 @@ def measured_comparisons(
     """
     ended, scene = Counter(map(StopReason, measured.endings)), measured.scene
     notes, total = early_notes(ended), ended.total()
+    if scene.wall_law.gains:
+        return _in_steady_state(measured, notes)
     moved = measured.collisions > 0
     moving = measured.chosen(moved)
     relaxed = moving.chosen(np.isfinite(moving.relaxed.length))
@@ -115,15 +116,37 @@ def measured_comparisons(
         none = math.nan, math.nan, math.nan, math.nan
         comparisons.append(Comparison("L/L_c", "critical length", ratio, *none, used))
         notes.append(Note(f"L/L_c: {theory.CRITICAL}", "L/L_c"))
-    complete = number_complete(ended)
-    return [replace(row, complete=complete, simulated=total) for row in comparisons], notes
+    return _of_repeats(comparisons, measured), notes
+
+
+def _in_steady_state(
+    measured: Measurements, notes: list[Note]
+) -> tuple[list[Comparison], list[Note]]:
+    """The comparisons of a gas that walls keep warm: in its stationary part, if there is one."""
+    part = steady_state.stationary_part(measured)
+    notes = [*notes, Note(part.note)]
+    if part.first is None:
+        return [], notes
+    complete = measured.chosen(measured.complete)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rows = steady_state.rows(complete, part.first)
+        comparisons = list(_compared(rows, len(complete.time), notes))
+    return _of_repeats(comparisons, measured), [*notes, *steady_state.notes(complete)]
+
+
+def _of_repeats(comparisons: Iterable[Comparison], measured: Measurements) -> list[Comparison]:
+    """The rows with the numbers of repeats of their point."""
+    complete = int(np.count_nonzero(measured.complete))
+    total = len(measured.time)
+    return [replace(row, complete=complete, simulated=total) for row in comparisons]
 
 
 def _compared(rows: Iterable[Row], repeats: int, notes: list[Note]) -> Iterator[Comparison]:
     """The rows that have a value; ``notes`` gets a sentence for each of the others."""
     for quantity, model, *columns in rows:
         values = np.array([np.broadcast_to(column, repeats) for column in columns])
-        good = values[:, np.all(np.isfinite(values), axis=0)]
+        needed = values[:1] if model == NO_THEORY else values
+        good = values[:, np.all(np.isfinite(needed), axis=0)]
         if not good.size:
             known = bool(np.any(np.isfinite(values[0])))
             why = "the theory has no value here" if known else "it could not be measured"

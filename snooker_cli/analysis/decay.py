@@ -154,6 +154,11 @@ JUDGEMENT = (
 
 NO_LOSSES = "All collisions are elastic, so nothing decays."
 
+WARM = (
+    "Walls give energy, so the gas does not cool down and has no decay constants; "
+    "`snooker compare` has its stationary state."
+)
+
 
 class Note(NamedTuple):
     """A sentence for a reader, with names of the rows that it is about; empty if all."""
@@ -172,6 +177,7 @@ class Decay:
     ended : number of repeats by their stop reason
     walls : whether the container has walls; without them, pressures are the virial's
     elastic : whether no collision loses energy, so that nothing is fitted
+    warm : the same if walls give energy
     fits : of each repeat
     judged : gives the ranges in which the law is judged; and the fits of the repeats that count
     """
@@ -183,6 +189,7 @@ class Decay:
     ended: Mapping[StopReason, int]
     walls: bool
     elastic: bool
+    warm: bool
     fits: tuple[FitResult, ...]
     judged: tuple[Callable[[], list[Range]], list[FitResult]] = field(compare=False, repr=False)
 
@@ -283,7 +290,7 @@ def measured_decays(
         quantity, curves = QUANTITIES[name], _curves(measured, name, since, until)
         held = quantity.starts_at_one and since == 0
         samples = Samples(np.empty((0, 0)), np.empty((0, 0)), np.empty(0, np.int64))
-        if quantity.is_judged and not elastic(scene):
+        if quantity.is_judged and not (elastic(scene) or scene.wall_law.gains):
             time, logarithm = np.moveaxis(measured.samples[judged, quantity.column], 1, 0)
             samples = Samples(time, logarithm, measured.numbers[judged, quantity.column])
         judging = cache(partial(ranges, samples))  # for all laws once
@@ -291,7 +298,7 @@ def measured_decays(
             fits = _fits(curves, quantity, law, held, scene)
             chosen = [fit for fit, counts in zip(fits, judged, strict=True) if counts]
             over, walls = mean_over_repeats(fits), scene.container.has_wall
-            facts = held, over, ended, walls, elastic(scene), tuple(fits)
+            facts = held, over, ended, walls, elastic(scene), scene.wall_law.gains, tuple(fits)
             result.append(Decay(name, law, *facts, (judging, chosen)))
     return result
 
@@ -327,8 +334,9 @@ def _fits(
 ) -> list[FitResult]:
     """The fits of a law to the curves of a quantity; a mean since the start has its mean model."""
     model = LAWS[law]
-    if elastic(scene):
-        return [FitResult(law, False, NO_LOSSES, n, math.nan) for n in curves.numbers().tolist()]
+    if elastic(scene) or scene.wall_law.gains:
+        why = WARM if scene.wall_law.gains else NO_LOSSES
+        return [FitResult(law, False, why, n, math.nan) for n in curves.numbers().tolist()]
     name = (quantity.is_mean and model.mean_model) or law
     return fit_all(
         curves, name, amplitude=1.0 if held else None, start=0.0 if model.power else None
@@ -340,6 +348,8 @@ def fit_notes(constants: Sequence[Decay]) -> list[Note]:
     notes, total = early_notes(constants[0].ended), len(constants[0].fits)
     if constants[0].elastic:
         return [*notes, Note(NO_LOSSES)]
+    if constants[0].warm:
+        return [*notes, Note(WARM)]
     if not constants[0].walls:
         notes.append(Note(observables.NO_WALLS, "pressure, local_pressure"))
         notes.append(Note("Haff's law is for a gas without clusters", model="haff"))

@@ -433,15 +433,19 @@ class Range:
         The second, (*w*, *w*), turns deviations from the means into numbers of variance 1. None
         without a test: for one window, and for repeats that differ by rounding.
         """
-        changes = np.diff(self.logarithm, axis=1)
-        count, windows = changes.shape
-        mean, spread = changes.mean(axis=0), changes.std(axis=0, ddof=1)
-        if windows < 2 or not np.all(spread > 1e-9 * np.abs(mean)):
-            return None
-        shares, axes = np.linalg.eigh(np.cov(changes / spread, rowvar=False))
-        if shares[0] < 1e-9:
-            return None
-        return mean, axes * np.sqrt(count / shares) / spread[:, np.newaxis]
+        return independent_changes(self.logarithm) if len(self.edges) > 2 else None
+
+
+def independent_changes(values: Array) -> tuple[Array, Array] | None:
+    """`Range.changes` of values (*repeats*, *w* + 1)."""
+    changes, count = np.diff(values, axis=1), len(values)
+    mean, spread = changes.mean(axis=0), changes.std(axis=0, ddof=1)
+    if not np.all(spread > 1e-9 * np.abs(mean)):
+        return None
+    shares, axes = np.linalg.eigh(np.atleast_2d(np.cov(changes / spread, rowvar=False)))
+    if shares[0] < 1e-9:
+        return None
+    return mean, axes * np.sqrt(count / shares) / spread[:, np.newaxis]
 
 
 def ranges(samples: Samples) -> list[Range]:
@@ -523,8 +527,6 @@ def _deviation(judged: Range, form: FitModel) -> tuple[int, float, float]:
     least χ² with this estimate is Hotelling's T², Ann. Math. Stat. 2, 360 (1931): with d degrees
     and n repeats, T² (n − d)/((n − 1) d) has the F distribution of d and n − d degrees.
     """
-    from scipy import special  # takes time to load
-
     if judged.changes is None:
         return 0, math.nan, math.nan
     (mean, independent), times = judged.changes, judged.edges / judged.edges[-1]
@@ -543,10 +545,29 @@ def _deviation(judged: Range, form: FitModel) -> tuple[int, float, float]:
             best -= step
             if not abs(step) > 1e-9 * abs(best):
                 break
-        degrees, count = len(mean) - 1, len(judged.logarithm)
-        free = count - degrees
-        chi_squared = float(np.sum(residuals(best)[0] ** 2)) * free / ((count - 1) * degrees)
-    return degrees, chi_squared, float(special.fdtrc(degrees, free, chi_squared))
+        degrees, squares = len(mean) - 1, float(np.sum(residuals(best)[0] ** 2))
+    return degrees, *hotelling(squares, degrees, len(judged.logarithm))
+
+
+def hotelling(squares: float, degrees: int, count: int) -> tuple[float, float]:
+    """F of Hotelling's T² over `count` repeats, and the probability of a larger one."""
+    from scipy import special  # takes time to load
+
+    free = count - degrees
+    ratio = squares * free / ((count - 1) * degrees)
+    return ratio, float(special.fdtrc(degrees, free, ratio))
+
+
+def equal_means(values: Array) -> float:
+    """Probability of differences as large if the means of columns (*repeats*, *k*) are equal.
+
+    It is Hotelling's of the k − 1 successive differences; nan for repeats that differ by rounding.
+    """
+    changes = independent_changes(values)
+    if changes is None:
+        return math.nan
+    mean, independent = changes
+    return hotelling(float(np.sum((mean @ independent) ** 2)), len(mean), len(values))[1]
 
 
 def excluded_area(densities: Array, ratios: Array, errors: Array) -> tuple[float, float]:

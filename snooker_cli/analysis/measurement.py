@@ -20,7 +20,7 @@ from snooker_cli.engine import Rows, batch_series, is_short
 from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.runs.execution import processors
 from snooker_cli.scene import Scene
-from snooker_cli.trace import SERIES_UNITS, SPEED_BINS, StopReason, Trace
+from snooker_cli.trace import SPEED_BINS, StopReason, Trace
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -45,9 +45,9 @@ ENERGY, TEMPERATURE, PRESSURE = range(3)
 pressure since the start."""
 
 # Columns of ``Rows.values``, as in ``trace.Series``.
-KINETIC, CONTAINER, IMPULSE, VIRIAL, AT_WALL, BETWEEN, SPEED, MOMENT = range(8)
+KINETIC, CONTAINER, IMPULSE, VIRIAL, AT_WALL, BETWEEN, SPEED, MOMENT, GIVEN = range(9)
 
-MEANS = 7  # the first columns of `Averages`, which are means over time; the others are gains
+MEANS = 8  # the first columns of `Averages`, which are means over time; the others are gains
 
 
 class Averages(NamedTuple):
@@ -59,7 +59,9 @@ class Averages(NamedTuple):
     root_energy : of the square root of the balls' energy, √J
     meeting, root_meeting : of `observables.meeting_temperature`, J, and of its square root, √J
     mean_speed, energy_moment : as in ``trace.Series``
+    squares : of N Σk² over the balls' energies k, J²
     wall_impulse, pair_virial, wall_events, pair_events : gains of these columns of ``Series``
+    wall_energy, lost_energy : the same, J; nan unless walls give energy
     length : of the windows, s
     """
 
@@ -70,10 +72,13 @@ class Averages(NamedTuple):
     root_meeting: Array
     mean_speed: Array
     energy_moment: Array
+    squares: Array
     wall_impulse: Array
     pair_virial: Array
     wall_events: Array
     pair_events: Array
+    wall_energy: Array
+    lost_energy: Array
     length: Array
 
     def pressure(self, scene: Scene) -> Array:
@@ -94,6 +99,7 @@ class Measurements:
     samples : (*repeats*, 3, 2, SAMPLES) times (s) and logarithms of values over the first, between
         collisions; nan beyond ``numbers``
     numbers : (*repeats*, 3) collisions behind a curve
+    across : (*repeats*, WINDOWS) as in `observables.shares_across`
     windows, whole, relaxed : averages over ``WINDOWS`` windows of time; over all of it; after the
         relaxation, nan where there is none
     first_energy, last_energy, calm_energy : J, of balls and container at the start, at the end and
@@ -111,6 +117,7 @@ class Measurements:
     points: Array
     samples: Array
     numbers: Integers
+    across: Array
     windows: Averages
     whole: Averages
     relaxed: Averages
@@ -265,6 +272,7 @@ def _measured(traces: Sequence[Trace], since: float, until: float) -> Measuremen
         points,
         samples,
         numbers,
+        across=np.stack([observables.shares_across(trace, WINDOWS) for trace in traces]),
         windows=averages(np.linspace(0.0, lasts, WINDOWS + 1, axis=1), rows.starts[1:]),
         whole=averages(np.stack([0 * lasts, lasts], axis=1), rows.starts[1:]),
         relaxed=averages(np.stack([later, calm_lasts], axis=1), np.asarray(ends)),
@@ -285,7 +293,9 @@ def _measured(traces: Sequence[Trace], since: float, until: float) -> Measuremen
 
 def _rows(columns: Sequence[Any]) -> Rows:
     """Series of repeats, one after the other."""
-    time, *values = (np.concatenate([getattr(c, name) for c in columns]) for name in SERIES_UNITS)
+    time, *values = (
+        np.concatenate([getattr(column, name) for column in columns]) for name in columns[0].columns
+    )
     starts = np.cumsum([0, *(len(column.time) for column in columns)])
     return Rows(time, np.ascontiguousarray(np.transpose(values)), starts)
 
@@ -320,8 +330,8 @@ def average(
             row = last_until(low, row, end, time)
             last = last_until(high, row, end, time)
             means = averages[repeat, window]
-            for gain in range(4):
-                column = values[:, IMPULSE + gain]
+            for gain in range(values.shape[1] - 4):  # two more if walls give energy
+                column = values[:, IMPULSE + gain if gain < 4 else GIVEN + gain - 4]
                 before = 0.0  # collisions at time zero count
                 if low > 0.0:
                     before = value_at(low, row, end, time, column, held[repeat])
@@ -378,6 +388,7 @@ def terms(row: int, values: Array, drift: float, free: int, means: Array) -> Non
     means[3] = (energy - drift) / free
     means[4] = math.sqrt(max(means[3], 0.0))
     means[5], means[6] = values[row, SPEED], values[row, MOMENT]
+    means[7] = values[row, MOMENT] * energy * energy
 
 
 @kernel

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import engine, theory
+from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replay
 from snooker_cli.memory import MEMORY
-from snooker_cli.scene import Scene
+from snooker_cli.scene import TINY, Scene
 from snooker_cli.theory import Real
 from snooker_cli.trace import (
-    SERIES_UNITS,
     SPEED_BIN,
     SPEED_BINS,
     Events,
@@ -60,7 +60,7 @@ def before_collapse(trace: Trace) -> Trace:
         at_wall = int(np.count_nonzero(events.at_wall))
         return replace(trace, events=events, wall_events=at_wall, pair_events=len(events) - at_wall)
     rows = max(1, int(np.count_nonzero(summary.series.time < end)))
-    calm = Series(*(column[:rows] for column in vars(summary.series).values()))
+    calm = summary.series[:rows]
     return replace(
         trace,
         stop=replace(trace.stop, time=float(calm.time[-1])),
@@ -84,7 +84,7 @@ def after_collisions(trace: Trace) -> Series:
     if trace.summary is None:
         rows = 1 + instants(columns.time[1:])
         rows = np.append(0, rows[_evenly(len(rows), MOST_POINTS)])
-        return Series(*(getattr(columns, name)[rows] for name in SERIES_UNITS))
+        return columns[rows]
     events = columns.wall_events + columns.pair_events
     known = int(events[-1] if trace.stop.reason.complete else events[-2])
     number = 1.0 + _evenly(known, MOST_POINTS)
@@ -103,7 +103,7 @@ def after_collisions(trace: Trace) -> Series:
         change = column[before + 1] - column[before]
         return np.concatenate([column[:1], column[before] + part * change, column[rest]])
 
-    return Series(*map(read, SERIES_UNITS))
+    return Series(**{name: read(name) for name in columns.columns})
 
 
 _POWERS = dict.fromkeys(("wall_impulse", "pair_virial", "mean_speed"), 1)
@@ -371,6 +371,7 @@ def virial_ratio(trace: Trace, since: float = 0.0) -> float:
 # States of a trace -> distances and speeds.
 
 MOST_BALLS = 2**22  # balls times states in memory at once, some hundred megabytes
+STATES_IN_WINDOW = 5
 COLLISIONS_BETWEEN = 5.0  # collisions of a ball between two times at which its speed counts
 
 
@@ -390,6 +391,28 @@ def central_distances(states: States) -> Array:
     """Distances of the balls from the container's centre; (*t* *N*,), m."""
     offsets = states.positions - states.container_positions[:, None]
     return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).ravel())
+
+
+def shares_across(trace: Trace, windows: int) -> Array:
+    """Share of the balls' energy in motion across, towards the walls and back, in windows of time.
+
+    In a circle that is along the radius, else along x. (*windows*,), means over a few states in
+    each; nan unless walls give energy, and without events.
+    """
+    scene, shares = trace.start, np.full(windows, math.nan)
+    few = min(STATES_IN_WINDOW, MOST_BALLS // (scene.number * windows))
+    if not scene.wall_law.gains or trace.events is None or trace.summary is not None or few < 1:
+        return shares
+    parts = (np.arange(windows * few) + 0.5) / (windows * few)
+    states = replay(trace, parts * trace.stop.time)
+    across, velocities = states.velocities[..., 0] ** 2, states.velocities
+    if isinstance(scene.container, Circle):
+        offsets = states.positions - states.container_positions[:, None]
+        along = np.einsum("tic,tic->ti", offsets, velocities)
+        across = along**2 / np.maximum(np.sum(offsets**2, axis=2), TINY)
+    energies = (values @ scene.masses for values in (across, np.sum(velocities**2, axis=2)))
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.divide(*energies).reshape(windows, few).mean(axis=1))
 
 
 def pair_distances(states: States, scene: Scene) -> Array:

@@ -14,6 +14,7 @@ from snooker_cli.analysis.measurement import Measurements
 from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic
 from snooker_cli.containers import Circle, Container
 from snooker_cli.formatting import listed
+from snooker_cli.laws import Sides
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace
 
@@ -27,8 +28,13 @@ EQUILIBRIUM |= {"wall rate of a ball": "1/s", "ball-ball rate of a ball": "1/s"}
 EQUILIBRIUM |= {"mean free path": "m", "mean speed": "m/s", "kurtosis of speeds": "1"}
 """Units of the quantities that are measured after the relaxation."""
 
+NO_THEORY = "no theory"
+"""The model of a row that has a measured value only."""
+
 UNITS = dict.fromkeys(("Haff's α", "decay constant of energy", "decay constant of pressure"), "1/s")
 UNITS |= EQUILIBRIUM
+UNITS |= {"pressure by the virial": "Pa m", "energy from the walls": "J/s"}
+UNITS |= {"energy taken by a collision": "J"}
 
 HEAVY = 1000.0
 """A free container this many times as heavy as the balls keeps their angular momentum."""
@@ -251,7 +257,10 @@ def cooling(measured: Measurements, constants: Mapping[tuple[str, str], Array]) 
     constants : the fitted constants of the repeats, 1/s, by quantity and law
     """
     scene = measured.scene
-    if elastic(scene) or scene.number == 1 or not (scene.equal_balls and scene.constant_laws):
+    if elastic(scene) or scene.number == 1 or not scene.equal_balls:
+        return
+    if not scene.constant_laws:
+        yield from _slower_cooling(measured)
         return
     reported = reported_constants(scene, measured.collision_speed)
     k, alpha = constants["kinetic_energy", "exponential"], constants["kinetic_energy", "haff"]
@@ -270,6 +279,30 @@ def cooling(measured: Measurements, constants: Mapping[tuple[str, str], Array]) 
     shares = scene.restitution, pairs, scene.wall_restitution, walls
     by_events = theory.energy_ratio_by_events(components(scene), *shares)
     yield "energy left at the end", "by event count", left, by_events
+
+
+def _slower_cooling(measured: Measurements) -> Iterator[Row]:
+    """The energy that is left where the restitution depends on speed, see `theory.mean_loss`.
+
+    At the wall ½mv² of the normal speed has the density that T s has between balls of 2m.
+    """
+    scene, mass = measured.scene, float(measured.scene.masses[0])
+    pair_law, wall_law = scene.pair_law, scene.wall_law
+    if (enskog := scene_rates(scene, 1.0)) is None or isinstance(wall_law, Sides):
+        return
+
+    def rate(warm: float) -> float:
+        """ζ at a temperature."""
+        between = theory.mean_loss(pair_law, warm, mass) * enskog.ball_ball / 2
+        wall = enskog.wall and theory.mean_loss(wall_law, warm, 2 * mass) * enskog.wall
+        return (between + wall) * math.sqrt(warm)
+
+    drift = 0.0 if scene.container.has_wall else measured.drift_energy
+    first = (measured.start_energy - drift) / (components(scene) / 2)
+    left = theory.cooled_temperature(first, measured.time, rate) / first
+    kept = drift / measured.first_energy
+    ratio = measured.calm_energy / measured.first_energy
+    yield "energy left at the end", "Enskog rates, e(v)", ratio, kept + (1 - kept) * left
 
 
 class SpeedLaw(NamedTuple):

@@ -18,6 +18,7 @@ from snooker_cli.analysis.comparison import Comparison, measured_comparisons
 from snooker_cli.analysis.decay import Decay, Note, fit_notes, measured_decays
 from snooker_cli.analysis.fitting import LAWS, Goodness, RepeatMean
 from snooker_cli.analysis.measurement import Measurements, measure
+from snooker_cli.analysis.steady_state import stationary_part
 from snooker_cli.config import Point
 from snooker_cli.errors import UNREADABLE, RunError, UserError
 from snooker_cli.files import sources_hash, write_text
@@ -48,7 +49,7 @@ COLUMN_TYPES = {
     "complete": bool,
     **dict.fromkeys(("collisions", "wall_collisions", "pair_collisions"), int),
     **dict.fromkeys(("time", "temperature", "pressure", "mean_speed", "energy_ratio"), float),
-    **dict.fromkeys(("k", "alpha"), float),
+    **dict.fromkeys(("k", "alpha", "wall_energy", "lost_energy", "stationary_from"), float),
 }
 NOTE_TYPES = get_type_hints(Note)
 """The keys of a row of fits, of comparisons, of a table and of notes, with the types of values."""
@@ -256,7 +257,7 @@ def _all_results(traces: Iterator[Trace]) -> dict[str, Any]:
 
 
 def _fit_records(constants: Sequence[Decay]) -> dict[str, Records]:
-    rows = [decay.as_json() for decay in constants]
+    rows = [decay.as_json() for decay in constants if not decay.warm]
     return {"rows": rows, "notes": [note._asdict() for note in fit_notes(constants)]}
 
 
@@ -265,6 +266,9 @@ def _columns(measured: Measurements, constants: Sequence[Decay]) -> dict[str, li
     fitted = {decay.law: decay.fits for decay in constants if decay.quantity == "kinetic_energy"}
     whole, scene = measured.whole, measured.scene
     pressure = np.where(whole.length > 0, whole.pressure(scene), 0.0)
+    begins = np.full_like(whole.length, math.nan)
+    if scene.wall_law.gains:
+        begins = stationary_part(measured).begins(measured)
     columns = {
         "ending": [ending(StopReason(name)) for name in measured.endings],
         "complete": measured.complete,
@@ -278,5 +282,8 @@ def _columns(measured: Measurements, constants: Sequence[Decay]) -> dict[str, li
         "energy_ratio": measured.last_energy / measured.first_energy,
         "k": [fit.value for fit in fitted["exponential"]],
         "alpha": [fit.value for fit in fitted["haff"]],
+        "wall_energy": whole.wall_energy,
+        "lost_energy": whole.lost_energy,
+        "stationary_from": begins,
     }
     return dict(plain(columns))

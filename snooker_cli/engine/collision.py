@@ -166,6 +166,16 @@ def slide(boundary: Any, i: int, now: float, state: State) -> float:
     return 0.0
 
 
+@by_class
+def book_wall(account: Any, i: int, u: float, v: float, state: State) -> None:
+    """Account for the energy that a hit of the wall gave ball i; its velocity was (u, v), m/s."""
+
+
+@by_class
+def book_loss(account: Any, i: int, u: float, v: float, state: State) -> None:
+    """Account for the energy that a collision took from ball i; its velocity was (u, v), m/s."""
+
+
 # The collision step
 
 
@@ -216,11 +226,18 @@ def collide(i: int, j: int, now: float, state: State) -> float:
         sums[ks.CONTACT_LASTS] = contact_lasts(now, state)
     elastic = in_contact(i, now, balls, sums)
     move(i, now, state)
+    u, v = balls[U, i], balls[V, i]
     if j == ks.NO_PARTNER:
-        return hit_wall(state.boundary, i, now, state, elastic)
+        impulse = hit_wall(state.boundary, i, now, state, elastic)
+        book_wall(state.account, i, u, v, state)
+        return impulse
     elastic = elastic or in_contact(j, now, balls, sums)
     move(j, now, state)
-    return hit_pair(i, j, state, elastic)
+    u_j, v_j = balls[U, j], balls[V, j]
+    impulse = hit_pair(i, j, state, elastic)
+    book_loss(state.account, i, u, v, state)
+    book_loss(state.account, j, u_j, v_j, state)
+    return impulse
 
 
 @inlined

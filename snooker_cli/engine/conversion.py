@@ -19,6 +19,7 @@ from snooker_cli.engine.boundaries import (
 )
 from snooker_cli.engine.jit import by_class
 from snooker_cli.engine.kernel_state import EqualBalls, Floats, Setup, Sizes, State, UnequalBalls
+from snooker_cli.engine.sampling import EnergyAccount
 from snooker_cli.engine.sliding import FLIES, SLIDES, SlidingCircle
 from snooker_cli.engine.wall_laws import SideLaws, ThermalWall
 from snooker_cli.laws import Sides, Thermal, WallLaw
@@ -57,6 +58,7 @@ def new_states(
         labels=np.zeros(0, dtype=np.int32),
         sums=sums,
         counts=counts,
+        account=EnergyAccount(np.zeros((repeats, 4))) if first.wall_law.gains else None,
         scratch=np.zeros((repeats, scratch_rows, number)),
     )
 
@@ -225,6 +227,7 @@ def check_restored(states: State, fresh: State) -> None:
     known = np.delete(sums, ks.TIME_LIMIT, axis=1)
     require(np.isfinite(known) & np.all(known[:, [ks.EPOCH, ks.NOW]] >= 0))
     require(~np.isnan(sums[:, ks.TIME_LIMIT]))
+    require(states.account is None or np.isfinite(states.account.sums))
     for mine, its in zip(copied("", states.boundary), copied("", fresh.boundary), strict=True):
         if mine[1].ndim == 0:
             require(mine[1] == its[1])

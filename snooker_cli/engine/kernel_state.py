@@ -77,6 +77,7 @@ class State(NamedTuple):
     sizes : radii and masses, ``EqualBalls`` or ``UnequalBalls``
     labels : (*N*,), the scene's number of each column; (0,) if columns are in the scene's order
     sums, counts : (SUMS,) and (COUNTS,)
+    account : ``sampling.EnergyAccount``; ``None`` unless walls give energy
     scratch : memory for sums over balls in the scene's order, and for balls that slide
     """
 
@@ -87,6 +88,7 @@ class State(NamedTuple):
     labels: Indices
     sums: Floats
     counts: Integers
+    account: Any
     scratch: Floats
 
     @property
@@ -112,6 +114,7 @@ def state_of(states: State, repeat: int) -> State:
         states.labels,
         states.sums[repeat],
         states.counts[repeat],
+        of_repeat(states.account, repeat),
         states.scratch[repeat],
     )
 
@@ -198,9 +201,9 @@ def position(i: int, now: float, balls: Floats) -> tuple[float, float]:
 
 
 @by_class
-def of_repeat(boundary: Any, repeat: int) -> Any:
-    """The boundary of one of many stacked repeats: the same if it has no arrays."""
-    return boundary
+def of_repeat(stacked: Any, repeat: int) -> Any:
+    """The boundary or account of one of many stacked repeats: the same if it has no arrays."""
+    return stacked
 
 
 @by_class

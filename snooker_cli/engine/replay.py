@@ -97,7 +97,7 @@ def series(trace: Trace, most: int | None = None) -> Series:
     time = np.concatenate([[0.0], events.time])[kept]
     if slides:  # what slides presses until the end, though there is no event
         time = np.append(time, trace.stop.time)
-    out = np.zeros((len(time), sampling.COLUMNS))
+    out = np.zeros((len(time), sampling.columns_of(trace.start)))
     run = Replay(trace)
     run.measure(out[0], 0.0)
     run.advance(len(events), kept[1:], out[1:])
@@ -110,7 +110,7 @@ class Rows(NamedTuple):
     """The `series` of repeats of one point, one after the other.
 
     time : (*m*,), s
-    values : (*m*, COLUMNS), the other columns of ``Series`` in order
+    values : (*m*, *columns*), the other columns of ``Series`` in order
     starts : (*repeats* + 1,), where the rows of each repeat begin, and the end of all
     """
 
@@ -133,7 +133,7 @@ def batch_series(traces: Sequence[Trace], times: Sequence[Floats]) -> tuple[Rows
         for column, at in zip(columns, times, strict=True)
     ]
     number, repeats = traces[0].start.number, len(traces)
-    values = np.empty((len(events) + repeats, sampling.COLUMNS))
+    values = np.empty((len(events) + repeats, sampling.columns_of(traces[0].start)))
     histograms = np.zeros((repeats, SPEED_BINS), dtype=np.int64)
     time = np.ascontiguousarray(events.time)
     repeat_batch(
@@ -257,7 +257,7 @@ def repeat_batch(
     """`repeat_events` of many repeats, measuring before the first and after every event.
 
     record : the events of all repeats; those of a repeat begin at its ``starts``
-    rows : (events and repeats, COLUMNS)
+    rows : (events and repeats, *columns*)
     samples : numbers of events of a repeat, after which its balls are counted by reduced speed
     """
     for repeat in range(len(starts) - 1):

@@ -29,6 +29,7 @@ LEAST_ENERGY, MOST_ENERGY = 1e-140, 1e140
 # Columns of a row: those of ``trace.Series`` without the time, in order.
 KINETIC_ENERGY, CONTAINER_ENERGY, WALL_IMPULSE, PAIR_VIRIAL = range(4)
 WALL_EVENTS, PAIR_EVENTS, MEAN_SPEED, ENERGY_MOMENT, COLUMNS = range(4, 9)
+WALL_ENERGY, LOST_ENERGY = COLUMNS, COLUMNS + 1  # if walls give energy
 
 
 class Grid(NamedTuple):
@@ -37,13 +38,13 @@ class Grid(NamedTuple):
     The grids of many repeats are one grid too, with an axis of repeats: the first one, but the
     second one of the rows put aside. So all that is used of these is together in memory.
 
-    rows : (ROWS + 1, COLUMNS)
+    rows : (ROWS + 1, `columns_of`)
     histogram : (ROWS + 1, SPEED_BINS), balls by reduced speed
     step : (1,), s
     used : (1,), number of filled rows; the last is at time (used - 1) step
     early : (1,), number of rows put aside
     early_times : (EARLY_ROWS,), s
-    early_rows, early_histogram : (EARLY_ROWS, COLUMNS) and (EARLY_ROWS, SPEED_BINS)
+    early_rows, early_histogram : (EARLY_ROWS, `columns_of`) and (EARLY_ROWS, SPEED_BINS)
     """
 
     rows: Floats
@@ -56,17 +57,22 @@ class Grid(NamedTuple):
     early_histogram: Indices
 
 
+def columns_of(scene: Scene) -> int:
+    """Number of columns of a row."""
+    return COLUMNS + 2 * scene.wall_law.gains
+
+
 def new_grids(scenes: Sequence[Scene]) -> Grid:
     """Empty grids; a step is at first a 1024th of the time to cross half the container, or less."""
-    repeats = len(scenes)
+    repeats, columns = len(scenes), columns_of(scenes[0])
     grids = Grid(  # what is not used is not touched
-        rows=np.zeros((repeats, ROWS + 1, COLUMNS)),
+        rows=np.zeros((repeats, ROWS + 1, columns)),
         histogram=np.zeros((repeats, ROWS + 1, SPEED_BINS), dtype=np.int32),
         step=np.empty((repeats, 1)),
         used=np.zeros((repeats, 1), dtype=np.int64),
         early=np.zeros((repeats, 1), dtype=np.int64),
         early_times=np.zeros((EARLY_ROWS, repeats)),
-        early_rows=np.zeros((EARLY_ROWS, repeats, COLUMNS)),
+        early_rows=np.zeros((EARLY_ROWS, repeats, columns)),
         early_histogram=np.zeros((EARLY_ROWS, repeats, SPEED_BINS), dtype=np.int32),
     )
     for k, scene in enumerate(scenes):
@@ -96,7 +102,7 @@ def grid_of(grids: Any, repeat: int) -> Any:
 @inlined
 def copy_row(row: Floats, histogram: Indices, to_row: Floats, to_histogram: Indices) -> None:
     # Number by number: whole rows take seconds to compile.
-    for column in range(COLUMNS):
+    for column in range(len(row)):
         to_row[column] = row[column]
     for speed in range(SPEED_BINS):
         to_histogram[speed] = histogram[speed]
@@ -120,7 +126,7 @@ def halve(grid: Grid) -> None:
     grid.step[0] *= 2.0
 
 
-# What boundaries add
+# What boundaries and walls that give energy add
 
 
 @by_class
@@ -143,6 +149,53 @@ def bounce_on(boundary: Any, time: float, state: State) -> None:
 @by_class
 def bounce_back(boundary: Any, state: State) -> None:
     """Bring these balls back to where ``bounce_on`` found them."""
+
+
+@by_class
+def write_account(account: Any, row: Floats) -> None:
+    """Write what walls gave and collisions between balls took into a row."""
+
+
+class EnergyAccount(NamedTuple):
+    """The energy that walls have given, and that collisions between balls have taken.
+
+    With the energy at the start, this is the balls' energy at any time, but for rounding.
+
+    sums : (4,), both, J, and what rounding has cut off from them
+    """
+
+    sums: Floats
+
+    def of_repeat(self, repeat: int) -> "EnergyAccount":
+        return EnergyAccount(self.sums[repeat])
+
+    def book_wall(self, i: int, u: float, v: float, state: State) -> None:
+        add_signed(self.sums, 0, gained(i, u, v, state))
+
+    def book_loss(self, i: int, u: float, v: float, state: State) -> None:
+        add_signed(self.sums, 1, -gained(i, u, v, state))
+
+    def write_account(self, row: Floats) -> None:
+        row[WALL_ENERGY] = self.sums[0] + self.sums[2]
+        row[LOST_ENERGY] = self.sums[1] + self.sums[3]
+
+
+@inlined
+def gained(i: int, u: float, v: float, state: State) -> float:
+    """Kinetic energy of ball i above that at the velocity (u, v); J."""
+    now_u, now_v = state.balls[U, i], state.balls[V, i]
+    twice = (now_u - u) * (now_u + u) + (now_v - v) * (now_v + v)
+    return float(0.5 * ks.mass_of(state.sizes, i) * twice)
+
+
+@inlined
+def add_signed(sums: Floats, which: int, size: float) -> None:
+    """Add a number to a sum, and the rounding error to the sum's rest (Knuth's TwoSum)."""
+    before = sums[which]
+    after = before + size
+    added = after - before
+    sums[which] = after
+    sums[which + 2] += (before - (after - added)) + (size - added)
 
 
 # Rows
@@ -200,6 +253,7 @@ def measure(
     row[PAIR_VIRIAL] = sums[ks.PAIR_VIRIAL] + sums[ks.PAIR_VIRIAL_REST]
     row[WALL_EVENTS] = state.counts[ks.WALL_EVENTS]
     row[PAIR_EVENTS] = state.counts[ks.PAIR_EVENTS]
+    write_account(state.account, row)
 
 
 @kernel

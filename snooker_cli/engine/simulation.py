@@ -221,7 +221,7 @@ class Engine(ABC):
         """The summary of each repeat up to a time, given on its clocks too, s."""
         if self.grids is None:
             return [None] * len(times)
-        rows = np.empty((len(times), sampling.COLUMNS))
+        rows = np.empty((len(times), sampling.columns_of(self.scenes[0])))
         histograms = np.empty((len(times), SPEED_BINS), dtype=np.int32)
         self.sample_to_end(self.grids, clocks, rows, histograms)
         return [

@@ -167,7 +167,7 @@ class Fingerprint:
             last, hashes = column.digest(), self._hashes[name]
             digest.update(hashlib.sha256(b"".join([*hashes, last])).digest() if hashes else last)
         if trace.summary is not None:
-            digest.update(b"".join(map(_bytes, vars(trace.summary.series).values())))
+            digest.update(b"".join(map(_bytes, trace.summary.series.columns.values())))
             digest.update(_bytes(smallest(trace.summary.speed_histogram)))
         counts = (trace.wall_events, trace.pair_events)
         digest.update(repr((sorted(trace.stop.known().items()), counts)).encode())

@@ -22,7 +22,6 @@ from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, RepeatHeader
 from snooker_cli.trace import (
     CONTAINER,
-    SERIES_UNITS,
     SLIDE,
     SPEED_BINS,
     Events,
@@ -31,6 +30,7 @@ from snooker_cli.trace import (
     StopReason,
     Summary,
     Trace,
+    series_units,
 )
 
 EVENTS_AT_A_TIME = 1 << 20  # events that are read at a time where they are not kept
@@ -279,13 +279,19 @@ def _check_summary(summary: Summary, trace: Trace, limits: _Limits) -> None:
     most = (trace.stop.time, energy, energy, at_wall, between, *events, speed, 2 * number)
     _require(len(series.time) and series.time[-1] == trace.stop.time, "end of a summary")
     ends = dict(zip(layout.COUNTS, events, strict=True))
-    for (name, values), limit in zip(vars(series).items(), most, strict=True):
+    for (name, values), limit in zip(series.columns.items(), most, strict=False):
         grows = name not in GROWING or np.all(values[1:] >= (1 - SUM_ROUNDING) * values[:-1])
         _require(values.min() >= 0 and values.max() <= limit and grows, f"{name} of a summary")
         _require(values[-1] == ends.get(name, values[-1]), f"{name} of a summary")
     total = series.kinetic_energy + series.container_energy
     cools = np.all(total[1:] <= 2 * total[:-1])
     _require(cools or trace.start.wall_law.gains, "kinetic_energy of a summary")
+    if series.wall_energy is not None and series.lost_energy is not None:
+        with np.errstate(all="ignore"):
+            left = series.kinetic_energy[0] + series.wall_energy - series.lost_energy
+            scale = series.kinetic_energy + abs(series.wall_energy) + abs(series.lost_energy)
+            balanced = np.all(abs(series.kinetic_energy - left) <= SUM_ROUNDING * np.max(scale))
+        _require(balanced, "energy account of a summary")
     _require(counts.min() >= 0 and counts.max() <= number, "speed_histogram of a summary")
 
 
@@ -334,7 +340,9 @@ def _traces(
     for header in headers:
         _require(all(ball < len(radii) for ball in header.stop.balls), "balls in an ending")
     _check_motion(scene(0), np.array([header.stop.time for header in headers]), moving, places)
-    summaries = [None] * len(headers) if "connectivity" in file else _summaries(file, rows)
+    summaries = (
+        [None] * len(headers) if "connectivity" in file else _summaries(file, rows, law.gains)
+    )
     traces = []
     for k in chosen:
         stop, counts = headers[k].stop, (headers[k].wall_events, headers[k].pair_events)
@@ -431,9 +439,10 @@ class EventReader:
         return Events(time, i, j, impulse, residual)
 
 
-def _summaries(file: h5py.File, rows: Sequence[slice]) -> list[Summary]:
+def _summaries(file: h5py.File, rows: Sequence[slice], gains: bool) -> list[Summary]:
     columns = {
-        name: hdf5.read_rows(file, f"{layout.SUMMARY}/{name}/value") for name in SERIES_UNITS
+        name: hdf5.read_rows(file, f"{layout.SUMMARY}/{name}/value")
+        for name in series_units(gains=gains)
     }
     counts = hdf5.read_rows(file, f"{layout.SUMMARY}/speed_histogram/value", np.int64)
     shapes = {values.shape for values in columns.values()}

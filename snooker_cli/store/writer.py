@@ -22,7 +22,7 @@ from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, write_h5md_group
 from snooker_cli.store.reader import EventReader
-from snooker_cli.trace import SERIES_UNITS, Events, Trace, joined
+from snooker_cli.trace import Events, Trace, joined, series_units
 
 ROWS = 65536  # events in a chunk of a file, 24 to 32 bytes each; longer files are written in chunks
 WAITING = 4  # chunks that may wait to be written before the simulation has to wait
@@ -238,7 +238,8 @@ def _write_element(
 
 def _write_summaries(file: h5py.File, traces: Sequence[Trace]) -> None:
     summaries = [trace.summary for trace in traces if trace.summary is not None]
-    for name, unit in SERIES_UNITS.items():
+    gains = traces[0].start.wall_law.gains
+    for name, unit in series_units(gains=gains).items():
         values = np.concatenate([getattr(summary.series, name) for summary in summaries])
         _write_element(file, f"{layout.SUMMARY}/{name}", values, unit, _chunk(values))
     counts = layout.smallest(np.concatenate([summary.speed_histogram for summary in summaries]))

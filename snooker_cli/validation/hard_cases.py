@@ -123,7 +123,7 @@ def _broken_numbers(trace: Trace) -> float:
     finish = trace.finish
     columns = [finish.positions, finish.velocities, finish.container_position]
     columns += [finish.container_velocity, np.array([trace.stop.time])]
-    columns += [np.asarray(column) for column in vars(series(trace)).values()]
+    columns += [np.asarray(column) for column in series(trace).columns.values()]
     broken = sum(int(np.sum(~np.isfinite(column))) for column in columns)
     if trace.events is not None:
         events = trace.events

@@ -15,6 +15,8 @@ from snooker_cli.analysis.comparison import CHI_SQUARE, Comparison
 from snooker_cli.analysis.observables import mean_and_error, reduced_speed_counts
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
+from snooker_cli.engine.simulation import simulate_batch
+from snooker_cli.laws import Viscoelastic
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events, Stop, StopReason, Trace
@@ -447,3 +449,23 @@ def test_a_light_container_is_hit_more_often() -> None:
         )
         row = row_of(found, "wall rate of a ball", "hard disks with a wall")
         assert row.measured == pytest.approx(row.predicted, rel=0.02), mass
+
+
+@pytest.mark.parametrize(("shape", "wall_cor"), [("periodic", 1.0), ("circle", 0.9)])
+def test_a_gas_whose_restitution_depends_on_speed_cools_as_predicted(
+    shape: str, wall_cor: float
+) -> None:
+    """A dilute gas of Maxwell's speeds loses two thirds, at relative speeds up to v0 and above."""
+    scene = replace(gas(shape, 200, 0.01, cor=0.8), pair_law=Viscoelastic(0.8, 10.0))
+    if wall_cor < 1:
+        scene = replace(scene, wall_law=Viscoelastic(wall_cor, 10.0))
+    places = [gas(shape, 200, 0.01, seed=seed) for seed in range(16)]
+    scenes = [
+        replace(scene, positions=other.positions, velocities=other.velocities) for other in places
+    ]
+    found = compare(simulate_batch(scenes, collisions=800))
+    row = row_of(found, "energy left at the end", "Enskog rates, e(v)")
+    assert 0.2 < row.predicted < 0.45
+    assert abs(row.difference) < 4 * row.difference_error
+    assert row.difference_error < 0.015 * row.predicted
+    assert "Haff's α" not in quantities(found)

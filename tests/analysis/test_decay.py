@@ -212,7 +212,7 @@ def test_only_complete_repeats_judge_a_law() -> None:
         cut = [
             replace(trace, stop=trapped, summary=Summary(part, np.zeros((41, SPEED_BINS), int)))
             for trace in traces[:early]
-            for part in [Series(*(column[:41] for column in vars(series(trace)).values()))]
+            for part in [series(trace)[:41]]
         ]
         found = decay.decays([*cut, *traces[early:]], ["kinetic_energy"])[1].goodness
         assert found.judged_repeats == judged

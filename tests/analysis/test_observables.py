@@ -331,7 +331,7 @@ def test_long_traces_of_many_balls_are_measured_every_few_collisions(
     again = replace(trace)
     thin = series(again)
     assert series(again) is thin
-    for name, column in vars(thin).items():
+    for name, column in thin.columns.items():
         assert column == pytest.approx(getattr(full, name)[np.arange(101) * 20], rel=1e-13), name
     # Between rows all is taken to be straight: a fraction of what 20 of 2000 collisions change.
     assert observables.pressures(again, edges) == pytest.approx(windows, rel=2e-2)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import astuple, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ from snooker_cli.containers import Box, Channel, Container, PeriodicBox
 from snooker_cli.engine import ENGINE_VERSION, replay, series, simulate, simulation
 from snooker_cli.laws import Constant, Driven, Sides, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
-from snooker_cli.trace import Events, StopReason, Trace, joined
+from snooker_cli.trace import SERIES_UNITS, Events, Series, StopReason, Trace, joined
 
 GOLDEN = json.loads(Path(__file__).parents[1].joinpath("golden/engine.json").read_text("utf-8"))
 
@@ -37,10 +37,15 @@ def hash_of(columns: Iterable[ArrayLike], start: str = "") -> str:
     return sha.hexdigest()
 
 
+def observables(columns: Series) -> list[np.ndarray]:
+    """The columns that all scenes have."""
+    return [getattr(columns, name) for name in SERIES_UNITS]
+
+
 def bits(trace: Trace) -> str:
     """A hash of a trace's records, ending and final state."""
     if trace.summary is not None:
-        columns = [*astuple(trace.summary.series), trace.summary.speed_histogram]
+        columns = [*observables(trace.summary.series), trace.summary.speed_histogram]
     else:
         events = trace.events
         columns = [events.time, events.i, events.j, events.impulse]
@@ -259,7 +264,7 @@ def all_bits(name: str) -> list[str]:
     """Hashes of a short run, of its replay and series, and of a summary."""
     trace = short(name, 250)
     states = replay(trace, [trace.stop.time / 2, trace.stop.time])
-    derived = [states.positions, states.container_velocities, *astuple(series(trace))]
+    derived = [states.positions, states.container_velocities, *observables(series(trace))]
     return [bits(trace), hash_of(derived), bits(short(name, 60, summary=True))]
 
 

@@ -256,3 +256,49 @@ def test_a_gas_in_a_channel_keeps_its_momentum_along_it():
     assert momentum[1] == pytest.approx(momentum[0], abs=5000 * EPSILON * 100)
     left = trace.finish.kinetic_energy
     assert series(trace).kinetic_energy[-1] == pytest.approx(left, rel=60 * EPSILON)
+
+
+# The energy account
+
+
+@pytest.mark.parametrize("engine", ["allpairs", "cells"])
+@pytest.mark.parametrize("wall_law", [Driven(0.8, 2.0), Thermal(20.0)])
+def test_the_energy_is_that_at_the_start_and_what_walls_gave_less_what_collisions_took(
+    wall_law, engine
+):
+    """After each of 10^5 events, although 30 times the energy of the gas has come and gone."""
+    pair_law = Viscoelastic(0.8, 3.0) if isinstance(wall_law, Thermal) else Constant(0.9)
+    scene = replace(
+        gas("circle", 40, 0.2, mixed=True), pair_law=pair_law, wall_law=wall_law, wall_key=3
+    )
+    trace = simulate(scene, collisions=100_000, engine=engine)
+    for columns in (
+        series(trace),
+        simulate(scene, collisions=100_000, engine=engine, summary=True).summary.series,
+    ):
+        energy, given, lost = columns.kinetic_energy, columns.wall_energy, columns.lost_energy
+        assert given[0] == lost[0] == 0.0
+        assert given[-1] > 30 * energy.max()
+        # Each event rounds what it changes, and the sum over the balls is rounded 40 times.
+        rounding = EPSILON * (math.sqrt(100_000) + 40) * energy.max()
+        assert np.max(np.abs(energy[0] + given - lost - energy)) < rounding
+
+
+def test_an_account_is_the_same_in_batches_and_after_a_checkpoint():
+    scene = replace(gas("circle", 20, 0.2, cor=0.9), wall_law=Thermal(20.0), wall_key=3)
+    other = replace(scene, wall_key=4)
+    whole = simulate(scene, collisions=3000, summary=True)
+    batch = simulate_batch([other, scene], collisions=3000, summary=True)[1]
+    stopped = simulate(scene, collisions=200_000, summary=True, watch=lambda _: True)
+    resumed = simulate(scene, collisions=70_000, summary=True, checkpoint=stopped.checkpoint)
+    straight = simulate(scene, collisions=70_000, summary=True)
+    for one, same in ((whole, batch), (resumed, straight)):
+        assert one.summary.series.columns.keys() == same.summary.series.columns.keys()
+        for name, column in one.summary.series.columns.items():
+            assert np.array_equal(column, same.summary.series.columns[name])
+
+
+def test_other_scenes_have_no_account():
+    trace = simulate(gas("circle", 7, 0.2, cor=0.9), collisions=100, summary=True)
+    assert trace.summary.series.wall_energy is None
+    assert "lost_energy" not in series(trace).columns

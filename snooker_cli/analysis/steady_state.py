@@ -1,0 +1,235 @@
+"""A point whose walls give energy: from when it is stationary, and what it measures then.
+
+Walls that give energy keep a gas warm. After some time its means stop changing. Theories of cooling
+and of a fixed energy do not hold there.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snooker_cli import theory
+from snooker_cli.analysis import predictions
+from snooker_cli.analysis.decay import Note
+from snooker_cli.analysis.fitting import LEAST_PROBABILITY, equal_means
+from snooker_cli.analysis.measurement import MEANS, WINDOWS, Averages, Measurements
+from snooker_cli.analysis.predictions import NO_THEORY, Row
+from snooker_cli.containers import Circle
+from snooker_cli.formatting import probability, short
+from snooker_cli.laws import Law, Sides, Thermal
+from snooker_cli.scene import Scene
+
+Array = NDArray[np.float64]
+
+HERE, GRANULAR = "hard disks with a wall", "granular gas"
+
+LEAST_REPEATS = 5
+"""Complete repeats that the test needs: three differences, and two degrees of freedom more."""
+
+
+class StationaryPart(NamedTuple):
+    """The part of the complete repeats of a point in which the gas is stationary.
+
+    first : its first window of ``WINDOWS``; ``None`` if there is no such part
+    note : a sentence for a reader
+    """
+
+    first: int | None
+    note: str
+
+    def begins(self, measured: Measurements) -> Array:
+        """(*repeats*,) When it begins in each repeat, s; nan for repeats without it."""
+        share = math.nan if self.first is None else self.first / WINDOWS
+        return np.where(measured.complete, share * measured.time, math.nan)
+
+
+def stationary_part(measured: Measurements) -> StationaryPart:
+    """The longest part, to the end, whose quarters have the same mean energy of the balls.
+
+    Two tests over the complete repeats decide: Hotelling's of the three differences of successive
+    quarters, and Student's of the last less the first, which finds a slow approach in few repeats.
+    The first window is left out, because speeds mix there, and half of the time at most.
+    """
+    energies = measured.windows.kinetic_energy[measured.complete]
+    count = len(energies)
+    if count < LEAST_REPEATS:
+        have = f"{count} {'is' if count == 1 else 'are'} there"
+        needs = f"the test needs {LEAST_REPEATS} complete repeats, and {have}"
+        return StationaryPart(None, f"the stationary part is not known: {needs}")
+    sums = np.cumsum(np.column_stack([np.zeros(count), energies]), axis=1)
+    tested = math.nan
+    for first in range(1, WINDOWS // 2 + 1):
+        edges = np.linspace(first, WINDOWS, 5)
+        until = np.array([np.interp(edges, np.arange(WINDOWS + 1), row) for row in sums])
+        quarters = np.diff(until, axis=1)
+        tested = min(equal_means(quarters), equal_means(quarters[:, [0, 3]]))
+        if tested >= LEAST_PROBABILITY:
+            begin = float(np.mean(measured.time[measured.complete])) * first / WINDOWS
+            agree = f"the mean energies of its quarters agree ({_chance(tested)})"
+            chosen = f"it is the first of {WINDOWS // 2} tried starts for which they do"
+            return StationaryPart(first, f"stationary from {short(begin)} s on: {agree}; {chosen}")
+    why = f"the quarters of the second half differ ({_chance(tested)})"
+    if math.isnan(tested):
+        why = "the repeats differ by rounding alone, so that nothing can be tested"
+    return StationaryPart(None, f"not stationary: {why}; make the run longer")
+
+
+def _chance(value: float) -> str:
+    """``p = 0.05`` or ``p <0.001``."""
+    return f"p {'' if value < 0.001 else '= '}{probability(value)}"
+
+
+def averages_from(windows: Averages, first: int) -> Averages:
+    """Averages over the windows from one on."""
+    columns = [column[:, first:] for column in windows]
+    means = [column.mean(axis=1) for column in columns[:MEANS]]
+    return Averages(*means, *(column.sum(axis=1) for column in columns[MEANS:]))
+
+
+def pooled_ratio(above: Array, below: Array) -> Array:
+    """Values of repeats with the mean of `above` over that of `below`, and its standard error.
+
+    The mean of single ratios would be biased by the fluctuations of a short repeat.
+    """
+    ratio = above.mean() / below.mean()
+    return np.asarray(ratio + (above - ratio * below) / below.mean())
+
+
+def wall_temperature(scene: Scene) -> float | None:
+    """The temperature of all walls that change the energy, J; ``None`` if they have no one."""
+    laws = [law for law, _ in _walls(scene) if law.gains or law.cor < 1]
+    warm = {law.temperature if isinstance(law, Thermal) else None for law in laws}
+    return warm.pop() if len(warm) == 1 else None
+
+
+def _walls(scene: Scene) -> list[tuple[Law, float]]:
+    """The law and the length (m) of each wall, as the centres of the balls see them."""
+    law, container = scene.wall_law, scene.container
+    edge = container.accessible(float(np.mean(scene.radii))).edge
+    if not isinstance(law, Sides):
+        return [(law, edge)]
+    if predictions.is_channel(container):
+        return [(law.left, edge / 2), (law.right, edge / 2)]
+    width, height = (size - 2 * float(np.mean(scene.radii)) for size in container.size)
+    return [*zip(law, (height, height, width, width), strict=True)]
+
+
+def balance_temperature(scene: Scene) -> float:
+    """`theory.balance_temperature` of a scene, J; nan without a theory.
+
+    Walls that give energy must have one law: between two temperatures the gas is not uniform.
+    """
+    walls, radius, mass = _walls(scene), float(scene.radii[0]), float(scene.masses[0])
+    one_law = len({law for law, _ in walls if law.gains}) == 1
+    if not (one_law and scene.equal_balls and scene.pair_law.constant):
+        return math.nan
+    area = scene.container.accessible(radius).area
+    balls = scene.number, radius, mass, scene.restitution
+    try:
+        return theory.balance_temperature(*balls, area, walls)
+    except ValueError:
+        return math.nan
+
+
+def rows(measured: Measurements, first: int) -> Iterator[Row]:
+    """Means over the stationary part of complete repeats, beside theory.
+
+    Theory is that of a uniform gas with Maxwell's speeds. Elastic balls in walls of one temperature
+    are in equilibrium. Then there is also theory for N balls in the container.
+    """
+    scene, steady = measured.scene, averages_from(measured.windows, first)
+    number, container, radius = scene.number, scene.container, float(scene.radii[0])
+    density, length, warm = number / container.area, steady.length, steady.kinetic_energy / number
+    wall, pairs = wall_temperature(scene), number > 1
+    equilibrium = wall is not None and scene.restitution == 1
+    fluid = pairs and scene.equal_balls and scene.packing_fraction <= theory.DENSEST_FLUID
+    finite = predictions.scene_state(scene, 1.0) if equilibrium else None
+
+    if equilibrium:
+        yield "temperature", "temperature of the wall", warm, wall or math.nan
+    elif math.isfinite(balance := balance_temperature(scene)):
+        yield "temperature", "balance of energy, dilute", warm, balance
+    else:
+        yield "temperature", NO_THEORY, warm, math.nan
+
+    ratios, virials = {"ideal gas law": 1.0}, dict[str, float]()
+    if fluid and scene.pair_law.constant:
+        model = "hard disks, Padé" if scene.restitution == 1 else GRANULAR
+        excess = (1 + scene.restitution) / 2 * (theory.compressibility(scene.packing_fraction) - 1)
+        ratios[model] = virials[model] = 1 + excess
+    if finite is not None:
+        ratios[HERE], virials[HERE] = finite.pressure / density, finite.virial_ratio
+    pressure, ideal = steady.pressure(scene), density * warm
+    virial = 1 + pooled_ratio(steady.pair_virial / length, 2 * steady.kinetic_energy)
+    for model, ratio in ratios.items():
+        yield "pressure", model, pressure, ratio * ideal
+    by_virial = ideal + steady.pair_virial / (2 * length * container.area)
+    virials = virials or {NO_THEORY: math.nan}
+    for model, ratio in virials.items() if pairs else ():
+        yield "pressure by the virial", model, by_virial, ratio * ideal
+    for model, ratio in virials.items() if pairs else ():
+        yield "PV/NT by the virial", model, virial, ratio
+    for model, ratio in ratios.items():
+        yield "PV/NT", model, pooled_ratio(pressure, ideal), ratio
+
+    root, equal_masses = steady.root_energy / math.sqrt(number), bool(np.ptp(scene.masses) == 0)
+    mass, hits = float(scene.masses[0]), steady.wall_events / (number * length)
+    speed = theory.maxwell_mean_speed(1.0, mass)
+    if scene.equal_balls:
+        ideal_hits = theory.wall_rate(speed * root, container.accessible(radius))
+        yield "wall rate of a ball", "ideal gas", hits, ideal_hits
+    else:
+        yield "wall rate of a ball", NO_THEORY, hits, math.nan
+    if finite is not None and (enskog := predictions.scene_rates(scene, 1.0)) is not None:
+        yield "wall rate of a ball", HERE, hits, enskog.wall * root
+    if pairs:
+        meetings = 2 * steady.pair_events / (number * length)
+        path = pooled_ratio(steady.mean_speed, meetings)
+        models = {"Boltzmann": 1.0} if scene.equal_balls else {NO_THEORY: math.nan}
+        if fluid:
+            models["Enskog"] = float(theory.contact_value(scene.packing_fraction))
+        for model, contact in models.items():
+            rate = theory.ball_ball_rate(density, radius, 1.0, contact, mass)
+            yield "ball-ball rate of a ball", model, meetings, rate * root
+        for model, contact in models.items():
+            yield "mean free path", model, path, theory.mean_free_path(density, radius, contact)
+
+    given, lost = steady.wall_energy / length, steady.lost_energy / length
+    if scene.restitution < 1 and pairs:
+        yield "energy from the walls", "taken by collisions", given, lost
+        a_collision = pooled_ratio(steady.lost_energy, steady.pair_events)
+        share = theory.mean_loss(scene.pair_law, float(warm.mean()), mass)
+        model = "Maxwell-Boltzmann" if scene.equal_balls else NO_THEORY
+        expected = share * warm if scene.equal_balls else math.nan
+        yield "energy taken by a collision", model, a_collision, expected
+    if equal_masses:
+        maxwell = speed * np.sqrt(wall if equilibrium and wall else warm)
+        yield "mean speed", "Maxwell-Boltzmann", steady.mean_speed, maxwell
+        energy, mean = steady.kinetic_energy, steady.kinetic_energy.mean()
+        square = mean * (2 * energy - mean)  # the squared mean, to first order in each repeat's
+        kurtosis = pooled_ratio(steady.squares, square)
+        yield "kurtosis of speeds", "Maxwell-Boltzmann", kurtosis, 2.0
+    across = measured.across[:, first:].mean(axis=1)
+    if np.all(np.isfinite(across)):
+        yield "T across/T along", "equal parts", pooled_ratio(across, 1 - across), 1.0
+
+
+def notes(measured: Measurements) -> Iterator[Note]:
+    """What a reader of the rows has to know."""
+    scene, parts = measured.scene, "T across/T along"
+    if np.all(np.isfinite(measured.across)):
+        across = "the radius" if isinstance(scene.container, Circle) else "x"
+        yield Note(f"{parts}: motion along {across}, over the rest", parts)
+    else:
+        yield Note(f"{parts} is missing: it needs `record: events`", parts)
+    if scene.number > 1 and scene.pair_law.constant and scene.restitution < 1:
+        yield Note(f"{GRANULAR}: PV/NT = 1 + (1 + e) η χ, for a uniform gas", model=GRANULAR)
+    if math.isfinite(balance_temperature(scene)) and scene.restitution < 1:
+        yield Note(
+            "balance of energy: for a uniform dilute gas that loses little on the way across",
+            "temperature",
+            "balance of energy, dilute",
+        )

@@ -1,0 +1,211 @@
+"""Gases that walls keep warm: when they are stationary, and what they measure beside theory."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scenes import gas
+from scipy import stats
+
+from snooker_cli.analysis import steady_state
+from snooker_cli.analysis.comparison import Comparison, compare
+from snooker_cli.analysis.decay import WARM, decays, fit_notes
+from snooker_cli.analysis.fitting import equal_means
+from snooker_cli.analysis.measurement import WINDOWS, Measurements, measure
+from snooker_cli.analysis.predictions import NO_THEORY
+from snooker_cli.containers import Box, Channel
+from snooker_cli.engine import series
+from snooker_cli.engine.simulation import simulate_batch
+from snooker_cli.laws import Constant, Driven, Sides, Thermal, Viscoelastic
+from snooker_cli.scene import Scene
+from snooker_cli.trace import StopReason, Trace
+
+REPEATS = 24
+
+
+def repeats_of(scene: Scene, wall_law: Any, number: int = REPEATS, **limits: Any) -> list[Trace]:
+    """Repeats of a gas with other random directions, and other keys of a thermal wall."""
+    scenes = []
+    for repeat in range(number):
+        angle = np.random.default_rng(repeat).uniform(0, 2 * math.pi, scene.number)
+        speed = np.hypot(*scene.velocities.T)
+        velocities = np.column_stack([speed * np.cos(angle), speed * np.sin(angle)])
+        scenes.append(replace(scene, velocities=velocities, wall_law=wall_law, wall_key=repeat))
+    return simulate_batch(scenes, **({"collisions": 3000} | limits))
+
+
+@pytest.fixture(scope="module")
+def thermal() -> list[Trace]:
+    """Seven elastic balls that start at 2.5 times the temperature of the wall."""
+    return repeats_of(gas("circle", 7, 0.1), Thermal(20.0), 60)
+
+
+@pytest.fixture(scope="module")
+def driven() -> list[Trace]:
+    return repeats_of(gas("circle", 50, 0.05, cor=0.9), Driven(0.95, 3.0), 12, collisions=30_000)
+
+
+def row(rows: list[Comparison], quantity: str, model: str) -> Comparison:
+    (found,) = (row for row in rows if (row.quantity, row.model) == (quantity, model))
+    return found
+
+
+# The test
+
+
+def test_the_probability_is_uniform_for_equal_means() -> None:
+    """Of 2,000 samples of eight repeats, and small for a difference of six errors."""
+    rng = np.random.default_rng(3)
+    found = [equal_means(rng.normal(size=(8, 4)) + rng.normal(size=(8, 1))) for _ in range(2000)]
+    for share in (0.01, 0.1, 0.5):
+        error = math.sqrt(share * (1 - share) / 2000)
+        assert abs(np.mean(np.array(found) < share) - share) < 4 * error
+    shifted = rng.normal(size=(30, 4)) + np.array([0, 0, 0, 1.5])
+    assert equal_means(shifted) < 0.001
+    values = rng.normal(size=(9, 2))
+    student = stats.ttest_1samp(np.diff(values, axis=1)[:, 0], 0.0).pvalue
+    assert equal_means(values) == pytest.approx(student)
+
+
+def with_energies(measured: Measurements, energies: np.ndarray) -> Measurements:
+    """Measurements whose means of the energy in windows are replaced."""
+    chosen = measured.chosen(np.arange(len(measured.time)) < len(energies))
+    return replace(chosen, windows=chosen.windows._replace(kinetic_energy=energies))
+
+
+def test_the_stationary_part_begins_after_the_approach(thermal: list[Trace]) -> None:
+    measured = measure(thermal)
+    rng, windows = np.random.default_rng(4), np.arange(WINDOWS)
+    noise = 100 + rng.normal(size=(20, WINDOWS))
+    firsts = [
+        steady_state.stationary_part(with_energies(measured, noise + change)).first
+        for change in (0 * windows, 30 * np.exp(-windows), 30 * np.exp(-windows / 2))
+    ]
+    assert firsts[0] == 1
+    assert 1 < firsts[1] < firsts[2] <= WINDOWS // 2
+    # The quarters of the rest have no trend of more than their error.
+    part = steady_state.stationary_part(with_energies(measured, noise + windows))
+    assert part.first is None
+    assert "not stationary" in part.note
+    assert np.all(np.isnan(part.begins(measured)))
+
+
+def test_what_the_test_lacks_is_a_sentence(thermal: list[Trace]) -> None:
+    measured = measure(thermal[:6])
+    early = np.where(np.arange(6) < 2, StopReason.COLLAPSE.value, measured.endings)
+    few = steady_state.stationary_part(replace(measured, endings=early))
+    assert few.note == (
+        "the stationary part is not known: the test needs 5 complete repeats, and 4 are there"
+    )
+    alike = steady_state.stationary_part(with_energies(measured, np.full((6, WINDOWS), 7.0)))
+    assert alike.first is None
+    assert "rounding" in alike.note
+    rows, notes = compare(thermal[:4])
+    assert rows == []
+    assert [note.note for note in notes] == [few.note]
+
+
+# Rows
+
+
+def test_elastic_balls_and_a_thermal_wall_are_in_equilibrium(thermal: list[Trace]) -> None:
+    """Seven balls are canonical: the kurtosis is 2, not that of a fixed energy, 1.75."""
+    rows, notes = compare(thermal)
+    for quantity, model in (
+        ("temperature", "temperature of the wall"),
+        ("mean speed", "Maxwell-Boltzmann"),
+        ("kurtosis of speeds", "Maxwell-Boltzmann"),
+        ("T across/T along", "equal parts"),
+    ):
+        found = row(rows, quantity, model)
+        assert abs(found.in_errors) < 4, quantity
+        assert found.difference_error < 0.02 * found.predicted
+        assert (found.repeats, found.complete, found.simulated) == (60, 60, 60)
+    # Scaled particle theory is within 1 % for so few balls.
+    for quantity in ("PV/NT", "PV/NT by the virial", "wall rate of a ball"):
+        found = row(rows, quantity, "hard disks with a wall")
+        assert found.difference == pytest.approx(0, abs=0.01 * found.predicted)
+    assert not [row for row in rows if "fixed energy" in row.model or "Haff" in row.quantity]
+    assert any(note.note.startswith("stationary from ") for note in notes)
+
+
+@pytest.mark.parametrize("shape", ["circle", "box", "channel"])
+def test_a_driven_gas_takes_what_it_is_given(driven: list[Trace], shape: str) -> None:
+    traces = driven
+    if shape != "circle":
+        container = Box(50.0, 40.0) if shape == "box" else Channel(50.0, 40.0)
+        scene = replace(gas("periodic", 50, 0.05, cor=0.9), container=container)
+        scene = replace(scene, positions=0.9 * scene.positions * np.array([50, 40]) / 56.05)
+        traces = repeats_of(scene, Driven(0.95, 3.0), 8, collisions=40_000)
+    rows, _ = compare(traces)
+    balance = row(rows, "energy from the walls", "taken by collisions")
+    assert abs(balance.in_errors) < 4
+    assert row(rows, "PV/NT by the virial", "granular gas").difference == pytest.approx(0, abs=0.05)
+    assert not [row for row in rows if "fixed energy" in row.model or "with a wall" in row.model]
+    across = row(rows, "T across/T along", "equal parts").measured
+    assert across > 1.02 if shape != "box" else 0.9 < across < 1.1
+
+
+def test_a_dilute_driven_gas_has_the_temperature_of_the_balance() -> None:
+    """Little is lost on the way across: 0.03 collisions of CoR 0.98 between hits of a wall."""
+    scene = gas("circle", 40, 0.0004, cor=0.98)
+    scene = replace(scene, velocities=scene.velocities * 4)
+    warm = steady_state.balance_temperature(replace(scene, wall_law=Driven(1.0, 1.0)))
+    scene = replace(scene, velocities=scene.velocities * math.sqrt(warm / 800))
+    rows, _ = compare(repeats_of(scene, Driven(1.0, 1.0), 16, collisions=40_000))
+    found = row(rows, "temperature", "balance of energy, dilute")
+    assert found.predicted == pytest.approx(warm)
+    assert found.difference == pytest.approx(0, abs=0.05 * warm)
+
+
+def test_two_temperatures_have_no_theory_of_the_mean_one() -> None:
+    scene = replace(gas("channel", 40, 0.2), pair_law=Viscoelastic(1.0, 1.0))
+    law = Sides(Thermal(40.0), Thermal(60.0), Constant(1.0), Constant(1.0))
+    rows, notes = compare(repeats_of(scene, law, 6, collisions=4000, summary=True))
+    found = row(rows, "temperature", NO_THEORY)
+    assert 40 < found.measured < 60
+    record = found.as_json()
+    assert record["predicted"] is record["difference"] is record["difference_in_errors"] is None
+    assert any("needs `record: events`" in note.note for note in notes)
+
+
+def test_a_wall_with_one_temperature_on_some_sides() -> None:
+    scene = replace(gas("box", 40, 0.2), container=Box(30.0, 30.0))
+    elastic, warm = Constant(1.0), Thermal(40.0)
+    for law, wanted in (
+        (warm, 40.0),
+        (Sides(warm, elastic, elastic, elastic), 40.0),
+        (Sides(warm, Constant(0.9), elastic, elastic), None),
+        (Sides(Thermal(0.9), Constant(0.9), elastic, elastic), None),
+        (Sides(warm, Thermal(50.0), elastic, elastic), None),
+        (Driven(1.0, 2.0), None),
+    ):
+        assert steady_state.wall_temperature(replace(scene, wall_law=law)) == wanted
+
+
+# Other analyses
+
+
+def test_a_warm_gas_has_no_decay_constants(driven: list[Trace]) -> None:
+    constants = decays(driven[:3])
+    assert not any(fit.converged for decay in constants for fit in decay.fits)
+    assert [note.note for note in fit_notes(constants)] == [WARM]
+
+
+def test_averages_over_windows_are_those_over_the_part(driven: list[Trace]) -> None:
+    """The means of windows, and their gains, are those from the start of the first to the end."""
+    measured = measure(driven[:2])
+    steady = steady_state.averages_from(measured.windows, 8)
+    for repeat, trace in enumerate(driven[:2]):
+        columns, since = series(trace), 0.4 * trace.stop.time
+        first = np.searchsorted(columns.time, since, side="right") - 1
+        gained = columns.wall_energy[-1] - columns.wall_energy[first]
+        assert steady.wall_energy[repeat] == pytest.approx(gained, rel=1e-9)
+        assert steady.length[repeat] == pytest.approx(trace.stop.time - since)
+        times = np.append(np.maximum(columns.time[first:], since), trace.stop.time)
+        mean = np.sum(columns.kinetic_energy[first:] * np.diff(times)) / (trace.stop.time - since)
+        assert steady.kinetic_energy[repeat] == pytest.approx(mean, rel=1e-9)
