@@ -32,7 +32,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     # A scene and its trace
     "config": ("containers", "errors", "formatting", "laws"),
     "scene": ("containers", "errors", "laws", "neighbours"),
-    "theory": ("containers", "scene"),
+    "theory": ("containers", "laws", "scene"),
     "trace": ("scene",),
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "laws", "neighbours", "scene"),
