@@ -1,11 +1,12 @@
 """Gases whose walls give energy: temperature, profiles, balance of energy, heat, pressure."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from snooker_cli import theory
+from snooker_cli.analysis import predictions
 from snooker_cli.analysis.observables import (
     has_all,
     ideal_gas_ratio,
@@ -322,18 +323,19 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
     for index, group in enumerate(build.groups):
         rows = []
         for point in group:
-            table = np.array(
-                [
-                    (virial_ratio(trace, since), ideal_gas_ratio(trace, since))
-                    for trace in build.traces(point)
-                    for since in [steady_from(trace)]
-                ]
-            )
+            table = np.array([_pressures(trace) for trace in build.traces(point)])
             scene = build.start(point)
-            packing, inner, outer = scene.packing_fraction, *map(mean_and_error, table.T)
-            expected = float(theory.granular_compressibility(packing, scene.restitution))
+            packing, (inner, outer, warm) = scene.packing_fraction, map(mean_and_error, table.T)
+            numbers: dict[str, Any] = {
+                "theory": theory.granular_compressibility(packing, scene.restitution)
+            }
+            here = predictions.fluid(scene.number, 1.0, float(scene.radii[0]), scene.container)
+            if here is not None:  # impulses are (1 + e)/2 of those of elastic balls
+                weaker = (1 + scene.restitution) / 2
+                numbers["theory_here"] = 1 + weaker * (here.virial_ratio - 1)
             rows.append((packing, *inner, *outer))
-            build.record(point, packing=packing, virial=inner, wall=outer, theory=expected)
+            numbers |= {"temperature": warm, "virial": inner, "wall": outer}
+            build.record(point, packing=packing, **numbers)
         packings, inside, inside_error, at_wall, wall_error = np.array(rows).T
         highest = max(highest, float(packings.max()))
         grid = np.linspace(0.0, packings.max(), CURVE)
@@ -349,4 +351,12 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
     for text, filled in (("by the virial of the balls", True), ("by the wall", False)):
         empty = np.empty(0)
         build.lines.append(Points(empty, empty, None, text, NEUTRAL, filled))
-    return build.figure(f"At the largest packing, by virial and wall: {build.results_text}.")
+    return build.figure(
+        f"At the largest packing, by virial and wall: {build.results_text}. Dotted: a large gas."
+    )
+
+
+def _pressures(trace: Trace) -> tuple[float, float, float]:
+    """PV/NT in the steady part by the virial of the balls and by the wall; the temperature, J."""
+    since = steady_from(trace)
+    return virial_ratio(trace, since), ideal_gas_ratio(trace, since), mean_temperature(trace, since)
