@@ -281,15 +281,16 @@ def heat_flux(build: FigureBuilder) -> FigureData:
         numbers["flux"], ratio = flux, mean_and_error(through.mean(axis=1) / middle[0])
         numbers["over_enskog"] = ratio
         words += f"; their mean over −κ dT/dx of the middle: {short(ratio[0])}"
-    # Straight lines through the two strips at each wall give the gas at the wall.
-    warm, jumps = profile.temperature.mean(axis=0), []
-    for law, first, second, side in zip(walls.values(), (0, -1), (1, -2), (0, 1), strict=True):
+    # A straight line through the two strips at a wall gives the gas at it.
+    jumps, warm = [], profile.temperature
+    for side, (law, beside) in enumerate(zip(walls.values(), ((0, 1), (-1, -2)), strict=True)):
         if isinstance(law, Thermal):
-            gas = 1.5 * warm[first] - 0.5 * warm[second]
-            inwards = float(through[:, side].mean()) * (1 if side == 0 else -1)
-            jump = theory.temperature_jump(inwards, gas, pressure, mass)
-            jumps.append(f"{short(law.temperature - gas)} J, by theory {short(jump)} J")
-            numbers[f"jump_{side}"], numbers[f"jump_theory_{side}"] = law.temperature - gas, jump
+            gas = warm[:, beside] @ (1.5, -0.5)
+            inwards = float(through[:, side].mean()) * (-1) ** side
+            expected = theory.temperature_jump(inwards, float(gas.mean()), pressure, mass)
+            jump = mean_and_error(law.temperature - gas)
+            jumps.append(f"{with_error(*jump)} J, by theory {short(expected)} J")
+            numbers |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
     build.record(point, **numbers)
     jumped = f" Wall less gas at it: {'; '.join(jumps)}." if jumps else ""
     elastic = "" if scene.restitution == 1.0 else " κ is that of elastic balls."
