@@ -31,7 +31,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from snooker_cli.containers import AccessibleRegion, Container
-from snooker_cli.laws import Constant, Driven, Law, Thermal, Viscoelastic
+from snooker_cli.laws import Constant, Driven, Law, Sides, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
 
 Real = TypeVar("Real", float, NDArray[np.float64])  # a float, or an array of floats
@@ -725,3 +725,74 @@ def rotation_energy(angular_momentum: float, moment_of_inertia: float) -> float:
     between balls or at the wall, so collisions do not take its energy.
     """
     return angular_momentum**2 / (2 * moment_of_inertia)
+
+
+# Warm gases: balls between walls that give energy.
+
+
+def granular_compressibility(packing: Real, restitution: float) -> Real:
+    """P/(n T) of a gas of inelastic disks: 1 + (1 + e) η χ.
+
+    An impulse is (1 + e)/2 of that of elastic balls with the same velocities (Jenkins & Richman,
+    Phys. Fluids 28 (1985) 3485); Z of elastic disks at e = 1.
+    """
+    return 1.0 + (1.0 + restitution) * packing * contact_value(packing)
+
+
+def steady_temperature(scene: Scene) -> float | None:
+    """Temperature of equal balls between walls that all give energy alike, by balance of energy, J.
+
+    The gas is uniform and has Maxwell's velocities. So this holds for nearly elastic balls, where
+    √(1 − e²) times the container's size is far below the mean free path (Kumaran, J. Fluid Mech.
+    364 (1998) 163; McNamara & Luding, Phys. Rev. E 58 (1998) 813). Each of N ω/2 collisions a
+    second takes (1 − e²)T. A ball hits the wall ν_w times a second. Its normal speed then has the
+    mean √(πT/2m), and 2T/m is the mean of its square. With c = (1 − e²) ω/ν_w, at any T::
+
+        driven wall   (c + 2(1 − e_w²)) x² = √(2π) e_w (1 + e_w) x + (1 + e_w)²   with T = m V² x²
+        thermal wall  T = T_w/(1 + c/3), because a hit gives 3/2 (T_w − T)
+
+    In a dilute gas c is 2√2 π N d (1 − e²)/L. ``None`` for other walls or laws, for balls that are
+    unequal or no fluid, and where no collision takes energy from a driven gas.
+    """
+    law, container = scene.wall_law, scene.container
+    if isinstance(law, Sides) and len({*law[: len(container.sides)]}) == 1:
+        law = law.left
+    fluid = scene.equal_balls and scene.packing_fraction <= DENSEST_FLUID
+    if not (fluid and scene.pair_law.constant and isinstance(law, (Driven, Thermal))):
+        return None
+    rates = collision_rates(scene.number, 1.0, float(scene.radii[0]), container)
+    lost = (1 - scene.restitution**2) * rates.ball_ball / rates.wall
+    if isinstance(law, Thermal):
+        return law.temperature / (1 + lost / 3)
+    quadratic, linear = (
+        lost + 2 * (1 - law.cor**2),
+        math.sqrt(2 * math.pi) * law.cor * (1 + law.cor),
+    )
+    if quadratic == 0:
+        return None
+    root = (linear + math.sqrt(linear**2 + 4 * quadratic * (1 + law.cor) ** 2)) / (2 * quadratic)
+    return float(scene.masses[0]) * (law.speed * root) ** 2
+
+
+def conductivity(number_density: Real, ball_radius: float, temperature: Real, mass: float) -> Real:
+    """Enskog's conductivity of heat of elastic disks, 1/s: flux of heat over the slope of T.
+
+    κ = 2/d √(T/(πm)) [1/χ + 3η + (9/4 + 4/π) η² χ], the first Sonine approximation; higher ones
+    add 3 % in a dilute gas (Gass, J. Chem. Phys. 54 (1971) 1898, with bρ = 2η). In a dilute gas it
+    is four times the viscosity over m.
+    """
+    packing = math.pi * ball_radius**2 * number_density
+    contact = contact_value(packing)
+    dense = 1 / contact + 3 * packing + (9 / 4 + 4 / math.pi) * packing**2 * contact
+    conductivity: Real = np.sqrt(temperature / (math.pi * mass)) / ball_radius * dense
+    return conductivity
+
+
+def temperature_jump(flux: float, temperature: float, pressure: float, mass: float) -> float:
+    """Temperature of a thermal wall over that of the gas at it, J: √(2πmT) q/(3P).
+
+    Maxwell's estimate in two dimensions: P/√(2πmT) balls a second hit a metre of the wall. They
+    bring 3/2 T each and half of the flux of heat q from the wall, and leave with 3/2 T of the wall.
+    It is of the order of a mean free path times the slope of T.
+    """
+    return math.sqrt(2 * math.pi * mass * temperature) * flux / (3 * pressure)

@@ -60,6 +60,27 @@ collisions: 900
 repeats: 3
 """
 
+HEATED = """\
+container: {shape: channel, width: 20, height: 12}
+balls: {count: 40, radius: 0.5, speed: 10.0, speeds: maxwell, start: random}
+cor: 1.0
+wall_temperature: {left: 50.0, right: 50.0}
+collisions: 24000
+repeats: 6
+sweep: {wall_temperature.right: [50.0, 100.0]}
+"""
+
+DRIVEN = """\
+container: {radius: 10.0}
+balls: {count: 40, radius: 0.2, speed: 15.0, speeds: maxwell, start: random}
+cor: 0.9
+wall_cor: 0.95
+wall_speed: 1.0
+collisions: 6000
+repeats: 4
+sweep: {cor: [0.9, 0.95], balls.radius: [0.1, 0.5]}
+"""
+
 ADRIFT = """\
 container: {shape: periodic, width: 16, height: 16}
 balls:

@@ -20,7 +20,8 @@ SCHEMA = "snooker-schema.json"  # beside a config, whose first line names it for
 
 def templates() -> dict[str, Path]:
     """The commented configs by name, the simplest first."""
-    names = ("report", "haff", "sweep", "exact", "dense", "brownian")
+    cold = ("report", "haff", "sweep", "exact", "dense", "brownian")
+    names = (*cold, "driven", "heat", "granular-heat")
     return {name: Path(__file__).with_name("templates") / f"{name}.yaml" for name in names}
 
 

@@ -531,7 +531,8 @@ def _faults_of_walls(experiment: Experiment) -> Iterator[Problem]:
         if math.isfinite(experiment.container.mass):
             yield fault(f"a free container has no {key}; remove it, or set container.mass: .inf")
         if isinstance(value, _BySide) and shape.has_wall:
-            for side in value.model_fields_set - set(shape.sides):
+            given = {side for side, amount in value if amount is not None}
+            for side in given - set(shape.sides):
                 sides = listed(shape.sides) if shape.sides else "no sides, so give one number"
                 yield fault(f"a {shape.title} has {sides}", (key, side))
         if experiment.collapse == "slide":

@@ -22,7 +22,7 @@ from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import NEUTRAL, Array, FigureData, Line, Points, Reference
-from snooker_cli.figures.selection import elastic
+from snooker_cli.figures.selection import elastic, gas
 from snooker_cli.formatting import exact, listed, short, with_error
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
@@ -126,7 +126,7 @@ LAST = 0.99
 
 
 def pair_correlation(build: FigureBuilder) -> FigureData:
-    """g(r): mean over the second half of repeats that lose no energy, else at the end."""
+    """g(r): mean over the second half of repeats that do not cool, else at the end."""
     build.lines.append(Reference("y", 1.0))
     for index, point in enumerate(build.points):
         scene = build.start(point)
@@ -137,7 +137,10 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         most = MOST_PAIRED // scene.number
         build.limit(point, most)
         parts = np.array([LAST])
-        if elastic(point) and (count := min(MOST_STATES, most // len(build.repeats(point)))) > 1:
+        if (
+            gas(point) != "cooling"
+            and (count := min(MOST_STATES, most // len(build.repeats(point)))) > 1
+        ):
             parts = np.linspace(0.5, LAST, count)
         g = partial(structure.pair_correlation, edges=edges)
         rows = np.array(

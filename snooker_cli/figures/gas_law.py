@@ -28,7 +28,7 @@ from snooker_cli.figures.figure_data import (
     Reference,
     legend_line,
 )
-from snooker_cli.figures.selection import elastic
+from snooker_cli.figures.selection import gas
 from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import Scene
 
@@ -201,7 +201,7 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
     """
     build.lines.append(IDEAL_RATIO)
     ended_early, highest = 0, 0.0
-    lossy = [point for point in build.points if not elastic(point)]
+    lossy = [point for point in build.points if gas(point) == "cooling"]
     for index, point in enumerate(build.points):
         rows = []
         for trace in build.traces(point):
@@ -213,7 +213,7 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
             ended_early += not trace.stop.reason.complete
         table = np.array(rows)
         highest = max(highest, float(table[:, [1, 3]].max()))
-        if point in lossy:  # an elastic gas has one temperature
+        if point in lossy:  # others have one temperature
             build.lines.append(Points(table[:, 2], table[:, 3], series=index, filled=False))
         build.lines.append(Points(table[:, 0], table[:, 1], None, build.label(point), index))
         at_mean, at_end = mean_and_error(table[:, 1]), mean_and_error(table[:, 3])

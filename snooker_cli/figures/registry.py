@@ -15,11 +15,12 @@ from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import FigureData
 from snooker_cli.figures.selection import (
     MOST_SERIES,
+    Gas,
     Selection,
     along,
-    elastic,
     evenly,
     file_stem,
+    gas,
     selected,
     statuses,
     varying,
@@ -29,6 +30,15 @@ from snooker_cli.runs import Run
 
 MOST_COLLISIONS = 5_000_000  # of a point, which take seconds
 MOST_IN_SAMPLE = 1_000_000  # of a run; of more, a sample is the first repeat of each point
+
+REFUSED: Mapping[Gas, str] = {
+    "cooling": "nothing decays where all collisions are elastic; take cor below 1",
+    "elastic": "it is about the equilibrium of elastic balls; run it at cor 1",
+    "warm": "it is about walls that give energy; set wall_speed or wall_temperature",
+}
+"""Why a figure of these gases does not show the points."""
+
+WARM = "walls give energy, so the gas neither cools nor keeps its energy; see `stationary`"
 
 
 @dataclass(frozen=True)
@@ -47,7 +57,7 @@ class FigureSpec:
     shows: str = ""
     report_figures: Sequence[int] = ()
     states: bool = False
-    lossy: bool | None = None
+    gases: Sequence[Gas] = ()
     along: Sequence[str] = ()
     by: str | None = None
     most: int = MOST_SERIES
@@ -63,12 +73,10 @@ class FigureSpec:
         if self.states and not run.experiment.keeps_events:
             raise FigureError("it needs the balls' states; run the config with `record: events`")
         points: Sequence[Point] = selected(run, selection)
-        if self.lossy is not None:
-            points = [point for point in points if elastic(point) is not self.lossy]
-        if not points and self.lossy:
-            raise FigureError("nothing decays where all collisions are elastic; take cor below 1")
-        if not points:
-            raise FigureError("it is about the equilibrium of elastic balls; run it at cor 1")
+        if self.gases and not (shown := [point for point in points if gas(point) in self.gases]):
+            warm = any(gas(point) == "warm" for point in points)
+            raise FigureError(WARM if warm else REFUSED[self.gases[0]])
+        points = shown if self.gases else points
         total = len(points)
         points = points[:1] if self.each_point and first else points
         if self.each_point and len(points) > 1:

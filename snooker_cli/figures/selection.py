@@ -4,18 +4,20 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.config import Point
+from snooker_cli.config.models import Model
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import listed, short
 from snooker_cli.runs import RepeatState, RepeatStatus, Run
 
 Item = TypeVar("Item")
+Gas: TypeAlias = Literal["cooling", "elastic", "warm"]
 
 MOST_SERIES = 16  # a figure with more series than this is unreadable
 
@@ -147,16 +149,23 @@ def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[li
     if others := [key for key in keys if key not in (x, by)]:
         raise FigureError(f"it needs one value of {listed(others)}; choose it with --where")
     ordered = sorted(points, key=lambda point: float(value_at(point, x)))
-    if by is None or by not in keys:
+    if by is None or by == x or by not in keys:
         return [ordered]
     values = spread(distinct(points, by), MOST_SERIES)
     return [[point for point in ordered if value_at(point, by) == value] for value in values]
 
 
-def elastic(point: Point) -> bool:
-    """Whether no collision of a point loses energy."""
+def gas(point: Point) -> Gas:
+    """Whether walls give energy to a point's gas; else whether collisions take some."""
     case, shape = point.experiment, point.experiment.container.shape_class
-    return theory.elastic(case.cor, case.effective_wall_cor, shape)
+    if shape.has_wall and case.wall_law.gains:
+        return "warm"
+    return "elastic" if theory.elastic(case.cor, case.effective_wall_cor, shape) else "cooling"
+
+
+def elastic(point: Point) -> bool:
+    """Whether no collision of a point loses or gives energy."""
+    return gas(point) == "elastic"
 
 
 def statuses(run: Run, point: Point, selection: Selection) -> list[RepeatStatus]:
@@ -180,6 +189,8 @@ SCENE_WORDS = {  # of the keys whose common values a caption prints
     "container.packing": "packing {}",
     "cor": "CoR {}",
     "wall_cor": "wall CoR {}",
+    "wall_speed": "V = {} m/s",
+    "wall_temperature": "wall at {} J",
 }
 _WORDS = SCENE_WORDS | {
     "balls.mass": "m = {} kg",
@@ -203,4 +214,7 @@ def described(point: Point, key: str) -> str:
     if key == "container.shape":
         value = SHAPES[value].title
     shown = short(value, 6) if isinstance(value, float) else str(value)
+    if isinstance(value, Model):  # by side
+        sides = [f"{side} {amount:g}" for side, amount in dict(value).items() if amount is not None]
+        shown = ", ".join(sides)
     return _WORDS.get(key, f"{key} = {{}}").format(shown)

@@ -23,7 +23,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import elastic
+from snooker_cli.figures.selection import elastic, gas
 from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import Trace
@@ -32,6 +32,7 @@ MOMENTUM_UNIT = 1e-15
 """The unit of the momentum's deviation: about four roundings of a number near one."""
 
 MARGIN = 0.1  # margin above settled pressures, as a share of them
+MORE = 1.05  # the axis of energies over their highest value
 
 
 def energy(build: FigureBuilder) -> FigureData:
@@ -51,7 +52,9 @@ def energy(build: FigureBuilder) -> FigureData:
         )
     kept = [record["largest_deviation"] for record in build.records if record["elastic"]]
     caption = f"Elastic collisions keep the energy to {short(max(kept), 2)} of it." if kept else ""
-    return build.figure(caption, logarithmic=log)
+    top = max(float(ratios.max()) for curves in courses for _, ratios in curves)
+    limits = (None, None) if log else (0.0, MORE * max(top, 1.0))
+    return build.figure(caption, logarithmic=log, y_limits=limits)
 
 
 def momentum_component(name: str, build: FigureBuilder) -> FigureData:
@@ -210,7 +213,7 @@ def species_temperature(build: FigureBuilder) -> FigureData:
     """Mean kinetic energy of each species over time."""
     _names(build.start(build.points[0]))  # refuses one species before its states are replayed
     measure = partial(measured, structure.species_temperature)
-    kept = elastic(build.points[0])  # the temperatures of one instant vary
+    kept = gas(build.points[0]) != "cooling"  # the temperatures of one instant vary
     for point, scene, times, rows in _courses(build, measure):
         names, start = _names(scene), len(times) // 2 if kept else -1
         means = rows[:, start:].mean(axis=1)

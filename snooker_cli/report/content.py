@@ -109,6 +109,7 @@ def values(
             for file, entry in REPORT_FIGURES.items()
             if entry["figure"] == "decay-against-cor"
         },
+        "steady": steady_pressures(pictures["steady"].numbers["points"]),
         "last_rates": last_rates(pictures["haff-time"].numbers["points"]),
         "lord": 2 * LORD,
         "experiments": experiments,
@@ -256,7 +257,25 @@ def last_rates(points: Sequence[Record]) -> list[dict[str, Any]]:
     return rows
 
 
-# Beyond the source report: saved measurements, and figure 17 past its wall traps
+# Beyond the source report: saved measurements, figure 17 past its wall traps, and in a warm gas
+
+
+def steady_pressures(points: Sequence[Record]) -> list[dict[str, Any]]:
+    """The points of figure 27 by radius, with falling CoR.
+
+    Keys: those of a point; ``cor``, ``radius``; ``colder`` and ``weaker``, what T and PV/NT at the
+    wall of elastic balls of this radius exceed its own by, as factors.
+    """
+    rows: list[dict[str, Any]] = []
+    for record in reversed(points):
+        cor, radius = (record["parameters"][key] for key in ("cor", "balls.radius"))
+        row = {**record, "cor": cor, "radius": radius}
+        elastic = row if cor == 1 else next(one for one in rows if one["radius"] == radius)
+        row["colder"] = elastic["temperature"] / row["temperature"]
+        row["weaker"] = elastic["wall"] / row["wall"]
+        rows.append(row)
+    return sorted(rows, key=lambda row: float(row["radius"]))
+
 
 MEASUREMENTS = ("error", "hard", "billion", "physics")
 """Saved measurements of ``snooker bench``; billion is a hard case of its own."""

@@ -17,7 +17,7 @@ from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
-from snooker_cli.figures.selection import elastic, spread
+from snooker_cli.figures.selection import gas, spread
 from snooker_cli.files import write_text
 from snooker_cli.formatting import point_label, printable
 from snooker_cli.report.document import Pages, packaged
@@ -70,7 +70,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     points, shown = selected(run, Selection()), spread(run.points, MOST_POINTS)
     starts = {p.index: run.read(p, there[0]).start for p in shown if (there := run.present(p))}
     left_out = trivial(points, starts.values(), asked)
-    cooling = [point for point in points if not elastic(point)] or points
+    cooling = [point for point in points if gas(point) != "elastic"] or points
     single = cooling[len(cooling) // 2]  # figures of one point and the film show it
     # The other process makes figures while this one makes the analyses.
     made = {
@@ -115,14 +115,15 @@ def trivial(
     points: Sequence[Point], starts: Collection[Scene], asked: Collection[str]
 ) -> dict[str, str]:
     """The figures that say little of these points, without those asked for, and the reasons."""
-    lossy = [point for point in points if not elastic(point)]
+    gases = {gas(point) for point in points}
     given = (p.experiment.placed or getattr(p.experiment.balls, "list", ()) for p in points)
     lossy_starts = [scene for scene in starts if scene.restitution < 1]
     ratios = [theory.critical_ratio(scene, scene.restitution) for scene in lossy_starts]
     conditions = {
         "always": True,
-        "lossless": not lossy,
-        "lossy": len(lossy) == len(points),
+        "lossless": gases == {"elastic"},
+        "lossy": gases == {"cooling"},
+        "cold": "warm" not in gases,
         "untagged": not any(given),
         "dilute": all(scene.packing_fraction < DENSE for scene in starts),
         "calm": all(ratio is not None and ratio <= 1 for ratio in ratios),

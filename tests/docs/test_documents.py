@@ -67,6 +67,8 @@ PICTURES = {
         "student-cooling.png": "runs/cooling/figures/energy-fit.png",
         "student-path.png": "runs/brownian/figures/tagged-path.png",
         "student-displacement.png": "runs/brownian/figures/mean-squared-displacement.png",
+        "student-heat.png": "runs/heat/figures/profiles.png",
+        "student-balance.png": "runs/driven/figures/energy-balance-wall_speed-1.png",
     },
 }
 """The pictures in docs/ that the commands of a session make."""

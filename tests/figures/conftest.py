@@ -1,9 +1,9 @@
-"""Runs of boxes for several tests of figures."""
+"""Runs of boxes and of warm gases for several tests of figures."""
 
 from __future__ import annotations
 
 import pytest
-from figure_runs import BOX, PERIODIC, made
+from figure_runs import BOX, DRIVEN, HEATED, PERIODIC, made
 
 from snooker_cli.runs import Run
 
@@ -16,3 +16,15 @@ def box(tmp_path_factory: pytest.TempPathFactory) -> Run:
 @pytest.fixture(scope="session")
 def periodic(tmp_path_factory: pytest.TempPathFactory) -> Run:
     return made(tmp_path_factory.mktemp("periodic") / "run", text=PERIODIC)
+
+
+@pytest.fixture(scope="session")
+def heated(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """Elastic balls between two walls: at one temperature, then at two."""
+    return made(tmp_path_factory.mktemp("heated") / "run", text=HEATED)
+
+
+@pytest.fixture(scope="session")
+def driven(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """Balls of two sizes at two CoR in a circle whose wall drives them."""
+    return made(tmp_path_factory.mktemp("driven") / "run", text=DRIVEN)

@@ -52,7 +52,7 @@ EVERYTHING = FigureData(
 
 @pytest.fixture(scope="module")
 def figures(
-    decaying: Run, warm: Run, tmp_path_factory: pytest.TempPathFactory
+    decaying: Run, warm: Run, driven: Run, heated: Run, tmp_path_factory: pytest.TempPathFactory
 ) -> dict[str, FigureData]:
     """Every figure, made of small runs."""
     folder = tmp_path_factory.mktemp("gases")
@@ -64,6 +64,11 @@ def figures(
         "temperature-ratio": (warm, {"balls.speed": 10.0}),
         "van-der-waals": (wide, {}),
         "species-temperature": (made(folder / "mixture", text=MIXTURE), {}),
+        "stationary": (driven, {}),
+        "equation-of-state": (driven, {}),
+        "energy-balance": (driven, {"cor": 0.9}),
+        "profiles": (driven, {"cor": 0.9, "balls.radius": 0.5}),
+        "heat-flux": (heated, {"wall_temperature.right": 50.0}),
     }
     found = {"everything": EVERYTHING}
     for name, spec in FIGURES.items():

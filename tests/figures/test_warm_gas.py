@@ -1,0 +1,139 @@
+"""Figures of gases whose walls give energy."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from figure_runs import layers, shown, traces, why_not
+
+from snooker_cli import theory
+from snooker_cli.engine import replay, series
+from snooker_cli.figures import Line, Points, Reference
+from snooker_cli.figures.warm_gas import steady_from
+from snooker_cli.runs import Run
+
+SIGMAS = 4
+ALIKE = {"wall_temperature__right": 50.0}
+
+
+def within(value: float, error: float, expected: float) -> bool:
+    return abs(value - expected) < SIGMAS * error
+
+
+def test_elastic_balls_between_equal_walls_have_their_temperature_everywhere(heated: Run) -> None:
+    found = shown(heated, "profiles", **ALIKE)
+    (record,) = found.numbers["points"]
+    assert within(*record_pair(record, "mean_temperature"), 50.0)
+    # The slowest wave of the temperature has an amplitude of 50 √(2/40) = 11 J in one state, and a
+    # repeat has some 5 independent ones: the walls differ by 2 J or so, with a heated wall by 40 J.
+    for name in ("temperature", "across", "along"):
+        column = np.array(record[name])
+        assert abs(column.mean() - 50.0) < SIGMAS * 2.0, name
+        assert abs(np.polyfit(record["place"], column, 1)[0]) * 19 < SIGMAS * 2.0, name
+    # Strips of equal width hold all balls: (w - 2r) h times the mean density.
+    assert np.mean(record["density"]) * 19 * 12 == pytest.approx(40, rel=1e-12)
+    assert np.array(record["density"])[[0, -1]] == pytest.approx(record["density"][0], rel=0.1)
+    walls = [points for points in layers(found, Points) if not points.filled]
+    assert [points.x.tolist() for points in walls] == [[-10.0], [10.0]]
+
+
+def record_pair(record: dict[str, float], name: str) -> tuple[float, float]:
+    return record[name], record[f"{name}_error"]
+
+
+def test_a_profile_counts_the_balls_of_each_ring(driven: Run) -> None:
+    """By the states themselves; rings of equal area up to R - r."""
+    found = shown(driven, "profiles", cor=0.9, balls__radius=0.5)
+    (record,), means = found.numbers["points"], []
+    for trace in traces(driven, 1):
+        times = np.linspace(steady_from(trace), trace.stop.time, 33_333)
+        radii = np.hypot(*np.moveaxis(replay(trace, times).positions, 2, 0))
+        means.append(
+            np.count_nonzero(radii < 9.5 * math.sqrt(0.5)) / len(times) / (45.125 * math.pi)
+        )
+    assert np.mean(record["density"][:10]) == pytest.approx(np.mean(means), rel=1e-3)
+    assert np.mean(record["density"]) * 9.5**2 * math.pi == pytest.approx(40, rel=1e-12)
+    # The wall drives the motion towards it; the middle is colder.
+    assert record["across"][-1] > 1.2 * record["along"][-1]
+    assert record["temperature"][-1] > 1.2 * record["temperature"][0]
+
+
+def test_heat_flows_from_the_hot_to_the_cold_wall(heated: Run) -> None:
+    figures = shown(heated, "heat-flux", wall_temperature__right=100.0)
+    (record,) = figures.numbers["points"]
+    flux = []
+    for trace in traces(heated, 1):
+        assert trace.events is not None
+        gains = np.diff(series(trace).kinetic_energy)
+        late = trace.events.at_wall & (trace.events.time > steady_from(trace))
+        x = replay(trace, trace.events.time[late]).positions[
+            np.arange(np.count_nonzero(late)), trace.events.i[late], 0
+        ]
+        span = 12 * (trace.stop.time - steady_from(trace))
+        flux.append([gains[late][x < 0].sum() / span, -gains[late][x > 0].sum() / span])
+    left, right = np.mean(flux, axis=0)
+    assert record["left"] == pytest.approx(left, rel=1e-9)
+    assert record["right"] == pytest.approx(right, rel=1e-9)
+    assert max(left, right) < 0
+    (mean,) = layers(figures, Reference)
+    assert mean.value == pytest.approx((left + right) / 2, rel=1e-12)
+    # Enskog's conductivity is good to some per cent; the rest is the error of few repeats.
+    error = math.hypot(record["over_enskog_error"], record["enskog_error"] / record["enskog"])
+    assert within(record["over_enskog"], error + 0.05, 1.0)
+    assert record["jump_0"] < 0 < record["jump_1"]
+
+
+def test_no_heat_flows_between_equal_walls(heated: Run) -> None:
+    (record,) = shown(heated, "heat-flux", **ALIKE).numbers["points"]
+    assert within(*record_pair(record, "flux"), 0.0)
+
+
+def test_the_balance_of_energy(driven: Run) -> None:
+    """What walls gave less what collisions took is the change of the energy."""
+    found = shown(driven, "energy-balance", cor=0.9)
+    lines = [line for line in layers(found, Line) if len(line.x)]
+    assert len(lines) == 6
+    for given, taken, change in (lines[:3], lines[3:]):
+        assert given.y - taken.y == pytest.approx(change.y, abs=1e-9 * given.y[-1])
+    for index, record in enumerate(found.numbers["points"]):
+        losses = []
+        for trace in traces(driven, index):
+            events, half = trace.events, 100 / 199 * lines[3 * index].x[-1]
+            late = ~events.at_wall & (events.time > half) & (events.time <= lines[3 * index].x[-1])
+            # A collision takes (1 - e)/(1 + e) J²/(2μ), with μ = 1/2.
+            losses.append(0.1 / 1.9 * np.sum(events.impulse[late] ** 2))
+        span = 99 / 199 * lines[3 * index].x[-1]
+        assert record["taken_rate"] == pytest.approx(np.mean(losses) / span, rel=1e-9)
+
+
+def test_temperature_and_pressure_in_the_steady_state(driven: Run) -> None:
+    warm, pressures = shown(driven, "stationary"), shown(driven, "equation-of-state")
+    assert warm.x_label == "ball radius (m)"
+    for index, (one, other) in enumerate(
+        zip(warm.numbers["points"], pressures.numbers["points"], strict=True)
+    ):
+        point = driven.points[index]
+        assert one["parameters"] == other["parameters"] == point.as_json()
+        e, radius = point.experiment.cor, point.experiment.balls.radius
+        packing = 40 * radius**2 / 100
+        assert other["packing"] == pytest.approx(packing, rel=1e-12)
+        expected = 1 + (1 + e) * packing * theory.contact_value(packing)
+        assert other["theory"] == pytest.approx(expected, rel=1e-12)
+        start = traces(driven, index)[0].start
+        assert one["theory"] == theory.steady_temperature(start)
+        if packing < 0.01:  # a large mean free path: 14 m at 0.1 m, in a circle of 10 m
+            assert one["temperature"] == pytest.approx(one["theory"], rel=0.05)
+        # Walls raise the density inside by some per cent; N balls meet N - 1.
+        assert other["virial"] - 1 == pytest.approx(expected - 1, rel=0.15)
+    of_cor = shown(driven, "stationary", balls__radius=0.1)
+    assert [points.x.tolist() for points in layers(of_cor, Points)] == [[0.9, 0.95]]
+
+
+def test_figures_of_other_gases_say_why(driven: Run, heated: Run, decaying: Run) -> None:
+    for name in ("energy-fit", "haff-time", "decay-against-cor", "pressure-temperature"):
+        assert "walls give energy" in why_not(driven, name)
+    assert "it is about walls that give energy" in why_not(decaying, "stationary")
+    assert "a box or a channel" in why_not(driven, "heat-flux", cor=0.9, balls__radius=0.1)
+    assert "wall_temperature or balls.count" in why_not(heated, "stationary")
