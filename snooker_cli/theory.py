@@ -579,6 +579,102 @@ def critical_ratio(scene: Scene, restitution: float) -> float | None:
     return scene.container.longest_wave / critical_length(restitution, *size)
 
 
+def viscoelastic_loss(
+    restitution: float, cor_speed: float, temperature: float, mass: float = 1.0, a2: float = 0.0
+) -> float:
+    """Mean of 1 − e(v)² over collisions of balls, weighted with their energy.
+
+    e(v) is 1 − (1 − e)(v/v0)^(3/4) below v0 (m/s), else e (Bizon et al. 1998).
+
+    A ball-ball collision takes this share of T, as 1 − e² with one e. The normal relative speed v
+    has the density of a flux, so that x = m v²/(4T) has e^(−x), and a collision has the energy
+    x T: ∫ x e^(−x) [1 + a2 (4x² − 12x + 3)/16] [1 − e(v)²] dx. The polynomial is the first order in
+    the Sonine coefficient a2; with one e it gives the 1 + 3a2/16 of `cooling_rate`. The collision
+    rate is `ball_ball_rate`.
+    """
+    step = 0.005
+    roots = np.arange(step / 2, 8.0, step)  # √x: then the integrand is smooth at zero
+    x = roots**2
+    speeds = 2 * np.sqrt(x * temperature / mass)
+    e = 1 - (1 - restitution) * np.minimum(speeds / cor_speed, 1.0) ** 0.75
+    weights = x * np.exp(-x) * (1 + a2 * (4 * x**2 - 12 * x + 3) / 16) * 2 * roots
+    return float(np.sum(weights * (1 - e**2)) * step)
+
+
+def driven_temperature(
+    number: int,
+    restitution: float,
+    speed: float,
+    ball_radius: float,
+    container: Container,
+    mass: float = 1.0,
+) -> float:
+    """Temperature of nearly elastic balls whose whole wall is driven and has CoR 1 (J).
+
+    The balance of energy (Kumaran, J. Fluid Mech. 364, 163 (1998)). A ball that hits the wall with
+    v leaves with v + 2V. It has gained 2m V(v + V), which is V times the impulse. So the wall gives
+    V times the force on it, N T Z L/A by the virial theorem, with the accessible area A and its
+    edge L. Collisions of balls with Maxwell's speeds take (1 − e²) T each::
+
+        V N T Z L/A = N (ω/2) (1 − e²) T
+        √T = V Z L √(πm) d/[2A (1 − e²)(Z − 1)]
+
+    with Z − 1 and ω of elastic balls (`fluid_state`, `ball_ball_rate_from_virial`). In a dilute
+    gas T is proportional to m V²/[(1 − e²) N]². It needs balls that lose little on their way
+    across, see `driven_inhomogeneity`, and √(mV²/T) and 1 − e² that are small.
+    """
+    region = container.accessible(ball_radius)
+    ratio = fluid_state(number, 1.0, ball_radius, container).virial_ratio
+    taken = (1 - restitution**2) * ball_ball_rate_from_virial(ratio, 1.0, ball_radius, number, mass)
+    return (speed * ratio * region.edge / region.area / (taken / 2)) ** 2
+
+
+def driven_inhomogeneity(restitution: float, radius: float, mean_free_path: float) -> float:
+    """Relative difference of temperature between wall and middle of a gas that its wall heats.
+
+    Heat (1 − e²) T ω n/2 that a dilute gas loses comes from the wall, a distance R away, with the
+    conductivity of `thermal_conductivity`: π/64 (1 − e²)(R/λ)², of the order of magnitude.
+    """
+    return math.pi / 64 * (1 - restitution**2) * (radius / mean_free_path) ** 2
+
+
+SONINE_CONDUCTIVITY = 1.0296
+"""Conductivity of a dilute gas of disks over its first Sonine approximation.
+
+By the expansion to fourth order; Gass 1971 has 1.029.
+"""
+
+
+def thermal_conductivity(
+    packing: float, ball_radius: float, temperature: float, mass: float = 1.0
+) -> float:
+    """Conductivity of elastic disks after Enskog, 1/(m s) with k_B = 1 (Gass 1971).
+
+    λ = (2/d)√(T/(πm)) [s (1 + 3ηχ/2)²/χ + (4/π) η² χ], where s = `SONINE_CONDUCTIVITY` corrects
+    the first Sonine approximation (J. Chem. Phys. 54, 1898). The last term is the direct transfer
+    of energy between the centres of balls that collide.
+    """
+    contact = float(contact_value(packing))
+    moving = SONINE_CONDUCTIVITY * (1 + 1.5 * packing * contact) ** 2 / contact
+    transferred = 4 / math.pi * packing**2 * contact
+    return math.sqrt(temperature / (math.pi * mass)) / ball_radius * (moving + transferred)
+
+
+def temperature_jump(
+    packing: float, ball_radius: float, temperature: float, mass: float = 1.0
+) -> float:
+    """Jump of temperature at a thermal wall over the gradient there, m, after Maxwell.
+
+    Balls leave the wall of T_w with 3T_w/2 each. Those that arrive bring 3T/2 of the gas, and half
+    of the flux of heat q. So q = Φ 3(T_w − T)/2 + q/2 with Φ = P/√(2πmT) hits, and the jump over
+    the gradient is λ √(2πmT)/(3P): 8/3 of the mean free path in a dilute gas. Solutions of the
+    kinetic equation for monatomic gases have 10 to 20 % more (Loyalka 1971, for spheres).
+    """
+    pressure = packing / (math.pi * ball_radius**2) * temperature * float(compressibility(packing))
+    conductivity = thermal_conductivity(packing, ball_radius, temperature, mass)
+    return conductivity * math.sqrt(2 * math.pi * mass * temperature) / (3 * pressure)
+
+
 def haff_rate(cooling_rate: float) -> float:
     """Haff's rate (s⁻¹): α = ζ/2 with ζ at the start, because dT/dt = −ζ0 √(T/T0) T."""
     return cooling_rate / 2
