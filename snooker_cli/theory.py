@@ -620,22 +620,13 @@ def driven_temperature(
         √T = V Z L √(πm) d/[2A (1 − e²)(Z − 1)]
 
     with Z − 1 and ω of elastic balls (`fluid_state`, `ball_ball_rate_from_virial`). In a dilute
-    gas T is proportional to m V²/[(1 − e²) N]². It needs balls that lose little on their way
-    across, see `driven_inhomogeneity`, and √(mV²/T) and 1 − e² that are small.
+    gas T is proportional to m V²/[(1 − e²) N]². It is the first order in 1 − e², for balls that
+    lose little on their way across: then T is the same everywhere, and V much slower than balls.
     """
     region = container.accessible(ball_radius)
     ratio = fluid_state(number, 1.0, ball_radius, container).virial_ratio
     taken = (1 - restitution**2) * ball_ball_rate_from_virial(ratio, 1.0, ball_radius, number, mass)
     return (speed * ratio * region.edge / region.area / (taken / 2)) ** 2
-
-
-def driven_inhomogeneity(restitution: float, radius: float, mean_free_path: float) -> float:
-    """Relative difference of temperature between wall and middle of a gas that its wall heats.
-
-    Heat (1 − e²) T ω n/2 that a dilute gas loses comes from the wall, a distance R away, with the
-    conductivity of `thermal_conductivity`: π/64 (1 − e²)(R/λ)², of the order of magnitude.
-    """
-    return math.pi / 64 * (1 - restitution**2) * (radius / mean_free_path) ** 2
 
 
 SONINE_CONDUCTIVITY = 1.0296

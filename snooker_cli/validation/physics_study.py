@@ -18,7 +18,6 @@ from snooker_cli.config import Experiment
 from snooker_cli.containers import SHAPES
 from snooker_cli.engine import States, replay, series, simulate
 from snooker_cli.formatting import listed, short, with_error
-from snooker_cli.laws import Driven
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import processors
@@ -330,51 +329,41 @@ SCALED_PARTICLES = 0.002
 def thermal_rows(gas: GasSample) -> Iterator[Record]:
     """Temperature and kurtosis of balls between walls of one temperature, and their pressure."""
     walls, container = gas.keys["wall_temperature"], starting_scene(gas.experiment, 0).container
-    temperature, kurtosis, pressure = gas.means(partial(thermal, temperature=walls))
-    source = "the wall's, canonical"
-    yield known_value(WARM, "temperature, J", gas, temperature, walls, source)
-    yield known_value(WARM, "⟨v⁴⟩/⟨v²⟩²", gas, kurtosis, 2.0, "Maxwell, canonical")
+    temperature, fourth, pressure = gas.means(steady)
+    yield known_value(WARM, "temperature, J", gas, temperature, walls, "the wall's, canonical")
+    kurtosis = fourth / walls**2
+    yield known_value(WARM, "⟨v⁴⟩/⟨v²⟩²", gas, kurtosis, 2.0, "Maxwell's, canonical")
     expected = theory.fluid_state(gas.balls, walls, 1.0, container).pressure
-    source = "hard disks with a wall, Helfand et al. 1961"
-    open_part = SCALED_PARTICLES * expected
-    yield known_value(WARM, "pressure, Pa m", gas, pressure, expected, source, systematic=open_part)
+    yield known_value(
+        *(WARM, "pressure, Pa m", gas, pressure, expected),
+        "hard disks with a wall, Helfand et al. 1961",
+        systematic=SCALED_PARTICLES * expected,
+    )
 
 
-def thermal(gas: GasSample, series: Series, temperature: float) -> tuple[float, float, float]:
-    """Temperature, ⟨v⁴⟩ over that of ⟨v²⟩ at the wall's temperature, and pressure (Pa m)."""
+def steady(gas: GasSample, series: Series) -> tuple[float, float, float]:
+    """Means after settling: temperature (J), (m v²/2)² (J²), and the pressure (Pa m)."""
     since = int(np.searchsorted(series.pair_events, gas.settling_events))
     energies = series.kinetic_energy[since:-1] / gas.balls
-    fourth = np.mean(series.energy_moment[since:-1] * energies**2) / temperature**2
+    squares = series.energy_moment[since:-1] * energies**2
+    impulse = float(series.wall_impulse[-1] - series.wall_impulse[since])
     length = starting_scene(gas.experiment, 0).container.wall_length
-    impulse, time = (
-        float(column[-1] - column[since]) for column in (series.wall_impulse, series.time)
-    )
-    return float(np.mean(energies)), float(fourth), impulse / (length * time)
+    pressure = impulse / length / float(series.time[-1] - series.time[since])
+    return float(np.mean(energies)), float(np.mean(squares)), pressure
 
 
 DRIVEN = "a gas that its wall drives"
 
 
 def driven_rows(gas: GasSample) -> Iterator[Record]:
-    """The temperature of a dilute, nearly elastic gas in a circle whose wall is driven."""
-    scene = starting_scene(gas.experiment, 0)
-    size = 1.0, scene.container
-    assert isinstance(scene.wall_law, Driven)
-    expected = theory.driven_temperature(gas.balls, gas.cor, scene.wall_law.speed, *size)
-    path = theory.mean_free_path(gas.balls / scene.container.area, 1.0)
-    uneven = theory.driven_inhomogeneity(gas.cor, scene.container.size[0] / 2, path)
-    (temperature,) = gas.means(late_temperature)
-    source = "balance of energy, Kumaran 1998"
+    """The temperature of a dilute, nearly elastic gas whose wall is driven."""
+    speed, container = gas.keys["wall_speed"], starting_scene(gas.experiment, 0).container
+    expected = theory.driven_temperature(gas.balls, gas.cor, speed, 1.0, container)
     yield known_value(
-        *(DRIVEN, "temperature, J", gas, temperature, expected, source),
-        systematic=(uneven + gas.packing) * expected,
+        *(DRIVEN, "temperature, J", gas, gas.means(steady)[0], expected),
+        "balance of energy, Kumaran 1998",
+        systematic=(1 - gas.cor**2) * expected,
     )
-
-
-def late_temperature(gas: GasSample, series: Series) -> tuple[float]:
-    """Mean temperature after settling, J."""
-    since = int(np.searchsorted(series.pair_events, gas.settling_events))
-    return (float(np.mean(series.kinetic_energy[since:-1])) / gas.balls,)
 
 
 STEADY = "a channel that its walls drive"
