@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Box, Channel, Circle
-from snooker_cli.laws import Driven, Law, Sides, Viscoelastic, is_random
+from snooker_cli.laws import Constant, Driven, Law, Sides, Viscoelastic, word_of
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events
 from snooker_cli.validation.methods import events_from_rows
@@ -67,18 +67,18 @@ class Collision(NamedTuple):
 class Twin:
     """A scene that evolves, in numbers with the given decimal digits.
 
-    Raises ``ValueError`` for a periodic box, and for walls with a temperature.
+    Raises ``ValueError`` for a periodic box, and for laws that it does not have, such as thermal
+    walls.
     """
 
     def __init__(self, scene: Scene, digits: int) -> None:
         container = scene.container
         if not isinstance(container, Circle | Box | Channel):
-            problem = (
-                f"the exact twin supports circles, boxes and channels, not a {container.title}"
-            )
-            raise ValueError(problem)
-        if is_random(scene.wall_law):
-            raise ValueError("the exact twin supports no walls with a temperature: they are random")
+            raise ValueError(f"the exact twin does not support a {container.title}")
+        walls = scene.wall_law if isinstance(scene.wall_law, Sides) else (scene.wall_law,)
+        for law in (scene.pair_law, *walls):
+            if not isinstance(law, Constant | Viscoelastic | Driven):
+                raise ValueError(f"the exact twin does not support the {word_of(law)} law")
         from mpmath import MPContext  # here: the report shows saved measurements without it
 
         self.mathematics = MPContext()
@@ -208,8 +208,8 @@ class Twin:
         The impulse pushes balls apart, and a ball in a circle inwards: there the normal velocity is
         negative.
         """
-        offset = second.position(self.now) - first.position(self.now)
-        normal = self.nearest(offset) / abs(self.nearest(offset))
+        offset = self.nearest(second.position(self.now) - first.position(self.now))
+        normal = offset / abs(offset)
         normal_velocity = dot(first.velocity - second.velocity, normal)
         reduced_mass = 1 / (1 / first.mass + 1 / second.mass)
         size = reduced_mass * self.change(abs(normal_velocity), law)

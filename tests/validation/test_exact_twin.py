@@ -60,13 +60,13 @@ def test_box():
 
 def test_a_periodic_box_is_refused():
     scene = scene_of([(0.0, 0.0, 1.0, 0.0, 0.5, 1.0)], container=PeriodicBox(8.0, 6.0))
-    with pytest.raises(ValueError, match="not a periodic box"):
+    with pytest.raises(ValueError, match="a periodic box"):
         trajectory(scene, 1)
 
 
 def test_a_thermal_wall_is_refused():
     scene = replace(gas("circle", 7, 0.1), wall_law=Thermal(20.0), wall_key=1)
-    with pytest.raises(ValueError, match="no walls with a temperature"):
+    with pytest.raises(ValueError, match="the thermal law"):
         trajectory(scene, 1)
 
 
