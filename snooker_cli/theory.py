@@ -27,11 +27,12 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from numpy.polynomial.legendre import leggauss
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from snooker_cli.containers import AccessibleRegion, Container
-from snooker_cli.laws import Constant, Driven, Law, Sides, Thermal, Viscoelastic
+from snooker_cli.laws import Constant, Driven, Law, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
 
 Real = TypeVar("Real", float, NDArray[np.float64])  # a float, or an array of floats
@@ -581,6 +582,60 @@ def critical_ratio(scene: Scene, restitution: float) -> float | None:
     return scene.container.longest_wave / critical_length(restitution, *size)
 
 
+def driven_temperature(
+    number: int,
+    restitution: float,
+    speed: float,
+    ball_radius: float,
+    container: Container,
+    mass: float = 1.0,
+) -> float:
+    """Temperature of nearly elastic balls whose whole wall is driven and has CoR 1 (J).
+
+    `balance_temperature` is for any walls and losses, but only for a dilute gas.
+
+    The balance of energy (Kumaran, J. Fluid Mech. 364, 163 (1998)). A ball that hits the wall with
+    v leaves with v + 2V. It has gained 2m V(v + V), which is V times the impulse. So the wall gives
+    V times the force on it, N T Z L/A by the virial theorem, with the accessible area A and its
+    edge L. Collisions of balls with Maxwell's speeds take (1 − e²) T each::
+
+        V N T Z L/A = N (ω/2) (1 − e²) T
+        √T = V Z L √(πm) d/[2A (1 − e²)(Z − 1)]
+
+    with Z − 1 and ω of elastic balls (`fluid_state`, `ball_ball_rate_from_virial`). In a dilute
+    gas T is proportional to m V²/[(1 − e²) N]². It is the first order in 1 − e², for balls that
+    lose little on their way across: then T is the same everywhere, and V much slower than balls.
+    """
+    region = container.accessible(ball_radius)
+    ratio = fluid_state(number, 1.0, ball_radius, container).virial_ratio
+    taken = (1 - restitution**2) * ball_ball_rate_from_virial(ratio, 1.0, ball_radius, number, mass)
+    return (speed * ratio * region.edge / region.area / (taken / 2)) ** 2
+
+
+SONINE_CONDUCTIVITY = 1.0296
+"""Conductivity of a dilute gas of disks over its first Sonine approximation.
+
+By the expansion to fourth order; Gass 1971 has 1.029.
+"""
+
+
+def thermal_conductivity(
+    packing: Real, ball_radius: float, temperature: Real, mass: float = 1.0
+) -> Real:
+    """Conductivity of elastic disks after Enskog, 1/(m s) with k_B = 1 (Gass 1971).
+
+    λ = (2/d)√(T/(πm)) [s (1 + 3ηχ/2)²/χ + (4/π) η² χ], where s = `SONINE_CONDUCTIVITY` corrects
+    the first Sonine approximation (J. Chem. Phys. 54, 1898). The last term is the direct transfer
+    of energy between the centres of balls that collide.
+    """
+    contact = contact_value(packing)
+    moving = SONINE_CONDUCTIVITY * (1 + 1.5 * packing * contact) ** 2 / contact
+    transferred = 4 / math.pi * packing**2 * contact
+    both = moving + transferred
+    conductivity: Real = np.sqrt(temperature / (math.pi * mass)) / ball_radius * both
+    return conductivity
+
+
 def haff_rate(cooling_rate: float) -> float:
     """Haff's rate (s⁻¹): α = ζ/2 with ζ at the start, because dT/dt = −ζ0 √(T/T0) T."""
     return cooling_rate / 2
@@ -626,28 +681,31 @@ def energy_ratio_by_events(
     return ratio
 
 
-def mean_loss(law: Law, temperature: float, mass: float = 1.0) -> float:
-    """Mean energy that a collision of balls with Maxwell's speeds takes, over T.
+def mean_loss(law: Law, temperature: float, mass: float = 1.0, a2: float = 0.0) -> float:
+    """Mean energy that a collision of balls takes, over T: 1 − e² for one e and Maxwell's speeds.
 
-    The relative normal motion has the energy T s, and the s of collisions have the density e^(−s).
-    So this is ∫ s e^(−s) [1 − e(v)²] ds with the normal relative speed v = 2√(T s/m): 1 − e² for a
-    constant e. For e(v) = 1 − (1 − e)(v/v0)^(3/4) below v0, else e, the integral up to
-    s0 = m v0²/(4T) has incomplete gamma functions.
+    The normal relative speed v has the density of a flux, so that x = m v²/(4T) has e^(−x), and a
+    collision has the energy x T: ∫ x e^(−x) [1 + a2 (4x² − 12x + 3)/16] [1 − e(v)²] dx. The
+    polynomial is the first order in the Sonine coefficient a2; with one e it gives the 1 + 3a2/16
+    of `cooling_rate`.
     """
     loss = 1 - law.cor
     if not isinstance(law, Viscoelastic):
-        return loss * (2 - loss)
-    from scipy import special  # takes time to load
+        return loss * (2 - loss) * (1 + 3 * a2 / 16)
+    # Over √x, up to where e(v) becomes constant and beyond: there the integrand is smooth.
+    top, total = 8.0, 0.0
+    bend = law.cor_speed / 2 * math.sqrt(mass / temperature)
+    middle = min(bend, top)
+    for low, high in ((0.0, middle), (middle, top)):
+        roots = low + (high - low) * (_NODES + 1) / 2
+        x = roots**2
+        share = loss * np.minimum(roots / bend, 1.0) ** 0.75
+        density = x * np.exp(-x) * (1 + a2 * (4 * x**2 - 12 * x + 3) / 16) * 2 * roots
+        total += float(np.sum(_WEIGHTS * density * share * (2 - share))) * (high - low) / 2
+    return total
 
-    s0 = mass * law.cor_speed**2 / (4 * temperature)
 
-    def up_to_s0(power: float) -> float:
-        """∫ s e^(−s) (s/s0)^power ds from 0 to s0."""
-        complete: float = math.gamma(2 + power) * s0**-power
-        return complete * float(special.gammainc(2 + power, s0))
-
-    slow = loss * (2 * up_to_s0(3 / 8) - loss * up_to_s0(3 / 4))
-    return slow + loss * (2 - loss) * (1 + s0) * math.exp(-s0)
+_NODES, _WEIGHTS = leggauss(64)  # of integrals from −1 to 1
 
 
 def balance_temperature(
@@ -739,60 +797,12 @@ def granular_compressibility(packing: Real, restitution: float) -> Real:
     return 1.0 + (1.0 + restitution) * packing * contact_value(packing)
 
 
-def steady_temperature(scene: Scene) -> float | None:
-    """Temperature of equal balls between walls that all give energy alike, by balance of energy, J.
-
-    The gas is uniform and has Maxwell's velocities. So this holds for nearly elastic balls, where
-    √(1 − e²) times the container's size is far below the mean free path (Kumaran, J. Fluid Mech.
-    364 (1998) 163; McNamara & Luding, Phys. Rev. E 58 (1998) 813). Each of N ω/2 collisions a
-    second takes (1 − e²)T. A ball hits the wall ν_w times a second. Its normal speed then has the
-    mean √(πT/2m), and 2T/m is the mean of its square. With c = (1 − e²) ω/ν_w, at any T::
-
-        driven wall   (c + 2(1 − e_w²)) x² = √(2π) e_w (1 + e_w) x + (1 + e_w)²   with T = m V² x²
-        thermal wall  T = T_w/(1 + c/3), because a hit gives 3/2 (T_w − T)
-
-    In a dilute gas c is 2√2 π N d (1 − e²)/L. ``None`` for other walls or laws, for balls that are
-    unequal or no fluid, and where no collision takes energy from a driven gas.
-    """
-    law, container = scene.wall_law, scene.container
-    if isinstance(law, Sides) and len({*law[: len(container.sides)]}) == 1:
-        law = law.left
-    fluid = scene.equal_balls and scene.packing_fraction <= DENSEST_FLUID
-    if not (fluid and scene.pair_law.constant and isinstance(law, (Driven, Thermal))):
-        return None
-    rates = collision_rates(scene.number, 1.0, float(scene.radii[0]), container)
-    lost = (1 - scene.restitution**2) * rates.ball_ball / rates.wall
-    if isinstance(law, Thermal):
-        return law.temperature / (1 + lost / 3)
-    quadratic, linear = (
-        lost + 2 * (1 - law.cor**2),
-        math.sqrt(2 * math.pi) * law.cor * (1 + law.cor),
-    )
-    if quadratic == 0:
-        return None
-    root = (linear + math.sqrt(linear**2 + 4 * quadratic * (1 + law.cor) ** 2)) / (2 * quadratic)
-    return float(scene.masses[0]) * (law.speed * root) ** 2
-
-
-def conductivity(number_density: Real, ball_radius: float, temperature: Real, mass: float) -> Real:
-    """Enskog's conductivity of heat of elastic disks, 1/s: flux of heat over the slope of T.
-
-    κ = 2/d √(T/(πm)) [1/χ + 3η + (9/4 + 4/π) η² χ], the first Sonine approximation; higher ones
-    add 3 % in a dilute gas (Gass, J. Chem. Phys. 54 (1971) 1898, with bρ = 2η). In a dilute gas it
-    is four times the viscosity over m.
-    """
-    packing = math.pi * ball_radius**2 * number_density
-    contact = contact_value(packing)
-    dense = 1 / contact + 3 * packing + (9 / 4 + 4 / math.pi) * packing**2 * contact
-    conductivity: Real = np.sqrt(temperature / (math.pi * mass)) / ball_radius * dense
-    return conductivity
-
-
 def temperature_jump(flux: float, temperature: float, pressure: float, mass: float) -> float:
     """Temperature of a thermal wall over that of the gas at it, J: √(2πmT) q/(3P).
 
     Maxwell's estimate in two dimensions: P/√(2πmT) balls a second hit a metre of the wall. They
     bring 3/2 T each and half of the flux of heat q from the wall, and leave with 3/2 T of the wall.
-    It is of the order of a mean free path times the slope of T.
+    In a dilute gas it is 8/3 of the mean free path times the slope of T. Solutions of the kinetic
+    equation for monatomic gases have 10 to 20 % more (Loyalka 1971, for spheres).
     """
     return math.sqrt(2 * math.pi * mass * temperature) * flux / (3 * pressure)

@@ -18,6 +18,7 @@ from snooker_cli.analysis.observables import (
     standard_errors,
     virial_ratio,
 )
+from snooker_cli.analysis.steady_state import balance_temperature
 from snooker_cli.analysis.structure import values
 from snooker_cli.containers import Circle
 from snooker_cli.engine import replay
@@ -70,11 +71,11 @@ def stationary(build: FigureBuilder) -> FigureData:
         for point in group:
             warm = [mean_temperature(trace, steady_from(trace)) for trace in build.traces(point)]
             rows.append(mean_and_error(np.array(warm)))
-            expected.append(theory.steady_temperature(build.start(point)))
+            expected.append(balance_temperature(build.start(point)))
             build.record(point, temperature=rows[-1], theory=expected[-1])
         x = np.array([float(value_at(point, key)) for point in group])
         y, errors = np.array(rows).T
-        law = np.array([math.nan if value is None else value for value in expected])
+        law = np.array(expected)
         if np.isfinite(law).any():
             build.lines.append(Line(x, law, None, index, "dotted"))
         label = build.label(group[0], names) or "simulation"
@@ -257,7 +258,8 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     between = (profile.temperature[:, 1:] + profile.temperature[:, :-1]) / 2
     crowd = (profile.density[:, 1:] + profile.density[:, :-1]) / 2
     slopes = np.diff(profile.temperature) / np.diff(profile.middles)
-    enskog = -theory.conductivity(crowd.mean(axis=0), size, between.mean(axis=0), mass) * slopes
+    packing = math.pi * size**2 * crowd.mean(axis=0)
+    enskog = -theory.thermal_conductivity(packing, size, between.mean(axis=0), mass) * slopes
     walls = _walls(scene, scene.wall_law)
     ends = np.array([*walls])
     build.lines += [

@@ -1,4 +1,4 @@
-"""The exact twin: hard disks in a circle or a box, computed to any number of digits.
+"""The exact twin: hard disks in a circle, box or channel, computed to any number of digits.
 
 The twin uses nothing of the engine. Between its collisions a body is on the line x + w t with t the
 time since the start. Vectors are complex numbers. The numbers start as the doubles of the scene.
@@ -7,7 +7,7 @@ are certain.
 
 Symbols: x offset and w relative velocity at t = 0; b = x.w; w2 = |w|^2; d contact distance. A
 contact is a root of |x + w t| = d: the smaller one for two balls, and the larger one, with
-d = R - r, for a ball in a circle.
+d = R - r, for a ball in a circle. Channels have images of balls, by multiples of the height.
 """
 
 import math
@@ -19,7 +19,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.containers import Box, Circle
+from snooker_cli.containers import Box, Channel, Circle
+from snooker_cli.laws import Constant, Driven, Law, Sides, Viscoelastic, word_of
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events
 from snooker_cli.validation.methods import events_from_rows
@@ -66,27 +67,30 @@ class Collision(NamedTuple):
 class Twin:
     """A scene that evolves, in numbers with the given decimal digits.
 
-    Raises ``ValueError`` for a container that is neither a circle nor a box, and for laws that are
-    not one CoR at all speeds.
+    Raises ``ValueError`` for a periodic box, and for laws that it does not have, such as thermal
+    walls.
     """
 
     def __init__(self, scene: Scene, digits: int) -> None:
         container = scene.container
-        if not isinstance(container, Circle | Box):
-            raise ValueError(f"the exact twin supports circles and boxes, not a {container.title}")
-        if not scene.constant_laws:
-            raise ValueError("the exact twin supports one CoR at all speeds and no driven walls")
+        if not isinstance(container, Circle | Box | Channel):
+            raise ValueError(f"the exact twin does not support a {container.title}")
+        walls = scene.wall_law if isinstance(scene.wall_law, Sides) else (scene.wall_law,)
+        for law in (scene.pair_law, *walls):
+            if not isinstance(law, Constant | Viscoelastic | Driven):
+                raise ValueError(f"the exact twin does not support the {word_of(law)} law")
         from mpmath import MPContext  # here: the report shows saved measurements without it
 
         self.mathematics = MPContext()
         self.mathematics.dps = digits
         number, vector = self.mathematics.mpf, self.mathematics.mpc
         self.never = self.mathematics.inf
-        self.box = isinstance(container, Box)
+        self.straight = not isinstance(container, Circle)
+        self.repeats = isinstance(container, Channel)
         self.free = scene.free
         self.half_sides = [number(side) / 2 for side in container.size]
-        self.restitution = number(scene.restitution)
-        self.wall_restitution = number(scene.wall_restitution)
+        self.height = number(container.size[1])
+        self.pair_law, self.wall_law = scene.pair_law, scene.wall_law
         columns = (scene.positions, scene.velocities, scene.radii, scene.masses)
         self.balls = [
             Body(vector(*place), vector(*velocity), number(radius), number(mass))
@@ -121,20 +125,34 @@ class Twin:
             moved = pair[1] == CONTAINER and j == CONTAINER and self.free
             if moved or i in pair or (j in pair and j != CONTAINER):
                 self.contacts[pair] = self.contact_time(*pair)
-        if j != CONTAINER:
+        if j != CONTAINER and not self.repeats:
             self.contacts[i, j] = self.never  # two disks that have collided part or stay together
 
     def contact_time(self, i: int, j: int) -> Number:
         """When two bodies touch; now if they touch and approach."""
-        if j == CONTAINER and self.box:
-            return max(min(self.side_times(self.balls[i])), self.now)
-        other = self.container if j == CONTAINER else self.balls[j]
-        return max(self.disk_time(self.balls[i], other), self.now)
+        ball, other = self.balls[i], self.container if j == CONTAINER else self.balls[j]
+        if j == CONTAINER and self.straight:
+            return max(min(self.side_times(ball)), self.now)
+        times = (self.disk_time(ball, other, shift) for shift in self.shifts(ball, other))
+        return max(min(times), self.now)
 
-    def disk_time(self, ball: Body, other: Body) -> Number:
+    def shifts(self, ball: Body, other: Body) -> list[Number]:
+        """The images of another ball that a ball may meet before either hits a wall, m.
+
+        Without a hit to come both move along the channel alone, and meet the next image.
+        """
+        if not self.repeats:
+            return [0]
+        until = min(*self.side_times(ball), *self.side_times(other))
+        times = (self.now, self.now if until == self.never else until)
+        ends = sorted((ball.position(t) - other.position(t)).imag / self.height for t in times)
+        images = range(int(ends[0]) - 2, int(ends[1]) + 3)
+        return [self.mathematics.mpc(0, k * self.height) for k in images]
+
+    def disk_time(self, ball: Body, other: Body, shift: Number) -> Number:
         """The smaller root for two balls that approach, the larger one for a ball in a circle."""
         inside = other is self.container
-        x, w = other.place - ball.place, other.velocity - ball.velocity
+        x, w = other.place + shift - ball.place, other.velocity - ball.velocity
         b, w2 = dot(x, w), dot(w, w)
         if w2 == 0 or (not inside and b + w2 * self.now >= 0):
             return self.never
@@ -148,7 +166,7 @@ class Twin:
     def side_times(self, ball: Body) -> list[Number]:
         """When a ball reaches the vertical and the horizontal side that it moves to."""
         x, w = ball.place - self.container.place, ball.velocity
-        axes = ((x.real, w.real), (x.imag, w.imag))
+        axes = ((x.real, w.real), (x.imag, 0 if self.repeats else w.imag))
         return [
             self.never
             if speed == 0
@@ -157,35 +175,58 @@ class Twin:
         ]
 
     def collide(self, i: int, j: int) -> Number:
-        """Turn the normal relative velocity g into -e g; the impulse."""
+        """Change the velocities by the law of the pair or the wall; the impulse."""
         ball = self.balls[i]
         if j != CONTAINER:
-            return self.exchange(ball, self.balls[j], self.restitution)
-        if not self.box:
-            return self.exchange(ball, self.container, self.wall_restitution)
+            return self.exchange(ball, self.balls[j], self.pair_law)
+        law = self.wall_law
+        if not self.straight:
+            assert not isinstance(law, Sides)
+            return self.exchange(ball, self.container, law)
         across, along = self.side_times(ball)
-        normal = ball.velocity.real if across <= along else 1j * ball.velocity.imag
-        change = (1 + self.wall_restitution) * normal
-        ball.turn(-change, self.now)
-        return ball.mass * abs(change)
+        speed = ball.velocity.real if across <= along else ball.velocity.imag
+        if isinstance(law, Sides):
+            sides = (law.left, law.right) if across <= along else (law.bottom, law.top)
+            law = sides[speed > 0]
+        change = self.change(abs(speed), law)
+        direction = (1 if speed > 0 else -1) * (1 if across <= along else 1j)
+        ball.turn(-change * direction, self.now)
+        return ball.mass * change
 
-    def exchange(self, first: Body, second: Body, restitution: Number) -> Number:
-        """Exchange the impulse J = (1 + e) mu g along the line of centres; its size.
+    def change(self, speed: Number, law: Law) -> Number:
+        """By how much a collision changes a normal relative speed, m/s."""
+        e = self.mathematics.mpf(law.cor)
+        if isinstance(law, Driven):
+            return (1 + e) * (speed + law.speed)
+        if isinstance(law, Viscoelastic) and speed < law.cor_speed:
+            e = 1 - (1 - e) * (speed / law.cor_speed) ** self.mathematics.mpf(0.75)
+        return (1 + e) * speed
 
-        The impulse pushes balls apart, and a ball in a circle inwards: there g is negative.
+    def exchange(self, first: Body, second: Body, law: Law) -> Number:
+        """Exchange an impulse along the line of centres; its size.
+
+        The impulse pushes balls apart, and a ball in a circle inwards: there the normal velocity is
+        negative.
         """
-        offset = second.position(self.now) - first.position(self.now)
+        offset = self.nearest(second.position(self.now) - first.position(self.now))
         normal = offset / abs(offset)
         normal_velocity = dot(first.velocity - second.velocity, normal)
         reduced_mass = 1 / (1 / first.mass + 1 / second.mass)
-        impulse = (1 + restitution) * reduced_mass * normal_velocity
+        size = reduced_mass * self.change(abs(normal_velocity), law)
+        impulse = size if normal_velocity > 0 else -size
         first.turn(-impulse / first.mass * normal, self.now)
         second.turn(impulse / second.mass * normal, self.now)
-        return abs(impulse)
+        return size
+
+    def nearest(self, vector: Number) -> Number:
+        """A vector to the nearest image."""
+        turns = self.mathematics.nint(vector.imag / self.height) if self.repeats else 0
+        return vector - 1j * turns * self.height
 
     def state(self) -> NDArray[np.float64]:
         """x, y, u, v of the balls now, and of the container in the last row, rounded."""
-        rows = ((body.position(self.now), body.velocity) for body in (*self.balls, self.container))
+        bodies = (*self.balls, self.container)
+        rows = ((self.nearest(body.position(self.now)), body.velocity) for body in bodies)
         return np.array([[float(p) for z in row for p in (z.real, z.imag)] for row in rows])
 
 
@@ -213,7 +254,7 @@ def trajectory(scene: Scene, collisions: int, digits: int | None = None) -> Exac
     digits : of the first run; the second has half as many again. The default comes from the number
         of events
 
-    Raises ``ValueError`` for a container that is neither a circle nor a box.
+    Raises ``ValueError`` for a periodic box, and for walls with a temperature.
     """
     digits = digits or math.ceil(SPARE_DIGITS + DIGITS_PER_EVENT * collisions)
     check_digits = digits + (digits + 1) // 2

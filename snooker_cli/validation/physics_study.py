@@ -6,21 +6,23 @@ Gases are simulated in threads. A mean over seeds, with its error, is beside eac
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis.observables import mean_and_error
+from snooker_cli.analysis.observables import mean_and_error, mean_pressure, standard_errors
+from snooker_cli.config import Experiment
 from snooker_cli.containers import SHAPES
-from snooker_cli.engine import simulate
+from snooker_cli.engine import States, replay, series, simulate
 from snooker_cli.formatting import listed, short, with_error
+from snooker_cli.laws import Viscoelastic
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import processors
-from snooker_cli.trace import Series
+from snooker_cli.trace import Series, Trace
 from snooker_cli.validation.study import (
     LEGENDS,
     PLANS,
@@ -48,6 +50,7 @@ class GasSample:
 
     settling, collisions : collisions with balls that each ball has before and while measuring
     seeds : repeats
+    keys : further keys of the config, such as the temperature of the wall
     """
 
     __pydantic_config__: ClassVar = STRICT
@@ -59,6 +62,7 @@ class GasSample:
     seeds: int
     cor: float = 1.0
     shape: str = "periodic"
+    keys: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def settling_events(self) -> int:
@@ -93,23 +97,36 @@ class GasSample:
         infinite = 2 * self.packing * theory.contact_value(self.packing)  # Z − 1
         return 1 - theory.missing_ratio(self.packing, self.balls) / infinite
 
-    def means(self, measure: Callable[["GasSample", Series], tuple[float, ...]]) -> Floats:
-        """Mean and standard error over seeds of each measured value, a row each.
-
-        The same for any number of threads.
-        """
+    @property
+    def experiment(self) -> Experiment:
+        """The config of these gases."""
         balls = {"count": self.balls, "radius": 1.0, "packing": self.packing}
-        experiment = lattice_gas({"shape": self.shape}, self.cor, **balls)
+        return lattice_gas({"shape": self.shape}, self.cor, self.keys, **balls)
+
+    def samples(
+        self,
+        measure: Callable[["GasSample", Trace], Sequence[float] | Floats],
+        summary: bool = False,
+    ) -> Floats:
+        """The measured values of each seed, a row each; the same for any number of threads."""
         events = self.settling_events + self.measured_events
 
-        def measured(seed: int) -> tuple[float, ...]:
-            scene = starting_scene(experiment, seed)
-            summary = simulate(scene, collisions=events, summary=True, engine="cells").summary
-            assert summary is not None
-            return measure(self, evenly(summary.series))
+        def measured(seed: int) -> Sequence[float] | Floats:
+            scene = starting_scene(self.experiment, seed)
+            return measure(
+                self, simulate(scene, collisions=events, engine="cells", summary=summary)
+            )
 
         with ThreadPoolExecutor(processors()) as pool:
-            rows = np.array(list(pool.map(measured, range(self.seeds))))
+            return np.array(list(pool.map(measured, range(self.seeds))))
+
+    def means(self, measure: Callable[["GasSample", Series], Sequence[float]]) -> Floats:
+        """Mean and standard error over seeds of each measured value of a summary, a row each."""
+
+        def measured(gas: GasSample, trace: Trace) -> Sequence[float]:
+            return measure(gas, evenly(series(trace)))
+
+        rows = self.samples(measured, summary=True)
         return np.array([mean_and_error(column) for column in rows.T])
 
 
@@ -301,11 +318,226 @@ def speeds(gas: GasSample, series: Series) -> tuple[float, float]:
     return float(np.mean(series.mean_speed[rows])), float(np.mean(series.energy_moment[rows]))
 
 
+# Gases whose walls give energy, and balls whose restitution depends on speed
+
+WARM = "elastic balls and a thermal wall"
+
+SCALED_PARTICLES = 0.002
+"""Relative error of the pressure on walls by scaled particle theory; an estimate, see
+``theory.fluid_state``."""
+
+
+def thermal_rows(gas: GasSample) -> Iterator[Record]:
+    """Temperature and kurtosis of balls between walls of one temperature, and their pressure."""
+    walls, container = gas.keys["wall_temperature"], starting_scene(gas.experiment, 0).container
+    temperature, fourth, pressure = gas.means(steady)
+    yield known_value(WARM, "temperature, J", gas, temperature, walls, "the wall's, canonical")
+    kurtosis = fourth / walls**2
+    yield known_value(WARM, "⟨v⁴⟩/⟨v²⟩²", gas, kurtosis, 2.0, "Maxwell's, canonical")
+    expected = theory.fluid_state(gas.balls, walls, 1.0, container).pressure
+    yield known_value(
+        *(WARM, "pressure, Pa m", gas, pressure, expected),
+        "hard disks with a wall, Helfand et al. 1961",
+        systematic=SCALED_PARTICLES * expected,
+    )
+
+
+def steady(gas: GasSample, series: Series) -> tuple[float, float, float]:
+    """Means after settling: temperature (J), (m v²/2)² (J²), and the pressure (Pa m)."""
+    since = int(np.searchsorted(series.pair_events, gas.settling_events))
+    energies = series.kinetic_energy[since:-1] / gas.balls
+    squares = series.energy_moment[since:-1] * energies**2
+    impulse = float(series.wall_impulse[-1] - series.wall_impulse[since])
+    length = starting_scene(gas.experiment, 0).container.wall_length
+    pressure = impulse / length / float(series.time[-1] - series.time[since])
+    return float(np.mean(energies)), float(np.mean(squares)), pressure
+
+
+DRIVEN = "a gas that its wall drives"
+
+
+def driven_rows(gas: GasSample) -> Iterator[Record]:
+    """The temperature of a dilute, nearly elastic gas whose wall is driven."""
+    speed, container = gas.keys["wall_speed"], starting_scene(gas.experiment, 0).container
+    expected = theory.driven_temperature(gas.balls, gas.cor, speed, 1.0, container)
+    yield known_value(
+        *(DRIVEN, "temperature, J", gas, gas.means(steady)[0], expected),
+        "balance of energy, Kumaran 1998",
+        systematic=(1 - gas.cor**2) * expected,
+    )
+
+
+STEADY = "a channel that its walls drive"
+
+SLABS = 12  # of equal width, across a channel
+
+LOCAL_STATE = 0.01
+"""Relative error of a pressure by the local density and temperature: collisions reach a diameter
+far, and speeds are not Maxwell's. An estimate."""
+
+
+def channel_rows(gas: GasSample) -> Iterator[Record]:
+    """The pressure in slabs of a channel over that on its walls (Barrat & Trizac 2002).
+
+    The stress across it is n [T_x + (1 + e) η χ T]. With T instead of its part T_x across, this is
+    the equation of state; it holds as far as T is isotropic.
+    """
+    samples = gas.samples(slab_pressures)
+    across, state, unequal = samples.reshape(len(samples), 3, SLABS).transpose(1, 0, 2)
+    middle = np.arange(SLABS) // (SLABS // 3) == 1
+    isotropic = float(unequal[:, middle].mean())
+    for name, values, slabs, open_part in (
+        ("pressure across, middle third over wall", across, middle, LOCAL_STATE),
+        ("pressure across, outer thirds over wall", across, ~middle, LOCAL_STATE),
+        ("nT[1 + (1 + e)ηχ], middle third over wall", state, middle, LOCAL_STATE + isotropic),
+    ):
+        measured = mean_and_error(values[:, slabs].mean(axis=1))
+        source = "Barrat & Trizac 2002"
+        yield known_value(STEADY, name, gas, measured, 1.0, source, systematic=open_part)
+
+
+def slab_pressures(gas: GasSample, trace: Trace) -> Floats:
+    """Pressure across and by the equation of state over that on the walls, and (T_x − T)/T.
+
+    One after the other, each with a value for each slab.
+    """
+    settled, states = settled_states(gas, trace, trace.start.container.size[0] / 10)
+    (width, height), e = trace.start.container.size, gas.cor
+    edges = np.linspace(1 - width / 2, width / 2 - 1, SLABS + 1)
+    x, (u, v) = states.positions[:, :, 0].ravel(), states.velocities.reshape(-1, 2).T
+    balls = np.histogram(x, edges)[0]
+    along_x, along_y = (np.histogram(x, edges, weights=part**2)[0] / balls for part in (u, v))
+    temperature = (along_x + along_y) / 2
+    density = balls / (len(states.time) * height * np.diff(edges))
+    collisional = (1 + e) * math.pi * density * theory.contact_value(math.pi * density)
+    wall = mean_pressure(trace, float(settled))
+    across, state = along_x + collisional * temperature, temperature * (1 + collisional)
+    return np.concatenate(
+        [density * across / wall, density * state / wall, along_x / temperature - 1]
+    )
+
+
+def settled_states(gas: GasSample, trace: Trace, way: float) -> tuple[float, States]:
+    """When a gas has settled (s), and its states since then.
+
+    way : m, of a ball of the starting temperature from one state to the next
+    """
+    assert trace.events is not None
+    pairs = np.cumsum(trace.events.j >= 0)
+    settled = float(trace.events.time[np.searchsorted(pairs, gas.settling_events)])
+    step = way / math.sqrt(START_TEMPERATURE)
+    return settled, replay(trace, np.arange(settled, trace.stop.time, step))
+
+
+SOFTER = "cooling with e(v)"
+
+
+def viscoelastic_rows(gas: GasSample) -> Iterator[Record]:
+    """The time to cool beside the integral over the temperature of the cooling rate."""
+    (ratio, hot, cold, a2) = gas.means(cooling)
+    # What follows from the measured speeds: how much the measured a2 changes the integral.
+    ends = float(hot[0]), float(cold[0])
+    slower = cooling_time(gas, *ends, float(a2[0])) / cooling_time(gas, *ends)
+    yield known_value(
+        *(SOFTER, "time to cool, over Maxwell's", gas, ratio, 1.0, "e(v) of Bizon et al. 1998"),
+        known=slower / (gas.met_share * finite_loss(gas)) - 1,
+        systematic=SONINE_RATE + gas.packing,
+    )
+
+
+def cooling(gas: GasSample, series: Series) -> tuple[float, float, float, float]:
+    """Time to cool after settling over `cooling_time`, both temperatures (J), and a2."""
+    since = int(np.searchsorted(series.pair_events, gas.settling_events))
+    hot, cold = (float(series.kinetic_energy[row]) / gas.free for row in (since, -1))
+    time = float(series.time[-1] - series.time[since])
+    kurtosis = float(np.mean(series.energy_moment[since:]))
+    a2 = kurtosis / theory.fixed_energy_kurtosis(gas.free) - 1
+    return time / cooling_time(gas, hot, cold), hot, cold, a2
+
+
+def cooling_time(gas: GasSample, hot: float, cold: float, a2: float = 0.0) -> float:
+    """∫ dT/(ζ T) between two temperatures, s, with the cooling rate ζ of Enskog's collisions."""
+    law = Viscoelastic(gas.cor, gas.keys["cor_speed"])
+    temperatures = np.geomspace(hot, cold, 201)
+    losses = [theory.mean_loss(law, float(t), a2=a2) for t in temperatures]
+    rates = gas.collision_rate * np.sqrt(temperatures / gas.temperature) * losses / 2
+    return -float(np.trapezoid(1 / rates, np.log(temperatures)))
+
+
+HEAT = "heat conduction of elastic balls"
+
+MAXWELLS_JUMP = 0.25
+"""Relative error of Maxwell's jump of temperature, see ``theory.temperature_jump``."""
+
+MIDDLE = 0.5  # of the way from the middle to the walls: there the gradient of T is measured
+
+
+def gas_pressure(packing: float, radius: float, temperature: float) -> float:
+    """Pressure of a large gas of elastic disks, Pa m."""
+    density = packing / (math.pi * radius**2)
+    return density * temperature * float(theory.compressibility(packing))
+
+
+def conduction_rows(gas: GasSample) -> Iterator[Record]:
+    """Flux of heat, conductivity and jump of temperature between walls of two temperatures."""
+    fluxes, slopes, temperature, packing = gas.samples(conduction).T
+    state = float(packing.mean()), 1.0, float(temperature.mean())
+    expected, pressure = theory.thermal_conductivity(*state), gas_pressure(*state)
+    jump = theory.temperature_jump(expected, state[2], pressure, mass=1.0)  # over the gradient
+    walls = gas.keys["wall_temperature"]
+    difference = walls["right"] - walls["left"]
+    width = starting_scene(gas.experiment, 0).container.size[0] - 2
+    open_part, whole = MAXWELLS_JUMP * jump, width + 2 * jump
+    yield known_value(
+        *(HEAT, "flux of heat, J/(m s)", gas, mean_and_error(fluxes)),
+        *(expected * difference / whole, "Enskog and Maxwell's jump"),
+        systematic=expected * difference / whole * 2 * open_part / whole,
+    )
+    conductivity = ratio_of_means(fluxes, slopes)
+    source = "Enskog, Gass 1971"
+    yield known_value(HEAT, "conductivity, 1/(m s)", gas, conductivity, expected, source)
+    across, error = ratio_of_means(np.full(gas.seeds, difference), slopes)
+    jumps = (across - width) / 2, error / 2
+    name = "jump over gradient, m"
+    yield known_value(HEAT, name, gas, jumps, jump, "Maxwell 1879", systematic=open_part)
+
+
+def conduction(gas: GasSample, trace: Trace) -> tuple[float, float, float, float]:
+    """Flux of heat to the left, gradient of T, T and packing; the last three in the middle."""
+    assert trace.events is not None
+    events, size = trace.events, trace.start.container.size
+    reach = size[0] / 2 - 1
+    # Between two states no ball crosses half of the channel, so its side is that of its next hit.
+    settled, states = settled_states(gas, trace, reach / 6)
+    duration = trace.stop.time - settled
+    x = states.positions[:, :, 0]
+    hits = np.flatnonzero(events.at_wall & (events.time > settled))
+    right = x[np.searchsorted(states.time, events.time[hits]) - 1, events.i[hits]] > 0
+    given = np.diff(series(trace).kinetic_energy)[hits]
+    flux = (given[right].sum() - given[~right].sum()) / (2 * size[1] * duration)
+    middle = abs(x) < MIDDLE * reach
+    energies = np.sum(states.velocities**2, axis=2)[middle] / 2
+    slope = np.polyfit(x[middle], energies, 1)[0]
+    packing = gas.balls * middle.mean() * math.pi / (2 * MIDDLE * reach * size[1])
+    return float(flux), float(slope), float(energies.mean()), float(packing)
+
+
+def ratio_of_means(values: Floats, others: Floats) -> tuple[float, float]:
+    """The ratio of two means over seeds, and its standard error to first order."""
+    ratio = float(values.mean() / others.mean())
+    return ratio, float(standard_errors(values - ratio * others) / abs(others.mean()))
+
+
 ROWS: Mapping[str, Callable[[GasSample], Iterator[Record]]] = {
     "fluids": fluid_rows,
     "cooling": partial(haff_rows, dilute=True),
     "cooling_denser": haff_rows,
     "speeds": speed_rows,
+    "thermal": thermal_rows,
+    "driven": driven_rows,
+    "driven_channel": channel_rows,
+    "viscoelastic": viscoelastic_rows,
+    "conduction": conduction_rows,
 }
 """The rows of a gas, by what the gas is measured for."""
 

@@ -125,11 +125,19 @@ class Study(ABC):
         return written
 
 
-def lattice_gas(container: Mapping[str, Any], cor: float = 1.0, **balls: Any) -> Experiment:
-    """Equal balls on a lattice with Maxwell's speeds, 10 m/s (root mean square)."""
+def lattice_gas(
+    container: Mapping[str, Any],
+    cor: float = 1.0,
+    keys: Mapping[str, Any] | None = None,
+    **balls: Any,
+) -> Experiment:
+    """Equal balls on a lattice with Maxwell's speeds, 10 m/s (root mean square).
+
+    keys : further keys of the config
+    """
     balls |= {"speed": 10.0, "speeds": "maxwell"}
     known = {"container": dict(container), "balls": balls, "cor": cor, "collisions": 1, "seed": 1}
-    return load(known).experiment
+    return load(known | dict(keys or {})).experiment
 
 
 def text_of(record: Record) -> str:
