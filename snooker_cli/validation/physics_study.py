@@ -384,14 +384,13 @@ def channel_rows(gas: GasSample) -> Iterator[Record]:
     The stress across it is n [T_x + (1 + e) η χ T]. With T instead of its part T_x across, this is
     the equation of state; it holds as far as T is isotropic.
     """
-    samples = gas.samples(slab_pressures)
-    across, state, unequal = samples.reshape(len(samples), 3, SLABS).transpose(1, 0, 2)
+    across, state, excess = gas.samples(slab_pressures).transpose(1, 0, 2)
     middle = np.arange(SLABS) // (SLABS // 3) == 1
-    isotropic = float(unequal[:, middle].mean())
+    anisotropy = float(excess[:, middle].mean())
     for name, values, slabs, open_part in (
         ("pressure across, middle third over wall", across, middle, LOCAL_STATE),
         ("pressure across, outer thirds over wall", across, ~middle, LOCAL_STATE),
-        ("nT[1 + (1 + e)ηχ], middle third over wall", state, middle, LOCAL_STATE + isotropic),
+        ("nT[1 + (1 + e)ηχ], middle third over wall", state, middle, LOCAL_STATE + anisotropy),
     ):
         measured = mean_and_error(values[:, slabs].mean(axis=1))
         source = "Barrat & Trizac 2002"
@@ -399,9 +398,9 @@ def channel_rows(gas: GasSample) -> Iterator[Record]:
 
 
 def slab_pressures(gas: GasSample, trace: Trace) -> Floats:
-    """Pressure across and by the equation of state over that on the walls, and (T_x − T)/T.
+    """Pressure across and by the equation of state, over that on the walls, and (T_x − T)/T.
 
-    One after the other, each with a value for each slab.
+    The three are the rows; the columns are the slabs.
     """
     settled, states = settled_states(gas, trace, trace.start.container.size[0] / 10)
     (width, height), e = trace.start.container.size, gas.cor
@@ -412,11 +411,9 @@ def slab_pressures(gas: GasSample, trace: Trace) -> Floats:
     temperature = (along_x + along_y) / 2
     density = balls / (len(states.time) * height * np.diff(edges))
     collisional = (1 + e) * math.pi * density * theory.contact_value(math.pi * density)
-    wall = mean_pressure(trace, float(settled))
+    relative = density / mean_pressure(trace, settled)
     across, state = along_x + collisional * temperature, temperature * (1 + collisional)
-    return np.concatenate(
-        [density * across / wall, density * state / wall, along_x / temperature - 1]
-    )
+    return np.array([relative * across, relative * state, along_x / temperature - 1])
 
 
 def settled_states(gas: GasSample, trace: Trace, way: float) -> tuple[float, States]:
