@@ -636,6 +636,21 @@ def thermal_conductivity(
     return conductivity
 
 
+def temperature_jump(
+    packing: float, ball_radius: float, temperature: float, mass: float = 1.0
+) -> float:
+    """Jump of temperature at a thermal wall over the gradient there, m, after Maxwell.
+
+    Balls leave the wall of T_w with 3T_w/2 each. Those that arrive bring 3T/2 of the gas, and half
+    of the flux of heat q. So q = Φ 3(T_w − T)/2 + q/2 with Φ = P/√(2πmT) hits, and the jump over
+    the gradient is λ √(2πmT)/(3P): 8/3 of the mean free path in a dilute gas. Solutions of the
+    kinetic equation for monatomic gases have 10 to 20 % more (Loyalka 1971, for spheres).
+    """
+    pressure = packing / (math.pi * ball_radius**2) * temperature * float(compressibility(packing))
+    conductivity = thermal_conductivity(packing, ball_radius, temperature, mass)
+    return conductivity * math.sqrt(2 * math.pi * mass * temperature) / (3 * pressure)
+
+
 def haff_rate(cooling_rate: float) -> float:
     """Haff's rate (s⁻¹): α = ζ/2 with ζ at the start, because dT/dt = −ζ0 √(T/T0) T."""
     return cooling_rate / 2
@@ -795,14 +810,3 @@ def granular_compressibility(packing: Real, restitution: float) -> Real:
     Phys. Fluids 28 (1985) 3485); Z of elastic disks at e = 1.
     """
     return 1.0 + (1.0 + restitution) * packing * contact_value(packing)
-
-
-def temperature_jump(flux: float, temperature: float, pressure: float, mass: float) -> float:
-    """Temperature of a thermal wall over that of the gas at it, J: √(2πmT) q/(3P).
-
-    Maxwell's estimate in two dimensions: P/√(2πmT) balls a second hit a metre of the wall. They
-    bring 3/2 T each and half of the flux of heat q from the wall, and leave with 3/2 T of the wall.
-    In a dilute gas it is 8/3 of the mean free path times the slope of T. Solutions of the kinetic
-    equation for monatomic gases have 10 to 20 % more (Loyalka 1971, for spheres).
-    """
-    return math.sqrt(2 * math.pi * mass * temperature) * flux / (3 * pressure)

@@ -472,18 +472,11 @@ MAXWELLS_JUMP = 0.25
 MIDDLE = 0.5  # of the way from the middle to the walls: there the gradient of T is measured
 
 
-def gas_pressure(packing: float, radius: float, temperature: float) -> float:
-    """Pressure of a large gas of elastic disks, Pa m."""
-    density = packing / (math.pi * radius**2)
-    return density * temperature * float(theory.compressibility(packing))
-
-
 def conduction_rows(gas: GasSample) -> Iterator[Record]:
     """Flux of heat, conductivity and jump of temperature between walls of two temperatures."""
     fluxes, slopes, temperature, packing = gas.samples(conduction).T
     state = float(packing.mean()), 1.0, float(temperature.mean())
-    expected, pressure = theory.thermal_conductivity(*state), gas_pressure(*state)
-    jump = theory.temperature_jump(expected, state[2], pressure, mass=1.0)  # over the gradient
+    expected, jump = theory.thermal_conductivity(*state), theory.temperature_jump(*state)
     walls = gas.keys["wall_temperature"]
     difference = walls["right"] - walls["left"]
     width = starting_scene(gas.experiment, 0).container.size[0] - 2
