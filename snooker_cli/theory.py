@@ -30,7 +30,6 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from snooker_cli.containers import AccessibleRegion, Container
-from snooker_cli.laws import Driven, Sides, Thermal
 from snooker_cli.scene import Scene
 
 Real = TypeVar("Real", float, NDArray[np.float64])  # a float, or an array of floats
@@ -580,6 +579,93 @@ def critical_ratio(scene: Scene, restitution: float) -> float | None:
     return scene.container.longest_wave / critical_length(restitution, *size)
 
 
+def viscoelastic_loss(
+    restitution: float, cor_speed: float, temperature: float, mass: float = 1.0, a2: float = 0.0
+) -> float:
+    """Mean of 1 − e(v)² over collisions of balls, weighted with their energy.
+
+    e(v) is 1 − (1 − e)(v/v0)^(3/4) below v0 (m/s), else e (Bizon et al. 1998).
+
+    A ball-ball collision takes this share of T, as 1 − e² with one e. The normal relative speed v
+    has the density of a flux, so that x = m v²/(4T) has e^(−x), and a collision has the energy
+    x T: ∫ x e^(−x) [1 + a2 (4x² − 12x + 3)/16] [1 − e(v)²] dx. The polynomial is the first order in
+    the Sonine coefficient a2; with one e it gives the 1 + 3a2/16 of `cooling_rate`. The collision
+    rate is `ball_ball_rate`.
+    """
+    step = 0.005
+    roots = np.arange(step / 2, 8.0, step)  # √x: then the integrand is smooth at zero
+    x = roots**2
+    speeds = 2 * np.sqrt(x * temperature / mass)
+    e = 1 - (1 - restitution) * np.minimum(speeds / cor_speed, 1.0) ** 0.75
+    weights = x * np.exp(-x) * (1 + a2 * (4 * x**2 - 12 * x + 3) / 16) * 2 * roots
+    return float(np.sum(weights * (1 - e**2)) * step)
+
+
+def driven_temperature(
+    number: int,
+    restitution: float,
+    speed: float,
+    ball_radius: float,
+    container: Container,
+    mass: float = 1.0,
+) -> float:
+    """Temperature of nearly elastic balls whose whole wall is driven and has CoR 1 (J).
+
+    The balance of energy (Kumaran, J. Fluid Mech. 364, 163 (1998)). A ball that hits the wall with
+    v leaves with v + 2V. It has gained 2m V(v + V), which is V times the impulse. So the wall gives
+    V times the force on it, N T Z L/A by the virial theorem, with the accessible area A and its
+    edge L. Collisions of balls with Maxwell's speeds take (1 − e²) T each::
+
+        V N T Z L/A = N (ω/2) (1 − e²) T
+        √T = V Z L √(πm) d/[2A (1 − e²)(Z − 1)]
+
+    with Z − 1 and ω of elastic balls (`fluid_state`, `ball_ball_rate_from_virial`). In a dilute
+    gas T is proportional to m V²/[(1 − e²) N]². It is the first order in 1 − e², for balls that
+    lose little on their way across: then T is the same everywhere, and V much slower than balls.
+    """
+    region = container.accessible(ball_radius)
+    ratio = fluid_state(number, 1.0, ball_radius, container).virial_ratio
+    taken = (1 - restitution**2) * ball_ball_rate_from_virial(ratio, 1.0, ball_radius, number, mass)
+    return (speed * ratio * region.edge / region.area / (taken / 2)) ** 2
+
+
+SONINE_CONDUCTIVITY = 1.0296
+"""Conductivity of a dilute gas of disks over its first Sonine approximation.
+
+By the expansion to fourth order; Gass 1971 has 1.029.
+"""
+
+
+def thermal_conductivity(
+    packing: float, ball_radius: float, temperature: float, mass: float = 1.0
+) -> float:
+    """Conductivity of elastic disks after Enskog, 1/(m s) with k_B = 1 (Gass 1971).
+
+    λ = (2/d)√(T/(πm)) [s (1 + 3ηχ/2)²/χ + (4/π) η² χ], where s = `SONINE_CONDUCTIVITY` corrects
+    the first Sonine approximation (J. Chem. Phys. 54, 1898). The last term is the direct transfer
+    of energy between the centres of balls that collide.
+    """
+    contact = float(contact_value(packing))
+    moving = SONINE_CONDUCTIVITY * (1 + 1.5 * packing * contact) ** 2 / contact
+    transferred = 4 / math.pi * packing**2 * contact
+    return math.sqrt(temperature / (math.pi * mass)) / ball_radius * (moving + transferred)
+
+
+def temperature_jump(
+    packing: float, ball_radius: float, temperature: float, mass: float = 1.0
+) -> float:
+    """Jump of temperature at a thermal wall over the gradient there, m, after Maxwell.
+
+    Balls leave the wall of T_w with 3T_w/2 each. Those that arrive bring 3T/2 of the gas, and half
+    of the flux of heat q. So q = Φ 3(T_w − T)/2 + q/2 with Φ = P/√(2πmT) hits, and the jump over
+    the gradient is λ √(2πmT)/(3P): 8/3 of the mean free path in a dilute gas. Solutions of the
+    kinetic equation for monatomic gases have 10 to 20 % more (Loyalka 1971, for spheres).
+    """
+    pressure = packing / (math.pi * ball_radius**2) * temperature * float(compressibility(packing))
+    conductivity = thermal_conductivity(packing, ball_radius, temperature, mass)
+    return conductivity * math.sqrt(2 * math.pi * mass * temperature) / (3 * pressure)
+
+
 def haff_rate(cooling_rate: float) -> float:
     """Haff's rate (s⁻¹): α = ζ/2 with ζ at the start, because dT/dt = −ζ0 √(T/T0) T."""
     return cooling_rate / 2
@@ -633,74 +719,3 @@ def rotation_energy(angular_momentum: float, moment_of_inertia: float) -> float:
     between balls or at the wall, so collisions do not take its energy.
     """
     return angular_momentum**2 / (2 * moment_of_inertia)
-
-
-# Warm gases: balls between walls that give energy.
-
-
-def granular_compressibility(packing: Real, restitution: float) -> Real:
-    """P/(n T) of a gas of inelastic disks: 1 + (1 + e) η χ.
-
-    An impulse is (1 + e)/2 of that of elastic balls with the same velocities (Jenkins & Richman,
-    Phys. Fluids 28 (1985) 3485); Z of elastic disks at e = 1.
-    """
-    return 1.0 + (1.0 + restitution) * packing * contact_value(packing)
-
-
-def steady_temperature(scene: Scene) -> float | None:
-    """Temperature of equal balls between walls that all give energy alike, by balance of energy, J.
-
-    The gas is uniform and has Maxwell's velocities. So this holds for nearly elastic balls, where
-    √(1 − e²) times the container's size is far below the mean free path (Kumaran, J. Fluid Mech.
-    364 (1998) 163; McNamara & Luding, Phys. Rev. E 58 (1998) 813). Each of N ω/2 collisions a
-    second takes (1 − e²)T. A ball hits the wall ν_w times a second. Its normal speed then has the
-    mean √(πT/2m), and 2T/m is the mean of its square. With c = (1 − e²) ω/ν_w, at any T::
-
-        driven wall   (c + 2(1 − e_w²)) x² = √(2π) e_w (1 + e_w) x + (1 + e_w)²   with T = m V² x²
-        thermal wall  T = T_w/(1 + c/3), because a hit gives 3/2 (T_w − T)
-
-    In a dilute gas c is 2√2 π N d (1 − e²)/L. ``None`` for other walls or laws, for balls that are
-    unequal or no fluid, and where no collision takes energy from a driven gas.
-    """
-    law, container = scene.wall_law, scene.container
-    if isinstance(law, Sides) and len({*law[: len(container.sides)]}) == 1:
-        law = law.left
-    fluid = scene.equal_balls and scene.packing_fraction <= DENSEST_FLUID
-    if not (fluid and scene.pair_law.constant and isinstance(law, (Driven, Thermal))):
-        return None
-    rates = collision_rates(scene.number, 1.0, float(scene.radii[0]), container)
-    lost = (1 - scene.restitution**2) * rates.ball_ball / rates.wall
-    if isinstance(law, Thermal):
-        return law.temperature / (1 + lost / 3)
-    quadratic, linear = (
-        lost + 2 * (1 - law.cor**2),
-        math.sqrt(2 * math.pi) * law.cor * (1 + law.cor),
-    )
-    if quadratic == 0:
-        return None
-    root = (linear + math.sqrt(linear**2 + 4 * quadratic * (1 + law.cor) ** 2)) / (2 * quadratic)
-    return float(scene.masses[0]) * (law.speed * root) ** 2
-
-
-def conductivity(number_density: Real, ball_radius: float, temperature: Real, mass: float) -> Real:
-    """Enskog's conductivity of heat of elastic disks, 1/s: flux of heat over the slope of T.
-
-    κ = 2/d √(T/(πm)) [1/χ + 3η + (9/4 + 4/π) η² χ], the first Sonine approximation; higher ones
-    add 3 % in a dilute gas (Gass, J. Chem. Phys. 54 (1971) 1898, with bρ = 2η). In a dilute gas it
-    is four times the viscosity over m.
-    """
-    packing = math.pi * ball_radius**2 * number_density
-    contact = contact_value(packing)
-    dense = 1 / contact + 3 * packing + (9 / 4 + 4 / math.pi) * packing**2 * contact
-    conductivity: Real = np.sqrt(temperature / (math.pi * mass)) / ball_radius * dense
-    return conductivity
-
-
-def temperature_jump(flux: float, temperature: float, pressure: float, mass: float) -> float:
-    """Temperature of a thermal wall over that of the gas at it, J: √(2πmT) q/(3P).
-
-    Maxwell's estimate in two dimensions: P/√(2πmT) balls a second hit a metre of the wall. They
-    bring 3/2 T each and half of the flux of heat q from the wall, and leave with 3/2 T of the wall.
-    It is of the order of a mean free path times the slope of T.
-    """
-    return math.sqrt(2 * math.pi * mass * temperature) * flux / (3 * pressure)

@@ -74,7 +74,7 @@ DRIVEN = """\
 container: {radius: 10.0}
 balls: {count: 40, radius: 0.2, speed: 15.0, speeds: maxwell, start: random}
 cor: 0.9
-wall_cor: 0.95
+wall_cor: 1.0
 wall_speed: 1.0
 collisions: 6000
 repeats: 4
