@@ -72,11 +72,11 @@ sweep: {wall_temperature.right: [50.0, 100.0]}
 
 DRIVEN = """\
 container: {radius: 10.0}
-balls: {count: 40, radius: 0.2, speed: 15.0, speeds: maxwell, start: random}
+balls: {count: 40, radius: 0.2, speed: 40.0, speeds: maxwell, start: random}
 cor: 0.9
-wall_cor: 0.95
+wall_cor: 1.0
 wall_speed: 1.0
-collisions: 6000
+collisions: 16000
 repeats: 4
 sweep: {cor: [0.9, 0.95], balls.radius: [0.1, 0.5]}
 """

@@ -33,6 +33,11 @@ FIGURES_OF: dict[str, tuple[dict[str, Any], dict[str, dict[str, Any]]]] = {
         {"tagged-path": {}, "mean-squared-displacement": {}, "velocity-autocorrelation": {}},
     ),
     "configs/mixture": ({"repeats": 2}, {"species-temperature": {}, "a2": {}, "local-energy": {}}),
+    "heat": ({}, {"profiles": {}, "heat-flux": {}}),
+    "driven": (
+        {"balls.radius": 0.4},
+        {"stationary": {}, "energy-balance": {"cor": 0.9}},
+    ),
     "dense": (
         {"balls.count": 400, "collisions": 40000, "record": "events"},
         {"pair-correlation": {}, "hexatic-order": {}},

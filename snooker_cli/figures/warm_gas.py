@@ -1,6 +1,7 @@
 """Gases whose walls give energy: temperature, profiles, balance of energy, heat, pressure."""
 
 import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,15 +12,14 @@ from snooker_cli.analysis.observables import (
     has_all,
     ideal_gas_ratio,
     mean_and_error,
-    mean_pressure,
     mean_temperature,
     series,
     so_far,
     standard_errors,
     virial_ratio,
 )
-from snooker_cli.analysis.steady_state import balance_temperature
 from snooker_cli.analysis.structure import values
+from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.engine import replay
 from snooker_cli.errors import FigureError
@@ -37,7 +37,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import value_at, varying
 from snooker_cli.formatting import short, with_error
-from snooker_cli.laws import Law, Sides, Thermal, WallLaw
+from snooker_cli.laws import Driven, Law, Sides, Thermal, WallLaw
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
@@ -57,9 +57,25 @@ AXES = {
 """Labels of the x axis, by the swept key."""
 
 
-def steady_from(trace: Trace) -> float:
-    """When the part of a repeat begins that counts as steady, s: its second half."""
-    return trace.stop.time / 2
+def steady_parts(build: FigureBuilder, point: Point) -> Iterator[tuple[Trace, float]]:
+    """The repeats of a point, and when the part begins that counts as steady, s: the second half.
+
+    All figures of this module take it from here.
+    """
+    for trace in build.traces(point):
+        yield trace, trace.stop.time / 2
+
+
+def _balance(scene: Scene) -> float | None:
+    """Temperature at which an elastic or driven wall gives what collisions take, J, if known."""
+    law, fluid = scene.wall_law, scene.packing_fraction <= theory.DENSEST_FLUID
+    if isinstance(law, Thermal) and scene.restitution == 1:
+        return law.temperature
+    known = fluid and scene.equal_balls and scene.pair_law.constant and scene.restitution < 1
+    if not (known and isinstance(law, Driven) and law.cor == 1):
+        return None
+    balls = float(scene.radii[0]), scene.container, float(scene.masses[0])
+    return theory.driven_temperature(scene.number, scene.restitution, law.speed, *balls)
 
 
 def stationary(build: FigureBuilder) -> FigureData:
@@ -69,13 +85,13 @@ def stationary(build: FigureBuilder) -> FigureData:
     for index, group in enumerate(build.groups):
         rows, expected = [], []
         for point in group:
-            warm = [mean_temperature(trace, steady_from(trace)) for trace in build.traces(point)]
+            warm = [mean_temperature(trace, since) for trace, since in steady_parts(build, point)]
             rows.append(mean_and_error(np.array(warm)))
-            expected.append(balance_temperature(build.start(point)))
+            expected.append(_balance(build.start(point)))
             build.record(point, temperature=rows[-1], theory=expected[-1])
         x = np.array([float(value_at(point, key)) for point in group])
         y, errors = np.array(rows).T
-        law = np.array(expected)
+        law = np.array([math.nan if value is None else value for value in expected])
         if np.isfinite(law).any():
             build.lines.append(Line(x, law, None, index, "dotted"))
         label = build.label(group[0], names) or "simulation"
@@ -142,8 +158,8 @@ def _profile(build: FigureBuilder, bins: int) -> _Profile:
         return np.array([np.histogram(where, edges, weights=weight)[0] for weight in weights])
 
     rows = []
-    for trace in build.traces(point):
-        times = np.linspace(steady_from(trace), trace.stop.time, min(most, AT_ONCE // scene.number))
+    for trace, since in steady_parts(build, point):
+        times = np.linspace(since, trace.stop.time, min(most, AT_ONCE // scene.number))
         total = sum(values(sums, trace.start, replay(trace, times)))
         rows.append(
             (total[0] / (len(times) * area), *(total[1:] / np.where(total[0], total[0], np.nan)))
@@ -154,8 +170,8 @@ def _profile(build: FigureBuilder, bins: int) -> _Profile:
 def profiles(build: FigureBuilder) -> FigureData:
     """Density and temperature across a box or channel, or along the radius of a circle."""
     profile, (point,) = _profile(build, BINS), build.points
-    scene, traces = build.start(point), build.traces(point)
-    warm = np.array([mean_temperature(trace, steady_from(trace)) for trace in traces])
+    scene, parts = build.start(point), steady_parts(build, point)
+    warm = np.array([mean_temperature(trace, since) for trace, since in parts])
     mean, circle = float(warm.mean()), isinstance(scene.container, Circle)
     density = profile.density / profile.density.mean()
     columns = {
@@ -211,6 +227,8 @@ def _account(trace: Trace) -> tuple[Array, Array]:
     assert trace.events is not None
     gain, at_wall = np.diff(series(trace).kinetic_energy), trace.events.at_wall
     given, taken = np.where(at_wall, gain, 0.0), np.where(at_wall, 0.0, -gain)
+    if trace.start.restitution == 1.0:
+        taken *= 0.0  # only rounding is left
     return np.append(0.0, np.cumsum(given)), np.append(0.0, np.cumsum(taken))
 
 
@@ -251,15 +269,15 @@ def heat_flux(build: FigureBuilder) -> FigureData:
         raise FigureError("it needs a box or a channel whose left or right wall gives energy")
     if not scene.equal_balls:
         raise FigureError("the conductivity is that of equal balls")
-    profile, traces = _profile(build, COARSE_BINS), list(build.traces(point))
-    through = np.array([_through_walls(trace) for trace in traces])
-    pressure = float(np.mean([mean_pressure(trace, steady_from(trace)) for trace in traces]))
+    profile = _profile(build, COARSE_BINS)
+    through = np.array([_through_walls(*part) for part in steady_parts(build, point)])
     size, mass = float(scene.radii[0]), float(scene.masses[0])
     between = (profile.temperature[:, 1:] + profile.temperature[:, :-1]) / 2
     crowd = (profile.density[:, 1:] + profile.density[:, :-1]) / 2
     slopes = np.diff(profile.temperature) / np.diff(profile.middles)
-    packing = math.pi * size**2 * crowd.mean(axis=0)
-    enskog = -theory.thermal_conductivity(packing, size, between.mean(axis=0), mass) * slopes
+    packing, between = math.pi * size**2 * crowd.mean(axis=0), between.mean(axis=0)
+    conductivity = theory.thermal_conductivity(packing, size, between, mass)
+    enskog = -conductivity * slopes
     walls = _walls(scene, scene.wall_law)
     ends = np.array([*walls])
     build.lines += [
@@ -276,7 +294,7 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     middle = mean_and_error(enskog[:, 2:-2].mean(axis=1))
     both = [mean_and_error(side) for side in through.T]
     words = f"Through the left and right wall: {' and '.join(with_error(*q) for q in both)} J/(m s)"
-    numbers = {"left": both[0], "right": both[1], "enskog": middle, "pressure": pressure}
+    numbers = {"left": both[0], "right": both[1], "enskog": middle}
     if scene.restitution == 1.0:
         flux = mean_and_error(through.mean(axis=1))
         build.lines.insert(0, Reference("y", flux[0], "mean of both walls", "dashed"))
@@ -288,8 +306,9 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     for side, (law, beside) in enumerate(zip(walls.values(), ((0, 1), (-1, -2)), strict=True)):
         if isinstance(law, Thermal):
             gas = warm[:, beside] @ (1.5, -0.5)
-            inwards = float(through[:, side].mean()) * (-1) ** side
-            expected = theory.temperature_jump(inwards, float(gas.mean()), pressure, mass)
+            here = float(packing[-side]), size, float(between[-side]), mass
+            slope = float(through[:, side].mean()) / conductivity[-side] * (-1) ** side
+            expected = slope * theory.temperature_jump(*here)
             jump = mean_and_error(law.temperature - gas)
             jumps.append(f"{with_error(*jump)} J, by theory {short(expected)} J")
             numbers |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
@@ -299,10 +318,10 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     return build.figure(f"{words}.{jumped}{elastic}")
 
 
-def _through_walls(trace: Trace) -> Array:
+def _through_walls(trace: Trace, since: float) -> Array:
     """Flux of heat to the right through the left and the right wall, J/(m s); steady part."""
     given, _ = _account(trace)
-    events, since = trace.events, steady_from(trace)
+    events = trace.events
     assert events is not None
     rows = np.flatnonzero(events.at_wall & (events.time > since))
     gain = given[rows + 1] - given[rows]
@@ -326,7 +345,7 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
     for index, group in enumerate(build.groups):
         rows = []
         for point in group:
-            table = np.array([_pressures(trace) for trace in build.traces(point)])
+            table = np.array([_pressures(*part) for part in steady_parts(build, point)])
             scene = build.start(point)
             packing, (inner, outer, warm) = scene.packing_fraction, map(mean_and_error, table.T)
             numbers: dict[str, Any] = {
@@ -359,7 +378,6 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
     )
 
 
-def _pressures(trace: Trace) -> tuple[float, float, float]:
+def _pressures(trace: Trace, since: float) -> tuple[float, float, float]:
     """PV/NT in the steady part by the virial of the balls and by the wall; the temperature, J."""
-    since = steady_from(trace)
     return virial_ratio(trace, since), ideal_gas_ratio(trace, since), mean_temperature(trace, since)
