@@ -220,6 +220,7 @@ def rows(measured: Measurements, first: int) -> Iterator[Row]:
 def notes(measured: Measurements) -> Iterator[Note]:
     """What a reader of the rows has to know."""
     scene, parts = measured.scene, "T across/T along"
+    yield Note("the kurtosis of speeds is 2 (1 + a2)", "kurtosis of speeds")
     if np.all(np.isfinite(measured.across)):
         across = "the radius" if isinstance(scene.container, Circle) else "x"
         yield Note(f"{parts}: motion along {across}, over the rest", parts)
