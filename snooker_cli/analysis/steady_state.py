@@ -5,7 +5,7 @@ and of a fixed energy do not hold there.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -142,74 +142,59 @@ def rows(measured: Measurements, first: int) -> Iterator[Row]:
     """
     scene, steady = measured.scene, averages_from(measured.windows, first)
     number, container, radius = scene.number, scene.container, float(scene.radii[0])
-    density, length, warm = number / container.area, steady.length, steady.kinetic_energy / number
-    wall, pairs = wall_temperature(scene), number > 1
-    equilibrium = wall is not None and scene.restitution == 1
-    fluid = pairs and scene.equal_balls and scene.packing_fraction <= theory.DENSEST_FLUID
-    finite = predictions.scene_state(scene, 1.0) if equilibrium else None
+    density, mass, equal = number / container.area, float(scene.masses[0]), scene.equal_balls
+    wall = wall_temperature(scene) if scene.restitution == 1 else None
+    fluid = number > 1 and equal and scene.packing_fraction <= theory.DENSEST_FLUID
+    finite = None if wall is None else predictions.scene_state(scene, 1.0)
+    energy, length = steady.kinetic_energy, steady.length
+    warm, root = energy / number, steady.root_energy / math.sqrt(number)  # √T is also a mean
 
-    if equilibrium:
-        yield "temperature", "temperature of the wall", warm, wall or math.nan
-    elif math.isfinite(balance := balance_temperature(scene)):
-        yield "temperature", "balance of energy, dilute", warm, balance
-    else:
-        yield "temperature", NO_THEORY, warm, math.nan
-
-    ratios, virials = {"ideal gas law": 1.0}, dict[str, float]()
+    # What theories say: T, PV/NT at the walls and by the virial, χ of rates, and hits at T = 1 J.
+    balance, speed = balance_temperature(scene), theory.maxwell_mean_speed(1.0, mass)
+    temperatures = {} if wall is None else {"temperature of the wall": wall}
+    if wall is None and math.isfinite(balance):
+        temperatures["balance of energy, dilute"] = balance
+    contacts, ratios, virials = dict[str, float](), {"ideal gas law": 1.0}, dict[str, float]()
+    hits = {"ideal gas": theory.wall_rate(speed, container.accessible(radius))} if equal else {}
+    if equal:
+        contacts["Boltzmann"] = 1.0
+    if fluid:
+        contacts["Enskog"] = theory.contact_value(scene.packing_fraction)
     if fluid and scene.pair_law.constant:
         model = "hard disks, Padé" if scene.restitution == 1 else GRANULAR
-        excess = (1 + scene.restitution) / 2 * (theory.compressibility(scene.packing_fraction) - 1)
+        excess = (1 + scene.restitution) * scene.packing_fraction * contacts["Enskog"]
         ratios[model] = virials[model] = 1 + excess
     if finite is not None:
         ratios[HERE], virials[HERE] = finite.pressure / density, finite.virial_ratio
-    pressure, ideal = steady.pressure(scene), density * warm
-    virial = 1 + pooled_ratio(steady.pair_virial / length, 2 * steady.kinetic_energy)
-    for model, ratio in ratios.items():
-        yield "pressure", model, pressure, ratio * ideal
-    by_virial = ideal + steady.pair_virial / (2 * length * container.area)
-    virials = virials or {NO_THEORY: math.nan}
-    for model, ratio in virials.items() if pairs else ():
-        yield "pressure by the virial", model, by_virial, ratio * ideal
-    for model, ratio in virials.items() if pairs else ():
-        yield "PV/NT by the virial", model, virial, ratio
-    for model, ratio in ratios.items():
-        yield "PV/NT", model, pooled_ratio(pressure, ideal), ratio
+        walls = finite.pressure, 1.0, container.wall_length, mass
+        hits[HERE] = theory.wall_rate_from_pressure(number, *walls)
 
-    root, equal_masses = steady.root_energy / math.sqrt(number), bool(np.ptp(scene.masses) == 0)
-    mass, hits = float(scene.masses[0]), steady.wall_events / (number * length)
-    speed = theory.maxwell_mean_speed(1.0, mass)
-    if scene.equal_balls:
-        ideal_hits = theory.wall_rate(speed * root, container.accessible(radius))
-        yield "wall rate of a ball", "ideal gas", hits, ideal_hits
-    else:
-        yield "wall rate of a ball", NO_THEORY, hits, math.nan
-    if finite is not None and (enskog := predictions.scene_rates(scene, 1.0)) is not None:
-        yield "wall rate of a ball", HERE, hits, enskog.wall * root
-    if pairs:
-        meetings = 2 * steady.pair_events / (number * length)
-        path = pooled_ratio(steady.mean_speed, meetings)
-        models = {"Boltzmann": 1.0} if scene.equal_balls else {NO_THEORY: math.nan}
-        if fluid:
-            models["Enskog"] = float(theory.contact_value(scene.packing_fraction))
-        for model, contact in models.items():
-            rate = theory.ball_ball_rate(density, radius, 1.0, contact, mass)
-            yield "ball-ball rate of a ball", model, meetings, rate * root
-        for model, contact in models.items():
-            yield "mean free path", model, path, theory.mean_free_path(density, radius, contact)
-
-    given, lost = steady.wall_energy / length, steady.lost_energy / length
-    if scene.restitution < 1 and pairs:
-        yield "energy from the walls", "taken by collisions", given, lost
-        a_collision = pooled_ratio(steady.lost_energy, steady.pair_events)
+    pressure, ideal, virial = steady.pressure(scene), density * warm, steady.pair_virial / length
+    yield from _beside("temperature", warm, temperatures)
+    yield from _beside("pressure", pressure, ratios, ideal)
+    if number > 1:
+        by_virial = ideal + virial / (2 * container.area)
+        yield from _beside("pressure by the virial", by_virial, virials, ideal)
+        yield from _beside("PV/NT by the virial", 1 + pooled_ratio(virial, 2 * energy), virials)
+    yield from _beside("PV/NT", pooled_ratio(pressure, ideal), ratios)
+    yield from _beside("wall rate of a ball", steady.wall_events / (number * length), hits, root)
+    if number > 1:
+        pairs = 2 * steady.pair_events / (number * length)
+        dilute = theory.ball_ball_rate(density, radius, 1.0, mass=mass)
+        paths = {m: theory.mean_free_path(density, radius, c) for m, c in contacts.items()}
+        yield from _beside("ball-ball rate of a ball", pairs, contacts, dilute * root)
+        yield from _beside("mean free path", pooled_ratio(steady.mean_speed, pairs), paths)
+    if number > 1 and scene.restitution < 1:
+        given, taken = steady.wall_energy / length, steady.lost_energy / length
+        yield "energy from the walls", "taken by collisions", given, taken
         share = theory.mean_loss(scene.pair_law, float(warm.mean()), mass)
-        model = "Maxwell-Boltzmann" if scene.equal_balls else NO_THEORY
-        expected = share * warm if scene.equal_balls else math.nan
-        yield "energy taken by a collision", model, a_collision, expected
-    if equal_masses:
-        maxwell = speed * np.sqrt(wall if equilibrium and wall else warm)
+        losses = {"Maxwell-Boltzmann": share} if equal else {}
+        loss = pooled_ratio(steady.lost_energy, steady.pair_events)
+        yield from _beside("energy taken by a collision", loss, losses, warm)
+    if np.ptp(scene.masses) == 0:
+        maxwell = speed * np.sqrt(warm if wall is None else wall)
         yield "mean speed", "Maxwell-Boltzmann", steady.mean_speed, maxwell
-        energy, mean = steady.kinetic_energy, steady.kinetic_energy.mean()
-        square = mean * (2 * energy - mean)  # the squared mean, to first order in each repeat's
+        square = energy.mean() * (2 * energy - energy.mean())  # to first order, E² of the mean E
         kurtosis = pooled_ratio(steady.squares, square)
         yield "kurtosis of speeds", "Maxwell-Boltzmann", kurtosis, 2.0
     across = measured.across[:, first:].mean(axis=1)
@@ -217,9 +202,18 @@ def rows(measured: Measurements, first: int) -> Iterator[Row]:
         yield "T across/T along", "equal parts", pooled_ratio(across, 1 - across), 1.0
 
 
+def _beside(
+    quantity: str, measured: Array, models: Mapping[str, float], scale: Array | float = 1.0
+) -> Iterator[Row]:
+    """A row for each model, with its value times the scale, or a row without theory."""
+    for model, value in (models or {NO_THEORY: math.nan}).items():
+        yield quantity, model, measured, value * scale
+
+
 def notes(measured: Measurements) -> Iterator[Note]:
     """What a reader of the rows has to know."""
     scene, parts = measured.scene, "T across/T along"
+    yield Note("the kurtosis of speeds is 2 (1 + a2)", "kurtosis of speeds")
     if np.all(np.isfinite(measured.across)):
         across = "the radius" if isinstance(scene.container, Circle) else "x"
         yield Note(f"{parts}: motion along {across}, over the rest", parts)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
@@ -18,7 +19,7 @@ from snooker_cli import store
 from snooker_cli.containers import Box, Circle, PeriodicBox
 from snooker_cli.engine import simulate
 from snooker_cli.errors import AbsentError, StoreError
-from snooker_cli.laws import Constant
+from snooker_cli.laws import Constant, Driven
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance
 from snooker_cli.trace import (
@@ -243,3 +244,24 @@ def test_a_place_that_cannot_be_written_is_refused(
         with pytest.raises(AbsentError, match="cannot write the result"):
             store.write(tmp_path / place, [(7, traces["events"])], provenance)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["folder", "plain"]
+
+
+def test_the_energy_account_of_a_summary_must_balance(
+    tmp_path: Path, provenance: Provenance
+) -> None:
+    """It is written and read, and one that does not give the energy of the balls is refused."""
+    scene = replace(gas("circle", 7, 0.2, cor=0.95), wall_law=Driven(0.9, 2.0))
+    trace = simulate(scene, collisions=300, summary=True)
+    store.write(tmp_path / "sound.h5", [(0, trace)], provenance)
+    ((read, _),) = store.read(tmp_path / "sound.h5")
+    assert same_bits(read, trace)
+    assert trace.summary is not None
+    series = trace.summary.series
+    for name in ("wall_energy", "lost_energy"):
+        for factor in (1.001, math.nan, math.inf):
+            wrong = replace(series, **{name: factor * series.columns[name]})
+            path = tmp_path / f"{name} {factor}.h5"
+            damaged = replace(trace, summary=replace(trace.summary, series=wrong))
+            store.write(path, [(0, damaged)], provenance)
+            with pytest.raises(StoreError, match="wrong energy account of a summary"):
+                store.check(path)
