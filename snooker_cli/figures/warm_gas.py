@@ -44,6 +44,7 @@ from snooker_cli.trace import Trace
 BINS, COARSE_BINS = 20, 10  # of profiles, and of those whose slope is taken
 MOST_BALLS = 4_000_000  # balls times states of a point's profiles, which take seconds
 AT_ONCE = 2**22  # balls times states in memory
+ROUNDING = 1e-9  # of the place of a ball at a wall, as a share of it
 TIMES = 200  # times at which repeats are compared
 CURVE = 100  # vertices of a curve of theory
 
@@ -298,9 +299,10 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     if scene.restitution == 1.0:
         flux = mean_and_error(through.mean(axis=1))
         build.lines.insert(0, Reference("y", flux[0], "mean of both walls", "dashed"))
-        numbers["flux"], ratio = flux, mean_and_error(through.mean(axis=1) / middle[0])
-        numbers["over_enskog"] = ratio
-        words += f"; their mean over −κ dT/dx of the middle: {short(ratio[0])}"
+        over = flux[0] / middle[0]
+        ratio = over, math.hypot(flux[1], over * middle[1]) / abs(middle[0])
+        numbers |= {"flux": flux, "over_enskog": ratio}
+        words += f"; their mean over −κ dT/dx of the middle: {with_error(*ratio)}"
     # A straight line through the two strips at a wall gives the gas at it.
     jumps, warm = [], profile.temperature
     for side, (law, beside) in enumerate(zip(walls.values(), ((0, 1), (-1, -2)), strict=True)):
@@ -328,14 +330,12 @@ def _through_walls(trace: Trace, since: float) -> Array:
     width, height = trace.start.container.size
     totals = np.zeros(2)
     for part in np.array_split(np.arange(len(rows)), 1 + len(rows) * trace.start.number // AT_ONCE):
-        positions = replay(trace, events.time[rows[part]]).positions
-        places = positions[np.arange(len(part)), events.i[rows[part]]]
+        positions, balls = replay(trace, events.time[rows[part]]).positions, events.i[rows[part]]
+        x = positions[np.arange(len(part)), balls, 0]
         # A hit of the lower or upper wall of a box counts for neither side.
+        reach = (width / 2 - trace.start.radii[balls]) * (1 - ROUNDING)
         for side, sign in enumerate((-1, 1)):
-            near = sign * places[:, 0] > (width / 2 - trace.start.radii[events.i[rows[part]]]) * (
-                1 - 1e-9
-            )
-            totals[side] -= sign * gain[part][near].sum()
+            totals[side] -= sign * gain[part][sign * x > reach].sum()
     return totals / (height * (trace.stop.time - since))
 
 
