@@ -167,13 +167,15 @@ def slide(boundary: Any, i: int, now: float, state: State) -> float:
 
 
 @by_class
-def book_wall(account: Any, i: int, u: float, v: float, state: State) -> None:
-    """Account for the energy that a hit of the wall gave ball i; its velocity was (u, v), m/s."""
+def booked_hit(account: Any, i: int, now: float, state: State, elastic: bool) -> float:
+    """``hit_wall``; an account of the energy also notes what the wall gave."""
+    return hit_wall(state.boundary, i, now, state, elastic)
 
 
 @by_class
-def book_loss(account: Any, i: int, u: float, v: float, state: State) -> None:
-    """Account for the energy that a collision took from ball i; its velocity was (u, v), m/s."""
+def booked_collision(account: Any, i: int, j: int, state: State, elastic: bool) -> float:
+    """``hit_pair``; an account of the energy also notes what the collision took."""
+    return hit_pair(i, j, state, elastic)
 
 
 # The collision step
@@ -226,18 +228,11 @@ def collide(i: int, j: int, now: float, state: State) -> float:
         sums[ks.CONTACT_LASTS] = contact_lasts(now, state)
     elastic = in_contact(i, now, balls, sums)
     move(i, now, state)
-    u, v = balls[U, i], balls[V, i]
     if j == ks.NO_PARTNER:
-        impulse = hit_wall(state.boundary, i, now, state, elastic)
-        book_wall(state.account, i, u, v, state)
-        return impulse
+        return booked_hit(state.account, i, now, state, elastic)
     elastic = elastic or in_contact(j, now, balls, sums)
     move(j, now, state)
-    u_j, v_j = balls[U, j], balls[V, j]
-    impulse = hit_pair(i, j, state, elastic)
-    book_loss(state.account, i, u, v, state)
-    book_loss(state.account, j, u_j, v_j, state)
-    return impulse
+    return booked_collision(state.account, i, j, state, elastic)
 
 
 @inlined

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.collision import hit_pair, hit_wall
 from snooker_cli.engine.jit import by_class, helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, State, U, V
 from snooker_cli.scene import Scene
@@ -169,11 +170,19 @@ class EnergyAccount(NamedTuple):
     def of_repeat(self, repeat: int) -> "EnergyAccount":
         return EnergyAccount(self.sums[repeat])
 
-    def book_wall(self, i: int, u: float, v: float, state: State) -> None:
+    def booked_hit(self, i: int, now: float, state: State, elastic: bool) -> float:
+        u, v = state.balls[U, i], state.balls[V, i]
+        impulse = hit_wall(state.boundary, i, now, state, elastic)
         add_signed(self.sums, 0, gained(i, u, v, state))
+        return impulse
 
-    def book_loss(self, i: int, u: float, v: float, state: State) -> None:
-        add_signed(self.sums, 1, -gained(i, u, v, state))
+    def booked_collision(self, i: int, j: int, state: State, elastic: bool) -> float:
+        balls = state.balls
+        u_i, v_i, u_j, v_j = balls[U, i], balls[V, i], balls[U, j], balls[V, j]
+        impulse = hit_pair(i, j, state, elastic)
+        add_signed(self.sums, 1, -gained(i, u_i, v_i, state))
+        add_signed(self.sums, 1, -gained(j, u_j, v_j, state))
+        return impulse
 
     def write_account(self, row: Floats) -> None:
         row[WALL_ENERGY] = self.sums[0] + self.sums[2]
