@@ -135,11 +135,13 @@ def test_each_place_of_contact_has_its_law(damped: Damped) -> None:
     """One ball hits another at 6 m/s and then the wall at 4 m/s."""
     scene = scene_of([(-2.0, 0.0, 6.0, 0.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0, 1.0, 1.0)])
     state = ks.state_of(new_states([replace(scene, pair_law=damped)]), 0)
-    impulse = collision.collide(0, 1, 0.0, state)
+    impulse = collision.collide(state.account, 0, 1, 0.0, state)
     assert impulse == pytest.approx(3.0 * (1 + 0.5 / 7.0), rel=1e-14)
     assert state.balls[ks.U] == pytest.approx([6.0 - impulse, impulse], rel=1e-14)
     before = state.balls[ks.U, 1]
-    assert collision.collide(1, ks.NO_PARTNER, 9.0 / before, state) == pytest.approx(2 * before)
+    assert collision.collide(state.account, 1, ks.NO_PARTNER, 9.0 / before, state) == pytest.approx(
+        2 * before
+    )
 
 
 def test_a_law_of_a_config_has_its_keys() -> None:

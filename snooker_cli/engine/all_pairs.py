@@ -339,7 +339,7 @@ def simulate_repeat(
         if slider != ks.NO_PARTNER:
             i, j = slider, SLIDE
         else:
-            size = collide(i, j, now, state)
+            size = collide(state.account, i, j, now, state)
         count(i, j, size, state)
         if grid is None:
             record(recorded, filled, i, j, now, size, state.labels)

@@ -372,7 +372,7 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid | None, l
             if grid is not None and now > sample_time:
                 sample_time = sample_until(now, grid, state)
             clock.begin_event(i, j, now, state.sums, counts)
-            size = collide(i, j, now, state)
+            size = collide(state.account, i, j, now, state)
             count(i, j, size, state)
             if grid is None:
                 record(recorded, filled, i, j, now, size, state.labels)

@@ -166,18 +166,6 @@ def slide(boundary: Any, i: int, now: float, state: State) -> float:
     return 0.0
 
 
-@by_class
-def booked_hit(account: Any, i: int, now: float, state: State, elastic: bool) -> float:
-    """``hit_wall``; an account of the energy also notes what the wall gave."""
-    return hit_wall(state.boundary, i, now, state, elastic)
-
-
-@by_class
-def booked_collision(account: Any, i: int, j: int, state: State, elastic: bool) -> float:
-    """``hit_pair``; an account of the energy also notes what the collision took."""
-    return hit_pair(i, j, state, elastic)
-
-
 # The collision step
 
 
@@ -216,10 +204,11 @@ def move(i: int, now: float, state: State) -> None:
     balls[CLOCK, i] = now
 
 
-@inlined
-def collide(i: int, j: int, now: float, state: State) -> float:
+@by_class
+def collide(account: Any, i: int, j: int, now: float, state: State) -> float:
     """Bring balls i and j to the present and collide them; the impulse, kg m/s.
 
+    account : ``state.account``; an account of the energy also notes what the collision changed
     j : NO_PARTNER for a collision with the wall
     """
     balls, sums, counts = state.balls, state.sums, state.counts
@@ -229,10 +218,10 @@ def collide(i: int, j: int, now: float, state: State) -> float:
     elastic = in_contact(i, now, balls, sums)
     move(i, now, state)
     if j == ks.NO_PARTNER:
-        return booked_hit(state.account, i, now, state, elastic)
+        return hit_wall(state.boundary, i, now, state, elastic)
     elastic = elastic or in_contact(j, now, balls, sums)
     move(j, now, state)
-    return booked_collision(state.account, i, j, state, elastic)
+    return hit_pair(i, j, state, elastic)
 
 
 @inlined

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.collision import hit_pair, hit_wall
+from snooker_cli.engine.collision import collide
 from snooker_cli.engine.jit import by_class, helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, State, U, V
 from snooker_cli.scene import Scene
@@ -170,18 +170,15 @@ class EnergyAccount(NamedTuple):
     def of_repeat(self, repeat: int) -> "EnergyAccount":
         return EnergyAccount(self.sums[repeat])
 
-    def booked_hit(self, i: int, now: float, state: State, elastic: bool) -> float:
-        u, v = state.balls[U, i], state.balls[V, i]
-        impulse = hit_wall(state.boundary, i, now, state, elastic)
-        add_signed(self.sums, 0, gained(i, u, v, state))
-        return impulse
-
-    def booked_collision(self, i: int, j: int, state: State, elastic: bool) -> float:
-        balls = state.balls
-        u_i, v_i, u_j, v_j = balls[U, i], balls[V, i], balls[U, j], balls[V, j]
-        impulse = hit_pair(i, j, state, elastic)
-        add_signed(self.sums, 1, -gained(i, u_i, v_i, state))
-        add_signed(self.sums, 1, -gained(j, u_j, v_j, state))
+    def collide(self, i: int, j: int, now: float, state: State) -> float:
+        balls, k = state.balls, max(j, 0)
+        u_i, v_i, u_k, v_k = balls[U, i], balls[V, i], balls[U, k], balls[V, k]
+        impulse = collide(None, i, j, now, state)
+        if j < 0:
+            add_signed(self.sums, 0, gained(i, u_i, v_i, state))
+        else:
+            add_signed(self.sums, 1, -gained(i, u_i, v_i, state))
+            add_signed(self.sums, 1, -gained(k, u_k, v_k, state))
         return impulse
 
     def write_account(self, row: Floats) -> None:
