@@ -73,5 +73,5 @@ def size_of(value: object) -> int:
     return sys.getsizeof(value)
 
 
-MEMORY = Memory(2**28)
-"""Scenes, headers, repeats, their series and fits: a quarter of a gigabyte."""
+MEMORY = Memory(2**30)
+"""Scenes, headers, repeats, their series and fits: a gigabyte, so some 10 million collisions."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis.decay import early_endings
+from snooker_cli.analysis.decay import Decay, decays, early_endings
 from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
@@ -40,6 +40,7 @@ from snooker_cli.figures.selection import (
     value_at,
     varying,
 )
+from snooker_cli.memory import MEMORY
 from snooker_cli.runs import Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
@@ -100,6 +101,11 @@ class FigureBuilder:
         if traces[0].start.kinetic_energy == 0:
             raise FigureError("nothing moves at the start, so there is no ratio to it")
         return traces
+
+    def energy_decays(self, point: Point, traces: Sequence[Trace]) -> list[Decay]:
+        """The decay of the energy of a point, over these repeats of it; several figures need it."""
+        key = "decays", tuple(self.repeats(point))
+        return MEMORY.get(key, lambda: decays(traces, ("kinetic_energy",)), traces[0])
 
     def repeats(self, point: Point) -> list[int]:
         """The numbers of these repeats."""

@@ -122,7 +122,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     points = build.points
     for point in points:
         traces = build.moving(point)
-        fitted = decays(traces, ("kinetic_energy",))
+        fitted = build.energy_decays(point, traces)
         means = {LAWS[decay.law].key: decay.over_repeats for decay in fitted}
         constants = {key: (mean.value, mean.error) for key, mean in means.items()}
         if source:
@@ -180,7 +180,7 @@ def haff_time(build: FigureBuilder) -> FigureData:
         traces = build.moving(point)
         scene = traces[0].start
         edges, rates, errors, left = _local_rates(traces)
-        fitted = decays(traces, ("kinetic_energy",))
+        fitted = build.energy_decays(point, traces)
         rate = {decay.law: decay.over_repeats.value for decay in fitted}
         k, alpha = rate["exponential"], rate["haff"]
         if not (math.isfinite(k) and math.isfinite(alpha)):

@@ -24,7 +24,7 @@ from snooker_cli.trace import StopReason, Trace
 
 MANIFEST = "run.json"
 ANALYSIS = "analysis.json"  # what ``fit``, ``compare`` and ``table`` keep
-REMEMBERED_SIZE = 1_000_000  # bytes of a file up to which its repeats stay in memory
+REMEMBERED_SIZE = 32_000_000  # bytes of a file up to which its repeats stay in memory
 REPLACES = "run the config again, which replaces it"
 
 Check = Callable[[Path], list[RepeatHeader]]  # ``store.check``, or the same in a child process
