@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +39,7 @@ class StopReason(StrEnum):
         return self in (StopReason.COLLISIONS, StopReason.TIME, StopReason.NOTHING_LEFT)
 
 
-@dataclass(frozen=True)
-class Stop:
+class Stop(NamedTuple):
     """The end of a repeat: reason, time (s), the balls that caused it, and a message.
 
     accumulation_time : s, when the infinitely many bounces of a wall trap end; otherwise ``None``
@@ -56,7 +55,7 @@ class Stop:
 
     def known(self) -> dict[str, Any]:
         """The fields by name, without those that are ``None``."""
-        return {name: value for name, value in vars(self).items() if value is not None}
+        return {name: value for name, value in self._asdict().items() if value is not None}
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ def times(factor: float) -> Damage:
     def change(before: Trace) -> Trace:
         assert before.events is not None
         events = replace(before.events, time=factor * before.events.time)
-        stop = replace(before.stop, time=factor * before.stop.time)
+        stop = before.stop._replace(time=factor * before.stop.time)
         return replace(before, events=events, stop=stop)
 
     return with_traces(change)

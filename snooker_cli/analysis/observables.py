@@ -63,7 +63,7 @@ def before_collapse(trace: Trace) -> Trace:
     calm = summary.series[:rows]
     return replace(
         trace,
-        stop=replace(trace.stop, time=float(calm.time[-1])),
+        stop=trace.stop._replace(time=float(calm.time[-1])),
         wall_events=int(calm.wall_events[-1]),
         pair_events=int(calm.pair_events[-1]),
         summary=Summary(calm, summary.speed_histogram[:rows]),

@@ -170,18 +170,16 @@ def _require(holds: object, what: str) -> None:
 
 def _ending(stored: dict[str, Any]) -> tuple[Stop, int, int]:
     """How a repeat ended, and its collisions with the wall and between balls."""
-    fields = {**stored}
-    counts = [fields.pop(name) for name in layout.COUNTS]
-    reason, balls = StopReason(fields.pop("reason")), tuple(fields.pop("balls"))
-    stop = Stop(reason, balls=balls, **fields)
-    numbers = [stop.time, *filter(None, (stop.accumulation_time, stop.impulse_to_come))]
-    sound = {*map(type, (*counts, *balls))} == {int} and min(*counts, *balls) >= 0
-    sound = sound and {*map(type, numbers)} <= {int, float}
-    sound = sound and all(0 <= value < math.inf for value in numbers)
-    _require(sound and isinstance(stop.message, str), "ending")
+    counts = [stored.pop(name) for name in layout.COUNTS]
+    stop = Stop(StopReason(stored.pop("reason")), balls=tuple(stored.pop("balls")), **stored)
+    sound, time = type(stop.message) is str, stop.time
+    for number in (*counts, *stop.balls):
+        sound &= type(number) is int and number >= 0
+    for value in (time, stop.accumulation_time, stop.impulse_to_come):
+        sound &= value is None or (type(value) in (float, int) and 0 <= value < math.inf)
     # Balls that touch may collide, or be trapped, at time zero.
-    begins = stop.time == 0 and reason is not StopReason.TIME
-    _require(begins or stop.time >= LEAST_TIME, "ending")
+    sound = sound and time is not None and (time >= LEAST_TIME or time == 0)
+    _require(sound and (time > 0 or stop.reason is not StopReason.TIME), "ending")
     return stop, *counts
 
 

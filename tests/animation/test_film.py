@@ -136,7 +136,7 @@ def test_a_film_without_collisions_and_one_that_ended_early(shown: dict[str, Tra
     still = film(trace, "", until=float(trace.events.time[0]) / 2)
     assert (len(still), still.before) == (0, 0)
     assert [frame.time for frame in frames(still, "events", 2, 1.0)] == [0.0, still.end]
-    stop = replace(trace.stop, reason=StopReason.WALL_TRAP, message="a\u202eb")
+    stop = trace.stop._replace(reason=StopReason.WALL_TRAP, message="a\u202eb")
     trapped = film(replace(trace, stop=stop), "a\u202eb", "a\u202eb")
     assert [trapped.title, trapped.subtitle, trapped.ending] == [r"a\u202eb"] * 3
     assert film(replace(trace, stop=stop), "", most=10).ending == film(trace, "").ending == ""

@@ -46,7 +46,7 @@ def test_each_repeat_is_in_one_column(separate: Path, snooker: Snooker) -> None:
         run.path(point, [0]).unlink()
     interrupted = run.path(1, [2])
     ((trace, header),) = store.read(interrupted)
-    stop = replace(trace.stop, reason=StopReason.INTERRUPTED, message="cut")
+    stop = trace.stop._replace(reason=StopReason.INTERRUPTED, message="cut")
     store.write(interrupted, [(2, replace(trace, stop=stop))], header.provenance)
     record_failure(run, 0, 0, "no room")
     record_failure(run, 1, 1, "of an attempt before; it is done now")
@@ -146,7 +146,7 @@ def test_a_replay_finds_one_bit(part: str, column: str, finished: Path, snooker:
     nudged = getattr(whole, column).copy()
     nudged.flat[3] = np.nextafter(nudged.flat[3], 99.0)
     traces[2] = replace(traces[2], **{part: replace(whole, **{column: nudged})})
-    traces[1] = replace(traces[1], stop=replace(traces[1].stop, message="in other words"))
+    traces[1] = replace(traces[1], stop=traces[1].stop._replace(message="in other words"))
     store.write(path, [*traces.items()], found[0][1].provenance)
     assert verified(snooker)["bad"] == []
     (bad,) = verified(snooker, "--replay", "-j", "1")["bad"]
