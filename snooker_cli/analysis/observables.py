@@ -371,6 +371,7 @@ def virial_ratio(trace: Trace, since: float = 0.0) -> float:
 # States of a trace -> distances and speeds.
 
 MOST_BALLS = 2**22  # balls times states in memory at once, some hundred megabytes
+MOST_PLACES = 2**26  # balls times hits of walls whose side is looked up, which takes seconds
 STATES_IN_WINDOW = 5
 COLLISIONS_BETWEEN = 5.0  # collisions of a ball between two times at which its speed counts
 
@@ -413,6 +414,35 @@ def shares_across(trace: Trace, windows: int) -> Array:
     energies = (values @ scene.masses for values in (across, np.sum(velocities**2, axis=2)))
     with np.errstate(invalid="ignore"):
         return np.asarray(np.divide(*energies).reshape(windows, few).mean(axis=1))
+
+
+def wall_energies(trace: Trace, edges: Array) -> Array:
+    """Energy that each straight wall gives to the balls between edges (*n* + 1,), s; J.
+
+    (*n*, *sides*), in the order of ``Container.sides``; nan without all events, and for very many
+    hits of very many balls.
+    """
+    scene, number = trace.start, trace.start.number
+    sides = len(scene.container.sides)
+    given = np.full((len(edges) - 1, sides), math.nan)
+    if trace.events is None or trace.summary is not None or not has_all(trace):
+        return given
+    events = trace.events
+    late = (events.time > edges[0]) | (edges[0] == 0)  # collisions at time zero count
+    hits = np.flatnonzero(events.at_wall & late)
+    if len(hits) * number > MOST_PLACES:
+        return given
+    given[:] = 0.0
+    gain = np.diff(series(trace).kinetic_energy)[hits]
+    window = np.clip(np.searchsorted(edges, events.time[hits]) - 1, 0, len(edges) - 2)
+    (width, height), radii = scene.container.size, scene.radii[events.i[hits]]
+    for part in np.array_split(np.arange(len(hits)), 1 + len(hits) * number // MOST_BALLS):
+        places = replay(trace, events.time[hits[part]]).positions
+        x, y = places[np.arange(len(part)), events.i[hits[part]]].T
+        across, up = width / 2 - radii[part], height / 2 - radii[part]
+        gaps = np.array([across + x, across - x, up + y, up - y])  # to left, right, bottom, top
+        np.add.at(given, (window[part], np.argmin(gaps[:sides], axis=0)), gain[part])
+    return given
 
 
 def pair_distances(states: States, scene: Scene) -> Array:

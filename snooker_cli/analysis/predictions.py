@@ -12,7 +12,7 @@ from snooker_cli.analysis import observables
 from snooker_cli.analysis.decay import Note, reported_constants
 from snooker_cli.analysis.measurement import Measurements
 from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic
-from snooker_cli.containers import Circle, Container
+from snooker_cli.containers import Box, Circle, Container
 from snooker_cli.formatting import listed
 from snooker_cli.laws import Sides
 from snooker_cli.scene import Scene
@@ -35,6 +35,7 @@ UNITS = dict.fromkeys(("Haff's α", "decay constant of energy", "decay constant 
 UNITS |= EQUILIBRIUM
 UNITS |= {"pressure by the virial": "Pa m", "energy from the walls": "J/s"}
 UNITS |= {"energy taken by a collision": "J"}
+UNITS |= dict.fromkeys((f"energy from the {side} wall" for side in Box.sides), "J/s")
 
 HEAVY = 1000.0
 """A free container this many times as heavy as the balls keeps their angular momentum."""
@@ -291,11 +292,11 @@ def _slower_cooling(measured: Measurements) -> Iterator[Row]:
     if (enskog := scene_rates(scene, 1.0)) is None or isinstance(wall_law, Sides):
         return
 
-    def rate(warm: float) -> float:
-        """ζ at a temperature."""
+    def rate(warm: Array) -> Array:
+        """ζ at temperatures."""
         between = theory.mean_loss(pair_law, warm, mass) * enskog.ball_ball / 2
-        wall = enskog.wall and theory.mean_loss(wall_law, warm, 2 * mass) * enskog.wall
-        return (between + wall) * math.sqrt(warm)
+        wall = theory.mean_loss(wall_law, warm, 2 * mass) * enskog.wall
+        return np.asarray((between + wall) * np.sqrt(warm))
 
     drift = 0.0 if scene.container.has_wall else measured.drift_energy
     first = (measured.start_energy - drift) / (components(scene) / 2)

@@ -18,7 +18,7 @@ from snooker_cli.config import Experiment
 from snooker_cli.containers import SHAPES
 from snooker_cli.engine import States, replay, series, simulate
 from snooker_cli.formatting import listed, short, with_error
-from snooker_cli.laws import Viscoelastic
+from snooker_cli.laws import Driven, Viscoelastic
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import processors
@@ -362,7 +362,8 @@ DRIVEN = "a gas that its wall drives"
 def driven_rows(gas: GasSample) -> Iterator[Record]:
     """The temperature of a dilute, nearly elastic gas whose wall is driven."""
     speed, container = gas.keys["wall_speed"], starting_scene(gas.experiment, 0).container
-    expected = theory.driven_temperature(gas.balls, gas.cor, speed, 1.0, container)
+    walls = [(Driven(gas.keys["wall_cor"], speed), container.accessible(1.0).edge)]
+    expected = theory.balance_temperature(gas.balls, 1.0, 1.0, gas.cor, container, walls)
     yield known_value(
         *(DRIVEN, "temperature, J", gas, gas.means(steady)[0], expected),
         "balance of energy, Kumaran 1998",
@@ -459,7 +460,7 @@ def cooling_time(gas: GasSample, hot: float, cold: float, a2: float = 0.0) -> fl
     """∫ dT/(ζ T) between two temperatures, s, with the cooling rate ζ of Enskog's collisions."""
     law = Viscoelastic(gas.cor, gas.keys["cor_speed"])
     temperatures = np.geomspace(hot, cold, 201)
-    losses = [theory.mean_loss(law, float(t), a2=a2) for t in temperatures]
+    losses = theory.mean_loss(law, temperatures, a2=a2)
     rates = gas.collision_rate * np.sqrt(temperatures / gas.temperature) * losses / 2
     return -float(np.trapezoid(1 / rates, np.log(temperatures)))
 
