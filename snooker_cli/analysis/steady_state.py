@@ -43,14 +43,15 @@ class StationaryPart(NamedTuple):
 
 
 def stationary_part(energies: Array, time: Array) -> StationaryPart:
-    """The longest part, to the end, whose quarters have the same mean energy of the balls.
+    """The longest part, to the end, in which the mean energy of the balls stays the same.
 
     energies : (*repeats*, ``WINDOWS``) J, means over windows of time of the complete repeats
     time : (*repeats*,) their ends, s
 
-    Two tests over the repeats decide: Hotelling's of the three differences of successive quarters,
-    and Student's of the last less the first, which finds a slow approach in few repeats. The first
-    window is left out, because speeds mix there, and half of the time at most.
+    Three tests over the repeats decide: Hotelling's of the three differences of successive
+    quarters; and Student's of the last quarter less the first, and of the second half of the time
+    less the first window, which find an approach in few repeats. The first window of all is left
+    out, because speeds mix there, and half of the time at most.
     """
     count = len(energies)
     if count < LEAST_REPEATS:
@@ -58,18 +59,19 @@ def stationary_part(energies: Array, time: Array) -> StationaryPart:
         needs = f"the test needs {LEAST_REPEATS} complete repeats, and {have}"
         return StationaryPart(None, f"the stationary part is not known: {needs}")
     sums = np.cumsum(np.column_stack([np.zeros(count), energies]), axis=1)
-    tested = math.nan
+    tested, late = math.nan, energies[:, WINDOWS // 2 :].mean(axis=1)
     for first in range(1, WINDOWS // 2 + 1):
         edges = np.linspace(first, WINDOWS, 5)
         until = np.array([np.interp(edges, np.arange(WINDOWS + 1), row) for row in sums])
         quarters = np.diff(until, axis=1)
-        tested = min(equal_means(quarters), equal_means(quarters[:, [0, 3]]))
+        pairs = quarters[:, [0, 3]], np.column_stack([energies[:, first], late])
+        tested = min(map(equal_means, (quarters, *pairs)))
         if tested >= LEAST_PROBABILITY:
             begin = float(np.mean(time)) * first / WINDOWS
-            agree = f"the mean energies of its quarters agree ({_chance(tested)})"
+            agree = f"the mean energies of its parts agree ({_chance(tested)})"
             chosen = f"it is the first of {WINDOWS // 2} tried starts for which they do"
             return StationaryPart(first, f"stationary from {short(begin)} s on: {agree}; {chosen}")
-    why = f"the quarters of the second half differ ({_chance(tested)})"
+    why = f"the parts of the second half differ ({_chance(tested)})"
     if math.isnan(tested):
         why = "the repeats differ by rounding alone, so that nothing can be tested"
     return StationaryPart(None, f"not stationary: {why}; make the run longer")
