@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from snooker_cli import engine, theory
 from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replay
+from snooker_cli.engine.kernel_state import X, Y
+from snooker_cli.engine.replay import Replay
 from snooker_cli.memory import MEMORY
 from snooker_cli.scene import TINY, Scene
 from snooker_cli.theory import Real
@@ -371,7 +373,6 @@ def virial_ratio(trace: Trace, since: float = 0.0) -> float:
 # States of a trace -> distances and speeds.
 
 MOST_BALLS = 2**22  # balls times states in memory at once, some hundred megabytes
-MOST_PLACES = 2**26  # balls times hits of walls whose side is looked up, which takes seconds
 STATES_IN_WINDOW = 5
 COLLISIONS_BETWEEN = 5.0  # collisions of a ball between two times at which its speed counts
 
@@ -419,29 +420,23 @@ def shares_across(trace: Trace, windows: int) -> Array:
 def wall_energies(trace: Trace, edges: Array) -> Array:
     """Energy that each straight wall gives to the balls between edges (*n* + 1,), s; J.
 
-    (*n*, *sides*), in the order of ``Container.sides``; nan without all events, and for very many
-    hits of very many balls.
+    (*n*, *sides*), in the order of ``Container.sides``; nan without all events.
     """
-    scene, number = trace.start, trace.start.number
-    sides = len(scene.container.sides)
-    given = np.full((len(edges) - 1, sides), math.nan)
+    scene, sides = trace.start, len(trace.start.container.sides)
+    given = np.zeros((len(edges) - 1, sides))
     if trace.events is None or trace.summary is not None or not has_all(trace):
-        return given
-    events = trace.events
+        return np.full_like(given, math.nan)
+    events, gain = trace.events, np.diff(series(trace).kinetic_energy)
     late = (events.time > edges[0]) | (edges[0] == 0)  # collisions at time zero count
     hits = np.flatnonzero(events.at_wall & late)
-    if len(hits) * number > MOST_PLACES:
-        return given
-    given[:] = 0.0
-    gain = np.diff(series(trace).kinetic_energy)[hits]
+    balls, places, run = events.i[hits], np.empty((len(hits), 2)), Replay(trace)
+    for place, hit, ball in zip(places, hits.tolist(), balls.tolist(), strict=True):
+        run.advance(hit + 1)
+        place[:] = run.state.balls[[X, Y], ball]  # at its own clock, which is that of the hit
+    reach = np.array(scene.container.size) / 2 - scene.radii[balls, None]
+    gaps = np.hstack([reach + places, reach - places])[:, [0, 2, 1, 3]]  # left, right, bottom, top
     window = np.clip(np.searchsorted(edges, events.time[hits]) - 1, 0, len(edges) - 2)
-    (width, height), radii = scene.container.size, scene.radii[events.i[hits]]
-    for part in np.array_split(np.arange(len(hits)), 1 + len(hits) * number // MOST_BALLS):
-        places = replay(trace, events.time[hits[part]]).positions
-        x, y = places[np.arange(len(part)), events.i[hits[part]]].T
-        across, up = width / 2 - radii[part], height / 2 - radii[part]
-        gaps = np.array([across + x, across - x, up + y, up - y])  # to left, right, bottom, top
-        np.add.at(given, (window[part], np.argmin(gaps[:sides], axis=0)), gain[part])
+    np.add.at(given, (window, np.argmin(gaps[:, :sides], axis=1)), gain[hits])
     return given
 
 

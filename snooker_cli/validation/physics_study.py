@@ -14,11 +14,12 @@ import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis.observables import mean_and_error, mean_pressure, standard_errors
+from snooker_cli.analysis.steady_state import expected_temperatures
 from snooker_cli.config import Experiment
 from snooker_cli.containers import SHAPES
 from snooker_cli.engine import States, replay, series, simulate
 from snooker_cli.formatting import listed, short, with_error
-from snooker_cli.laws import Driven, Viscoelastic
+from snooker_cli.laws import Viscoelastic
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import processors
@@ -361,9 +362,7 @@ DRIVEN = "a gas that its wall drives"
 
 def driven_rows(gas: GasSample) -> Iterator[Record]:
     """The temperature of a dilute, nearly elastic gas whose wall is driven."""
-    speed, container = gas.keys["wall_speed"], starting_scene(gas.experiment, 0).container
-    walls = [(Driven(gas.keys["wall_cor"], speed), container.accessible(1.0).edge)]
-    expected = theory.balance_temperature(gas.balls, 1.0, 1.0, gas.cor, container, walls)
+    (expected,) = expected_temperatures(starting_scene(gas.experiment, 0)).values()
     yield known_value(
         *(DRIVEN, "temperature, J", gas, gas.means(steady)[0], expected),
         "balance of energy, Kumaran 1998",
@@ -594,9 +593,9 @@ def _left(row: Record) -> str:
 
 
 def _scene(row: Record) -> str:
-    """The shape with walls and the further keys of a gas; older measurements have no keys."""
+    """The shape with walls and the further keys of a gas."""
     parts = [row["shape"]] if SHAPES[row["shape"]].has_wall else []
-    for key, value in row.get("keys", {}).items():
+    for key, value in row["keys"].items():
         sides = value.values() if isinstance(value, Mapping) else (value,)
         parts.append(f"{key} {' and '.join(f'{side:g}' for side in sides)}")
     return "".join(f", {part}" for part in parts)
