@@ -17,7 +17,7 @@ from snooker_cli.analysis.decay import Note
 from snooker_cli.analysis.fitting import LEAST_PROBABILITY, equal_means
 from snooker_cli.analysis.measurement import MEANS, WINDOWS, Averages, Measurements
 from snooker_cli.analysis.predictions import NO_THEORY, Row
-from snooker_cli.containers import Circle
+from snooker_cli.containers import Channel, Circle
 from snooker_cli.formatting import probability, short
 from snooker_cli.laws import Law, Sides, Thermal
 from snooker_cli.scene import Scene
@@ -117,7 +117,7 @@ def _walls(scene: Scene) -> list[tuple[Law, float]]:
     edge = container.accessible(float(np.mean(scene.radii))).edge
     if not isinstance(law, Sides):
         return [(law, edge)]
-    if predictions.is_channel(container):
+    if isinstance(container, Channel):
         return [(law.left, edge / 2), (law.right, edge / 2)]
     width, height = (size - 2 * float(np.mean(scene.radii)) for size in container.size)
     return [*zip(law, (height, height, width, width), strict=True)]

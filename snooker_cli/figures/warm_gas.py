@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -47,7 +47,6 @@ from snooker_cli.trace import Trace
 
 BINS, COARSE_BINS = 20, 10  # of profiles, and of those whose slope is taken
 MOST_BALLS = 4_000_000  # balls times states of a point's profiles, which take seconds
-AT_ONCE = 2**22  # balls times states in memory
 TIMES = 200  # times at which repeats are compared
 CURVE = 100  # vertices of a curve of theory
 
@@ -139,33 +138,13 @@ def stationary(build: FigureBuilder) -> FigureData:
     return build.figure(caption, logarithmic=log, x_label=AXES[key], x_log=key == "wall_speed")
 
 
-class _Profile(NamedTuple):
-    """Profiles of a point's repeats, in bins across the container or along the radius.
+def _profile(build: FigureBuilder, steady: _Steady, bins: int) -> tuple[Array, Array, Array, Array]:
+    """Profiles of the only point, across the container or along the radius.
 
-    edges : (*b* + 1,) of the bins, m
-    density : (*repeats*, *b*) of centres, 1/m²
-    across, along : (*repeats*, *b*) temperatures m⟨v²⟩ of the motion across (or along the radius)
-        and at right angles to it, J
+    Edges (*b* + 1,) of the bins, m; densities of centres (*repeats*, *b*), 1/m², and temperatures
+    m⟨v²⟩ of the motion across (or along the radius) and at right angles to it, J: means over states
+    at even times. Raises ``FigureError``.
     """
-
-    edges: Array
-    density: Array
-    across: Array
-    along: Array
-
-    @property
-    def middles(self) -> Array:
-        """(*b*,) m"""
-        return (self.edges[1:] + self.edges[:-1]) / 2
-
-    @property
-    def temperature(self) -> Array:
-        """(*repeats*, *b*) J"""
-        return (self.across + self.along) / 2
-
-
-def _profile(build: FigureBuilder, steady: _Steady, bins: int) -> _Profile:
-    """Profiles of the only point, over states at even times. Raises ``FigureError``."""
     (point,) = build.points
     scene = build.start(point)
     if not scene.container.has_wall:
@@ -193,49 +172,54 @@ def _profile(build: FigureBuilder, steady: _Steady, bins: int) -> _Profile:
 
     rows = []
     for trace, since in steady.traces(point):
-        times = np.linspace(since, trace.stop.time, min(most, AT_ONCE // scene.number))
-        total = sum(values(sums, trace.start, replay(trace, times)))
-        rows.append(
-            (total[0] / (len(times) * area), *(total[1:] / np.where(total[0], total[0], np.nan)))
-        )
-    return _Profile(edges, *np.swapaxes(np.array(rows), 0, 1))
+        states = replay(trace, np.linspace(since, trace.stop.time, most))
+        balls, *squares = sum(values(sums, trace.start, states))
+        known = np.where(balls, balls, np.nan)
+        rows.append((balls / (most * area), *(square / known for square in squares)))
+    density, across, along = np.swapaxes(np.array(rows), 0, 1)
+    return edges, density, across, along
 
 
 def profiles(build: FigureBuilder) -> FigureData:
     """Density and temperature across a box or channel, or along the radius of a circle."""
     steady, (point,) = _Steady(build), build.points
-    profile, scene = _profile(build, steady, BINS), build.start(point)
+    edges, density, across, along = _profile(build, steady, BINS)
+    scene, middles, temperature = build.start(point), _middles(edges), (across + along) / 2
     warm = np.array([mean_temperature(*part) for part in steady.traces(point)])
     mean, circle = float(warm.mean()), isinstance(scene.container, Circle)
-    density = profile.density / profile.density.mean()
     columns = {
-        "density": density,
-        "temperature": profile.temperature / mean,
-        f"its part {'along the radius' if circle else 'across'}": profile.across / mean,
-        f"its part {'around' if circle else 'along the walls'}": profile.along / mean,
+        "density": density / density.mean(),
+        "temperature": temperature / mean,
+        f"its part {'along the radius' if circle else 'across'}": across / mean,
+        f"its part {'around' if circle else 'along the walls'}": along / mean,
     }
     for index, (name, rows) in enumerate(columns.items()):
         style: LineStyle = "solid" if index < 2 else "dashed"
-        build.add_means(index, name, profile.middles, rows, style)
+        build.add_means(index, name, middles, rows, style)
     walls = {place: law for place, law in _walls(scene).items() if isinstance(law, Thermal)}
     for place, law in walls.items():
         at = np.array([place]), np.array([law.temperature / mean])
         build.lines.append(Points(*at, None, None, 1, filled=False))
     build.record(
         point,
-        place=profile.middles,
-        density=profile.density.mean(axis=0),
-        temperature=profile.temperature.mean(axis=0),
-        across=profile.across.mean(axis=0),
-        along=profile.along.mean(axis=0),
+        place=middles,
+        density=density.mean(axis=0),
+        temperature=temperature.mean(axis=0),
+        across=across.mean(axis=0),
+        along=along.mean(axis=0),
         mean_temperature=mean_and_error(warm),
     )
-    ratio = mean_and_error(np.nanmean(profile.across, axis=1) / np.nanmean(profile.along, axis=1))
+    ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
     return build.figure(
         f"{steady.text} T is {with_error(*mean_and_error(warm), 'J')} on average; its first part "
         f"over the second is {with_error(*ratio)}.{' Open: the wall.' if walls else ''}",
         x_label="distance from the centre (m)" if circle else "place across (m)",
     )
+
+
+def _middles(values: Array) -> Array:
+    """Means of neighbours along the last axis."""
+    return (values[..., 1:] + values[..., :-1]) / 2
 
 
 def _walls(scene: Scene) -> dict[float, Law]:
@@ -288,7 +272,8 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     if not scene.equal_balls:
         raise FigureError("the conductivity is that of equal balls")
     steady = _Steady(build)
-    profile, through = _profile(build, steady, COARSE_BINS), np.empty((0, 2))
+    edges, density, across, along = _profile(build, steady, COARSE_BINS)
+    warm, through = (across + along) / 2, np.empty((0, 2))
     for trace, since in steady.traces(point):
         length = trace.stop.time - since
         left, right = wall_energies(trace, np.array([since, trace.stop.time]))[0, :2]
@@ -296,28 +281,18 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     if np.isnan(through).any():
         raise FigureError("a repeat has too many collisions for this figure; run a shorter one")
     size, mass = float(scene.radii[0]), float(scene.masses[0])
-    between = (profile.temperature[:, 1:] + profile.temperature[:, :-1]) / 2
-    crowd = (profile.density[:, 1:] + profile.density[:, :-1]) / 2
-    slopes = np.diff(profile.temperature) / np.diff(profile.middles)
-    packing, between = math.pi * size**2 * crowd.mean(axis=0), between.mean(axis=0)
+    packing = math.pi * size**2 * _middles(density).mean(axis=0)
+    between = _middles(warm).mean(axis=0)
     conductivity = theory.thermal_conductivity(packing, size, between, mass)
-    enskog = -conductivity * slopes
+    enskog = -conductivity * np.diff(warm) / np.diff(_middles(edges))
     build.lines += [
-        Points(
-            np.array([*walls]),
-            through.mean(axis=0),
-            standard_errors(through),
-            "through the walls",
-            0,
-        ),
-        Points(
-            profile.edges[1:-1],
-            enskog.mean(axis=0),
-            standard_errors(enskog),
-            "Enskog's conductivity, −κ dT/dx",
-            1,
-            filled=False,
-        ),
+        Points(x, rows.mean(axis=0), standard_errors(rows), label, series, filled=not series)
+        for series, (x, rows, label) in enumerate(
+            (
+                (np.array([*walls]), through, "through the walls"),
+                (edges[1:-1], enskog, "Enskog's conductivity, −κ dT/dx"),
+            )
+        )
     ]
     middle = mean_and_error(enskog[:, 2:-2].mean(axis=1))
     both = [mean_and_error(side) for side in through.T]
@@ -332,14 +307,14 @@ def heat_flux(build: FigureBuilder) -> FigureData:
         numbers |= {"flux": flux, "over_enskog": ratio}
         words += f"; their mean over −κ dT/dx of the middle: {with_error(*ratio)}"
     # A straight line through the two strips at a wall gives the gas at it.
-    jumps, warm = [], profile.temperature
+    jumps = []
     for side, (law, beside) in enumerate(zip(walls.values(), ((0, 1), (-1, -2)), strict=True)):
         if isinstance(law, Thermal):
-            gas = warm[:, beside] @ (1.5, -0.5)
+            near = warm[:, beside] @ (1.5, -0.5)
             here = float(packing[-side]), size, float(between[-side]), mass
             slope = float(through[:, side].mean()) / conductivity[-side] * (-1) ** side
             expected = slope * theory.temperature_jump(*here)
-            jump = mean_and_error(law.temperature - gas)
+            jump = mean_and_error(law.temperature - near)
             jumps.append(f"{with_error(*jump)} J, by theory {short(expected)} J")
             numbers |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
     build.record(point, **numbers)
@@ -350,28 +325,26 @@ def heat_flux(build: FigureBuilder) -> FigureData:
 
 def equation_of_state(build: FigureBuilder) -> FigureData:
     """PV/NT in the steady state against packing, a series for each CoR, with theory."""
-    names, highest, steady = [group[0] for group in build.groups], 0.0, _Steady(build)
+    names, steady = [group[0] for group in build.groups], _Steady(build)
     for index, group in enumerate(build.groups):
         rows = []
         for point in group:
-            table = np.array([_pressures(*part) for part in steady.traces(point)])
+            measures = virial_ratio, ideal_gas_ratio, mean_temperature
+            table = np.array([[f(*part) for f in measures] for part in steady.traces(point)])
+            inner, outer, warm = map(mean_and_error, table.T)
             scene = build.start(point)
-            packing, (inner, outer, warm) = scene.packing_fraction, map(mean_and_error, table.T)
-            numbers: dict[str, Any] = {
-                "theory": theory.granular_compressibility(packing, scene.restitution)
-            }
+            packing, e = scene.packing_fraction, scene.restitution
+            numbers: dict[str, Any] = {"theory": theory.granular_compressibility(packing, e)}
             here = predictions.fluid(scene.number, 1.0, float(scene.radii[0]), scene.container)
             if here is not None:  # impulses are (1 + e)/2 of those of elastic balls
-                weaker = (1 + scene.restitution) / 2
-                numbers["theory_here"] = 1 + weaker * (here.virial_ratio - 1)
+                numbers["theory_here"] = 1 + (1 + e) / 2 * (here.virial_ratio - 1)
             rows.append((packing, *inner, *outer))
             numbers |= {"temperature": warm, "virial": inner, "wall": outer}
             build.record(point, packing=packing, **numbers)
         packings, inside, inside_error, at_wall, wall_error = np.array(rows).T
-        highest = max(highest, float(packings.max()))
         grid = np.linspace(0.0, packings.max(), CURVE)
         label = build.label(group[0], names) or "simulation"
-        curve = theory.granular_compressibility(grid, scene.restitution)
+        curve = theory.granular_compressibility(grid, e)
         build.lines += [
             Line(grid, curve, None, index, "dotted"),
             Points(packings, inside, inside_error, label, index),
@@ -386,8 +359,3 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
         f"{steady.text} At the largest packing, by virial and wall: {build.results_text}. "
         "Dotted: a large gas."
     )
-
-
-def _pressures(trace: Trace, since: float) -> tuple[float, float, float]:
-    """PV/NT in the steady part by the virial of the balls and by the wall; the temperature, J."""
-    return virial_ratio(trace, since), ideal_gas_ratio(trace, since), mean_temperature(trace, since)
