@@ -19,7 +19,7 @@ from snooker_cli.analysis.measurement import MEANS, WINDOWS, Averages, Measureme
 from snooker_cli.analysis.predictions import NO_THEORY, Row
 from snooker_cli.containers import Channel, Circle
 from snooker_cli.formatting import probability, short
-from snooker_cli.laws import Law, Sides, Thermal
+from snooker_cli.laws import Constant, Law, Sides, Thermal
 from snooker_cli.scene import Scene
 
 Array = NDArray[np.float64]
@@ -133,7 +133,7 @@ def expected_temperatures(scene: Scene) -> dict[str, float]:
         return {WALLS: wall}
     walls, radius, mass = _walls(scene), float(scene.radii[0]), float(scene.masses[0])
     one_law = len({law for law, _ in walls if law.gains}) == 1
-    if not (one_law and _is_fluid(scene) and scene.pair_law.constant):
+    if not (one_law and _is_fluid(scene) and isinstance(scene.pair_law, Constant)):
         return {}
     balls = scene.number, radius, mass, scene.restitution
     try:
@@ -172,7 +172,7 @@ def rows(measured: Measurements, first: int) -> Iterator[Row]:
         contacts["Boltzmann"] = 1.0
     if fluid:
         contacts["Enskog"] = theory.contact_value(scene.packing_fraction)
-    if fluid and scene.pair_law.constant:
+    if fluid and isinstance(scene.pair_law, Constant):
         model = "hard disks, Padé" if scene.restitution == 1 else GRANULAR
         ratio = theory.granular_compressibility(scene.packing_fraction, scene.restitution)
         ratios[model] = virials[model] = ratio
@@ -235,7 +235,7 @@ def notes(measured: Measurements) -> Iterator[Note]:
         yield Note(f"{parts}: motion along {across}, over the rest", parts)
     else:
         yield Note(f"{parts} is missing: it needs `record: events`", parts)
-    if scene.number > 1 and scene.pair_law.constant and scene.restitution < 1:
+    if scene.number > 1 and isinstance(scene.pair_law, Constant) and scene.restitution < 1:
         yield Note(f"{GRANULAR}: PV/NT = 1 + (1 + e) η χ, for a uniform gas", model=GRANULAR)
     if BALANCE in expected_temperatures(scene):
         text = f"{BALANCE}: for a uniform gas that loses little on the way across"
