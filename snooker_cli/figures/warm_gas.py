@@ -39,7 +39,7 @@ from snooker_cli.figures.figure_data import (
     more_than_a_decade,
 )
 from snooker_cli.figures.selection import gas, value_at, varying
-from snooker_cli.formatting import short, with_error
+from snooker_cli.formatting import counted, short, with_error
 from snooker_cli.laws import Law, Sides, Thermal
 from snooker_cli.memory import MEMORY
 from snooker_cli.scene import Scene
@@ -69,13 +69,12 @@ class _Steady:
 
     def __init__(self, build: FigureBuilder) -> None:
         self.build = build
-        self.parts = {point.index: self._part(point) for point in build.points}
+        warm = [point for point in build.points if gas(point) == "warm"]
+        self.firsts = {point.index: self._tested(point) for point in warm}
 
-    def _part(self, point: Point) -> steady_state.StationaryPart:
-        if gas(point) != "warm":
-            return steady_state.StationaryPart(None, "")
-        run = self.build.run
-        present = run.present(point)
+    def _tested(self, point: Point) -> int | None:
+        """The first window of the stationary part, ``None`` if there is none."""
+        run, present = self.build.run, self.build.run.present(point)
 
         def tested() -> steady_state.StationaryPart:
             energies, ends = [], []
@@ -86,12 +85,11 @@ class _Steady:
                     ends.append(trace.stop.time)
             return steady_state.stationary_part(np.array(energies), np.array(ends))
 
-        return MEMORY.get(("stationary", point.index, *present), tested, run)
+        return MEMORY.get(("stationary", point.index, *present), tested, run).first
 
     def first(self, point: Point) -> int:
-        """The first window of ``WINDOWS``."""
-        first = self.parts[point.index].first
-        return WINDOWS // 2 if first is None else first
+        """The first window of ``WINDOWS`` that counts."""
+        return self.firsts.get(point.index) or WINDOWS // 2
 
     def traces(self, point: Point) -> Iterator[tuple[Trace, float]]:
         """The repeats of a point, and when the part begins in each, s."""
@@ -103,11 +101,9 @@ class _Steady:
         """A sentence on the parts of all points."""
         lasts = {100 - 100 * self.first(point) // WINDOWS for point in self.build.points}
         span = " to ".join(map(str, sorted({min(lasts), max(lasts)})))
-        notes = [part.note for part in self.parts.values() if part.first is None and part.note]
-        if not notes:
-            return f"Steady part: the last {span} % of each repeat."
-        points = f" (so for {len(notes)} of {len(self.parts)} points)" * (len(self.parts) > 1)
-        return f"Averages are over the last {span} % of each repeat; {notes[0]}{points}."
+        unsure = [*self.firsts.values()].count(None)
+        points = f" (not confirmed for {counted(unsure, 'point')})" if unsure else ""
+        return f"Steady part: the last {span} % of each repeat{points}."
 
 
 def stationary(build: FigureBuilder) -> FigureData:
@@ -351,11 +347,10 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
             Points(packings, at_wall, wall_error, None, index, filled=False),
         ]
         build.result(build.label(group[0], names), f"{short(inside[-1])} and {short(at_wall[-1])}")
-    build.lines.append(legend_line("1 + (1 + e) η χ", "dotted"))
+    build.lines.append(legend_line("large gas, 1 + (1 + e) η χ", "dotted"))
     for text, filled in (("by the virial of the balls", True), ("by the wall", False)):
         empty = np.empty(0)
         build.lines.append(Points(empty, empty, None, text, NEUTRAL, filled))
     return build.figure(
-        f"{steady.text} At the largest packing, by virial and wall: {build.results_text}. "
-        "Dotted: a large gas."
+        f"{steady.text} At the largest packing, by virial and wall: {build.results_text}."
     )
