@@ -268,7 +268,7 @@ def _columns(measured: Measurements, constants: Sequence[Decay]) -> dict[str, li
     pressure = np.where(whole.length > 0, whole.pressure(scene), 0.0)
     begins = np.full_like(whole.length, math.nan)
     if scene.wall_law.gains and (first := measured_part(measured).first) is not None:
-        begins[measured.complete] = measured.time[measured.complete] * first / WINDOWS
+        begins[measured.complete] = first / WINDOWS * measured.time[measured.complete]
     columns = {
         "ending": [ending(StopReason(name)) for name in measured.endings],
         "complete": measured.complete,
