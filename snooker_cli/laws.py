@@ -6,7 +6,6 @@ A law is a ``NamedTuple`` of numbers, whose names are its config keys; at the wa
 cor : every law's first number: the coefficient of restitution e, 0 to 1, of fast collisions
 kick : a method that kernels compile, with ``+ - * / sqrt`` only, so that bits are the same
     everywhere. It gives the change of the normal speed, in the unit of ``normal``.
-constant : whether e is the same at all speeds; theories and slides need it
 gains : whether a collision can give energy to the balls
 bounce_sums : a method of laws whose every hit takes a share of the normal speed, so that infinitely
     many hits of a circular wall may follow each other in finite time
@@ -21,10 +20,6 @@ class Constant(NamedTuple):
     """One coefficient of restitution for all speeds."""
 
     cor: float
-
-    @property
-    def constant(self) -> bool:
-        return True
 
     @property
     def gains(self) -> bool:
@@ -55,10 +50,6 @@ class Viscoelastic(NamedTuple):
 
     cor: float
     cor_speed: float
-
-    @property
-    def constant(self) -> bool:
-        return False
 
     @property
     def gains(self) -> bool:
@@ -99,10 +90,6 @@ class Driven(NamedTuple):
     speed: float
 
     @property
-    def constant(self) -> bool:
-        return False
-
-    @property
     def gains(self) -> bool:
         return True
 
@@ -127,10 +114,6 @@ class Thermal(NamedTuple):
         return 0.0
 
     @property
-    def constant(self) -> bool:
-        return False
-
-    @property
     def gains(self) -> bool:
         return True
 
@@ -147,10 +130,6 @@ class Sides(NamedTuple):
     def cor(self) -> float:
         """The least of all sides."""
         return min(law.cor for law in self)
-
-    @property
-    def constant(self) -> bool:
-        return False
 
     @property
     def gains(self) -> bool:

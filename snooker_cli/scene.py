@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli.containers import LEAST_AMOUNT, MOST_AMOUNT, Container
 from snooker_cli.errors import SceneError
-from snooker_cli.laws import Law, WallLaw
+from snooker_cli.laws import Constant, Law, WallLaw
 from snooker_cli.neighbours import near_pairs
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -78,7 +78,7 @@ class Scene:
     @property
     def constant_laws(self) -> bool:
         """Whether both laws have one CoR at all speeds, as theories of cooling need."""
-        return self.pair_law.constant and self.wall_law.constant
+        return isinstance(self.pair_law, Constant) and isinstance(self.wall_law, Constant)
 
     @property
     def kinetic_energy(self) -> float:

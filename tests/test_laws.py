@@ -32,7 +32,6 @@ class Damped(NamedTuple):
 
     cor: float
 
-    constant = False
     gains = False
 
     def kick(self, normal: float, length: float) -> float:

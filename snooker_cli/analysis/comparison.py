@@ -123,7 +123,7 @@ def _in_steady_state(
     measured: Measurements, notes: list[Note]
 ) -> tuple[list[Comparison], list[Note]]:
     """The comparisons of a gas that walls keep warm: in its stationary part, if there is one."""
-    part = steady_state.stationary_part(measured)
+    part = steady_state.measured_part(measured)
     notes = [*notes, Note(part.note)]
     if part.first is None:
         return [], notes

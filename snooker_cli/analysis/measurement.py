@@ -18,6 +18,7 @@ from snooker_cli.analysis import observables
 from snooker_cli.analysis.observables import INSTANT, sampling_times
 from snooker_cli.engine import Rows, batch_series, is_short
 from snooker_cli.engine.jit import helper, inlined, kernel
+from snooker_cli.laws import Sides
 from snooker_cli.runs.execution import processors
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BINS, StopReason, Trace
@@ -100,6 +101,8 @@ class Measurements:
         collisions; nan beyond ``numbers``
     numbers : (*repeats*, 3) collisions behind a curve
     across : (*repeats*, WINDOWS) as in `observables.shares_across`
+    by_side : (*repeats*, WINDOWS, *sides*) as in `observables.wall_energies`, J; nan unless the
+        laws of straight walls differ
     windows, whole, relaxed : averages over ``WINDOWS`` windows of time; over all of it; after the
         relaxation, nan where there is none
     first_energy, last_energy, calm_energy : J, of balls and container at the start, at the end and
@@ -118,6 +121,7 @@ class Measurements:
     samples: Array
     numbers: Integers
     across: Array
+    by_side: Array
     windows: Averages
     whole: Averages
     relaxed: Averages
@@ -256,6 +260,11 @@ def _measured(traces: Sequence[Trace], since: float, until: float) -> Measuremen
         columns = [*np.moveaxis(table, 2, 0), np.diff(edges)]
         return Averages(*(columns if windows > 1 else (column[:, 0] for column in columns)))
 
+    edges = np.linspace(0.0, lasts, WINDOWS + 1, axis=1)
+    by_side = np.full((repeats, WINDOWS, len(container.sides)), math.nan)
+    if isinstance(scene.wall_law, Sides):
+        windows = zip(traces, edges, strict=True)
+        by_side = np.stack([observables.wall_energies(trace, row) for trace, row in windows])
     points = np.zeros((repeats, 3, 3, POINTS))
     samples = np.full((repeats, 3, 2, SAMPLES), math.nan)
     numbers, collision_speed = np.zeros((repeats, 3), np.int64), np.full(repeats, math.nan)
@@ -273,7 +282,8 @@ def _measured(traces: Sequence[Trace], since: float, until: float) -> Measuremen
         samples,
         numbers,
         across=np.stack([observables.shares_across(trace, WINDOWS) for trace in traces]),
-        windows=averages(np.linspace(0.0, lasts, WINDOWS + 1, axis=1), rows.starts[1:]),
+        by_side=by_side,
+        windows=averages(edges, rows.starts[1:]),
         whole=averages(np.stack([0 * lasts, lasts], axis=1), rows.starts[1:]),
         relaxed=averages(np.stack([later, calm_lasts], axis=1), np.asarray(ends)),
         first_energy=energies[rows.starts[:-1]],

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from snooker_cli import engine, theory
 from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replay
+from snooker_cli.engine.kernel_state import X, Y
+from snooker_cli.engine.replay import Replay
 from snooker_cli.memory import MEMORY
 from snooker_cli.scene import TINY, Scene
 from snooker_cli.theory import Real
@@ -413,6 +415,29 @@ def shares_across(trace: Trace, windows: int) -> Array:
     energies = (values @ scene.masses for values in (across, np.sum(velocities**2, axis=2)))
     with np.errstate(invalid="ignore"):
         return np.asarray(np.divide(*energies).reshape(windows, few).mean(axis=1))
+
+
+def wall_energies(trace: Trace, edges: Array) -> Array:
+    """Energy that each straight wall gives to the balls between edges (*n* + 1,), s; J.
+
+    (*n*, *sides*), in the order of ``Container.sides``; nan without all events.
+    """
+    scene, sides = trace.start, len(trace.start.container.sides)
+    given = np.zeros((len(edges) - 1, sides))
+    if trace.events is None or trace.summary is not None or not has_all(trace):
+        return np.full_like(given, math.nan)
+    events, gain = trace.events, np.diff(series(trace).kinetic_energy)
+    late = (events.time > edges[0]) | (edges[0] == 0)  # collisions at time zero count
+    hits = np.flatnonzero(events.at_wall & late)
+    balls, places, run = events.i[hits], np.empty((len(hits), 2)), Replay(trace)
+    for place, hit, ball in zip(places, hits.tolist(), balls.tolist(), strict=True):
+        run.advance(hit + 1)
+        place[:] = run.state.balls[[X, Y], ball]  # at its own clock, which is that of the hit
+    reach = np.array(scene.container.size) / 2 - scene.radii[balls, None]
+    gaps = np.hstack([reach + places, reach - places])[:, [0, 2, 1, 3]]  # left, right, bottom, top
+    window = np.clip(np.searchsorted(edges, events.time[hits]) - 1, 0, len(edges) - 2)
+    np.add.at(given, (window, np.argmin(gaps[:, :sides], axis=1)), gain[hits])
+    return given
 
 
 def pair_distances(states: States, scene: Scene) -> Array:

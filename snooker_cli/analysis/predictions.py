@@ -12,7 +12,7 @@ from snooker_cli.analysis import observables
 from snooker_cli.analysis.decay import Note, reported_constants
 from snooker_cli.analysis.measurement import Measurements
 from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic
-from snooker_cli.containers import Circle, Container
+from snooker_cli.containers import Box, Channel, Circle, Container
 from snooker_cli.formatting import listed
 from snooker_cli.laws import Sides
 from snooker_cli.scene import Scene
@@ -35,6 +35,7 @@ UNITS = dict.fromkeys(("Haff's α", "decay constant of energy", "decay constant 
 UNITS |= EQUILIBRIUM
 UNITS |= {"pressure by the virial": "Pa m", "energy from the walls": "J/s"}
 UNITS |= {"energy taken by a collision": "J"}
+UNITS |= dict.fromkeys((f"energy from the {side} wall" for side in Box.sides), "J/s")
 
 HEAVY = 1000.0
 """A free container this many times as heavy as the balls keeps their angular momentum."""
@@ -59,14 +60,9 @@ def scene_state(scene: Scene, temperature: float) -> theory.FluidState | None:
     There is none for one ball, unequal ones, a dense packing, or N balls in a channel, which keep
     their momentum along it.
     """
-    if scene.number < 2 or not scene.equal_balls or is_channel(scene.container):
+    if scene.number < 2 or not scene.equal_balls or isinstance(scene.container, Channel):
         return None
     return fluid(scene.number, temperature, float(scene.radii[0]), scene.container)
-
-
-def is_channel(container: Container) -> bool:
-    """Whether it has walls along one axis and images along the other."""
-    return container.has_wall and container.period is not None
 
 
 def scene_rates(scene: Scene, temperature: float) -> theory.CollisionRates | None:
@@ -122,7 +118,7 @@ def independent_velocities(scene: Scene) -> int | None:
     balls of one mass whose centre of mass is at rest. A channel has half of one less. Walls
     that give energy do not fix it.
     """
-    if is_channel(scene.container) or scene.wall_law.gains:
+    if isinstance(scene.container, Channel) or scene.wall_law.gains:
         return None
     if scene.container.has_wall:
         return scene.number
@@ -291,11 +287,11 @@ def _slower_cooling(measured: Measurements) -> Iterator[Row]:
     if (enskog := scene_rates(scene, 1.0)) is None or isinstance(wall_law, Sides):
         return
 
-    def rate(warm: float) -> float:
-        """ζ at a temperature."""
+    def rate(warm: Array) -> Array:
+        """ζ at temperatures."""
         between = theory.mean_loss(pair_law, warm, mass) * enskog.ball_ball / 2
-        wall = enskog.wall and theory.mean_loss(wall_law, warm, 2 * mass) * enskog.wall
-        return (between + wall) * math.sqrt(warm)
+        wall = theory.mean_loss(wall_law, warm, 2 * mass) * enskog.wall
+        return np.asarray((between + wall) * np.sqrt(warm))
 
     drift = 0.0 if scene.container.has_wall else measured.drift_energy
     first = (measured.start_energy - drift) / (components(scene) / 2)
@@ -383,7 +379,7 @@ def notes(scene: Scene) -> Iterator[Note]:
         why, others = "the theory needs equal balls", ["distribution of speeds", *cooling]
         if elastic(scene):
             others = ["mean speed"] if np.ptp(scene.masses) > 0 else []
-    elif is_channel(scene.container):
+    elif isinstance(scene.container, Channel):
         why = "there is no theory for N balls in a channel"
         others = [] if elastic(scene) else ["Haff's α"]
     elif scene_state(scene, 1.0) is None:

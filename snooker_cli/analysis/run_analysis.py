@@ -17,8 +17,8 @@ import numpy as np
 from snooker_cli.analysis.comparison import Comparison, measured_comparisons
 from snooker_cli.analysis.decay import Decay, Note, fit_notes, measured_decays
 from snooker_cli.analysis.fitting import LAWS, Goodness, RepeatMean
-from snooker_cli.analysis.measurement import Measurements, measure
-from snooker_cli.analysis.steady_state import stationary_part
+from snooker_cli.analysis.measurement import WINDOWS, Measurements, measure
+from snooker_cli.analysis.steady_state import measured_part
 from snooker_cli.config import Point
 from snooker_cli.errors import UNREADABLE, RunError, UserError
 from snooker_cli.files import sources_hash, write_text
@@ -267,8 +267,8 @@ def _columns(measured: Measurements, constants: Sequence[Decay]) -> dict[str, li
     whole, scene = measured.whole, measured.scene
     pressure = np.where(whole.length > 0, whole.pressure(scene), 0.0)
     begins = np.full_like(whole.length, math.nan)
-    if scene.wall_law.gains:
-        begins = stationary_part(measured).begins(measured)
+    if scene.wall_law.gains and (first := measured_part(measured).first) is not None:
+        begins[measured.complete] = first / WINDOWS * measured.time[measured.complete]
     columns = {
         "ending": [ending(StopReason(name)) for name in measured.endings],
         "complete": measured.complete,

@@ -17,14 +17,15 @@ from snooker_cli.analysis.decay import Note
 from snooker_cli.analysis.fitting import LEAST_PROBABILITY, equal_means
 from snooker_cli.analysis.measurement import MEANS, WINDOWS, Averages, Measurements
 from snooker_cli.analysis.predictions import NO_THEORY, Row
-from snooker_cli.containers import Circle
+from snooker_cli.containers import Channel, Circle
 from snooker_cli.formatting import probability, short
-from snooker_cli.laws import Law, Sides, Thermal
+from snooker_cli.laws import Constant, Law, Sides, Thermal
 from snooker_cli.scene import Scene
 
 Array = NDArray[np.float64]
 
 HERE, GRANULAR = "hard disks with a wall", "granular gas"
+WALLS, BALANCE = "temperature of the wall", "balance of energy"
 
 LEAST_REPEATS = 5
 """Complete repeats that the test needs: three differences, and two degrees of freedom more."""
@@ -40,41 +41,46 @@ class StationaryPart(NamedTuple):
     first: int | None
     note: str
 
-    def begins(self, measured: Measurements) -> Array:
-        """(*repeats*,) When it begins in each repeat, s; nan for repeats without it."""
-        share = math.nan if self.first is None else self.first / WINDOWS
-        return np.where(measured.complete, share * measured.time, math.nan)
 
+def stationary_part(energies: Array, time: Array) -> StationaryPart:
+    """The longest part, to the end, in which the mean energy of the balls stays the same.
 
-def stationary_part(measured: Measurements) -> StationaryPart:
-    """The longest part, to the end, whose quarters have the same mean energy of the balls.
+    energies : (*repeats*, ``WINDOWS``) J, means over windows of time of the complete repeats
+    time : (*repeats*,) their ends, s
 
-    Two tests over the complete repeats decide: Hotelling's of the three differences of successive
-    quarters, and Student's of the last less the first, which finds a slow approach in few repeats.
-    The first window is left out, because speeds mix there, and half of the time at most.
+    Three tests over the repeats decide: Hotelling's of the three differences of successive
+    quarters; and Student's of the last quarter less the first, and of the second half of the time
+    less the first window, which find an approach in few repeats. The first window of all is left
+    out, because speeds mix there, and half of the time at most.
     """
-    energies = measured.windows.kinetic_energy[measured.complete]
     count = len(energies)
     if count < LEAST_REPEATS:
         have = f"{count} {'is' if count == 1 else 'are'} there"
         needs = f"the test needs {LEAST_REPEATS} complete repeats, and {have}"
         return StationaryPart(None, f"the stationary part is not known: {needs}")
     sums = np.cumsum(np.column_stack([np.zeros(count), energies]), axis=1)
-    tested = math.nan
+    tested, late = math.nan, energies[:, WINDOWS // 2 :].mean(axis=1)
     for first in range(1, WINDOWS // 2 + 1):
         edges = np.linspace(first, WINDOWS, 5)
         until = np.array([np.interp(edges, np.arange(WINDOWS + 1), row) for row in sums])
         quarters = np.diff(until, axis=1)
-        tested = min(equal_means(quarters), equal_means(quarters[:, [0, 3]]))
+        pairs = quarters[:, [0, 3]], np.column_stack([energies[:, first], late])
+        tested = min(map(equal_means, (quarters, *pairs)))
         if tested >= LEAST_PROBABILITY:
-            begin = float(np.mean(measured.time[measured.complete])) * first / WINDOWS
-            agree = f"the mean energies of its quarters agree ({_chance(tested)})"
+            begin = float(np.mean(time)) * first / WINDOWS
+            agree = f"the mean energies of its parts agree ({_chance(tested)})"
             chosen = f"it is the first of {WINDOWS // 2} tried starts for which they do"
             return StationaryPart(first, f"stationary from {short(begin)} s on: {agree}; {chosen}")
-    why = f"the quarters of the second half differ ({_chance(tested)})"
+    why = f"the parts of the second half differ ({_chance(tested)})"
     if math.isnan(tested):
         why = "the repeats differ by rounding alone, so that nothing can be tested"
     return StationaryPart(None, f"not stationary: {why}; make the run longer")
+
+
+def measured_part(measured: Measurements) -> StationaryPart:
+    """`stationary_part` of measured repeats."""
+    complete = measured.complete
+    return stationary_part(measured.windows.kinetic_energy[complete], measured.time[complete])
 
 
 def _chance(value: float) -> str:
@@ -111,27 +117,36 @@ def _walls(scene: Scene) -> list[tuple[Law, float]]:
     edge = container.accessible(float(np.mean(scene.radii))).edge
     if not isinstance(law, Sides):
         return [(law, edge)]
-    if predictions.is_channel(container):
+    if isinstance(container, Channel):
         return [(law.left, edge / 2), (law.right, edge / 2)]
     width, height = (size - 2 * float(np.mean(scene.radii)) for size in container.size)
     return [*zip(law, (height, height, width, width), strict=True)]
 
 
-def balance_temperature(scene: Scene) -> float:
-    """`theory.balance_temperature` of a scene, J; nan without a theory.
+def expected_temperatures(scene: Scene) -> dict[str, float]:
+    """The temperature that theory gives, J, by the name of the theory; empty without one.
 
     Walls that give energy must have one law: between two temperatures the gas is not uniform.
     """
+    wall = wall_temperature(scene)
+    if wall is not None and scene.restitution == 1:
+        return {WALLS: wall}
     walls, radius, mass = _walls(scene), float(scene.radii[0]), float(scene.masses[0])
     one_law = len({law for law, _ in walls if law.gains}) == 1
-    if not (one_law and scene.equal_balls and scene.pair_law.constant):
-        return math.nan
-    area = scene.container.accessible(radius).area
+    if not (one_law and _is_fluid(scene) and isinstance(scene.pair_law, Constant)):
+        return {}
     balls = scene.number, radius, mass, scene.restitution
     try:
-        return theory.balance_temperature(*balls, area, walls)
+        warm = theory.balance_temperature(*balls, scene.container, walls)
     except ValueError:
-        return math.nan
+        return {}
+    return {BALANCE: warm} if math.isfinite(warm) else {}
+
+
+def _is_fluid(scene: Scene) -> bool:
+    """Whether the balls are equal, two or more, and no denser than a fluid."""
+    fluid = scene.number > 1 and scene.packing_fraction <= theory.DENSEST_FLUID
+    return fluid and scene.equal_balls
 
 
 def rows(measured: Measurements, first: int) -> Iterator[Row]:
@@ -143,27 +158,24 @@ def rows(measured: Measurements, first: int) -> Iterator[Row]:
     scene, steady = measured.scene, averages_from(measured.windows, first)
     number, container, radius = scene.number, scene.container, float(scene.radii[0])
     density, mass, equal = number / container.area, float(scene.masses[0]), scene.equal_balls
-    wall = wall_temperature(scene) if scene.restitution == 1 else None
-    fluid = number > 1 and equal and scene.packing_fraction <= theory.DENSEST_FLUID
+    temperatures, fluid = expected_temperatures(scene), _is_fluid(scene)
+    wall = temperatures.get(WALLS)
     finite = None if wall is None else predictions.scene_state(scene, 1.0)
     energy, length = steady.kinetic_energy, steady.length
     warm, root = energy / number, steady.root_energy / math.sqrt(number)  # √T is also a mean
 
-    # What theories say: T, PV/NT at the walls and by the virial, χ of rates, and hits at T = 1 J.
-    balance, speed = balance_temperature(scene), theory.maxwell_mean_speed(1.0, mass)
-    temperatures = {} if wall is None else {"temperature of the wall": wall}
-    if wall is None and math.isfinite(balance):
-        temperatures["balance of energy, dilute"] = balance
+    # What theories say: PV/NT at the walls and by the virial, χ of rates, and hits at T = 1 J.
+    speed = theory.maxwell_mean_speed(1.0, mass)
     contacts, ratios, virials = dict[str, float](), {"ideal gas law": 1.0}, dict[str, float]()
     hits = {"ideal gas": theory.wall_rate(speed, container.accessible(radius))} if equal else {}
     if equal:
         contacts["Boltzmann"] = 1.0
     if fluid:
         contacts["Enskog"] = theory.contact_value(scene.packing_fraction)
-    if fluid and scene.pair_law.constant:
+    if fluid and isinstance(scene.pair_law, Constant):
         model = "hard disks, Padé" if scene.restitution == 1 else GRANULAR
-        excess = (1 + scene.restitution) * scene.packing_fraction * contacts["Enskog"]
-        ratios[model] = virials[model] = 1 + excess
+        ratio = theory.granular_compressibility(scene.packing_fraction, scene.restitution)
+        ratios[model] = virials[model] = ratio
     if finite is not None:
         ratios[HERE], virials[HERE] = finite.pressure / density, finite.virial_ratio
         walls = finite.pressure, 1.0, container.wall_length, mass
@@ -197,6 +209,10 @@ def rows(measured: Measurements, first: int) -> Iterator[Row]:
         square = energy.mean() * (2 * energy - energy.mean())  # to first order, E² of the mean E
         kurtosis = pooled_ratio(steady.squares, square)
         yield "kurtosis of speeds", "Maxwell-Boltzmann", kurtosis, 2.0
+    for side, given in zip(container.sides, np.moveaxis(measured.by_side, 2, 0), strict=True):
+        if np.all(np.isfinite(given)):
+            gains = given[:, first:].sum(axis=1) / length
+            yield f"energy from the {side} wall", NO_THEORY, gains, math.nan
     across = measured.across[:, first:].mean(axis=1)
     if np.all(np.isfinite(across)):
         yield "T across/T along", "equal parts", pooled_ratio(across, 1 - across), 1.0
@@ -219,11 +235,8 @@ def notes(measured: Measurements) -> Iterator[Note]:
         yield Note(f"{parts}: motion along {across}, over the rest", parts)
     else:
         yield Note(f"{parts} is missing: it needs `record: events`", parts)
-    if scene.number > 1 and scene.pair_law.constant and scene.restitution < 1:
+    if scene.number > 1 and isinstance(scene.pair_law, Constant) and scene.restitution < 1:
         yield Note(f"{GRANULAR}: PV/NT = 1 + (1 + e) η χ, for a uniform gas", model=GRANULAR)
-    if math.isfinite(balance_temperature(scene)) and scene.restitution < 1:
-        yield Note(
-            "balance of energy: for a uniform dilute gas that loses little on the way across",
-            "temperature",
-            "balance of energy, dilute",
-        )
+    if BALANCE in expected_temperatures(scene):
+        text = f"{BALANCE}: for a uniform gas that loses little on the way across"
+        yield Note(text, "temperature", BALANCE)

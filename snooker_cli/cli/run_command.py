@@ -28,6 +28,7 @@ from snooker_cli.formatting import (
     size,
     text_table,
 )
+from snooker_cli.laws import Constant
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import processors, share_of
@@ -239,7 +240,7 @@ def _collapse_hints(run: Run, results: Sequence[RepeatResult]) -> list[str]:
         lossy = min(experiment.cor, experiment.effective_wall_cor) < 1.0
         if reason is StopReason.WALL_TRAP and experiment.collapse == "stop":
             way = "`collapse: slide` (exact, fixed container) or `collapse: {tc: 0.01}`"
-            if not experiment.wall_law.constant:
+            if not isinstance(experiment.wall_law, Constant):
                 way = "`collapse: {tc: 0.01}`"
             elif math.isinf(experiment.container.mass):
                 way = "`collapse: slide` (exact)"

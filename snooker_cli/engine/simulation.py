@@ -29,6 +29,7 @@ from snooker_cli.engine.event_queue import new_tree, nodes_agree
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Recorded, State, UnequalBalls
 from snooker_cli.engine.sampling import Grid
 from snooker_cli.engine.sliding import bounces_to_come
+from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 from snooker_cli.trace import (
     CONTAINER,
@@ -257,7 +258,7 @@ class Engine(ABC):
         if reason is StopReason.WALL_TRAP:
             lasts, given = bounces_to_come(column, ks.state_of(self.states, repeat))
             end, what = now + lasts, "stays at the wall, because the wall CoR is 0"
-            if not scene.wall_law.constant:
+            if not isinstance(scene.wall_law, Constant):
                 what = (
                     f"bounces ever faster at the wall: it stops until {end:.9g} s and gives it at "
                     f"most {given:.6g} kg m/s more, if no other ball hits it"

@@ -17,6 +17,7 @@ from snooker_cli.engine.collision import bounce_sums, hit_wall, slide
 from snooker_cli.engine.contact import NEVER, wall_delay
 from snooker_cli.engine.jit import by_class, helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, Integers, State, U, V, X, Y
+from snooker_cli.laws import Constant
 
 # What a ball does: it flies, or it bounces until it slides, or it slides.
 FLIES, SETTLES, SLIDES = range(3)
@@ -163,13 +164,13 @@ def bouncing_mass(boundary: Any, mass: float) -> float:
 def bounces_to_come(i: int, state: State) -> tuple[float, float]:
     """How long the bounces of ball i, trapped just off the wall, last, s; their impulse, kg m/s.
 
-    With a law that is not ``constant``, both are upper bounds.
+    With another law than ``Constant``, both are upper bounds.
     """
     e, column = state.setup.wall_law.cor, state.balls[: ks.BALL_ROWS, i].tolist()
     x, y, u, v = ks.relative(state.boundary, *column)
     square, inward, cross = x * x + y * y, max(-(x * u + y * v), 0.0), abs(x * v - y * u)
     mass = bouncing_mass(state.boundary, float(ks.mass_of(state.sizes, i)))
-    if not state.setup.wall_law.constant:
+    if not isinstance(state.setup.wall_law, Constant):
         distance = math.sqrt(square)
         _, changes = bounce_sums(state.setup.wall_law, inward / square, distance)
         now = float(state.sums[ks.NOW])

@@ -14,6 +14,7 @@ import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis.observables import mean_and_error, mean_pressure, standard_errors
+from snooker_cli.analysis.steady_state import expected_temperatures
 from snooker_cli.config import Experiment
 from snooker_cli.containers import SHAPES
 from snooker_cli.engine import States, replay, series, simulate
@@ -361,8 +362,7 @@ DRIVEN = "a gas that its wall drives"
 
 def driven_rows(gas: GasSample) -> Iterator[Record]:
     """The temperature of a dilute, nearly elastic gas whose wall is driven."""
-    speed, container = gas.keys["wall_speed"], starting_scene(gas.experiment, 0).container
-    expected = theory.driven_temperature(gas.balls, gas.cor, speed, 1.0, container)
+    (expected,) = expected_temperatures(starting_scene(gas.experiment, 0)).values()
     yield known_value(
         *(DRIVEN, "temperature, J", gas, gas.means(steady)[0], expected),
         "balance of energy, Kumaran 1998",
@@ -459,7 +459,7 @@ def cooling_time(gas: GasSample, hot: float, cold: float, a2: float = 0.0) -> fl
     """∫ dT/(ζ T) between two temperatures, s, with the cooling rate ζ of Enskog's collisions."""
     law = Viscoelastic(gas.cor, gas.keys["cor_speed"])
     temperatures = np.geomspace(hot, cold, 201)
-    losses = [theory.mean_loss(law, float(t), a2=a2) for t in temperatures]
+    losses = theory.mean_loss(law, temperatures, a2=a2)
     rates = gas.collision_rate * np.sqrt(temperatures / gas.temperature) * losses / 2
     return -float(np.trapezoid(1 / rates, np.log(temperatures)))
 
@@ -593,9 +593,9 @@ def _left(row: Record) -> str:
 
 
 def _scene(row: Record) -> str:
-    """The shape with walls and the further keys of a gas; older measurements have no keys."""
+    """The shape with walls and the further keys of a gas."""
     parts = [row["shape"]] if SHAPES[row["shape"]].has_wall else []
-    for key, value in row.get("keys", {}).items():
+    for key, value in row["keys"].items():
         sides = value.values() if isinstance(value, Mapping) else (value,)
         parts.append(f"{key} {' and '.join(f'{side:g}' for side in sides)}")
     return "".join(f", {part}" for part in parts)

@@ -15,10 +15,11 @@ from snooker_cli.analysis import steady_state
 from snooker_cli.analysis.comparison import Comparison, compare
 from snooker_cli.analysis.decay import WARM, decays, fit_notes
 from snooker_cli.analysis.fitting import equal_means
-from snooker_cli.analysis.measurement import WINDOWS, Measurements, measure
+from snooker_cli.analysis.measurement import WINDOWS, measure
+from snooker_cli.analysis.observables import wall_energies
 from snooker_cli.analysis.predictions import NO_THEORY
 from snooker_cli.containers import Box, Channel
-from snooker_cli.engine import series
+from snooker_cli.engine import replay, series
 from snooker_cli.engine.simulation import simulate_batch
 from snooker_cli.laws import Constant, Driven, Sides, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
@@ -71,37 +72,30 @@ def test_the_probability_is_uniform_for_equal_means() -> None:
     assert equal_means(values) == pytest.approx(student)
 
 
-def with_energies(measured: Measurements, energies: np.ndarray) -> Measurements:
-    """Measurements whose means of the energy in windows are replaced."""
-    chosen = measured.chosen(np.arange(len(measured.time)) < len(energies))
-    return replace(chosen, windows=chosen.windows._replace(kinetic_energy=energies))
-
-
-def test_the_stationary_part_begins_after_the_approach(thermal: list[Trace]) -> None:
-    measured = measure(thermal)
-    rng, windows = np.random.default_rng(4), np.arange(WINDOWS)
+def test_the_stationary_part_begins_after_the_approach() -> None:
+    rng, windows, ends = np.random.default_rng(4), np.arange(WINDOWS), np.full(20, 40.0)
     noise = 100 + rng.normal(size=(20, WINDOWS))
     firsts = [
-        steady_state.stationary_part(with_energies(measured, noise + change)).first
+        steady_state.stationary_part(noise + change, ends).first
         for change in (0 * windows, 30 * np.exp(-windows), 30 * np.exp(-windows / 2))
     ]
     assert firsts[0] == 1
     assert 1 < firsts[1] < firsts[2] <= WINDOWS // 2
+    assert "from 2 s on" in steady_state.stationary_part(noise, ends).note
     # The quarters of the rest have no trend of more than their error.
-    part = steady_state.stationary_part(with_energies(measured, noise + windows))
+    part = steady_state.stationary_part(noise + windows, ends)
     assert part.first is None
     assert "not stationary" in part.note
-    assert np.all(np.isnan(part.begins(measured)))
 
 
 def test_what_the_test_lacks_is_a_sentence(thermal: list[Trace]) -> None:
     measured = measure(thermal[:6])
     early = np.where(np.arange(6) < 2, StopReason.COLLAPSE.value, measured.endings)
-    few = steady_state.stationary_part(replace(measured, endings=early))
+    few = steady_state.measured_part(replace(measured, endings=early))
     assert few.note == (
         "the stationary part is not known: the test needs 5 complete repeats, and 4 are there"
     )
-    alike = steady_state.stationary_part(with_energies(measured, np.full((6, WINDOWS), 7.0)))
+    alike = steady_state.stationary_part(np.full((6, WINDOWS), 7.0), measured.time)
     assert alike.first is None
     assert "rounding" in alike.note
     rows, notes = compare(thermal[:4])
@@ -150,14 +144,19 @@ def test_a_driven_gas_takes_what_it_is_given(driven: list[Trace], shape: str) ->
     assert across > 1.02 if shape != "box" else 0.9 < across < 1.1
 
 
-def test_a_dilute_driven_gas_has_the_temperature_of_the_balance() -> None:
-    """Little is lost on the way across: 0.03 collisions of CoR 0.98 between hits of a wall."""
-    scene = gas("circle", 40, 0.0004, cor=0.98)
-    scene = replace(scene, velocities=scene.velocities * 4)
-    warm = steady_state.balance_temperature(replace(scene, wall_law=Driven(1.0, 1.0)))
-    scene = replace(scene, velocities=scene.velocities * math.sqrt(warm / 800))
-    rows, _ = compare(repeats_of(scene, Driven(1.0, 1.0), 16, collisions=40_000))
-    found = row(rows, "temperature", "balance of energy, dilute")
+@pytest.mark.parametrize(
+    ("balls", "packing", "cor", "law"),
+    [(40, 0.0004, 0.98, Driven(1.0, 1.0)), (37, 0.05, 0.99, Driven(0.98, 2.0))],
+)
+def test_a_driven_gas_has_the_temperature_of_the_balance(
+    balls: int, packing: float, cor: float, law: Driven
+) -> None:
+    """Little is lost on the way across: less than a collision between hits of a wall."""
+    scene = gas("circle", balls, packing, cor=cor)
+    (warm,) = steady_state.expected_temperatures(replace(scene, wall_law=law)).values()
+    scene = replace(scene, velocities=scene.velocities * math.sqrt(2 * warm) / 10)
+    rows, _ = compare(repeats_of(scene, law, 16, collisions=60_000))
+    found = row(rows, "temperature", steady_state.BALANCE)
     assert found.predicted == pytest.approx(warm)
     assert found.difference == pytest.approx(0, abs=0.05 * warm)
 
@@ -171,6 +170,32 @@ def test_two_temperatures_have_no_theory_of_the_mean_one() -> None:
     record = found.as_json()
     assert record["predicted"] is record["difference"] is record["difference_in_errors"] is None
     assert any("needs `record: events`" in note.note for note in notes)
+    assert not [row for row in rows if row.quantity.endswith("wall")]
+
+
+def test_each_side_of_a_box_has_its_energy() -> None:
+    """In two halves of the time, by a sum over hits; and in `compare`."""
+    scene = replace(gas("box", 30, 0.1), container=Box(40.0, 30.0))
+    law = Sides(Thermal(40.0), Constant(0.9), Driven(0.95, 2.0), Constant(1.0))
+    traces = repeats_of(scene, law, 6, collisions=4000)
+    trace, end = traces[0], traces[0].stop.time
+    gains = np.diff(series(trace).kinetic_energy)
+    expected = np.zeros((2, 4))
+    for event in np.flatnonzero(trace.events.at_wall):
+        time, ball = trace.events.time[event], trace.events.i[event]
+        x, y = replay(trace, [time]).positions[0, ball]
+        side = int(x > 0) if abs(abs(x) - 19) < 1e-9 else 2 + int(y > 0)
+        expected[int(time > end / 2), side] += gains[event]
+    found = wall_energies(trace, np.array([0.0, end / 2, end]))
+    assert found == pytest.approx(expected, rel=1e-12, abs=1e-9)
+    assert found[:, 1].max() < 0 < found[:, 2].min()
+    assert abs(found[:, 3]).max() < 1e-9
+    rows, _ = compare(traces)
+    sides = [row(rows, f"energy from the {side} wall", NO_THEORY) for side in Box.sides]
+    total = sum(side.measured for side in sides)
+    steady = measure(traces).windows
+    mean = (steady.wall_energy[:, 1:].sum(axis=1) / steady.length[:, 1:].sum(axis=1)).mean()
+    assert total == pytest.approx(mean, rel=1e-9)
 
 
 def test_a_wall_with_one_temperature_on_some_sides() -> None:
