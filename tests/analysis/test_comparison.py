@@ -451,7 +451,10 @@ def test_a_light_container_is_hit_more_often() -> None:
         assert row.measured == pytest.approx(row.predicted, rel=0.02), mass
 
 
-@pytest.mark.parametrize(("shape", "wall_cor"), [("periodic", 1.0), ("circle", 0.9)])
+@pytest.mark.parametrize(
+    ("shape", "wall_cor"),
+    [("periodic", 1.0), pytest.param("circle", 0.9, marks=pytest.mark.long)],
+)
 def test_a_gas_whose_restitution_depends_on_speed_cools_as_predicted(
     shape: str, wall_cor: float
 ) -> None:

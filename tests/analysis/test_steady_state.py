@@ -127,7 +127,9 @@ def test_elastic_balls_and_a_thermal_wall_are_in_equilibrium(thermal: list[Trace
     assert any(note.note.startswith("stationary from ") for note in notes)
 
 
-@pytest.mark.parametrize("shape", ["circle", "box", "channel"])
+@pytest.mark.parametrize(
+    "shape", ["circle", pytest.param("box", marks=pytest.mark.long), "channel"]
+)
 def test_a_driven_gas_takes_what_it_is_given(driven: list[Trace], shape: str) -> None:
     traces = driven
     if shape != "circle":
