@@ -28,6 +28,7 @@ from snooker_cli.engine import States
 from snooker_cli.errors import FigureError, RunError, UserError, check_name
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, plain, point_label
+from snooker_cli.pages.page import in_notebook
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.plan import checked
@@ -165,12 +166,10 @@ class Repeat:
 
     def _repr_html_(self) -> str | None:
         """The player; a notebook shows ``repr`` where there is none."""
-        from snooker_cli.animation import embedded, film, page
+        from snooker_cli.animation import film, page
 
         with suppress(FigureError):
-            player = embedded(page(film(self.trace, self._name)), self._name)
-            style = "<style>iframe.player {width: 100%; height: 45em; border: 0}</style>"
-            return style + player
+            return in_notebook(page(film(self.trace, self._name)), self._name, height=45)
         return None
 
     def _recorded(self) -> Events:

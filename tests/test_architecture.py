@@ -43,7 +43,10 @@ PARTS: dict[str, tuple[str, ...]] = {
     # From repeats to conclusions
     "analysis": RUNNING,
     "figures": (*RUNNING, "analysis"),
-    "animation": (*SIMULATING, "analysis", "engine", "figures", "formatting"),
+    # Pages
+    "pages": (),
+    "animation": (*SIMULATING, "analysis", "engine", "figures", "formatting", "pages"),
+    "live": ("config", "errors", "formatting", "pages", "placement", "scene", "theory"),
     "validation": (*RUNNING, "analysis", "figures"),
 }
 # These may import all parts above them.

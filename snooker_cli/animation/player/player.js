@@ -143,7 +143,7 @@ class Player {
     this.speed = menu.value === "real" ? 1 / this.rate.time : Number(menu.value);
   }
 
-  // The collisions of a film that flash now, and how far each flash is.
+  // The contacts of a film that flash now: place, radius of the ball, and how far the flash is.
   flashes({ reel, motion }) {
     const flashes = [];
     for (let k = reel.done - 1; k >= Math.max(0, reel.done - MOST_FLASHES); k--) {
@@ -152,7 +152,8 @@ class Player {
         : (reel.step - (k + 1)) / this.rate.events;
       const age = since / this.speed / FLASH;
       if (age >= 1) break;
-      flashes.push([k, Math.max(age, 0)]);
+      const [x, y] = motion.contacts.subarray(2 * k, 2 * k + 2);
+      flashes.push([x, y, motion.radii[motion.i[k]], Math.max(age, 0)]);
     }
     return flashes;
   }

@@ -20,8 +20,8 @@ function shades(colours) {
   });
 }
 
-// film: outline, periodic, size, extent, follow and colours; motion: number,
-// radii, place, speed and path of the balls, and of contacts their places and balls.
+// film: outline, periodic, size, extent, follow and colours; motion: number, radii, place, speed and
+// path of the balls.
 class Arena {
   constructor(canvas, film, motion) {
     this.canvas = canvas;
@@ -48,7 +48,7 @@ class Arena {
     return clicked;
   }
 
-  // flashes: [collision, age from 0 to 1], ...; topSpeed: of the brightest colour.
+  // flashes: [x, y, radius of the ball, age from 0 to 1], ... of contacts; topSpeed: of the brightest colour.
   draw(time, flashes, topSpeed) {
     const [pen, width, height] = sharp(this.canvas), film = this.film, motion = this.motion;
     const centre = motion.place(motion.number, time);
@@ -76,7 +76,7 @@ class Arena {
     this.outline(pen, x(centre[0]), y(centre[1]), scale);
     pen.stroke();
     pen.setLineDash([]);
-    for (const [collision, age] of flashes) this.flash(pen, x, y, scale, collision, age);
+    for (const [px, py, r, age] of flashes) this.flash(pen, x(px), y(py), r * scale, age);
   }
 
   outline(pen, x, y, scale) {
@@ -138,11 +138,8 @@ class Arena {
     }
   }
 
-  flash(pen, x, y, scale, collision, age) {
-    const motion = this.motion, at = motion.contacts;
-    const r = motion.radii[motion.i[collision]] * scale;
+  flash(pen, px, py, r, age) {
     const grown = this.still ? 0.5 : 1 - (1 - age) ** 2;
-    const px = x(at[2 * collision]), py = y(at[2 * collision + 1]);
     pen.strokeStyle = pen.fillStyle = GREEN;
     pen.globalAlpha = (1 - age) ** 1.5;
     pen.lineWidth = 2;
