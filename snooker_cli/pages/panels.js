@@ -144,11 +144,12 @@ class Panels {
     pen.fillText(panel.name, this.left, panel.head, Math.max(right - this.left, 1));
   }
 
-  // A line of text at the right, below a panel's heading: the name of a curve.
-  note(pen, panel, text, line = 0) {
+  // A line of text at the right, below a panel's heading or above its foot: the name of a curve.
+  note(pen, panel, text, line = 0, low = false) {
     pen.textAlign = "right";
-    pen.textBaseline = "top";
-    const y = panel.head + this.gap + (0.4 + 1.3 * line) * this.size;
+    pen.textBaseline = low ? "bottom" : "top";
+    const down = (0.4 + 1.3 * line) * this.size;
+    const y = low ? panel.bottom - down : panel.head + this.gap + down;
     pen.fillText(text, panel.right, y, panel.right - this.left);
   }
 

@@ -1,0 +1,116 @@
+"""A config -> the live page: the gas of its first point, which the browser simulates."""
+
+import html
+import json
+from typing import Any
+
+import yaml
+
+from snooker_cli import config as configs
+from snooker_cli import theory
+from snooker_cli.config import BallList, Experiment, Loaded, Rings
+from snooker_cli.errors import SceneError
+from snooker_cli.pages.page import SPEED_COLOURS, filled, script_data, text_of
+from snooker_cli.placement.starting_scene import starting_scene
+
+MOST_BALLS = 200  # so that a page shows 60 frames a second
+MOST_BYTES = 250_000  # of a page, which teachers send by mail
+
+ENGINE = (
+    *("random_numbers.js", "places.js", "start.js", "collision.js", "boundaries.js"),
+    *("all_pairs.js", "simulation.js"),
+)
+"""The scripts that simulate, in their order; a worker gets them too."""
+
+MEASURING = ("theory.js", "measurements.js")
+SHARED = ("drawing.js", "arena.js", "panels.js")  # of ``pages``
+SHOWING = ("gas.js", "yaml.js", "charts.js", "table.js", "controls.js", "live.js")
+
+
+def live_page(loaded: Loaded) -> str:
+    """The page that simulates the first point of a config; the same bytes for the same config.
+
+    Raises ``ConfigError`` for a scene that cannot exist, or that the page cannot show.
+    """
+    experiment = loaded.points()[0].experiment
+    number = _number_of_balls(experiment)
+    if number > MOST_BALLS:
+        sentence = f"the live page shows at most {MOST_BALLS} balls, not {number:,}; give fewer"
+        raise loaded.error("balls", sentence)
+    try:
+        starting_scene(experiment, 0)
+    except SceneError as error:
+        raise loaded.error(error.key, str(error)) from None
+    own = {
+        "name": "own",
+        "title": experiment.title or "own scene",
+        "about": "The scene of the config that this page was made from.",
+        "config": json.loads(configs.to_json(experiment)),
+    }
+    scenes = presets()
+    if own["config"] != scenes[0]["config"]:
+        scenes.insert(0, own)
+    data = {
+        "scenes": scenes,
+        "defaults": _defaults(),
+        "mostBalls": MOST_BALLS,
+        "theory": theory_numbers(),
+        "colours": SPEED_COLOURS,
+    }
+    parts = {
+        "title": html.escape(own["title"] if scenes[0] is own else "snooker live"),
+        "style": text_of("snooker_cli.pages", "page.css") + text_of("snooker_cli.live", "live.css"),
+        "data": script_data(data),
+        "engine": engine_script(),
+        "script": text_of("snooker_cli.pages", *SHARED) + text_of("snooker_cli.live", *SHOWING),
+    }
+    return filled(text_of("snooker_cli.live", "live.html"), parts)
+
+
+def report_scene() -> Loaded:
+    """The config of the page without a config: the source report's scene."""
+    return configs.load(_presets()[0]["config"])
+
+
+def presets() -> list[dict[str, Any]]:
+    """The scenes that every page has: name, title, a sentence about it, and its complete config."""
+    scenes = []
+    for scene in _presets():
+        experiment = configs.load(scene["config"] | {"title": scene["title"]}).experiment
+        scenes.append(scene | {"config": json.loads(configs.to_json(experiment))})
+    return scenes
+
+
+def engine_script() -> str:
+    """What simulates and measures, without a page: one script for pages, workers and tests."""
+    return text_of("snooker_cli.live", *ENGINE, *MEASURING)
+
+
+def theory_numbers() -> dict[str, Any]:
+    """The numbers of ``theory.py`` that ``Fluid`` of theory.js needs."""
+    return {
+        "contact": theory.PADE_CONTACT.tolist(),
+        "denominator": theory.PADE_DENOMINATOR.tolist(),
+        "densest": theory.DENSEST_FLUID,
+    }
+
+
+def _presets() -> list[dict[str, Any]]:
+    scenes: list[dict[str, Any]] = yaml.safe_load(text_of("snooker_cli.live", "presets.yaml"))
+    return scenes
+
+
+def _defaults() -> dict[str, Any]:
+    """The keys of a config that can be left out, with their values."""
+    fields = Experiment.model_fields.items()
+    values = {key: field.default for key, field in fields if not field.is_required()}
+    return values | {"sweep": {}}
+
+
+def _number_of_balls(experiment: Experiment) -> int:
+    balls = experiment.balls
+    if isinstance(balls, Rings):
+        return 1 + 3 * balls.rings * (balls.rings + 1)
+    if isinstance(balls, BallList):
+        return len(balls.list)
+    return len(experiment.placed) + sum(species.count for species in experiment.species)
