@@ -1,4 +1,20 @@
-"""The live page: an HTML page that simulates a gas in the browser, with the bits of the engine.
+"""The engine in JavaScript, for the live page: its scripts, in an order in which they can run."""
 
-engine.js is the twin of ``engine/all_pairs.py``, start.js that of ``placement``.
-"""
+from pathlib import Path
+
+ENGINE_SCRIPTS = (
+    "collision.js",
+    "boundaries.js",
+    "all_pairs.js",
+    "cells.js",
+    "simulation.js",
+    "random_numbers.js",
+    "places.js",
+    "start.js",
+)
+
+
+def engine_source() -> str:
+    """The scripts of the engine and of the start, one after the other."""
+    folder = Path(__file__).parent
+    return "\n".join((folder / name).read_text("utf-8") for name in ENGINE_SCRIPTS)
