@@ -10,17 +10,12 @@ from snooker_cli import config as configs
 from snooker_cli import theory
 from snooker_cli.config import BallList, Experiment, Loaded, Rings
 from snooker_cli.errors import SceneError
+from snooker_cli.live import engine_source
 from snooker_cli.pages.page import SPEED_COLOURS, filled, script_data, text_of
 from snooker_cli.placement.starting_scene import starting_scene
 
 MOST_BALLS = 200  # so that a page shows 60 frames a second
 MOST_BYTES = 250_000  # of a page, which teachers send by mail
-
-ENGINE = (
-    *("random_numbers.js", "places.js", "start.js", "collision.js", "boundaries.js"),
-    *("all_pairs.js", "simulation.js"),
-)
-"""The scripts that simulate, in their order; a worker gets them too."""
 
 MEASURING = ("theory.js", "measurements.js")
 SHARED = ("drawing.js", "arena.js", "panels.js")  # of ``pages``
@@ -69,7 +64,7 @@ def live_page(loaded: Loaded) -> str:
 
 def report_scene() -> Loaded:
     """The config of the page without a config: the source report's scene."""
-    return configs.load(_presets()[0]["config"])
+    return configs.load(presets()[0]["config"])
 
 
 def presets() -> list[dict[str, Any]]:
@@ -83,7 +78,7 @@ def presets() -> list[dict[str, Any]]:
 
 def engine_script() -> str:
     """What simulates and measures, without a page: one script for pages, workers and tests."""
-    return text_of("snooker_cli.live", *ENGINE, *MEASURING)
+    return engine_source() + text_of("snooker_cli.live", *MEASURING)
 
 
 def theory_numbers() -> dict[str, Any]:
