@@ -12,6 +12,14 @@ class Boundary {
     return false;
   }
 
+  get repeatsAcross() {
+    return false;
+  }
+
+  get repeatsUp() {
+    return false;
+  }
+
   delayToWall(i, now, leftWall, state) {
     return NEVER;
   }
@@ -208,6 +216,10 @@ class ChannelSides extends Boundary {
     this.height = height;
   }
 
+  get repeatsUp() {
+    return true;
+  }
+
   delayToWall(i, now, leftWall, state) {
     const u = state.u[i], x = state.x[i] + u * (now - state.clock[i]);
     const reach = this.halfWidth - state.radii[i];
@@ -232,6 +244,14 @@ class PeriodicSides extends Boundary {
     super();
     this.width = width;
     this.height = height;
+  }
+
+  get repeatsAcross() {
+    return true;
+  }
+
+  get repeatsUp() {
+    return true;
   }
 
   nearestX(x) {
