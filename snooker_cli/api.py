@@ -443,6 +443,43 @@ def _override(key: str, value: Any) -> str:
     return f"{key}={','.join(map(json.dumps, values if isinstance(values, list) else [values]))}"
 
 
+@dataclass(frozen=True, repr=False)
+class LivePage:
+    """A page that simulates a gas in the browser; a notebook shows it.
+
+    html : the page
+    """
+
+    html: str
+
+    def __repr__(self) -> str:
+        return "<live page: save it, or show it in a notebook>"
+
+    def _repr_html_(self) -> str:
+        return in_notebook(self.html, "Live page of a gas", height=62)
+
+    def save(self, out: str | PathLike[str]) -> Path:
+        """Write the page; its file."""
+        write_text(Path(out), self.html)
+        return Path(out)
+
+
+def live(
+    config: str | PathLike[str] | Mapping[str, Any] | None = None,
+    overrides: Mapping[str, Any] | None = None,
+) -> LivePage:
+    """The page of ``snooker live``, which simulates the first point of a config.
+
+    config, overrides : as of ``run``; without a config the source report's scene
+
+    Raises ``ConfigError``, also for what the page cannot show, such as more than 200 balls.
+    """
+    from snooker_cli.live.page import live_page, report_scene
+
+    texts = [_override(key, value) for key, value in (overrides or {}).items()]
+    return LivePage(live_page(configs.load(report_scene() if config is None else config, texts)))
+
+
 def new_scene(
     positions: ArrayLike,
     velocities: ArrayLike,

@@ -13,6 +13,7 @@ class Gas {
     this.before = 0;
     this.changed = false; // whether no config describes it any more
     this.time = 0; // s, that is shown
+    this.end = config.collisions === null ? config.time : Infinity; // s; other gases run on
     this.contacts = []; // the last ones: { time, step, x, y, radius }
     this.start(startingScene(config, 0));
     this.startEnergy = this.meter.startEnergy;
@@ -37,11 +38,13 @@ class Gas {
   // Simulates at most a number of collisions, up to a time, s, and a deadline of the computer's clock,
   // ms. Whether it got as far as it was asked to.
   advance(until, most = Infinity, deadline = Infinity) {
+    until = Math.min(until, this.end);
     for (let done = 0; done < most && !this.stop; done++) {
       this.stop = this.simulation.advance(1, until - this.begun);
       if (this.simulation.eventCount) this.follow();
       else {
         this.time = this.stop ? Math.min(until, this.begun + this.stop.time) : until;
+        if (until === this.end && !this.stop) this.stop = { reason: "end", message: `${until} s reached after ${this.collisions} collisions` };
         return true;
       }
       if (done % 16 === 15 && Date.now() >= deadline) {
@@ -172,6 +175,11 @@ class Gas {
   // Continues after a wall trap or a collapse, from the places and velocities now: the ball slides
   // along the wall (`slide`), or contacts have a duration (`tc`).
   continueWith(way) {
+    if (way === "on") {
+      this.end = Infinity;
+      this.stop = null;
+      return;
+    }
     const { scene, simulation, number } = this, { time } = simulation;
     const positions = new Float64Array(2 * number), velocities = new Float64Array(2 * number);
     for (let ball = 0; ball < number; ball++) {
@@ -188,8 +196,9 @@ class Gas {
     this.forgetMeans();
   }
 
-  // How a repeat that ended early can continue: none, `slide` or `tc`.
+  // How a repeat that ended can continue: not at all, `on` after its time, with `slide` or with `tc`.
   get continuation() {
+    if (this.stop?.reason === "end") return "on";
     if (!["wall_trap", "collapse"].includes(this.stop?.reason)) return null;
     const { container, containerMass, wallLaw } = this.scene;
     const fixed = container.shape === "circle" && !Number.isFinite(containerMass);

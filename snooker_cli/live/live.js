@@ -82,7 +82,8 @@ class LivePage {
     this.config = config;
     const { size } = gas.scene.container, speeds = Array.from(gas.radii, (_, ball) => gas.speed(ball));
     const middle = Math.sqrt(speeds.reduce((sum, speed) => sum + speed * speed, 0) / speeds.length) || 1;
-    this.topSpeed = 2 * middle;
+    const { wallLaw, masses } = gas.scene, wall = wallLaw.temperature ? Math.sqrt((2 * wallLaw.temperature) / masses[0]) : 0;
+    this.topSpeed = 2 * Math.max(middle, wall);
     this.rate = Math.max(...size) / (Math.max(...speeds) || 1) / CROSSING; // s of the gas in a second
     const tagged = this.arena?.tagged;
     this.arena = new Arena(find("arena"), viewOf(gas.scene.container), gas);
@@ -172,7 +173,7 @@ class LivePage {
   ended() {
     this.playing = false;
     const { message } = this.gas.stop, way = this.gas.continuation;
-    const names = { slide: "Continue: the ball slides", tc: "Continue: contacts have a duration" };
+    const names = { on: "Continue", slide: "Continue: the ball slides", tc: "Continue: contacts have a duration" };
     this.complain(`${message[0].toUpperCase()}${message.slice(1)}.`, way ? names[way] : "");
   }
 
@@ -448,8 +449,6 @@ function worker() {
     }
   };
 }
-
-const packingOf = ({ radii, container }) => radii.reduce((sum, r) => sum + Math.PI * r * r, 0) / areaOf(container);
 
 // A component of the momentum; zero where it is only rounding.
 function small(value, { scene, meter }) {

@@ -188,7 +188,7 @@ function tableRow(config, results) {
     N: scene.radii.length, r: scene.radii[scene.radii.length - 1], mass: scene.masses[scene.radii.length - 1],
     R: scene.container.shape === "circle" ? width / 2 : width, height: scene.container.shape === "circle" ? null : height,
     cor: config.cor, wallCor: config.wall_cor ?? config.cor, container: scene.container,
-    packing: scene.radii.reduce((sum, radius) => sum + Math.PI * radius ** 2, 0) / areaOf(scene.container),
+    packing: packingOf(scene),
     containerMass: scene.containerMass, equal: isEqual(scene), warm: isWarm(scene), cools: !isWarm(scene) && !energyKept(scene),
   };
   for (const name of MEASURED) {

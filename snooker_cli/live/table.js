@@ -44,8 +44,9 @@ function between(first, second, part) {
 
 const valueWithError = (value, error) => {
   if (!Number.isFinite(value)) return "–";
-  if (!(error > 0)) return short(value, 4);
-  const digits = Math.min(Math.max(1, 2 + magnitude(value) - magnitude(error)), 7);
+  if (!(error > 1e-9 * Math.abs(value))) return short(value, 4); // only rounding
+  const rounded = Number(error.toPrecision(2));
+  const digits = Math.min(Math.max(1, 2 + magnitude(value) - magnitude(rounded)), 7);
   return `${short(value, digits)} ± ${short(error, 2)}`;
 };
 
@@ -79,7 +80,7 @@ class Table {
       const cell = element("th", { textContent: unit ? `${text}, ${unit}` : text, title: help ?? "", scope: "col" });
       head.append(cell);
       this.rows.forEach((row, k) => {
-        const value = measured ? valueWithError(row[key], row[`${key}Error`]) : short(row[key]);
+        const value = measured ? valueWithError(row[key], row[`${key}Error`]) : String(Number(row[key].toPrecision(4)));
         body[k].append(element("td", { textContent: value }));
       });
     }
