@@ -7,6 +7,7 @@ ENGINE_SCRIPTS = (
     "boundaries.js",
     "all_pairs.js",
     "cells.js",
+    "sliding.js",
     "simulation.js",
     "random_numbers.js",
     "places.js",

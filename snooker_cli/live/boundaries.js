@@ -68,12 +68,18 @@ class Boundary {
 
   // What changes where balls slide, see sliding.js.
 
+  /** Where ball i is at a time, m, and its velocity, m/s, in ``placed``. */
   place(i, now, state) {
     const age = now - state.clock[i];
     placed[0] = state.x[i] + state.u[i] * age;
     placed[1] = state.y[i] + state.v[i] * age;
     placed[2] = state.u[i];
     placed[3] = state.v[i];
+  }
+
+  /** As ``place``, also of a ball that bounces until it slides. */
+  placeToShow(i, now, state) {
+    this.place(i, now, state);
   }
 
   setBack(shift) {

@@ -132,7 +132,7 @@ class Simulation {
       this.out[0] = motion[X] + motion[U] * age;
       this.out[1] = motion[Y] + motion[V] * age;
     } else {
-      state.boundary.place(i, clock, state);
+      state.boundary.placeToShow(i, clock, state);
       this.out[0] = state.boundary.nearestX(placed[0]);
       this.out[1] = state.boundary.nearestY(placed[1]);
     }
@@ -146,7 +146,7 @@ class Simulation {
       this.out[0] = state.boundary.motion[U];
       this.out[1] = state.boundary.motion[V];
     } else {
-      state.boundary.place(i, time - state.sums[EPOCH], state);
+      state.boundary.placeToShow(i, time - state.sums[EPOCH], state);
       this.out[0] = placed[2];
       this.out[1] = placed[3];
     }
@@ -292,47 +292,4 @@ function general(value, digits) {
   const whole = figures.slice(0, exponent + 1).padEnd(exponent + 1, "0");
   const fraction = figures.slice(exponent + 1);
   return sign + whole + (fraction ? `.${fraction}` : "");
-}
-
-// Traps: what is still to come
-
-const NEARLY_ELASTIC = 1e-3, HALVINGS_OF_ARC = 7, FLAT = 2 ** -27;
-
-/** Sum of q e^k/(1 + (q e^k)^2) over all k from 0, as ``chord_sum`` of sliding.py. */
-function chordSum(q, restitution) {
-  const d = 1 - restitution;
-  let total = 0;
-  if (d > NEARLY_ELASTIC) {
-    while (q > FLAT && q < Infinity) {
-      total += q / (1 + q * q);
-      q *= restitution;
-    }
-    return total + q / d;
-  }
-  const h = d * (1 + d * (1 / 2 + d * (1 / 3 + d * (1 / 4 + d * (1 / 5 + d / 6))))); // -ln e
-  q = Math.min(q, 1e150);
-  total = q / (1 + q * q) * (0.5 + h / 12 * (2 / (1 + q * q) - 1));
-  for (let k = 0; k < HALVINGS_OF_ARC; k += 1) q = q / (1 + Math.sqrt(1 + q * q));
-  const z = q * q;
-  const arc = q * (1 - z * (1 / 3 - z * (1 / 5 - z * (1 / 7 - z / 9))));
-  return total + 2 ** HALVINGS_OF_ARC * arc / h;
-}
-
-/** How long the bounces of ball i, trapped just off the wall, last, s; their impulse, kg m/s. */
-function bouncesToCome(i, state) {
-  const { motion } = state.boundary, law = state.setup.wallLaw, e = law.cor;
-  const its = state.clock[i] - motion[CLOCK];
-  const x = state.x[i] - (motion[X] + motion[U] * its);
-  const y = state.y[i] - (motion[Y] + motion[V] * its);
-  const u = state.u[i] - motion[U], v = state.v[i] - motion[V];
-  const square = x * x + y * y, inward = Math.max(-(x * u + y * v), 0);
-  const cross = Math.abs(x * v - y * u), mass = state.boundary.bouncingMass(state.masses[i]);
-  if (!law.constant) {
-    const distance = Math.sqrt(square), changes = law.bounceChanges(inward / square, distance);
-    return [bouncingTime(i, state.sums[NOW], state), mass * changes * inward / distance];
-  }
-  if (e === 0) return [0, 0];
-  const lasts = 2 * (square / cross) * chordSum(inward / cross, e);
-  const share = (1 + e) / (1 - e);
-  return [lasts, mass * share * inward / Math.sqrt(square)];
 }
