@@ -474,7 +474,7 @@ def live(
 
     Raises ``ConfigError``, also for what the page cannot show, such as more than 200 balls.
     """
-    from snooker_cli.live.page import live_page, report_scene
+    from snooker_cli.live_page import live_page, report_scene
 
     texts = [_override(key, value) for key, value in (overrides or {}).items()]
     return LivePage(live_page(configs.load(report_scene() if config is None else config, texts)))

@@ -46,7 +46,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     # Pages
     "pages": (),
     "animation": (*SIMULATING, "analysis", "engine", "figures", "formatting", "pages"),
-    "live": ("config", "errors", "formatting", "pages", "placement", "scene", "theory"),
+    "live_page": ("config", "errors", "formatting", "pages", "placement", "scene", "theory"),
     "validation": (*RUNNING, "analysis", "figures"),
 }
 # These may import all parts above them.
@@ -61,7 +61,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "rich": ("runs.progress",),
     "pydantic": ("config", "validation"),
     "pydantic_core": ("config",),
-    "yaml": ("config", "figures", "report", "validation"),
+    "yaml": ("config", "figures", "live_page", "report", "validation"),
     "numba": ("engine.jit",),
     "llvmlite": ("engine.jit",),
     "h5py": ("export", "store"),

@@ -12,7 +12,7 @@ from snooker_cli.cli.output import print_line
 from snooker_cli.errors import UserError
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label
-from snooker_cli.live.page import live_page, report_scene
+from snooker_cli.live_page import live_page, report_scene
 from snooker_cli.runs.progress import notice
 
 
@@ -25,17 +25,20 @@ def live(
             help="A YAML experiment [the source report's scene].",
         ),
     ] = None,
-    out: Annotated[Path, option("FILE", "The page [gas.html].", show_default=False)] = Path("gas.html"),
+    out: Annotated[Path, option("FILE", "The page [gas.html].", show_default=False)] = Path(
+        "gas.html"
+    ),
     overrides: Overrides = None,
     open_page: Annotated[bool, flag("--open", "Show it in the browser.")] = False,
 ) -> None:
-    """Make a page in which a gas runs: sliders, measurements, exact hashes.
+    """Make an HTML page in which a gas runs, with sliders.
 
-    The page simulates in the browser, with the same bits as `snooker run`, for up to 200 balls. It
-    works from a file and without a network, so you can mail it. It has more scenes to choose from.
-    Of a sweep it shows the first point. docs/live.md is a lesson with it. The name of the written
-    file is printed.
+    The page simulates up to 200 balls in the browser, with the same bits as `snooker run`. It has
+    more scenes, charts, and measurements with errors. It works from a file and without a network,
+    so you can mail it. Of a sweep it shows the first point. The name of the written file is
+    printed.
     """
+    out = out or Path("gas.html")
     if out.suffix.lower() != ".html":
         raise UserError(f"--out {out}: give a name that ends in .html")
     given = configs.load(report_scene() if config is None else config, overrides or ())
@@ -43,7 +46,9 @@ def live(
     points = given.points()
     if len(points) > 1:
         first = point_label(points[0].as_json())
-        notice(f"the page shows the first of {counted(len(points), 'point')}, {first}; -o sets others")
+        notice(
+            f"the page shows the first of {counted(len(points), 'point')}, {first}; -o sets others"
+        )
     write_text(out, page)
     print_line(str(out))
     if open_page and not webbrowser.open(out.resolve().as_uri()):

@@ -10,12 +10,25 @@ from snooker_cli import config as configs
 from snooker_cli import theory
 from snooker_cli.config import BallList, Experiment, Loaded, Rings
 from snooker_cli.errors import SceneError
-from snooker_cli.live import engine_source
 from snooker_cli.pages.page import SPEED_COLOURS, filled, script_data, text_of
 from snooker_cli.placement.starting_scene import starting_scene
 
 MOST_BALLS = 200  # so that a page shows 60 frames a second
 MOST_BYTES = 250_000  # of a page, which teachers send by mail
+
+LIVE = "snooker_cli.live_page"
+ENGINE_SCRIPTS = (
+    "collision.js",
+    "boundaries.js",
+    "all_pairs.js",
+    "cells.js",
+    "sliding.js",
+    "simulation.js",
+    "random_numbers.js",
+    "places.js",
+    "start.js",
+)
+"""The engine and the start, in an order in which they can run."""
 
 MEASURING = ("theory.js", "measurements.js")
 SHARED = ("drawing.js", "arena.js", "panels.js")  # of ``pages``
@@ -54,12 +67,12 @@ def live_page(loaded: Loaded) -> str:
     }
     parts = {
         "title": html.escape(own["title"] if scenes[0] is own else "snooker live"),
-        "style": text_of("snooker_cli.pages", "page.css") + text_of("snooker_cli.live", "live.css"),
+        "style": text_of("snooker_cli.pages", "page.css") + text_of(LIVE, "live.css"),
         "data": script_data(data),
-        "engine": engine_script(),
-        "script": text_of("snooker_cli.pages", *SHARED) + text_of("snooker_cli.live", *SHOWING),
+        "engine": worker_source(),
+        "script": text_of("snooker_cli.pages", *SHARED) + text_of(LIVE, *SHOWING),
     }
-    return filled(text_of("snooker_cli.live", "live.html"), parts)
+    return filled(text_of(LIVE, "live.html"), parts)
 
 
 def report_scene() -> dict[str, Any]:
@@ -77,9 +90,14 @@ def presets() -> list[dict[str, Any]]:
     return scenes
 
 
-def engine_script() -> str:
-    """What simulates and measures, without a page: one script for pages, workers and tests."""
-    return engine_source() + text_of("snooker_cli.live", *MEASURING)
+def engine_source() -> str:
+    """The scripts of the engine and of the start, one after the other."""
+    return text_of(LIVE, *ENGINE_SCRIPTS)
+
+
+def worker_source() -> str:
+    """What simulates and measures without a page: one script for pages, workers and tests."""
+    return engine_source() + text_of(LIVE, *MEASURING)
 
 
 def theory_numbers() -> dict[str, Any]:
@@ -92,7 +110,7 @@ def theory_numbers() -> dict[str, Any]:
 
 
 def _presets() -> list[dict[str, Any]]:
-    scenes: list[dict[str, Any]] = yaml.safe_load(text_of("snooker_cli.live", "presets.yaml"))
+    scenes: list[dict[str, Any]] = yaml.safe_load(text_of(LIVE, "presets.yaml"))
     return scenes
 
 
