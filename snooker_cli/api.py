@@ -28,7 +28,7 @@ from snooker_cli.engine import States
 from snooker_cli.errors import FigureError, RunError, UserError, check_name
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, plain, point_label
-from snooker_cli.pages.page import in_notebook
+from snooker_cli.pages.html_page import in_notebook
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.plan import checked

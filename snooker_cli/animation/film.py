@@ -17,7 +17,7 @@ from snooker_cli.engine import States, replay, simulate
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, printable
-from snooker_cli.pages.page import SPEED_COLOURS, filled, script_data, text_of
+from snooker_cli.pages.html_page import SPEED_COLOURS, filled, script_data, text_of
 from snooker_cli.trace import CONTAINER, SLIDE, Trace
 
 Floats: TypeAlias = NDArray[np.float64]

@@ -25,7 +25,7 @@ from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
 from snooker_cli.files import atomic_write
 from snooker_cli.formatting import short
-from snooker_cli.pages.page import SPEED_COLOURS
+from snooker_cli.pages.html_page import SPEED_COLOURS
 
 Floats: TypeAlias = NDArray[np.float64]
 Pixels: TypeAlias = NDArray[np.uint8]

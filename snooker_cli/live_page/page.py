@@ -10,7 +10,7 @@ from snooker_cli import config as configs
 from snooker_cli import theory
 from snooker_cli.config import BallList, Experiment, Loaded, Rings
 from snooker_cli.errors import SceneError
-from snooker_cli.pages.page import SPEED_COLOURS, filled, script_data, text_of
+from snooker_cli.pages.html_page import SPEED_COLOURS, filled, script_data, text_of
 from snooker_cli.placement.starting_scene import starting_scene
 
 MOST_BALLS = 200  # so that a page shows 60 frames a second

@@ -34,7 +34,7 @@ from snooker_cli.formatting import (
     short,
     with_error,
 )
-from snooker_cli.pages.page import embedded
+from snooker_cli.pages.html_page import embedded
 from snooker_cli.runs import Run
 from snooker_cli.runs.execution import follow_parent
 

@@ -30,7 +30,7 @@ from snooker_cli.containers import Circle
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.figures.drawing import styled
-from snooker_cli.pages.page import embedded
+from snooker_cli.pages.html_page import embedded
 from snooker_cli.trace import CONTAINER, StopReason, Trace
 
 
