@@ -12,7 +12,7 @@ from snooker_cli.pages.html_page import text_of
 
 
 class JavaScript:
-    """A context that simulates, measures and runs a gas; it has ``configOf`` a scene, and ``fluid``.
+    """A context that simulates, measures and runs a gas, with ``configOf`` a scene and ``fluid``.
 
     Close it: Python does not end while one is open.
     """
