@@ -102,7 +102,7 @@ class State {
     } else if (container.shape === "channel") {
       this.boundary = new ChannelSides(width, height);
     } else {
-      this.boundary = new PeriodicSides(width, height);
+      this.boundary = new Boundary(width, height);
     }
   }
 
@@ -119,7 +119,7 @@ class State {
   /** Set all clocks back by a shift, s; the epoch is the time at which they then show zero. */
   nextEpoch(epoch, shift) {
     for (let k = 0; k < this.number; k += 1) this.clock[k] -= shift;
-    this.boundary.setBack(shift);
+    this.boundary.motion[CLOCK] -= shift;
     this.sums[NOW] -= shift;
     this.sums[TIME_LIMIT] -= shift;
     this.sums[EPOCH] = epoch;
@@ -176,28 +176,57 @@ class AllPairs {
       for (let k = start; k < stop; k += 1) {
         const age = now - clock[k], uk = u[k], vk = v[k];
         const dx = (x[k] + uk * age) - xi, dy = (y[k] + vk * age) - yi;
-        const du = uk - ui, dv = vk - vi;
-        const b = dx * du + dy * dv;
-        if (!(b < 0)) continue;
-        const d = ri + radii[k], square = d * d;
-        const c = dx * dx + dy * dy - square;
-        if (!(c + b * twice < 0)) continue; // too late: the delay is at least c/(-2b)
-        const cross = dx * dv - dy * du;
-        const discriminant = (du * du + dv * dv) * square - cross * cross;
-        if (!(discriminant > 0 || c <= 0) || k === parted) continue;
-        if (curved && !boundary.bothFly(i, k)) continue;
-        const gap = c > 0 ? c : 0;
-        const itsDelay = gap / (Math.sqrt(discriminant > 0 ? discriminant : 1) - b);
-        if (itsDelay < delay) {
+        const itsDelay = pairDelay(dx, dy, uk - ui, vk - vi, ri + radii[k], twice);
+        if (itsDelay < delay && k !== parted && (!curved || boundary.bothFly(i, k))) {
           delay = itsDelay;
           partner = k;
           twice = Math.min(twice, NEARLY_TWICE * delay);
         }
       }
     }
-    const straight = delay;
-    if (curved) {
-      [delay, partner] = boundary.earliestOnArc(i, now, delay, partner, state, this.wallTime);
+    this.completeSearch(i, now, delay, partner);
+  }
+
+  /** ``findContact`` for two balls that have just collided, in one pass over the others. */
+  findContacts(i, j, now, wallDelayI, wallDelayJ) {
+    const { state } = this, { x, y, u, v, clock, radii, boundary, number } = state;
+    const curved = boundary.isCurved;
+    const xi = x[i], yi = y[i], ui = u[i], vi = v[i], ri = radii[i];
+    const xj = x[j], yj = y[j], uj = u[j], vj = v[j], rj = radii[j];
+    let delayI = boundary.searchTime(wallDelayI), partnerI = SEARCH_AGAIN;
+    let delayJ = boundary.searchTime(wallDelayJ), partnerJ = SEARCH_AGAIN;
+    for (let start = 0; start < number; start += BLOCK) {
+      const stop = Math.min(start + BLOCK, number);
+      let twiceI = 2 * delayI, twiceJ = 2 * delayJ;
+      for (let k = start; k < stop; k += 1) {
+        if (k === i || k === j) continue; // they part
+        const age = now - clock[k], uk = u[k], vk = v[k], rk = radii[k];
+        const xk = x[k] + uk * age, yk = y[k] + vk * age;
+        const forI = pairDelay(xk - xi, yk - yi, uk - ui, vk - vi, ri + rk, twiceI);
+        if (forI < delayI && (!curved || boundary.bothFly(i, k))) {
+          delayI = forI;
+          partnerI = k;
+          twiceI = Math.min(twiceI, NEARLY_TWICE * forI);
+        }
+        const forJ = pairDelay(xk - xj, yk - yj, uk - uj, vk - vj, rj + rk, twiceJ);
+        if (forJ < delayJ && (!curved || boundary.bothFly(j, k))) {
+          delayJ = forJ;
+          partnerJ = k;
+          twiceJ = Math.min(twiceJ, NEARLY_TWICE * forJ);
+        }
+      }
+    }
+    this.completeSearch(i, now, delayI, partnerI);
+    this.completeSearch(j, now, delayJ, partnerJ);
+  }
+
+  /** Enter what a search among balls on straight ways gave, after one among those on arcs. */
+  completeSearch(i, now, straight, among) {
+    const { boundary } = this.state;
+    let delay = straight, partner = among;
+    if (boundary.isCurved) {
+      [delay, partner] =
+        boundary.earliestOnArc(i, now, delay, partner, this.state, this.wallTime);
     }
     let time = now + delay;
     if (partner < 0) time = boundary.searchedUntil(time, delay < straight);
@@ -280,8 +309,7 @@ class AllPairs {
     this.countEvent(i, j, 0);
     this.countEvent(j, i, 0);
     const delayI = this.predictWall(i, now), delayJ = this.predictWall(j, now);
-    this.findContact(i, now, delayI);
-    this.findContact(j, now, delayJ);
+    this.findContacts(i, j, now, delayI, delayJ);
     return false;
   }
 

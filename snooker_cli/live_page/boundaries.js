@@ -2,22 +2,21 @@
 
 // Boundaries: what balls do at the edge of the container, see boundaries.py
 
+/** An offset along an axis to the nearest image, m; most are near already and need no division.
+ *
+ * period : after which way the container repeats along the axis, m; infinite with walls
+ */
+function nearestImage(offset, period) {
+  return offset < 0.49 * period && offset > -0.49 * period ? offset : offset - period * rint(offset / period);
+}
+
 /** An edge without walls, and what all others have in common. */
 class Boundary {
-  constructor() {
+  constructor(periodX = Infinity, periodY = Infinity) {
+    this.periodX = periodX;
+    this.periodY = periodY;
     this.motion = new Float64Array(5);
-  }
-
-  get isCurved() {
-    return false;
-  }
-
-  get repeatsAcross() {
-    return false;
-  }
-
-  get repeatsUp() {
-    return false;
+    this.isCurved = false; // whether balls may slide, see sliding.js
   }
 
   delayToWall(i, now, leftWall, state) {
@@ -30,18 +29,6 @@ class Boundary {
 
   hitWall(i, now, state, elastic) {
     return 0;
-  }
-
-  nearestX(x) {
-    return x;
-  }
-
-  nearestY(y) {
-    return y;
-  }
-
-  sameImage(x, y, newX, newY) {
-    return true;
   }
 
   searchTime(delay) {
@@ -66,7 +53,13 @@ class Boundary {
     return false;
   }
 
-  // What changes where balls slide, see sliding.js.
+  takeOffWall(i) {
+    return false;
+  }
+
+  settle(i, trapped, now, state) {
+    return NEVER;
+  }
 
   /** Where ball i is at a time, m, and its velocity, m/s, in ``placed``. */
   place(i, now, state) {
@@ -80,18 +73,6 @@ class Boundary {
   /** As ``place``, also of a ball that bounces until it slides. */
   placeToShow(i, now, state) {
     this.place(i, now, state);
-  }
-
-  setBack(shift) {
-    this.motion[CLOCK] -= shift;
-  }
-
-  takeOffWall(i) {
-    return false;
-  }
-
-  settle(i, trapped, now, state) {
-    return NEVER;
   }
 }
 
@@ -217,13 +198,8 @@ class StraightWalls extends Boundary {
 
 class ChannelSides extends Boundary {
   constructor(width, height) {
-    super();
+    super(Infinity, height);
     this.halfWidth = width / 2;
-    this.height = height;
-  }
-
-  get repeatsUp() {
-    return true;
   }
 
   delayToWall(i, now, leftWall, state) {
@@ -234,42 +210,5 @@ class ChannelSides extends Boundary {
 
   hitWall(i, now, state, elastic) {
     return state.setup.wallLaw.hitSide(i, true, state, elastic);
-  }
-
-  nearestY(y) {
-    return y - this.height * rint(y / this.height);
-  }
-
-  sameImage(x, y, newX, newY) {
-    return rint(y / this.height) === rint(newY / this.height);
-  }
-}
-
-class PeriodicSides extends Boundary {
-  constructor(width, height) {
-    super();
-    this.width = width;
-    this.height = height;
-  }
-
-  get repeatsAcross() {
-    return true;
-  }
-
-  get repeatsUp() {
-    return true;
-  }
-
-  nearestX(x) {
-    return x - this.width * rint(x / this.width);
-  }
-
-  nearestY(y) {
-    return y - this.height * rint(y / this.height);
-  }
-
-  sameImage(x, y, newX, newY) {
-    const across = rint(x / this.width) === rint(newX / this.width);
-    return across && rint(y / this.height) === rint(newY / this.height);
   }
 }

@@ -134,8 +134,8 @@ class Cells {
     occupancy.fill(0);
     for (let i = 0; i < state.number; i += 1) {
       const age = now - state.clock[i];
-      const x = boundary.nearestX(state.x[i] + state.u[i] * age);
-      const y = boundary.nearestY(state.y[i] + state.v[i] * age);
+      const x = nearestImage(state.x[i] + state.u[i] * age, boundary.periodX);
+      const y = nearestImage(state.y[i] + state.v[i] * age, boundary.periodY);
       const column = Math.trunc((x - mesh.left) / mesh.width);
       const row = Math.trunc((y - mesh.bottom) / mesh.height);
       const cell = this.cellAt(
@@ -153,8 +153,8 @@ class Cells {
   /** The cell in a column and a row; along an axis that repeats, beyond the sides too. */
   cellAt(column, row) {
     const { columns, rows } = this.mesh, { boundary } = this.state;
-    if (boundary.repeatsAcross) column = column < 0 ? column + columns : column % columns;
-    if (boundary.repeatsUp) row = row < 0 ? row + rows : row % rows;
+    if (boundary.periodX < Infinity) column = column < 0 ? column + columns : column % columns;
+    if (boundary.periodY < Infinity) row = row < 0 ? row + rows : row % rows;
     return row * columns + column;
   }
 
@@ -193,8 +193,8 @@ class Cells {
     const x = (state.x[i] + u * age) - (mesh.left + mesh.width * (column + 0.5));
     const y = (state.y[i] + v * age) - (mesh.bottom + mesh.height * (row + 0.5));
     const { width, height } = mesh;
-    const across = ((u > 0 ? 0.5 * width : -0.5 * width) - boundary.nearestX(x)) / u;
-    const up = ((v > 0 ? 0.5 * height : -0.5 * height) - boundary.nearestY(y)) / v;
+    const across = ((u > 0 ? 0.5 * width : -0.5 * width) - nearestImage(x, boundary.periodX)) / u;
+    const up = ((v > 0 ? 0.5 * height : -0.5 * height) - nearestImage(y, boundary.periodY)) / v;
     this.delays[0] = u !== 0 ? across : NEVER;
     this.delays[1] = v !== 0 ? up : NEVER;
   }
@@ -224,7 +224,10 @@ class Cells {
     // Of two that part, other images may become the nearest, and these may meet.
     const dx = x[k] - x[i], dy = y[k] - y[i], age = now - clock[i];
     const newX = dx + (u[k] - u[i]) * age, newY = dy + (v[k] - v[i]) * age;
-    return boundary.sameImage(dx, dy, newX, newY) ? k : NO_PARTNER;
+    const { periodX, periodY } = boundary;
+    if (periodX === Infinity && periodY === Infinity) return k;
+    const across = rint(dx / periodX) === rint(newX / periodX);
+    return across && rint(dy / periodY) === rint(newY / periodY) ? k : NO_PARTNER;
   }
 
   /** Enter ball i's first contact with one of those gathered, if it is before ``delay``.
@@ -233,6 +236,7 @@ class Cells {
    */
   enterNearest(i, now, gathered, delay, partner) {
     const { x, y, u, v, clock, radii, boundary } = this.state, { near } = this;
+    const { periodX, periodY } = boundary;
     const parted = this.partedFrom(i, now);
     const ageI = now - clock[i], ui = u[i], vi = v[i], ri = radii[i];
     const xi = x[i] + ui * ageI, yi = y[i] + vi * ageI;
@@ -241,20 +245,10 @@ class Cells {
       let twice = 2 * delay;
       for (let place = start; place < stop; place += 1) {
         const k = near[place], age = now - clock[k], uk = u[k], vk = v[k];
-        const dx = boundary.nearestX((x[k] + uk * age) - xi);
-        const dy = boundary.nearestY((y[k] + vk * age) - yi);
-        const du = uk - ui, dv = vk - vi;
-        const b = dx * du + dy * dv;
-        if (!(b < 0)) continue;
-        const d = ri + radii[k], square = d * d;
-        const c = dx * dx + dy * dy - square;
-        if (!(c + b * twice < 0)) continue; // too late: the delay is at least c/(-2b)
-        const cross = dx * dv - dy * du;
-        const discriminant = (du * du + dv * dv) * square - cross * cross;
-        if (!(discriminant > 0 || c <= 0) || k === parted) continue;
-        const gap = c > 0 ? c : 0;
-        const itsDelay = gap / (Math.sqrt(discriminant > 0 ? discriminant : 1) - b);
-        if (itsDelay < delay) {
+        const dx = nearestImage((x[k] + uk * age) - xi, periodX);
+        const dy = nearestImage((y[k] + vk * age) - yi, periodY);
+        const itsDelay = pairDelay(dx, dy, uk - ui, vk - vi, ri + radii[k], twice);
+        if (itsDelay < delay && k !== parted) {
           delay = itsDelay;
           partner = k;
           twice = Math.min(twice, NEARLY_TWICE * delay);

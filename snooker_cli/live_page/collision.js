@@ -63,6 +63,23 @@ function copySign(size, other) {
 
 // Contact: times until two balls, or a ball and the wall, touch; see contact.py
 
+/** Time until two balls at relative (x, y), moving at relative (u, v), touch; s, or inf.
+ *
+ * distance : of their centres when they touch, m
+ * twice : twice a horizon, s, or a little more; inf too if the contact is certainly later: the delay
+ *     is c / (-b + sqrt(D)) with sqrt(D) <= -b, so at least c / (-2b). This is ``may_touch``.
+ */
+function pairDelay(x, y, u, v, distance, twice) {
+  const b = x * u + y * v;
+  if (!(b < 0)) return NEVER;
+  const square = distance * distance, c = x * x + y * y - square;
+  if (!(c + b * twice < 0)) return NEVER;
+  const cross = x * v - y * u;
+  const discriminant = (u * u + v * v) * square - cross * cross;
+  if (!(discriminant > 0 || c <= 0)) return NEVER;
+  return (c > 0 ? c : 0) / (Math.sqrt(discriminant > 0 ? discriminant : 1) - b);
+}
+
 /** Time until a ball at (x, y) from the circle's centre hits the wall; s, or inf at rest. */
 function wallDelay(x, y, u, v, reachSquared) {
   const b = x * u + y * v;
@@ -126,8 +143,8 @@ function secondShare(change, m, n) {
 /** Collide balls i and j, both at the present; the impulse (1 + e) mu |v_n|, kg m/s. */
 function hitPair(i, j, state, elastic) {
   const { u, v, masses, setup, boundary } = state;
-  const x = boundary.nearestX(state.x[j] - state.x[i]);
-  const y = boundary.nearestY(state.y[j] - state.y[i]);
+  const x = nearestImage(state.x[j] - state.x[i], boundary.periodX);
+  const y = nearestImage(state.y[j] - state.y[i], boundary.periodY);
   const du = u[i] - u[j], dv = v[i] - v[j];
   const isElastic = elastic || isSlow(x, y, du, dv, setup.elasticBelow);
   const length = Math.sqrt(x * x + y * y), normal = normalPart(x, y, du, dv);
@@ -171,8 +188,8 @@ function inContact(i, now, state) {
 /** Bring ball i to the present, in a periodic box to its image inside. */
 function move(i, now, state) {
   const { x, y, boundary } = state, age = now - state.clock[i];
-  x[i] = boundary.nearestX(x[i] + state.u[i] * age);
-  y[i] = boundary.nearestY(y[i] + state.v[i] * age);
+  x[i] = nearestImage(x[i] + state.u[i] * age, boundary.periodX);
+  y[i] = nearestImage(y[i] + state.v[i] * age, boundary.periodY);
   state.clock[i] = now;
 }
 

@@ -238,6 +238,221 @@ function isWithin([x, y], [otherX, otherY], reach, container) {
 
 // Random places: balls are inserted one after the other, and pushed apart if that jams
 
-function randomPlaces() {
-  throw new SceneError("balls.start", "this page places balls on a lattice only");
+const INSERTED = 0.4; // packing up to which balls are inserted at their size
+const ATTEMPTS = 100; // for each ball, then insertion has failed
+const JAMMED = 0.84, LARGEST = 0.82, SWEEPS = 2000, PUSH = 0.3, MEMORY = 0.9, SKIN = 0.6;
+const WIDER = 1 + 1e-9;
+
+/** Random places, x0, y0, x1 …, m, as ``random_places``; or the packing reached in ``jammed``. */
+function randomPlaces(container, radii, counts, packing, stream, placed) {
+  if (packing > LARGEST * (1 + 1e-9)) return { jammed: LARGEST };
+  const all = [...placed.radii, ...counts.flatMap((number, k) => Array(number).fill(radii[k]))];
+  const wide = 2 * Math.max(...all) / Math.min(...container.size);
+  if (wide > 1) return { jammed: packing / (wide * wide) };
+  let inserted = 2 * Math.min(packing, INSERTED), places = null, scale;
+  // Each try inserts smaller balls. At their full size, these are then pushed apart.
+  while (places === null) {
+    inserted /= 2;
+    scale = Math.sqrt(inserted / packing);
+    places = insertedPlaces(container, radii, counts, stream, scale, placed);
+  }
+  if (scale < 1) {
+    // In strips, as the program sorts them: the order of pushes decides their last bits.
+    const strip = 4 * (preciseSum(all) / all.length);
+    const rows = places.map(([, y]) => Math.floor(y / strip));
+    const order = all.map((_, k) => k)
+      .sort((a, b) => rows[a] - rows[b] || places[a][0] - places[b][0] || a - b);
+    const result = pushedApart(
+      container, order.map((k) => [...places[k]]), order.map((k) => all[k]), packing,
+      order.map((k) => k < placed.radii.length),
+    );
+    if (result.jammed !== undefined) return result;
+    order.forEach((k, row) => {
+      places[k] = result.places[row];
+    });
+  }
+  return { places: places.flat() };
+}
+
+/** Places [x, y] at which balls scaled by ``scale`` do not overlap; null if that fails. */
+function insertedPlaces(container, radii, counts, stream, scale, placed) {
+  const { shape, size } = container, given = pairsOf(placed.places);
+  const inserted = radii.map(() => []);
+  const bySize = radii.map((_, k) => k).sort((a, b) => radii[b] - radii[a] || a - b);
+  for (const k of bySize) {
+    let attempts = 0, accepted = 1;
+    for (;;) {
+      const missing = counts[k] - inserted[k].length;
+      if (missing <= 0) break;
+      if (attempts > ATTEMPTS * counts[k]) return null;
+      const number = Math.floor(missing / accepted) + 8;
+      attempts += number;
+      let tried = triedPlaces(container, radii[k], number, stream);
+      given.forEach((place, row) => {
+        tried = unblocked(tried, [place], scale * (placed.radii[row] + radii[k]), container);
+      });
+      inserted.forEach((places, other) => {
+        tried = unblocked(tried, places, scale * (radii[other] + radii[k]), container);
+      });
+      tried = unblocked(tried, tried, scale * 2 * radii[k], container);
+      accepted = Math.max(tried.length / number, 0.05);
+      inserted[k].push(...tried.slice(0, missing));
+    }
+  }
+  return [...given, ...inserted.flat()];
+}
+
+/** Random places [x, y] of a ball of a radius in the container, m. */
+function triedPlaces({ shape, size }, radius, number, stream) {
+  if (shape === "circle") {
+    const reach = size[0] / 2 - radius;
+    return pairsOf(pointsInDisc(stream, number, 0).map((part) => reach * part));
+  }
+  const sides = [0, 1].map((axis) => size[axis] - (repeatsAlong(axis, shape) ? 0 : 2) * radius);
+  return Array.from({ length: number }, () =>
+    sides.map((side) => (stream.uniform() - 0.5) * side));
+}
+
+/** The tried places that are not within reach (m) of others, or of earlier ones if these. */
+function unblocked(tried, others, reach, container) {
+  const images = imagesOf(others, container.shape, container.size);
+  return tried.filter((place, a) => !images.some(({ x, y, index: b }) => {
+    const dx = place[0] - x, dy = place[1] - y;
+    return Math.sqrt(dx * dx + dy * dy) < reach && (tried !== others || b < a);
+  }));
+}
+
+/** Places and, along axes that repeat, their images on both sides. */
+function imagesOf(places, shape, [width, height]) {
+  const steps = (axis) => (repeatsAlong(axis, shape) ? [0, 1, -1] : [0]);
+  return steps(1).flatMap((up) => steps(0).flatMap((across) =>
+    places.map(([x, y], index) => ({ x: x + across * width, y: y + up * height, index }))));
+}
+
+/** Places without overlaps, as ``_pushed_apart``; of ``fixed`` balls, the same. */
+function pushedApart(container, places, radii, packing, fixed) {
+  const number = radii.length, { shape } = container;
+  const larger = 1 + Math.max(0.25 * (Math.sqrt(JAMMED / packing) - 1), 1e-4);
+  const wanted = radii.map((radius) => radius * larger);
+  const skin = SKIN * (preciseSum(radii) / number);
+  const steps = places.map(() => [0, 0]);
+  let moved = Infinity, pairs, seen, ratio;
+  for (let sweep = 0; sweep < SWEEPS; sweep += 1) {
+    // List neighbours anew before a pair outside of the list can touch.
+    if (2 * moved > skin) {
+      putInside(container, places, radii);
+      pairs = nearPairs(places, wanted, skin, container);
+      seen = places.map((place) => [...place]);
+    }
+    // Push each pair that overlaps at the enlarged size, until none overlaps at its own size.
+    const pushes = [places.map(() => [0, 0]), places.map(() => [0, 0])];
+    let apart = true;
+    ratio = Infinity;
+    for (const [i, j] of pairs) {
+      const offset = [0, 1].map((axis) =>
+        nearestOffset(places[i][axis] - places[j][axis], axis, container));
+      const distance = Math.sqrt(offset[0] * offset[0] + offset[1] * offset[1]);
+      if (!(distance < wanted[i] + wanted[j])) continue;
+      apart &&= distance >= radii[i] + radii[j];
+      ratio = Math.min(ratio, distance / (radii[i] + radii[j]));
+      const part = PUSH / 2 * (wanted[i] + wanted[j] - distance) / distance;
+      for (const axis of [0, 1]) {
+        pushes[0][i][axis] += part * offset[axis];
+        pushes[1][j][axis] += part * offset[axis];
+      }
+    }
+    if (apart) {
+      putInside(container, places, radii);
+      return { places };
+    }
+    for (let k = 0; k < number; k += 1) {
+      for (const axis of [0, 1]) {
+        steps[k][axis] *= MEMORY;
+        steps[k][axis] += pushes[0][k][axis] - pushes[1][k][axis];
+        if (fixed[k]) steps[k][axis] = 0;
+        places[k][axis] += steps[k][axis];
+      }
+    }
+    if (shape !== "periodic") putInside(container, places, radii);
+    moved = Math.max(...places.map(([x, y], k) => {
+      const dx = x - seen[k][0], dy = y - seen[k][1];
+      return Math.sqrt(dx * dx + dy * dy);
+    }));
+  }
+  return { jammed: packing * ratio * ratio };
+}
+
+/** Move balls that stick out to the wall, or along an axis that repeats to their image inside. */
+function putInside(container, places, radii) {
+  const { shape, size } = container;
+  places.forEach((place, k) => {
+    if (shape === "circle") {
+      const farthest = size[0] / 2 - radii[k];
+      const distance = Math.sqrt(place[0] * place[0] + place[1] * place[1]);
+      const factor = distance > farthest ? farthest / distance : 1;
+      place[0] *= factor;
+      place[1] *= factor;
+      return;
+    }
+    for (const axis of [0, 1]) {
+      const corner = size[axis] / 2 - radii[k];
+      place[axis] = repeatsAlong(axis, shape)
+        ? nearestOffset(place[axis], axis, container)
+        : Math.min(Math.max(place[axis], -corner), corner);
+    }
+  });
+}
+
+/** Pairs of disks with surfaces at most ``gap`` (m) apart, in the order of neighbours.py. */
+function nearPairs(places, radii, gap, container) {
+  const pairs = [];
+  let left = radii.map((_, k) => k);
+  while (left.length) {
+    const largest = Math.max(...left.map((k) => radii[k]));
+    const isLarge = left.map((k) => radii[k] > largest / 2);
+    const large = left.filter((_, row) => isLarge[row]);
+    const among = (balls) => balls.map((k) => places[k]);
+    for (const [a, b, distance] of near(among(large), among(left), 2 * largest + gap, container)) {
+      const i = large[a], j = left[b];
+      if (distance <= radii[i] + radii[j] + gap && (!isLarge[b] || i < j)) pairs.push([i, j]);
+    }
+    left = left.filter((_, row) => !isLarge[row]);
+  }
+  return pairs;
+}
+
+/** Pairs [point, other, distance] within ``reach`` (m): by rows of cells, then by cell. */
+function near(points, others, reach, { shape, size }) {
+  const isNear = ({ x, y, index }) => [x, y].every((value, axis) => {
+    const own = others[index][axis], towards = Math.sign(own - value); // 0 for itself
+    return towards === 0 || towards * own >= size[axis] / 2 - reach * WIDER;
+  });
+  const images = imagesOf(others, shape, size).filter(isNear);
+  const all = [...points, ...images.map(({ x, y }) => [x, y])];
+  const low = [0, 1].map((axis) => Math.min(...all.map((place) => place[axis])));
+  const extent = low.map((least, axis) => Math.max(...all.map((place) => place[axis])) - least);
+  const most = 4 * images.length;
+  const fitting = extent.map((length) => Math.min(Math.max(length / (reach * WIDER), 1), most));
+  const fewer = Math.sqrt(Math.max(fitting[0] * fitting[1] / most, 1));
+  const cells = fitting.map((number) => Math.floor(Math.max(number / fewer, 1)));
+  const stride = cells[0] + 2;
+  const cellOf = (place) => {
+    const [column, row] = place.map((value, axis) => Math.trunc(
+      Math.min((value - low[axis]) / (extent[axis] || 1) * cells[axis], cells[axis] - 1)));
+    return (row + 1) * stride + column + 1;
+  };
+  const sorted = (list) => list.map((place, k) => ({ place, k, cell: cellOf(place) }))
+    .sort((a, b) => a.cell - b.cell || a.k - b.k);
+  const bySide = sorted(images.map(({ x, y }) => [x, y])), pairs = [];
+  for (const row of [-stride, 0, stride]) {
+    for (const { place, k, cell } of sorted(points)) {
+      for (const other of bySide) { // the three cells of a row are consecutive
+        if (other.cell < cell + row - 1 || other.cell > cell + row + 1) continue;
+        const x = place[0] - other.place[0], y = place[1] - other.place[1];
+        const distance = Math.sqrt(x * x + y * y);
+        if (distance <= reach) pairs.push([k, images[other.k].index, distance]);
+      }
+    }
+  }
+  return pairs;
 }

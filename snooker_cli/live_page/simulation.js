@@ -133,8 +133,8 @@ class Simulation {
       this.out[1] = motion[Y] + motion[V] * age;
     } else {
       state.boundary.placeToShow(i, clock, state);
-      this.out[0] = state.boundary.nearestX(placed[0]);
-      this.out[1] = state.boundary.nearestY(placed[1]);
+      this.out[0] = nearestImage(placed[0], state.boundary.periodX);
+      this.out[1] = nearestImage(placed[1], state.boundary.periodY);
     }
     return this.out;
   }

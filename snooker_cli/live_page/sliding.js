@@ -178,11 +178,8 @@ function arcDelay([x, y, w, px, py, pu, pv, speed], distance, largest, horizon) 
 class SlidingCircle extends FixedCircle {
   constructor(radius, number) {
     super(radius);
+    this.isCurved = true;
     this.motions = new Int32Array(number); // FLIES, SETTLES or SLIDES
-  }
-
-  get isCurved() {
-    return true;
   }
 
   place(i, now, state) {

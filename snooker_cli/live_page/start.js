@@ -390,9 +390,8 @@ function checkRadii(container, radii, shapes = Object.keys(TITLES)) {
     throw new SceneError("balls", `${problem} ${where}; make it smaller`, largest);
   }
   const diameter = 2 * radii[largest];
-  for (const [axis, key] of [["width"], ["height"]].map(([name], k) => [k, name])) {
-    const repeats = shape === "periodic" || (shape === "channel" && axis === 1);
-    if (repeats && size[axis] < 5 * diameter * (1 + 1e-8)) {
+  for (const [axis, key] of ["width", "height"].entries()) {
+    if (repeatsAlong(axis, shape) && size[axis] < 5 * diameter * (1 + 1e-8)) {
       const problem = `the ${TITLES[shape]} is under 5 diameters of its balls`;
       const lengths = `${general(size[axis], 6)} m, with a diameter of ${general(diameter, 6)} m`;
       const reason = "this engine needs 5 cells each way, each a ball wide";
@@ -479,6 +478,10 @@ function distanceOf(positions, i, j, container) {
 
 /** An offset along an axis, m, to the nearest image if the container repeats along it. */
 function nearestOffset(offset, axis, { shape, size }) {
-  const repeats = shape === "periodic" || (shape === "channel" && axis === 1);
-  return repeats ? offset - size[axis] * rint(offset / size[axis]) : offset;
+  return repeatsAlong(axis, shape) ? offset - size[axis] * rint(offset / size[axis]) : offset;
+}
+
+/** Whether a container of a shape repeats along the axis: 0 is x, 1 is y. */
+function repeatsAlong(axis, shape) {
+  return shape === "periodic" || (shape === "channel" && axis === 1);
 }

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from javascript import JavaScript
+from live_scripts import LiveScripts
 
 
 @pytest.fixture(scope="session")
-def javascript() -> Iterator[JavaScript]:
-    with JavaScript() as started:
+def javascript() -> Iterator[LiveScripts]:
+    with LiveScripts() as started:
         yield started

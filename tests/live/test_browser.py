@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from browser import Browser
-from javascript import JavaScript
+from live_scripts import LiveScripts
 
 import snooker_cli as snooker
 from snooker_cli.live_page.page import presets
@@ -152,7 +152,7 @@ MEASURE = """
 """
 
 
-def test_a_worker_measures(opened: Opened, javascript: JavaScript) -> None:
+def test_a_worker_measures(opened: Opened, javascript: LiveScripts) -> None:
     """The table has the numbers of the same scripts in V8, and the CSV all of their digits."""
     seen = opened().value(MEASURE)
     row: dict[str, Any] = javascript.value(

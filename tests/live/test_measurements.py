@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from javascript import JavaScript
+from live_scripts import LiveScripts
 from scenes import gas
 
 import snooker_cli as snooker
@@ -27,7 +27,7 @@ def plain(container: Container) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("container", CONTAINERS, ids=lambda container: container.name)
-def test_pressures_are_those_of_theory(container: Container, javascript: JavaScript) -> None:
+def test_pressures_are_those_of_theory(container: Container, javascript: LiveScripts) -> None:
     """To 10⁻¹², a thousand roundings of 10⁻¹⁶."""
     for number in (2, 37, 200):
         for packing in PACKINGS:
@@ -46,7 +46,7 @@ def test_pressures_are_those_of_theory(container: Container, javascript: JavaScr
     assert javascript.value("fluid.state(10, 0.1, container)", container=channel) is None
 
 
-def test_haffs_rate_is_that_of_theory(javascript: JavaScript) -> None:
+def test_haffs_rate_is_that_of_theory(javascript: LiveScripts) -> None:
     scenes = [
         gas(shape, 37, packing, cor=e, wall_cor=w)
         for shape in ("circle", "box", "periodic")
@@ -69,7 +69,7 @@ def test_haffs_rate_is_that_of_theory(javascript: JavaScript) -> None:
         assert found == pytest.approx(predictions.finite_haff_rate(scene), rel=1e-12)
 
 
-def test_laws_of_speed_are_those_of_theory(javascript: JavaScript) -> None:
+def test_laws_of_speed_are_those_of_theory(javascript: LiveScripts) -> None:
     speeds = np.linspace(0.0, 3.0, 31)
     found = javascript.value(
         "speeds.map((v) => [maxwellDensity(v), fixedEnergyDensity(7)(v)])", speeds=speeds.tolist()
@@ -99,7 +99,7 @@ CASES: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("name", CASES)
 def test_a_measurement_is_that_of_the_program(
-    name: str, javascript: JavaScript, tmp_path: Path
+    name: str, javascript: LiveScripts, tmp_path: Path
 ) -> None:
     """From the same starts.
 
@@ -135,7 +135,7 @@ def test_a_measurement_is_that_of_the_program(
     assert row["N"] == run[0, 0].scene.number
 
 
-def test_the_running_gas_measures_as_a_repeat_does(javascript: JavaScript) -> None:
+def test_the_running_gas_measures_as_a_repeat_does(javascript: LiveScripts) -> None:
     """The decay constants of its thinned series, and the means over all its time."""
     live, decay, whole, most = javascript.value(
         """(() => {
@@ -158,7 +158,7 @@ def test_the_running_gas_measures_as_a_repeat_does(javascript: JavaScript) -> No
 
 @pytest.mark.parametrize(("mass", "digits"), [(1, 3), (100, 31), (1e4, 314), (1e6, 3141)])
 def test_galperins_billiard_counts_digits_of_pi(
-    mass: float, digits: int, javascript: JavaScript
+    mass: float, digits: int, javascript: LiveScripts
 ) -> None:
     """Up to its end; then it continues."""
     seen = javascript.value(
@@ -177,7 +177,7 @@ def test_galperins_billiard_counts_digits_of_pi(
     assert seen == [digits, 15, "end", "on", True, False]
 
 
-def test_a_trapped_ball_slides_on(javascript: JavaScript) -> None:
+def test_a_trapped_ball_slides_on(javascript: LiveScripts) -> None:
     """It keeps the energy that the trap leaves it: that of its motion along the wall."""
     reason, way, before, after, changed = javascript.value(
         """(() => {
@@ -195,7 +195,7 @@ def test_a_trapped_ball_slides_on(javascript: JavaScript) -> None:
     assert after == pytest.approx(before, rel=1e-9)
 
 
-def test_a_slider_changes_the_laws_from_then_on(javascript: JavaScript) -> None:
+def test_a_slider_changes_the_laws_from_then_on(javascript: LiveScripts) -> None:
     energies = javascript.value(
         """(() => {
           const gas = new Gas(configOf("report")), energies = [];

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from javascript import JavaScript
+from live_scripts import LiveScripts
 
 import snooker_cli as snooker
 from snooker_cli import config as configs
@@ -69,7 +69,7 @@ def test_a_notebook_shows_the_page(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", [scene["name"] for scene in SCENES])
-def test_the_config_on_the_page_is_that_of_the_scene(name: str, javascript: JavaScript) -> None:
+def test_the_config_on_the_page_is_that_of_the_scene(name: str, javascript: LiveScripts) -> None:
     """Read by `snooker run`, its text gives the same digest; also with numbers of all sizes."""
     config = next(scene["config"] for scene in SCENES if scene["name"] == name)
     config |= {"cor": 1e-7, "seed": 2**53 - 1, "time": 1e22}
