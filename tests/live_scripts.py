@@ -7,7 +7,7 @@ from typing import Any, Self
 
 from py_mini_racer import MiniRacer
 
-from snooker_cli.live_page.page import LIVE, presets, theory_numbers, worker_source
+from snooker_cli.live_page.page import LIVE, SHARED, SHOWING, presets, theory_numbers, worker_source
 from snooker_cli.pages.html_page import text_of
 
 
@@ -19,8 +19,8 @@ class LiveScripts:
 
     def __init__(self) -> None:
         self.engine = MiniRacer()
-        shared = text_of("snooker_cli.pages", "panels.js")
-        self.engine.eval(worker_source() + shared + text_of(LIVE, "gas.js", "yaml.js"))
+        self.engine.eval(worker_source() + text_of("snooker_cli.pages", *SHARED))
+        self.engine.eval(text_of(LIVE, *SHOWING[:-1]))  # the last one needs a page
         configs = json.dumps({scene["name"]: scene["config"] for scene in presets()})
         self.engine.eval(f"const configOf = (name) => ({configs})[name];")
         self.engine.eval(f"const fluid = new Fluid({json.dumps(theory_numbers())});")

@@ -133,8 +133,14 @@ class Controls {
     const part = value === null ? 1 : placeOnSlider(control, value), slider = field.previousSibling;
     if (document.activeElement !== slider || part < 0 || part > 1) slider.value = part;
     slider.style.setProperty("--done", `${100 * Math.min(Math.max(part, 0), 1)}%`);
-    if (document.activeElement !== field) field.value = value === null ? "" : Number(value.toPrecision(6));
+    if (document.activeElement !== field) field.value = value === null ? "" : brief(value);
   }
+}
+
+// A number for a field: large ones as 1e7.
+function brief(value) {
+  const text = String(Number(value.toPrecision(6)));
+  return Math.abs(value) < 1e6 ? text : Number(text).toExponential().replace("+", "");
 }
 
 // What was typed: a number within the limits of the slider, but for logarithmic ones the upper.

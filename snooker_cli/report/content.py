@@ -372,4 +372,6 @@ def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list
         write_json(out / "numbers.json", six_digits)
         report_progress("pages")
         content = values(opened, pictures, judged, decays)
-        return [*pages.write("report.md.j2", content), out / "numbers.json"]
+        write_text(out / "live.html", live_page(load(report_scene())))
+        written = pages.write("report.md.j2", content)
+        return [*written, out / "numbers.json", out / "live.html"]
