@@ -245,6 +245,8 @@ class LivePage {
     const { hashes } = this.gas.simulation, shown = this.gas.changed ? [] : hashes;
     if (this.hashed === shown.length) return;
     this.hashed = shown.length;
+    const most = shown[shown.length - 1]?.[0], longer = most > this.config.collisions ? ` -o collisions=${most}` : "";
+    find("run").textContent = `snooker run gas.yaml${longer}`;
     const rows = shown.flatMap(([count, hash]) => [
       element("dt", { textContent: count.toLocaleString("en") }), element("dd", { textContent: hash }),
     ]);

@@ -53,7 +53,8 @@ def live_page(loaded: Loaded) -> str:
         "name": "own",
         "title": experiment.title or "own scene",
         "about": "The scene of the config that this page was made from.",
-        "config": json.loads(configs.to_json(experiment)),
+        # A run of it has hashes of its collisions only if they are recorded.
+        "config": json.loads(configs.to_json(experiment)) | {"record": "events"},
     }
     scenes = presets()
     if own["config"] != scenes[0]["config"]:

@@ -13,7 +13,10 @@ from live_scripts import LiveScripts
 import snooker_cli as snooker
 from snooker_cli import config as configs
 from snooker_cli.config import Experiment
+from snooker_cli.engine import simulate
 from snooker_cli.live_page.page import MOST_BYTES, presets
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.trace import event_hashes
 
 SCENES = presets()
 GAS: dict[str, Any] = {
@@ -66,6 +69,26 @@ def test_a_notebook_shows_the_page(tmp_path: Path) -> None:
     page = snooker.live(GAS)
     assert "<iframe" in page._repr_html_()
     assert page.save(tmp_path / "gas.html").read_text(encoding="utf-8") == page.html
+
+
+@pytest.mark.parametrize("name", [scene["name"] for scene in SCENES])
+def test_the_program_gives_the_hash_of_the_page(name: str, javascript: LiveScripts) -> None:
+    """Of the first 1,000 collisions, or of all, from the text of the config on the page."""
+    config = next(scene["config"] for scene in SCENES if scene["name"] == name)
+    defaults = data_of(snooker.live().html)["defaults"]
+    text, shown = javascript.value(
+        """(() => {
+          const gas = new Gas(config);
+          gas.advance(Infinity, 1000);
+          return [yamlOf(config, defaults), gas.simulation.eventHash()];
+        })()""",
+        config=config,
+        defaults=defaults,
+    )
+    experiment = configs.parse(text, overrides=["collisions=1000"]).experiment
+    events = simulate(starting_scene(experiment, 0), collisions=1000, time=experiment.time).events
+    assert events is not None
+    assert event_hashes([events])[-1][1] == shown
 
 
 @pytest.mark.parametrize("name", [scene["name"] for scene in SCENES])
