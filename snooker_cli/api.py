@@ -456,7 +456,9 @@ class LivePage:
         return "<live page: save it, or show it in a notebook>"
 
     def _repr_html_(self) -> str:
-        return in_notebook(self.html, "Live page of a gas", height=62)
+        # Users save tables and pictures.
+        rights = "allow-scripts allow-downloads"
+        return in_notebook(self.html, "Live page of a gas", 62, rights)
 
     def save(self, out: str | PathLike[str]) -> Path:
         """Write the page; its file."""

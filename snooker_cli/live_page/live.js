@@ -65,7 +65,6 @@ class LivePage {
     find("about").textContent = scene.about;
     for (const button of find("scenes").children) button.setAttribute("aria-pressed", String(button.value === scene.name));
     this.begin(structuredClone(scene.config));
-    if (scene.path !== undefined) this.tag(scene.path);
   }
 
   // Begins with a config, or says why it cannot.
@@ -85,9 +84,8 @@ class LivePage {
     const { wallLaw, masses } = gas.scene, wall = wallLaw.temperature ? Math.sqrt((2 * wallLaw.temperature) / masses[0]) : 0;
     this.topSpeed = 2 * Math.max(middle, wall);
     this.rate = Math.max(...size) / (Math.max(...speeds) || 1) / CROSSING; // s of the gas in a second
-    const tagged = this.arena?.tagged;
     this.arena = new Arena(find("arena"), viewOf(gas.scene.container), gas);
-    if (tagged !== null && tagged < gas.number && this.scene.path !== undefined) this.arena.tag(tagged);
+    if (this.scene.path !== undefined) this.arena.tag(this.scene.path);
     this.charts.show(gas, 6 * this.rate);
     this.controls.show(config);
     find("seed").value = config.seed;
@@ -112,16 +110,16 @@ class LivePage {
     if (Number.isNaN(value)) return;
     const config = structuredClone(this.config);
     control.write(config, value);
-    if (control.live) {
-      this.config = config;
-      this.gas.setLaws(config);
-      this.complain("");
-      this.controls.show(config);
-      this.showConfig();
-      this.refresh();
-    } else {
+    const runs = this.gas.collisions > 0 && !this.gas.stop;
+    if (!control.live || !runs) {
       this.begin(config);
+      return;
     }
+    this.config = config;
+    this.gas.setLaws(config);
+    this.controls.show(config);
+    this.showConfig();
+    this.refresh();
   }
 
   play(wanted = !this.playing) {
@@ -296,16 +294,23 @@ class LivePage {
     const url = URL.createObjectURL(new Blob([source], { type: "text/javascript" })), results = [];
     this.worker = new Worker(url);
     this.measuring(true);
+    const end = (text) => {
+      URL.revokeObjectURL(url);
+      this.endMeasurement(text);
+    };
     this.worker.onmessage = ({ data }) => {
-      if (data.error) return this.measured(data.error, url);
+      if (data.error) {
+        end(data.error);
+        return;
+      }
       results.push(data);
       find("progress").value = results.length / starts;
       find("measured").textContent = `${results.length} of ${starts} starts`;
-      if (results.length < starts) return undefined;
+      if (results.length < starts) return;
       this.table.add(tableRow(config, results));
-      return this.measured(`${starts} starts measured.`, url);
+      end(`${starts} starts measured.`);
     };
-    this.worker.onerror = (event) => this.measured(`The measurement failed: ${event.message}`, url);
+    this.worker.onerror = (event) => end(`The measurement failed: ${event.message}`);
     this.worker.postMessage({ config, starts });
   }
 
@@ -327,12 +332,10 @@ class LivePage {
     find("progress").value = 0;
   }
 
-  measured(text, url) {
+  endMeasurement(text) {
     this.worker.terminate();
-    URL.revokeObjectURL(url);
     this.measuring(false);
     find("measured").textContent = text;
-    this.cancel = null;
   }
 
   listen() {
@@ -355,6 +358,7 @@ class LivePage {
       forth: "Goes to the next collision.", play: "Starts or pauses the gas.", full: "Full screen (F).",
       measure: "Simulates the scene from several starts and adds a row to the table.",
       cancel: "Ends the measurement.",
+      again: "Begins the means, the rates and the histogram of speeds again, for example when a gas is steady.",
       "charts-image": "Saves the charts as a picture.", "plot-image": "Saves the plot as a picture.",
       "copy-config": "Copies the config.", "save-config": "Saves the config as a file for snooker run.",
       "copy-table": "Copies the table for a spreadsheet.", "save-table": "Saves the table with all digits.",
@@ -378,9 +382,10 @@ class LivePage {
       else say("Give a whole number of 0 or more as the seed.");
     };
     find("log").onchange = () => { this.charts.log = find("log").checked; this.redraw(); };
+    find("again").onclick = () => { this.gas.forgetMeans(); this.redraw(); };
     find("charts-image").onclick = () => saveCanvas(find("charts"), "charts.png");
     find("measure").onclick = () => this.measure();
-    find("cancel").onclick = () => { this.measuring(false); this.worker.terminate(); find("measured").textContent = "Cancelled."; };
+    find("cancel").onclick = () => this.endMeasurement("Cancelled.");
     find("copy-config").onclick = () => copy(find("yaml").textContent, "The config is copied.");
     find("save-config").onclick = () => save(new Blob([find("yaml").textContent], { type: "text/yaml" }), "gas.yaml");
     find("speed").onchange = () => { this.speeds[this.pace] = Number(find("speed").value); this.refresh(); };

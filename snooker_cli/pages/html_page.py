@@ -38,15 +38,18 @@ def script_data(data: Any, packed: Callable[[Any], Any] | None = None) -> str:
     return content.replace("<", "\\u003c")
 
 
-def embedded(page: str, label: str) -> str:
-    """An ``iframe`` with a page, which may only run its script; ``label`` describes it."""
+def embedded(page: str, label: str, rights: str = "allow-scripts") -> str:
+    """An ``iframe`` with a page; ``label`` describes it.
+
+    rights : what the page may do: run its script, and no more
+    """
     return (
         f'<iframe class="player" title="{html.escape(label)}" loading="lazy" '
-        f'sandbox="allow-scripts" allow="fullscreen" srcdoc="{html.escape(page)}"></iframe>'
+        f'sandbox="{rights}" allow="fullscreen" srcdoc="{html.escape(page)}"></iframe>'
     )
 
 
-def in_notebook(page: str, label: str, height: float) -> str:
+def in_notebook(page: str, label: str, height: float, rights: str = "allow-scripts") -> str:
     """``embedded`` with the width of a notebook's cell and a height, em."""
     style = f"<style>iframe.player {{width: 100%; height: {height:g}em; border: 0}}</style>"
-    return style + embedded(page, label)
+    return style + embedded(page, label, rights)
