@@ -366,6 +366,12 @@ class LivePage {
       continue: "Continues from the places and velocities now.",
     };
     for (const [name, sentence] of Object.entries(explained)) find(name).title = sentence;
+    for (const kind of ["focusin", "mouseover"]) {
+      document.addEventListener(kind, ({ target }) => {
+        const sentence = target.closest?.("[title]")?.title;
+        if (sentence) find("hint").textContent = sentence;
+      });
+    }
     find("play").onclick = () => this.play();
     find("forth").onclick = () => this.step();
     find("restart").onclick = () => this.restart();

@@ -42,6 +42,12 @@ function between(first, second, part) {
   return row;
 }
 
+// The ends of an axis: from zero, but for values that are all near to each other.
+function rangeOf(values) {
+  const least = Math.min(...values, Infinity), most = Math.max(...values, 0), room = 0.1 * (most - least);
+  return least > most / 2 && room > 0 ? [least - room, most + room] : [0, roomy(most)];
+}
+
 const valueWithError = (value, error) => {
   if (!Number.isFinite(value)) return "–";
   if (!(error > 1e-9 * Math.abs(value))) return short(value, 4); // only rounding
@@ -112,11 +118,11 @@ class Table {
     const highest = points.map((row) => row[y.key] + (row[`${y.key}Error`] || 0));
     panel.name = y.unit ? `${y.text} (${y.unit})` : y.text;
     panel.top = roomy(Math.max(...highest, ...curves.flatMap((curve) => curve.points.map(([, value]) => value)), 0));
-    const high = roomy(Math.max(...points.map((row) => row[x.key]), 0));
+    const [low, high] = rangeOf(points.map((row) => row[x.key]));
     this.plot.layOut(pen, width, height, size);
-    const across = (value) => this.plot.left + (value / high) * this.plot.wide;
+    const across = (value) => this.plot.left + ((value - low) / (high - low)) * this.plot.wide;
     this.plot.grid(pen);
-    this.plot.footer(pen, panel, across, 0, high, 0, x.unit ? `${x.text} (${x.unit})` : x.text);
+    this.plot.footer(pen, panel, across, low, high, 0, x.unit ? `${x.text} (${x.unit})` : x.text);
     this.plot.heading(pen, panel, []);
     const up = (value) => this.plot.up(panel, value);
     pen.setLineDash([5, 4]);

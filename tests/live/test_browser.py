@@ -93,6 +93,8 @@ CONTROL = """
   document.dispatchEvent(new KeyboardEvent("keydown", { key: " " }));
   seen.keys = [live.gas.collisions, live.playing];
   live.play(false);
+  field("cor").focus();
+  seen.hint = text("hint");
   seen.helped = [...document.querySelectorAll("#controls input[type=number], #controls select")]
     .every((at) => document.getElementById(at.getAttribute("aria-describedby"))?.textContent);
   const named = (at) => at.labels?.length || at.getAttribute("aria-label") || at.textContent.trim();
@@ -122,6 +124,7 @@ def test_sliders_change_the_gas(opened: Opened) -> None:
     assert seen["warm"] == [5000, "thermal", False]
     assert seen["seed"] == 7
     assert seen["keys"] == [1, True]
+    assert seen["hint"].startswith("Coefficient of restitution between balls")
     assert seen["helped"]
     assert seen["named"] == []
 

@@ -43,6 +43,13 @@ def test_a_page_is_small_and_has_no_network() -> None:
     assert [scene["name"] for scene in data_of(page)["scenes"]] == [s["name"] for s in SCENES]
 
 
+def test_the_scripts_of_a_page_share_one_scope(javascript: LiveScripts) -> None:
+    """They have no syntax error, and no name twice; without a browser they cannot run."""
+    scripts = re.findall(r"<script(?: id=\"engine\")?>(.*?)</script>", snooker.live().html, re.S)
+    assert len(scripts) == 2
+    assert javascript.value("typeof new Function(text)", text="".join(scripts)) == "function"
+
+
 def test_the_first_scene_is_that_of_the_config() -> None:
     """Of a sweep it is the first point. Its title cannot break the page."""
     title = "</script><b>{{data}}"
