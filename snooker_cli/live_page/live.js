@@ -75,6 +75,7 @@ class LivePage {
     } catch (error) {
       if (!(error instanceof SceneError)) throw error;
       this.complain(error.message);
+      if (this.config) this.controls.show(this.config);
       return;
     }
     this.gas = gas;

@@ -3,6 +3,7 @@
 
 // Inside a config, keys without a value are those that are absent.
 function flow(value) {
+  if (/^(circle|box|periodic|channel|equal|maxwell|lattice|random|stop|slide)$/.test(value)) return value;
   if (Array.isArray(value)) return `[${value.map(flow).join(", ")}]`;
   if (value === null || typeof value !== "object") return JSON.stringify(value);
   const given = Object.entries(value).filter(([, inner]) => inner !== null);
