@@ -33,7 +33,7 @@ const CONTROLS = [
   { id: "rings", label: "rings", low: 0, high: 7, step: 1,
     help: "Rings around the central ball: n rings have 1 + 3n(n + 1) balls.",
     fits: ballsAre("rings"), read: ({ balls }) => balls.rings, write: ({ balls }, value) => { balls.rings = value; } },
-  { id: "count", label: "balls", low: 1, high: 200, step: 1, help: "Number of balls.",
+  { id: "count", label: "balls", low: 1, high: MOST_BALLS, step: 1, help: "Number of balls.",
     fits: ballsAre("count"), read: ({ balls }) => balls.count, write: ({ balls }, value) => { balls.count = value; } },
   { id: "packing", label: "packing", low: 0.01, high: 0.8, step: 0.01,
     help: "Area of the balls over the area of the container.",

@@ -132,6 +132,7 @@ class LivePage {
   step() {
     this.playing = false;
     this.gas.advance(Infinity, 1);
+    if (this.gas.stop) this.ended();
     this.refresh();
   }
 

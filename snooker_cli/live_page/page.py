@@ -62,7 +62,6 @@ def live_page(loaded: Loaded) -> str:
     data = {
         "scenes": scenes,
         "defaults": _defaults(),
-        "mostBalls": MOST_BALLS,
         "theory": theory_numbers(),
         "colours": SPEED_COLOURS,
     }
@@ -85,7 +84,7 @@ def report_scene() -> dict[str, Any]:
 def presets() -> list[dict[str, Any]]:
     """The scenes that every page has: name, title, a sentence about it, and its complete config."""
     scenes = []
-    for scene in _presets():
+    for scene in yaml.safe_load(text_of(LIVE, "presets.yaml")):
         experiment = configs.load(scene["config"] | {"title": scene["title"]}).experiment
         scenes.append(scene | {"config": json.loads(configs.to_json(experiment))})
     return scenes
@@ -108,11 +107,6 @@ def theory_numbers() -> dict[str, Any]:
         "denominator": theory.PADE_DENOMINATOR.tolist(),
         "densest": theory.DENSEST_FLUID,
     }
-
-
-def _presets() -> list[dict[str, Any]]:
-    scenes: list[dict[str, Any]] = yaml.safe_load(text_of(LIVE, "presets.yaml"))
-    return scenes
 
 
 def _defaults() -> dict[str, Any]:
