@@ -351,6 +351,7 @@ def _content(film: Film) -> dict[str, Any]:
         "container": [*opening.container_positions[0], *opening.container_velocities[0]],
         "outline": scene.container.outline.tolist(),
         "periodic": scene.container.period is not None,
+        "hasWall": scene.container.has_wall,
         "size": scene.container.size,
         "free": scene.free,
         "wallCor": scene.wall_restitution,

@@ -40,7 +40,8 @@ function viewOf({ shape, size: [width, height] }) {
     ? Array.from({ length: corners }, (_, k) => [(width / 2) * Math.cos(k * angle), (width / 2) * Math.sin(k * angle)])
     : [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [(x * width) / 2, (y * height) / 2]);
   const margin = 0.03 * Math.max(width, height), reach = [width / 2 + margin, height / 2 + margin];
-  return { outline, periodic: shape === "periodic" || shape === "channel", size: [width, height],
+  const periodic = shape === "periodic" || shape === "channel", hasWall = shape !== "periodic";
+  return { outline, periodic, hasWall, size: [width, height],
     extent: [-reach[0], reach[0], -reach[1], reach[1]], follow: true, colours: content.colours };
 }
 

@@ -20,7 +20,7 @@ function shades(colours) {
   });
 }
 
-// film: outline, periodic, size, extent, follow and colours; motion: number, radii, place, speed and
+// film: outline, periodic, hasWall, size, extent, follow and colours; motion: number, radii, place, speed and
 // path of the balls.
 class Arena {
   constructor(canvas, film, motion) {
@@ -76,6 +76,7 @@ class Arena {
     this.outline(pen, x(centre[0]), y(centre[1]), scale);
     pen.stroke();
     pen.setLineDash([]);
+    if (film.periodic && film.hasWall) this.sides(pen, x, y, centre);
     for (const [px, py, r, age] of flashes) this.flash(pen, x(px), y(py), r * scale, age);
   }
 
@@ -83,6 +84,19 @@ class Arena {
     pen.beginPath();
     for (const [px, py] of this.film.outline) pen.lineTo(x + px * scale, y - py * scale);
     pen.closePath();
+  }
+
+  // The walls of a channel, left and right.
+  sides(pen, x, y, centre) {
+    const [w, h] = this.film.size;
+    pen.lineWidth = 2;
+    pen.strokeStyle = paint("ink");
+    pen.beginPath();
+    for (const side of [-w / 2, w / 2]) {
+      pen.moveTo(x(centre[0] + side), y(centre[1] - h / 2));
+      pen.lineTo(x(centre[0] + side), y(centre[1] + h / 2));
+    }
+    pen.stroke();
   }
 
   balls(pen, x, y, scale, time, centre, topSpeed) {
