@@ -18,7 +18,7 @@ install = PATH="$$PATH:$(BIN)"; \
 
 RUNS := decay temperature area number radius dilute speeds restitution elastic-wall mixed sliding steady audit
 DONE := $(RUNS:%=runs/%/.done)
-REPORT_SOURCES := $(wildcard snooker_cli/*.py snooker_cli/*/*.* snooker_cli/report/templates/* snooker_cli/report/measured/* snooker_cli/animation/player/* snooker_cli/live_page/*)
+REPORT_SOURCES := $(wildcard snooker_cli/*.py snooker_cli/*/*.* snooker_cli/report/templates/* snooker_cli/report/measured/* snooker_cli/animation/player/*)
 
 .DELETE_ON_ERROR:
 .PHONY: help setup report test lint check docs bench measured clean

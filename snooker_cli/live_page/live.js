@@ -5,6 +5,7 @@ const find = (name) => document.getElementById(name);
 const content = JSON.parse(find("data").textContent);
 const BUDGET = 10; // ms of a frame in which the gas is simulated
 const CROSSING = 6; // s in which a ball crosses the container at speed 1
+const LONGEST = 200000; // collisions of a start that is measured: 20 MB
 const CHARTS_EVERY = 50, FIT_EVERY = 300; // ms
 const SPEEDS = { time: [0.125, 0.25, 0.5, 1, 2, 4, 8, 16, 64], events: [1, 5, 20, 100, 1000, 10000, 100000] };
 const NORMAL = { time: 1, events: 5 };
@@ -321,9 +322,9 @@ class LivePage {
   asked() {
     const starts = Number(find("starts").value), text = find("length").value, length = Number(text);
     const whole = Number.isInteger(starts) && starts >= 5 && starts <= 500;
-    const long = text === "" ? this.config.collisions === null : Number.isInteger(length) && length >= 10 && length <= 1e6;
+    const long = text === "" ? this.config.collisions === null : Number.isInteger(length) && length >= 10 && length <= LONGEST;
     if (!whole) find("measured").textContent = "Give 5 to 500 starts.";
-    else if (!long) find("measured").textContent = "Give 10 to 1,000,000 collisions.";
+    else if (!long) find("measured").textContent = `Give 10 to ${LONGEST.toLocaleString("en")} collisions.`;
     else if (this.config.balls.list) find("measured").textContent = "All balls have a given place and velocity, so all starts are the same. Choose a scene with random starts.";
     else return { starts, length };
     return {};
