@@ -278,7 +278,7 @@ def _slide_forces(trace: Trace, slides: Integers) -> Floats:
 
 # Films -> one HTML page with their data and the player; it needs no other file or network.
 
-SHARED = ("drawing.js", "arena.js", "panels.js")  # of ``pages``
+SHARED = ("page.js", "drawing.js", "arena.js", "panels.js")  # of ``pages``
 SCRIPTS = ("motion.js", "charts.js", "player.js")
 PLAYER = "snooker_cli.animation.player"
 MOST_FILMS = 4  # on a page: more have too little room

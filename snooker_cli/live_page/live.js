@@ -1,7 +1,6 @@
 // The page: what runs, how fast, and what buttons, sliders and keys do.
 "use strict";
 
-const find = (name) => document.getElementById(name);
 const content = JSON.parse(find("data").textContent);
 const BUDGET = 10; // ms of a frame in which the gas is simulated
 const CROSSING = 6; // s in which a ball crosses the container at speed 1
@@ -9,11 +8,6 @@ const LONGEST = 200000; // collisions of a start that is measured: 20 MB
 const CHARTS_EVERY = 50, FIT_EVERY = 300; // ms
 const SPEEDS = { time: [0.125, 0.25, 0.5, 1, 2, 4, 8, 16, 64], events: [1, 5, 20, 100, 1000, 10000, 100000] };
 const NORMAL = { time: 1, events: 5 };
-
-// A sentence on the page, which a screen reader reads.
-function say(text) {
-  find("said").textContent = text;
-}
 
 function copy(text, done) {
   navigator.clipboard.writeText(text).then(() => say(done), () => say("The browser does not allow copying here."));
@@ -264,7 +258,10 @@ class LivePage {
       return `${fraction(speed)} (${short(speed * this.rate, 2)} s per second)`;
     });
     find("speed").replaceChildren(...names.map((name, k) => new Option(name, String(speeds[k]))));
-    if (!byStep) find("speed").append(new Option("real time", String(real)));
+    if (!byStep) {
+      find("speed").append(new Option("real time", String(real)));
+      find("speed").lastChild.dataset.aside = "true";
+    }
     if (![...find("speed").options].some(({ value }) => Number(value) === this.speeds[this.pace])) this.speeds[this.pace] = NORMAL[this.pace];
     find("speed").value = String(this.speeds[this.pace]);
   }
@@ -348,9 +345,7 @@ class LivePage {
       button.onclick = () => { this.play(false); this.open(scene); };
       find("scenes").append(button);
     }
-    find("ring").style.borderColor = GREEN;
-    find("ramp").style.background = `linear-gradient(to right, ${content.colours.join(",")})`;
-    find("full").hidden = !document.fullscreenEnabled;
+    showLegend(content.colours);
     const explained = {
       restart: "Begins again with the config below.",
       seed: "Seed of the random start: the same seed gives the same collisions.",
@@ -379,7 +374,6 @@ class LivePage {
     find("play").onclick = () => this.play();
     find("forth").onclick = () => this.step();
     find("restart").onclick = () => this.restart();
-    find("full").onclick = () => this.fullScreen();
     find("continue").onclick = () => {
       this.gas.continueWith(this.gas.continuation);
       this.complain("");
@@ -408,50 +402,22 @@ class LivePage {
       say(ball === null ? (this.playing ? "The gas runs." : "The gas pauses.")
         : this.arena.tagged === null ? "No path is shown." : `The path of ball ${ball} is shown from now on.`);
     };
-    // A menu that keeps the focus would keep the keys, too.
-    for (const menu of document.querySelectorAll(".bar select")) menu.addEventListener("change", () => menu.blur());
-    document.addEventListener("keydown", (event) => this.key(event));
-    document.addEventListener("keyup", (event) => { if (event.key === " " && event.target.matches(".bar button")) event.preventDefault(); });
-    document.addEventListener("fullscreenchange", () => {
-      find("full").setAttribute("aria-pressed", String(document.fullscreenElement !== null));
-    });
-    window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
-    const resized = new ResizeObserver(() => this.redraw());
-    for (const canvas of document.querySelectorAll("canvas")) resized.observe(canvas);
+    followScreen(() => this.redraw());
+    listenToKeys({
+      " ": () => this.play(),
+      ArrowRight: () => this.step(),
+      ArrowUp: () => faster(find("speed"), 1),
+      ArrowDown: () => faster(find("speed"), -1),
+      r: () => this.restart(),
+      e: () => document.querySelector("input[name=pace]:not(:checked)").click(),
+      f: () => { if (document.fullscreenEnabled) fullScreen(); },
+    }, "select, input, pre, .scroll, button.text");
   }
 
   redraw() {
     this.chartsAt = 0;
     this.table.draw();
     this.refresh();
-  }
-
-  fullScreen() {
-    if (document.fullscreenElement) document.exitFullscreen();
-    else document.documentElement.requestFullscreen().catch(() => say("The browser allows no full screen here."));
-  }
-
-  key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.("select, input, pre, .scroll")) return;
-    if (event.key === " " && event.target.closest?.("button:not(#play)")) return;
-    const faster = (by) => {
-      const menu = find("speed"), last = menu.options.length - 1;
-      menu.selectedIndex = Math.min(Math.max(menu.selectedIndex + by, 0), last);
-      menu.onchange();
-    };
-    const keys = {
-      " ": () => this.play(),
-      ArrowRight: () => this.step(),
-      ArrowUp: () => faster(1),
-      ArrowDown: () => faster(-1),
-      r: () => this.restart(),
-      e: () => document.querySelector("input[name=pace]:not(:checked)").click(),
-      f: () => { if (document.fullscreenEnabled) this.fullScreen(); },
-    };
-    const named = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-    if (!named) return;
-    event.preventDefault();
-    named();
   }
 }
 

@@ -14,6 +14,7 @@ from snooker_cli.pages.html_page import SPEED_COLOURS, filled, script_data, text
 from snooker_cli.placement.starting_scene import starting_scene
 
 MOST_BALLS = 200  # so that a page shows 60 frames a second
+MOST_SEED = 2**53 - 1  # the largest that JavaScript's numbers have exactly
 MOST_BYTES = 250_000  # of a page, which teachers send by mail
 
 LIVE = "snooker_cli.live_page"
@@ -31,7 +32,7 @@ ENGINE_SCRIPTS = (
 """The engine and the start, in an order in which they can run."""
 
 MEASURING = ("theory.js", "measurements.js")
-SHARED = ("drawing.js", "arena.js", "panels.js")  # of ``pages``
+SHARED = ("page.js", "drawing.js", "arena.js", "panels.js")  # of ``pages``
 SHOWING = ("gas.js", "yaml.js", "charts.js", "table.js", "controls.js", "live.js")
 
 
@@ -41,6 +42,9 @@ def live_page(loaded: Loaded) -> str:
     Raises ``ConfigError`` for a scene that cannot exist, or that the page cannot show.
     """
     experiment = loaded.points()[0].experiment
+    if experiment.seed > MOST_SEED:
+        sentence = f"the live page has seeds up to {MOST_SEED}; give a smaller one"
+        raise loaded.error("seed", sentence)
     number = _number_of_balls(experiment)
     if number > MOST_BALLS:
         sentence = f"the live page shows at most {MOST_BALLS} balls, not {number:,}; give fewer"

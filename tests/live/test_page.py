@@ -64,6 +64,7 @@ def test_the_first_scene_is_that_of_the_config() -> None:
     ("change", "key", "needs"),
     [
         ({"balls.count": 201}, "balls", "at most 200 balls"),
+        ({"seed": 2**53}, "seed", "seeds up to 9007199254740991"),
         ({"balls.radius": 9.0}, "balls.radius", "packing"),
     ],
 )
