@@ -35,8 +35,10 @@ class GasCharts extends Panels {
     const rows = gas.rows(), now = { ...gas.row(), time: gas.time };
     const curves = this.pressures(rows);
     this.scaleEnergy(energy, rows, now);
-    const late = curves.times.findIndex((time) => time - gas.begun - gas.from.time > (gas.time - gas.begun - gas.from.time) / 10);
-    const seen = curves.all.flatMap(({ values }) => values.slice(Math.max(late, 0))).filter(Number.isFinite);
+    // A mean over a short time may be that of a single hit, so the first tenth may leave the panel.
+    const begun = gas.begun + gas.from.time, settled = begun + (gas.time - begun) / 10;
+    const late = Math.max(curves.times.findIndex((time) => time > settled), 0);
+    const seen = curves.all.flatMap(({ values }) => values.slice(late)).filter(Number.isFinite);
     pressure.top = roomy(Math.max(...seen, 0));
     this.layOut(pen, width, height, size);
     this.across = (time) => this.left + (time / this.high) * this.wide;
@@ -126,7 +128,8 @@ class GasCharts extends Panels {
     pen.lineWidth = 1.4;
     pen.strokeStyle = paint("ink");
     this.density(pen, panel, maxwellDensity);
-    const fixed = gas.number > 1 && energyKept(gas.scene) && isEqual(gas.scene) && gas.scene.container.shape !== "channel";
+    const { scene } = gas, known = energyKept(scene) && isEqual(scene);
+    const fixed = gas.number > 1 && known && scene.container.shape !== "channel";
     if (fixed) {
       pen.strokeStyle = paint("first");
       this.density(pen, panel, fixedEnergyDensity(wallsOf(gas.scene.container) ? gas.number : gas.number - 1));

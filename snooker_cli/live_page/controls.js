@@ -7,6 +7,13 @@ const hasWall = ({ container }) => container.shape !== "periodic";
 const wallIs = (...types) => (config) => hasWall(config) && types.includes(wallType(config));
 const sizeKey = ({ container }) => (container.shape === "circle" || !container.shape ? "radius" : "width");
 
+// How a key of a config, or of its balls, is read and written.
+const keyOf = (part) => (key) => ({
+  read: (config) => part(config)[key],
+  write: (config, value) => { part(config)[key] = value; },
+});
+const ofConfig = keyOf((config) => config), ofBalls = keyOf(({ balls }) => balls);
+
 // "passive", "driven", "warm", or "sides" for walls that differ.
 function wallType({ wall_speed: speed, wall_temperature: temperature }) {
   if ([speed, temperature].some((value) => value !== null && typeof value === "object")) return "sides";
@@ -25,16 +32,16 @@ function singleBall({ balls }) {
 const CONTROLS = [
   { id: "cor", label: "CoR of balls", low: 0, high: 1, step: 0.01, live: true,
     help: "Coefficient of restitution between balls: 1 keeps all energy, 0 has no rebound.",
-    fits: () => true, read: (config) => config.cor, write: (config, value) => { config.cor = value; } },
+    fits: () => true, ...ofConfig("cor") },
   { id: "wall-cor", label: "CoR of the wall", low: 0, high: 1, step: 0.01, live: true,
     help: "Coefficient of restitution at the wall.",
     fits: wallIs("passive", "driven"), read: (config) => config.wall_cor ?? config.cor,
     write: (config, value) => { config.wall_cor = value; } },
   { id: "rings", label: "rings", low: 0, high: 7, step: 1,
     help: "Rings around the central ball: n rings have 1 + 3n(n + 1) balls.",
-    fits: ballsAre("rings"), read: ({ balls }) => balls.rings, write: ({ balls }, value) => { balls.rings = value; } },
+    fits: ballsAre("rings"), ...ofBalls("rings") },
   { id: "count", label: "balls", low: 1, high: MOST_BALLS, step: 1, help: "Number of balls.",
-    fits: ballsAre("count"), read: ({ balls }) => balls.count, write: ({ balls }, value) => { balls.count = value; } },
+    fits: ballsAre("count"), ...ofBalls("count") },
   { id: "packing", label: "packing", low: 0.01, high: 0.8, step: 0.01,
     help: "Area of the balls over the area of the container.",
     fits: ({ balls, container }) => "packing" in balls || "packing" in container,
@@ -42,10 +49,10 @@ const CONTROLS = [
     write: ({ balls, container }, value) => { ("packing" in balls ? balls : container).packing = value; } },
   { id: "radius", label: "radius", unit: "m", low: 0.001, high: 3, log: true, help: "Radius of every ball.",
     fits: ({ balls }) => GASES.some((way) => way in balls) && "radius" in balls,
-    read: ({ balls }) => balls.radius, write: ({ balls }, value) => { balls.radius = value; } },
+    ...ofBalls("radius") },
   { id: "speed", label: "speed at the start", unit: "m/s", low: 0.1, high: 100, log: true,
     help: "Speed of the balls at the start; with Maxwell’s distribution the root mean square.",
-    fits: ballsAre(...GASES), read: ({ balls }) => balls.speed, write: ({ balls }, value) => { balls.speed = value; } },
+    fits: ballsAre(...GASES), ...ofBalls("speed") },
   { id: "mass", label: "mass of the single ball", unit: "kg", low: 1, high: 1e6, log: true,
     help: "Mass of the ball that is given by itself.",
     fits: (config) => singleBall(config) !== null, read: (config) => singleBall(config).mass,
@@ -65,11 +72,10 @@ const CONTROLS = [
     read: wallType, write: setWall },
   { id: "wall-speed", label: "wall speed", unit: "m/s", low: 0.01, high: 100, log: true, live: true,
     help: "Speed at which the wall moves inwards when it is hit.",
-    fits: wallIs("driven"), read: (config) => config.wall_speed, write: (config, value) => { config.wall_speed = value; } },
+    fits: wallIs("driven"), ...ofConfig("wall_speed") },
   { id: "wall-temperature", label: "wall temperature", unit: "J", low: 0.1, high: 1000, log: true, live: true,
     help: "Temperature of the wall, J: twice as high a temperature gives balls twice the energy.",
-    fits: wallIs("warm"), read: (config) => config.wall_temperature,
-    write: (config, value) => { config.wall_temperature = value; } },
+    fits: wallIs("warm"), ...ofConfig("wall_temperature") },
 ];
 
 // Another type of wall, with values that suit the gas, and without the keys that it does not allow.
@@ -102,9 +108,10 @@ class Controls {
 
   made(control) {
     const { label, unit, help, choices, none } = control, id = `set-${control.id}`;
-    const row = element("div", { className: "control" }), name = element("label", { textContent: label, htmlFor: id });
-    const described = element("span", { id: `${id}-help`, className: "help", textContent: help + (control.live ? "" : " A change restarts the gas.") });
-    row.title = described.textContent;
+    const sentence = control.live ? help : `${help} A change restarts the gas.`;
+    const row = element("div", { className: "control", title: sentence });
+    const name = element("label", { textContent: label, htmlFor: id });
+    const described = element("span", { id: `${id}-help`, className: "help", textContent: sentence });
     if (choices) {
       const menu = element("select", { id, onchange: () => this.change(control, menu.value) });
       for (const [value, text] of Object.entries(choices)) menu.append(new Option(text, value));
@@ -116,7 +123,8 @@ class Controls {
     slider.setAttribute("aria-label", label);
     slider.tabIndex = -1; // the number beside it has the keyboard
     slider.oninput = () => this.change(control, valueOnSlider(control, Number(slider.value)));
-    const number = element("input", { id, type: "number", min: control.low, step: control.step ?? "any", placeholder: none ?? "" });
+    const number = element("input", { id, type: "number", min: control.low, step: control.step ?? "any" });
+    number.placeholder = none ?? "";
     if (control.step) number.max = control.high;
     number.onchange = () => this.change(control, typedValue(control, number));
     number.setAttribute("aria-describedby", described.id);

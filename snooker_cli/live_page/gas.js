@@ -44,7 +44,9 @@ class Gas {
       if (this.simulation.eventCount) this.follow();
       else {
         this.time = this.stop ? Math.min(until, this.begun + this.stop.time) : until;
-        if (until === this.end && !this.stop) this.stop = { reason: "end", message: `${until} s reached after ${this.collisions} collisions` };
+        if (until === this.end) {
+          this.stop ??= { reason: "end", message: `${until} s reached after ${this.collisions} collisions` };
+        }
         return true;
       }
       if (done % 16 === 15 && Date.now() >= deadline) {
@@ -63,7 +65,9 @@ class Gas {
     const i = simulation.eventI[0], j = simulation.eventJ[0];
     this.contacts.push({ time, step: this.collisions, ...this.contact(i, j) });
     if (this.contacts.length > KEPT_CONTACTS) this.contacts.shift();
-    if (this.course && (i === this.tagged || j === this.tagged)) this.course.push([time, ...this.place(this.tagged, time)]);
+    if (this.course && (i === this.tagged || j === this.tagged)) {
+      this.course.push([time, ...this.place(this.tagged, time)]);
+    }
     this.series.add(() => this.row());
     if (this.collisions >= this.nextSample) this.sampleSpeeds();
   }
@@ -82,8 +86,8 @@ class Gas {
       const [cx, cy] = this.place(this.number, time);
       [across, along] = [x - cx, y - cy];
       if (container.shape !== "circle") {
-        const nearSide = width / 2 - Math.abs(across) <= height / 2 - Math.abs(along) || container.shape === "channel";
-        [across, along] = nearSide ? [Math.sign(across), 0] : [0, Math.sign(along)];
+        const isNearer = width / 2 - Math.abs(across) <= height / 2 - Math.abs(along);
+        [across, along] = isNearer || container.shape === "channel" ? [Math.sign(across), 0] : [0, Math.sign(along)];
       }
     }
     const length = Math.hypot(across, along) || 1;
@@ -110,7 +114,8 @@ class Gas {
 
   row() {
     const { meter } = this, sums = meter.sums();
-    return { ...sums, time: this.begun + sums.time, simulated: sums.time, energy: meter.totalEnergy, temperature: meter.energy / this.number };
+    const energies = { energy: meter.totalEnergy, temperature: meter.energy / this.number };
+    return { ...sums, time: this.begun + sums.time, simulated: sums.time, ...energies };
   }
 
   addRow() {
@@ -159,7 +164,8 @@ class Gas {
     const from = this.begun + this.from.time, energy = this.from.energy;
     const rows = this.rows().filter(({ time }) => time >= from);
     if (rows.length < 10 || !(energy > 0) || energyKept(this.scene) || isWarm(this.scene)) return null;
-    const times = [0, ...rows.map(({ time }) => time - from)], values = [1, ...rows.map((row) => row.energy / energy)];
+    const times = [0, ...rows.map(({ time }) => time - from)];
+    const values = [1, ...rows.map((row) => row.energy / energy)];
     return { from, energy, k: decayRate(times, values, 0), alpha: decayRate(times, values, 2) };
   }
 

@@ -30,9 +30,9 @@ function saveCanvas(canvas, name) {
 
 // What the arena knows of the container.
 function viewOf({ shape, size: [width, height] }) {
-  const corners = 180, angle = (2 * Math.PI) / corners;
+  const corners = 180, angle = (2 * Math.PI) / corners, radius = width / 2;
   const outline = shape === "circle"
-    ? Array.from({ length: corners }, (_, k) => [(width / 2) * Math.cos(k * angle), (width / 2) * Math.sin(k * angle)])
+    ? Array.from({ length: corners }, (_, k) => [radius * Math.cos(k * angle), radius * Math.sin(k * angle)])
     : [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [(x * width) / 2, (y * height) / 2]);
   const margin = 0.03 * Math.max(width, height), reach = [width / 2 + margin, height / 2 + margin];
   const periodic = shape === "periodic" || shape === "channel", hasWall = shape !== "periodic";
@@ -59,7 +59,9 @@ class LivePage {
     this.scene = scene;
     find("title").textContent = scene.title;
     find("about").textContent = scene.about;
-    for (const button of find("scenes").children) button.setAttribute("aria-pressed", String(button.value === scene.name));
+    for (const button of find("scenes").children) {
+      button.setAttribute("aria-pressed", String(button.value === scene.name));
+    }
     this.begin(structuredClone(scene.config));
   }
 
@@ -78,7 +80,7 @@ class LivePage {
     this.config = config;
     const { size } = gas.scene.container, speeds = Array.from(gas.radii, (_, ball) => gas.speed(ball));
     const middle = Math.sqrt(speeds.reduce((sum, speed) => sum + speed * speed, 0) / speeds.length) || 1;
-    const { wallLaw, masses } = gas.scene, wall = wallLaw.temperature ? Math.sqrt((2 * wallLaw.temperature) / masses[0]) : 0;
+    const { wallLaw, masses } = gas.scene, wall = Math.sqrt((2 * (wallLaw.temperature ?? 0)) / masses[0]);
     this.topSpeed = 2 * Math.max(middle, wall);
     this.rate = Math.max(...size) / (Math.max(...speeds) || 1) / CROSSING; // s of the gas in a second
     this.arena = new Arena(find("arena"), viewOf(gas.scene.container), gas);
@@ -230,7 +232,8 @@ class LivePage {
   showConfig() {
     find("yaml").textContent = yamlOf(this.config, content.defaults);
     find("exactness").textContent = this.gas.changed
-      ? "A slider was moved while the gas ran, or it continued after its end, so no config describes this run. Restart: then the config below does."
+      ? "A slider was moved while the gas ran, or it continued after its end, so no config describes this run. "
+        + "Restart: then the config below does."
       : "This config describes what runs now. The program gives the same collisions to the last bit.";
     find("exactness").classList.toggle("warning", this.gas.changed);
     this.hashed = null;
@@ -246,7 +249,8 @@ class LivePage {
     const rows = shown.flatMap(([count, hash]) => [
       element("dt", { textContent: count.toLocaleString("en") }), element("dd", { textContent: hash }),
     ]);
-    if (!rows.length) rows.push(element("dd", { textContent: this.gas.changed ? "None: no config describes this run." : "They appear after 1,000 collisions." }));
+    const none = this.gas.changed ? "None: no config describes this run." : "They appear after 1,000 collisions.";
+    if (!rows.length) rows.push(element("dd", { textContent: none }));
     find("hashes").replaceChildren(...rows);
   }
 
@@ -262,7 +266,8 @@ class LivePage {
       find("speed").append(new Option("real time", String(real)));
       find("speed").lastChild.dataset.aside = "true";
     }
-    if (![...find("speed").options].some(({ value }) => Number(value) === this.speeds[this.pace])) this.speeds[this.pace] = NORMAL[this.pace];
+    const isThere = [...find("speed").options].some(({ value }) => Number(value) === this.speeds[this.pace]);
+    if (!isThere) this.speeds[this.pace] = NORMAL[this.pace];
     find("speed").value = String(this.speeds[this.pace]);
   }
 
@@ -319,11 +324,14 @@ class LivePage {
   asked() {
     const starts = Number(find("starts").value), text = find("length").value, length = Number(text);
     const whole = Number.isInteger(starts) && starts >= 5 && starts <= 500;
-    const long = text === "" ? this.config.collisions === null : Number.isInteger(length) && length >= 10 && length <= LONGEST;
-    if (!whole) find("measured").textContent = "Give 5 to 500 starts.";
-    else if (!long) find("measured").textContent = `Give 10 to ${LONGEST.toLocaleString("en")} collisions.`;
-    else if (this.config.balls.list) find("measured").textContent = "All balls have a given place and velocity, so all starts are the same. Choose a scene with random starts.";
-    else return { starts, length };
+    const inRange = Number.isInteger(length) && length >= 10 && length <= LONGEST;
+    const refusal = find("measured");
+    if (!whole) refusal.textContent = "Give 5 to 500 starts.";
+    else if (!(text === "" ? this.config.collisions === null : inRange)) {
+      refusal.textContent = `Give 10 to ${LONGEST.toLocaleString("en")} collisions.`;
+    } else if (this.config.balls.list) {
+      refusal.textContent = "All starts are the same, because each ball has a given velocity. Choose another scene.";
+    } else return { starts, length };
     return {};
   }
 
@@ -341,7 +349,8 @@ class LivePage {
 
   listen() {
     for (const scene of content.scenes) {
-      const button = element("button", { type: "button", className: "text", value: scene.name, textContent: scene.title, title: scene.about });
+      const { name: value, title: textContent, about: title } = scene;
+      const button = element("button", { type: "button", className: "text", value, textContent, title });
       button.onclick = () => { this.play(false); this.open(scene); };
       find("scenes").append(button);
     }
@@ -361,7 +370,8 @@ class LivePage {
       "charts-image": "Saves the charts as a picture.", "plot-image": "Saves the plot as a picture.",
       "copy-config": "Copies the config.", "save-config": "Saves the config as a file for snooker run.",
       "copy-table": "Copies the table for a spreadsheet.", "save-table": "Saves the table with all digits.",
-      "clear-table": "Removes all rows.", "plot-x": "What the plot has on its horizontal axis.", "plot-y": "What the plot has on its vertical axis.",
+      "clear-table": "Removes all rows.",
+      "plot-x": "What the plot has on its horizontal axis.", "plot-y": "What the plot has on its vertical axis.",
       continue: "Continues from the places and velocities now.",
     };
     for (const [name, sentence] of Object.entries(explained)) find(name).title = sentence;

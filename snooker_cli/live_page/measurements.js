@@ -127,7 +127,7 @@ function decayRate(times, values, power) {
 // keep warm in the second half. A repeat that is too short for this has means of all its time.
 function measureRepeat(config, repeat) {
   const scene = startingScene(config, repeat);
-  const simulation = new Simulation(scene, { collisions: config.collisions ?? Infinity, time: config.time ?? Infinity });
+  const { collisions, time } = config, simulation = new Simulation(scene, { collisions, time });
   const meter = new Meter(scene, simulation);
   const times = [0], energies = [meter.totalEnergy], sums = [meter.sums()];
   let stop = null;
@@ -182,14 +182,14 @@ const MEASURED = ["temperature", "pressure", "ratio", "k", "alpha", "left"];
 
 // A row of the table: means and standard errors over the repeats of a config.
 function tableRow(config, results) {
-  const scene = startingScene(config, 0), [width, height] = scene.container.size;
+  const scene = startingScene(config, 0), [width] = scene.container.size;
   const row = {
     starts: results.length, early: results.filter(({ early }) => early).length,
     N: scene.radii.length, r: scene.radii[scene.radii.length - 1], mass: scene.masses[scene.radii.length - 1],
-    R: scene.container.shape === "circle" ? width / 2 : width, height: scene.container.shape === "circle" ? null : height,
+    R: scene.container.shape === "circle" ? width / 2 : width,
     cor: config.cor, wallCor: config.wall_cor ?? config.cor, container: scene.container,
     packing: packingOf(scene),
-    containerMass: scene.containerMass, equal: isEqual(scene), warm: isWarm(scene), cools: !isWarm(scene) && !energyKept(scene),
+    containerMass: scene.containerMass, equal: isEqual(scene), cools: !isWarm(scene) && !energyKept(scene),
   };
   for (const name of MEASURED) {
     [row[name], row[`${name}Error`]] = meanAndError(results.map((result) => result[name]));

@@ -19,12 +19,12 @@ const COLUMNS = [
 
 // The theories of a column: name, colour, and the value for a row, null where there is none.
 function theoriesOf(key, fluid) {
-  const area = (row) => areaOf(row.container);
+  const ideal = (row) => (row.N * row.temperature) / areaOf(row.container);
   const disks = (row) => (row.equal ? fluid.ratio(row.N, row.r, row.container, row.cor) : null);
   return {
     pressure: [
-      ["ideal gas", "soft", (row) => (row.N * row.temperature) / area(row)],
-      ["hard disks", "ink", (row) => (disks(row) === null ? null : (disks(row) * row.N * row.temperature) / area(row))],
+      ["ideal gas", "soft", ideal],
+      ["hard disks", "ink", (row) => (disks(row) === null ? null : disks(row) * ideal(row))],
     ],
     ratio: [["ideal gas", "soft", () => 1], ["hard disks", "ink", disks]],
     alpha: [["Haff’s law, Enskog’s rates", "ink", (row) => (row.equal && row.cools ? fluid.haffRate({
@@ -36,9 +36,12 @@ function theoriesOf(key, fluid) {
 // A row between two: its numbers, of which theories are made, are between theirs.
 function between(first, second, part) {
   const mix = (a, b) => a + part * (b - a), row = { ...first };
-  for (const key of ["r", "R", "cor", "wallCor", "packing", "temperature", "startTemperature"]) row[key] = mix(first[key], second[key]);
+  for (const key of ["r", "R", "cor", "wallCor", "packing", "temperature", "startTemperature"]) {
+    row[key] = mix(first[key], second[key]);
+  }
   row.N = Math.round(mix(first.N, second.N));
-  row.container = { ...first.container, size: first.container.size.map((side, k) => mix(side, second.container.size[k])) };
+  const size = first.container.size.map((side, k) => mix(side, second.container.size[k]));
+  row.container = { ...first.container, size };
   return row;
 }
 
@@ -86,8 +89,9 @@ class Table {
       const cell = element("th", { textContent: unit ? `${text}, ${unit}` : text, title: help ?? "", scope: "col" });
       head.append(cell);
       this.rows.forEach((row, k) => {
-        const value = measured ? valueWithError(row[key], row[`${key}Error`]) : String(Number(row[key].toPrecision(4)));
-        body[k].append(element("td", { textContent: value }));
+        const value = row[key], error = row[`${key}Error`];
+        const textContent = measured ? valueWithError(value, error) : String(Number(value.toPrecision(4)));
+        body[k].append(element("td", { textContent }));
       });
     }
     find("table").replaceChildren(element("thead"), element("tbody"));
@@ -103,7 +107,8 @@ class Table {
       return measured ? [[heading, key], [`error of ${text}`, `${key}Error`]] : [[heading, key]];
     });
     const number = (value) => (Number.isFinite(value) ? String(value) : "");
-    const lines = [columns.map(([heading]) => heading), ...this.rows.map((row) => columns.map(([, key]) => number(row[key])))];
+    const rows = this.rows.map((row) => columns.map(([, key]) => number(row[key])));
+    const lines = [columns.map(([heading]) => heading), ...rows];
     return lines.map((cells) => `${cells.join(comma)}\n`).join("");
   }
 
@@ -114,7 +119,8 @@ class Table {
     const [x, y] = ["plot-x", "plot-y"].map((menu) => COLUMNS.find(({ key }) => key === find(menu).value));
     const points = this.rows.filter((row) => [x, y].every(({ key }) => Number.isFinite(row[key])));
     points.sort((first, second) => first[x.key] - second[x.key]);
-    const curves = theoriesOf(y.key, this.fluid).map(([name, colour, law]) => ({ name, colour, points: this.curve(points, x.key, law) }));
+    const theories = theoriesOf(y.key, this.fluid);
+    const curves = theories.map(([name, colour, law]) => ({ name, colour, points: this.curve(points, x.key, law) }));
     const highest = points.map((row) => row[y.key] + (row[`${y.key}Error`] || 0));
     panel.name = y.unit ? `${y.text} (${y.unit})` : y.text;
     panel.top = roomy(Math.max(...highest, ...curves.flatMap((curve) => curve.points.map(([, value]) => value)), 0));
@@ -149,7 +155,8 @@ class Table {
       pen.lineTo(across(row[x.key] + wide), up(row[y.key]));
       pen.stroke();
     }
-    find("plot").setAttribute("aria-label", `${panel.name} against ${x.text}: ${points.map((row) => `${short(row[y.key])} at ${short(row[x.key])}`).join(", ")}`);
+    const values = points.map((row) => `${short(row[y.key])} at ${short(row[x.key])}`).join(", ");
+    find("plot").setAttribute("aria-label", `${panel.name} against ${x.text}: ${values}`);
   }
 
   // A theory at the rows, which are in order of x, and between those with containers of one shape.

@@ -47,8 +47,8 @@ class Fluid {
 
   // P''/P' of P = ηZ.
   bending(packing) {
-    const x = 2 * packing, { slope, below } = this;
-    return 2 * (valueAt(derivative(slope), x) / valueAt(slope, x) - 2 * valueAt(derivative(below), x) / valueAt(below, x));
+    const relative = (polynomial) => valueAt(derivative(polynomial), 2 * packing) / valueAt(polynomial, 2 * packing);
+    return 2 * (relative(this.slope) - 2 * relative(this.below));
   }
 
   // PV/NT of N equal balls at the wall, or without walls in the box, and by the virial; null without
