@@ -51,8 +51,14 @@ class GasCharts extends Panels {
     this.canvas.setAttribute("aria-label", this.sentence(now, curves));
   }
 
+  // The energy of a gas as warm as the wall, J; 0 for a wall without a temperature.
+  get wallEnergy() {
+    return this.gas.number * (this.gas.scene.wallLaw.temperature ?? 0);
+  }
+
   scaleEnergy(panel, rows, now) {
-    const values = [...rows, now].map(({ energy }) => energy).filter((value) => value > 0);
+    const wall = this.wallEnergy;
+    const values = [...rows.map(({ energy }) => energy), now.energy, wall].filter((value) => value > 0);
     const most = Math.max(...values, 0) || 1;
     panel.log = this.log && values.length > 0;
     panel.top = panel.log ? 10 ** Math.ceil(Math.log10(most) + 1e-9) : roomy(most);
@@ -61,8 +67,10 @@ class GasCharts extends Panels {
 
   drawEnergy(pen, panel, rows, now) {
     const points = [...rows, now].map(({ time, energy }) => [time, energy]);
+    const warm = this.wallEnergy;
     this.inside(pen, panel, () => {
       this.line(pen, panel, points, paint("first"), true);
+      if (warm) this.dashed(pen, panel, [[0, warm], [this.high, warm]], paint("second"));
       if (!this.decay) return;
       const { from, energy, k, alpha } = this.decay, laws = [(t) => Math.exp(-k * t), (t) => (1 + alpha * t) ** -2];
       laws.forEach((law, which) => {
@@ -71,6 +79,10 @@ class GasCharts extends Panels {
       });
     });
     this.heading(pen, panel, [[paint("first"), `${short(now.energy)} J`]]);
+    if (warm) {
+      pen.fillStyle = paint("second");
+      this.note(pen, panel, `- - N T of the wall: ${short(warm)} J`, 0, true);
+    }
     if (!this.decay) return;
     pen.fillStyle = paint("ink");
     this.note(pen, panel, `- - Haff’s law: α = ${short(this.decay.alpha)} 1/s`);
