@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +13,7 @@ from py_mini_racer import MiniRacer
 from snooker_cli.laws import Sides, WallLaw, word_of
 from snooker_cli.live_page import engine_source
 from snooker_cli.scene import Scene
-from snooker_cli.trace import Trace
+from snooker_cli.trace import Trace, event_hashes
 
 HELPERS = r"""
 function bitsOf(values) {
@@ -52,7 +51,6 @@ function simulated(scene, limits, engine) {
   return JSON.stringify({
     stop, events: simulation.wallEvents + simulation.pairEvents, hash: simulation.eventHash(),
     hashes: simulation.hashes, bits: bitsOf(numbers), wall: simulation.wallEvents,
-    sums: bitsOf([simulation.wallImpulse, simulation.pairVirial]),
   });
 }
 """
@@ -65,6 +63,12 @@ class JavaScript:
         self.context = MiniRacer()
         self.context.eval(engine_source())
         self.context.eval(HELPERS)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.context.close()  # else Python does not end
 
     def answer(self, expression: str) -> Any:
         """What an expression, which gives JSON, evaluates to."""
@@ -106,9 +110,9 @@ def scene_json(scene: Scene) -> str:
     )
 
 
-def answer_of(trace: Trace, hashes: Sequence[tuple[int, str]]) -> dict[str, Any]:
+def answer_of(trace: Trace) -> dict[str, Any]:
     """What ``simulated`` should answer."""
-    finish, stop = trace.finish, trace.stop
+    finish, stop, hashes = trace.finish, trace.stop, event_hashes([trace.events])
     rows = np.column_stack([finish.positions, finish.velocities])
     container = np.concatenate([finish.container_position, finish.container_velocity])
     return {
@@ -120,7 +124,7 @@ def answer_of(trace: Trace, hashes: Sequence[tuple[int, str]]) -> dict[str, Any]
         },
         "events": trace.collisions,
         "hash": hashes[-1][1],
-        "hashes": [list(pair) for pair in hashes if math.log10(pair[0]) % 1 == 0],
+        "hashes": [[k, text] for k, text in hashes if k >= 1000 and math.log10(k) % 1 == 0],
         "bits": bits_of(rows, container),
         "wall": trace.wall_events,
     }

@@ -17,7 +17,8 @@ class Simulation {
   /** A repeat at its start.
    *
    * limits : ``collisions`` and ``time`` (s) at which it ends; null or absent for none
-   * options : ``hash``, whether to compute a hash of all events
+   * options : ``hash``, whether to compute a hash of all events; ``engine``, "allpairs" or "cells"
+   *     instead of the program's choice
    */
   constructor(scene, limits = {}, options = {}) {
     const { collisions, time } = limits;
@@ -25,8 +26,8 @@ class Simulation {
     this.wanted = collisions ?? NO_LIMIT;
     this.timeLimit = time ?? Infinity;
     this.state = new State(scene, this.timeLimit);
-    const inCells = !usesAllPairs(scene);
-    this.engine = inCells ? new Cells(scene, this.state) : new AllPairs(this.state);
+    const few = options.engine ? options.engine === "allpairs" : usesAllPairs(scene);
+    this.engine = few ? new AllPairs(this.state) : new Cells(scene, this.state);
     this.number = this.state.number;
     this.epochLength = Math.max(LEAST_EPOCH_EVENTS, EPOCH_EVENTS_PER_BALL * this.number);
     this.time = 0;
