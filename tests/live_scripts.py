@@ -3,36 +3,26 @@
 from __future__ import annotations
 
 import json
-from typing import Any, Self
+from typing import Any
 
-from py_mini_racer import MiniRacer
+from javascript import JavaScript
 
-from snooker_cli.live_page.page import LIVE, SHARED, SHOWING, presets, theory_numbers, worker_source
+from snooker_cli.live_page.page import LIVE, MEASURING, SHARED, SHOWING, presets, theory_numbers
 from snooker_cli.pages.html_page import text_of
 
 
-class LiveScripts:
-    """A context that simulates, measures and runs a gas, with ``configOf`` a scene and ``fluid``.
-
-    Close it: Python does not end while one is open.
-    """
+class LiveScripts(JavaScript):
+    """What simulates, measures, draws and runs a gas, with ``configOf`` a scene and ``fluid``."""
 
     def __init__(self) -> None:
-        self.engine = MiniRacer()
-        self.engine.eval(worker_source() + text_of("snooker_cli.pages", *SHARED))
-        self.engine.eval(text_of(LIVE, *SHOWING[:-1]))  # the last one needs a page
+        super().__init__()
+        self.context.eval(text_of(LIVE, *MEASURING) + text_of("snooker_cli.pages", *SHARED))
+        self.context.eval(text_of(LIVE, *SHOWING[:-1]))  # the last one needs a page
         configs = json.dumps({scene["name"]: scene["config"] for scene in presets()})
-        self.engine.eval(f"const configOf = (name) => ({configs})[name];")
-        self.engine.eval(f"const fluid = new Fluid({json.dumps(theory_numbers())});")
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        self.engine.close()
+        self.context.eval(f"const configOf = (name) => ({configs})[name];")
+        self.context.eval(f"const fluid = new Fluid({json.dumps(theory_numbers())});")
 
     def value(self, expression: str, **given: Any) -> Any:
         """The value of an expression, in which names have values; what is not finite is None."""
         names, values = ", ".join(given), ", ".join(map(json.dumps, given.values()))
-        text = self.engine.eval(f"JSON.stringify((({names}) => ({expression}))({values}))")
-        return json.loads(text)
+        return self.answer(f"JSON.stringify((({names}) => ({expression}))({values}))")
