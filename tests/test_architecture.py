@@ -44,6 +44,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "analysis": RUNNING,
     "figures": (*RUNNING, "analysis"),
     "animation": (*SIMULATING, "analysis", "engine", "figures", "formatting"),
+    "live": (),
     "validation": (*RUNNING, "analysis", "figures"),
 }
 # These may import all parts above them.

@@ -220,3 +220,18 @@ def test_dekkers_product_gives_what_a_fused_operation_gives(engine, a, b):
     assert engine.answer(f"String(productError({a!r}, {b!r}, {a!r} * {b!r}))") == fused(
         a, b, -a * b
     )
+
+
+def test_a_gas_that_never_collides_leaves_the_page_alive(engine):
+    """Two balls side by side in a periodic box: a call ends, though there is no event."""
+    balls = [
+        {"position": [0.0, y], "velocity": [1.0, 0.0], "radius": 1.0, "mass": 1.0}
+        for y in (-5.0, 5.0)
+    ]
+    experiment = validated(gas(PERIODIC, {"list": balls}, 1.0))
+    answer = engine.answer(f"""
+(() => {{
+  const simulation = new Simulation(startingScene({to_json(experiment)}, 0), {{}});
+  return JSON.stringify([simulation.advance(10), simulation.eventCount]);
+}})()""")
+    assert answer == [None, 0]
