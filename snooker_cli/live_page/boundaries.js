@@ -7,7 +7,8 @@
  * period : after which way the container repeats along the axis, m; infinite with walls
  */
 function nearestImage(offset, period) {
-  return offset < 0.49 * period && offset > -0.49 * period ? offset : offset - period * rint(offset / period);
+  const isNear = offset < 0.49 * period && offset > -0.49 * period;
+  return isNear ? offset : offset - period * rint(offset / period);
 }
 
 /** An edge without walls, and what all others have in common. */

@@ -6,7 +6,8 @@
 // members are the program's, because they decide when a contact is computed, and so its last bits.
 
 const LEAST_MEMBERS = 4, CELL_OVER_BALL = 1 + 1e-9, MOST_IN_ROW = 64, LEAST_IN_PERIOD = 5;
-const MOST_CROSSINGS = 1e8; // in a row, without a collision, until a repeat ends
+const CROSSINGS_AT_ONCE = 1e6; // after which ``advance`` returns, so that a page stays alive
+const MOST_CROSSINGS = 1e8; // without a collision, after which a repeat without a time ends
 const NO_ENTRY = -4; // a contact that the entry has already
 
 /** Whether the program uses the engine for few balls, see ``engine_for`` of simulation.py. */
@@ -105,9 +106,8 @@ class Cells {
     for (const name of ["contactTime", "crossingTime", "nextTime"]) {
       this[name] = new Float64Array(number);
     }
-    for (const name of ["events", "former", "partner", "partnerEvents", "cell", "place", "bounces"]) {
-      this[name] = new Int32Array(number);
-    }
+    const links = ["events", "former", "partner", "partnerEvents", "cell", "place", "bounces"];
+    for (const name of links) this[name] = new Int32Array(number);
     this.former.fill(NO_PARTNER);
     this.near = new Int32Array(number);
     this.delays = new Float64Array(2); // across, and up or down
@@ -313,9 +313,11 @@ class Cells {
   /** Find the ball of the next event and its partner or the wall; the time on clocks, s.
    *
    * Ties go by time and ball. Crossings and stale entries on the way are carried out, up to a time.
+   * After very many crossings there is no event yet, and the partner is NOT_SEARCHED.
    */
   nextEvent(until) {
     const { nextTime, contactTime, state } = this, end = Math.min(until, state.sums[TIME_LIMIT]);
+    let crossings = 0;
     for (;;) {
       let i = 0;
       let now = nextTime[0];
@@ -329,11 +331,12 @@ class Cells {
       this.j = this.partner[i];
       if (now === NEVER || now > end) return now;
       if (contactTime[i] > now) {
-        this.crossings += 1;
-        if (this.crossings > MOST_CROSSINGS) {
-          this.j = SEARCH_AGAIN;
+        if (crossings === CROSSINGS_AT_ONCE) {
+          this.j = NOT_SEARCHED;
+          this.crossings += crossings;
           return now;
         }
+        crossings += 1;
         if (this.cross(i, now)) {
           this.enqueue(i, now);
         } else {

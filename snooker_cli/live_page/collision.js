@@ -66,8 +66,8 @@ function copySign(size, other) {
 /** Time until two balls at relative (x, y), moving at relative (u, v), touch; s, or inf.
  *
  * distance : of their centres when they touch, m
- * twice : twice a horizon, s, or a little more; inf too if the contact is certainly later: the delay
- *     is c / (-b + sqrt(D)) with sqrt(D) <= -b, so at least c / (-2b). This is ``may_touch``.
+ * twice : twice a horizon, s. The delay may also be inf if the contact is later than that: it is
+ *     c / (-b + sqrt(D)) with sqrt(D) <= -b, so at least c / (-2b). This is ``may_touch``.
  */
 function pairDelay(x, y, u, v, distance, twice) {
   const b = x * u + y * v;

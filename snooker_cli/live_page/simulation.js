@@ -1,6 +1,6 @@
 "use strict";
 
-// A scene in, events out: a repeat in steps, with the endings and sentences of engine/simulation.py.
+// A scene in, events out: a repeat in steps, with endings as in engine/simulation.py.
 
 const LEAST_EPOCH_EVENTS = 16384, EPOCH_EVENTS_PER_BALL = 64; // events of an epoch, see clock.py
 const STALL_LIMIT = 64; // events per ball in a row, without the clock moving, until a collapse
@@ -52,8 +52,8 @@ class Simulation {
 
   /** Simulate at most ``limit`` more events, none later than ``until`` (s).
    *
-   * Returns null while the repeat can continue, else how it ended: reason, time (s), balls and the
-   * program's message.
+   * Returns null while the repeat can continue, also if cells were crossed very often without an
+   * event; else how it ended: reason, time (s), balls and the program's message.
    */
   advance(limit, until = Infinity) {
     const { state, engine } = this, { sums, counts, boundary } = state;
@@ -63,7 +63,10 @@ class Simulation {
       if (now === NEVER) return this.end(NOTHING_LEFT);
       if (now > sums[TIME_LIMIT]) return this.end(TIME);
       if (!(sums[EPOCH] + now <= until)) return null;
-      if (engine.j === SEARCH_AGAIN) return this.end(IDLE);
+      if (engine.j < NO_PARTNER) {
+        const isIdle = engine.crossings >= MOST_CROSSINGS && this.timeLimit === Infinity;
+        return isIdle ? this.end(IDLE) : null;
+      }
       let { i, j } = engine;
       const stalls = now - sums[NOW] <= CLOCK_DIGITS * (sums[EPOCH] + now);
       counts[STALLED] = stalls ? counts[STALLED] + 1 : 0;
@@ -176,7 +179,9 @@ class Simulation {
   kineticEnergy() {
     const { u, v, masses } = this.state;
     let energy = 0;
-    for (let k = 0; k < this.number; k += 1) energy += 0.5 * masses[k] * (u[k] * u[k] + v[k] * v[k]);
+    for (let k = 0; k < this.number; k += 1) {
+      energy += 0.5 * masses[k] * (u[k] * u[k] + v[k] * v[k]);
+    }
     return energy;
   }
 
@@ -245,7 +250,8 @@ class Simulation {
 
   savedEvents() {
     const { collisions } = this.state;
-    return collisions === 1 ? "1 collision is saved" : `${grouped(collisions)} collisions are saved`;
+    if (collisions === 1) return "1 collision is saved";
+    return `${grouped(collisions)} collisions are saved`;
   }
 
   trapMessage(ball) {

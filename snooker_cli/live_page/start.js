@@ -71,6 +71,7 @@ function startingScene(config, repeat) {
     }
     if (isRandom(scene.wallLaw)) scene.wallKey = wallKey(seed(), repeat);
     check(scene);
+    checkPage(config, scene);
   } catch (error) {
     if (error instanceof SceneError && error.ball !== null && error.ball < placedBalls.length) {
       error.key = `${config.balls.list ? "balls.list" : "balls"}[${error.ball}]`;
@@ -78,6 +79,20 @@ function startingScene(config, repeat) {
     throw error;
   }
   return scene;
+}
+
+/** Throw ``SceneError`` for what only the program can do. */
+function checkPage(config, scene) {
+  if (!Number.isSafeInteger(config.seed)) {
+    throw new SceneError("seed", "a page has seeds below 2^53; give a smaller one");
+  }
+  if (scene.containerMass < Infinity && !usesAllPairs(scene)) {
+    const packing = general(packingOf(scene), 2);
+    const problem =
+      `a page has no free container for ${scene.radii.length} balls at a packing of ${packing}`;
+    const advice = "use fewer or smaller balls, or a fixed wall";
+    throw new SceneError("container.mass", `${problem}; ${advice}`);
+  }
 }
 
 function checkNumber(number) {

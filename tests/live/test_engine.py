@@ -50,7 +50,6 @@ GALPERIN = {
         {"position": [-70.0, 0.0], "velocity": [-1.0, 0.0], "radius": 1.0, "mass": 1e4},
     ]
 }
-SIDES = {"wall_temperature": {"left": 80.0}, "wall_speed": {"right": 2.0}, "wall_cor_speed": 9.0}
 
 GASES: dict[str, dict[str, Any]] = {
     # Few balls in a circle.
@@ -98,10 +97,11 @@ GASES: dict[str, dict[str, Any]] = {
     "dense box": gas(packed("box", 0.7), SIXTY | {"count": 200, "start": "random"}, 1.0),
     "box of a mixture": gas(packed("box", 0.4), MIXTURE, 1.0),
     "box with durations": gas(BOX, SIXTY, 0.7, collapse={"tc": 0.1}),
-    "sides": gas(BOX, SIXTY, 0.9, wall_cor=0.7, **SIDES | {"wall_cor_speed": None}),
+    "driven sides": gas(BOX, SIXTY, 0.9, wall_cor=0.5, wall_speed={"left": 2.0, "right": 1.0}),
     "Galperin's billiard": gas({"shape": "box", "width": 200.0, "height": 4.0}, GALPERIN, 1.0),
     # A channel, and no walls.
     "driven channel": gas(CHANNEL, SIXTY, 0.9, wall_speed=2.0),
+    "two temperatures": gas(CHANNEL, SIXTY, 0.9, wall_temperature={"left": 20.0, "right": 80.0}),
     "periodic": gas(PERIODIC, SIXTY, 1.0),
     "periodic, 200 balls": gas(packed("periodic", 0.02), SIXTY | {"count": 200}, 1.0),
     "periodic, cooling": gas(PERIODIC, SIXTY, 0.99),
@@ -220,3 +220,18 @@ def test_dekkers_product_gives_what_a_fused_operation_gives(engine, a, b):
     assert engine.answer(f"String(productError({a!r}, {b!r}, {a!r} * {b!r}))") == fused(
         a, b, -a * b
     )
+
+
+def test_a_gas_that_never_collides_leaves_the_page_alive(engine):
+    """Two balls side by side in a periodic box: a call ends, though there is no event."""
+    balls = [
+        {"position": [0.0, y], "velocity": [1.0, 0.0], "radius": 1.0, "mass": 1.0}
+        for y in (-5.0, 5.0)
+    ]
+    experiment = validated(gas(PERIODIC, {"list": balls}, 1.0))
+    answer = engine.answer(f"""
+(() => {{
+  const simulation = new Simulation(startingScene({to_json(experiment)}, 0), {{}});
+  return JSON.stringify([simulation.advance(10), simulation.eventCount]);
+}})()""")
+    assert answer == [None, 0]

@@ -132,11 +132,22 @@ def test_what_does_not_fit_is_refused_with_the_same_sentence(engine, changes):
     assert "error" in answer
 
 
-def test_more_balls_than_a_page_shows_are_refused(engine):
-    balls = {"count": 201, "radius": 0.1, "speed": 1.0}
-    experiment = validated({"container": CIRCLE, "balls": balls, "cor": 1.0, "collisions": 10})
-    answer = engine.answer(f"startOfRepeat({to_json(experiment)}, 0)")
-    assert answer == {"error": "a page has at most 200 balls, not 201"}
+FREE = {"packing": 0.6, "mass": 10.0}
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"balls": {"count": 201, "radius": 0.1, "speed": 1.0}}, "at most 200 balls, not 201"),
+        ({"container": FREE, "balls": {"count": 200, "radius": 1.0, "speed": 1.0}}, "no free"),
+        ({"seed": 2**60}, "seeds below 2^53"),
+    ],
+)
+def test_what_only_the_program_can_do_is_refused(engine, changes, sentence):
+    balls = {"count": 20, "radius": 0.1, "speed": 1.0}
+    config = {"container": CIRCLE, "balls": balls, "cor": 1.0, "collisions": 10} | changes
+    answer = engine.answer(f"startOfRepeat({to_json(validated(config))}, 0)")
+    assert sentence in answer["error"]
 
 
 @pytest.mark.parametrize("size", [0, 3, 55, 56, 63, 64, 65, 119, 120, 1000])
