@@ -42,6 +42,7 @@ class Gas {
     for (let done = 0; done < most && !this.stop; done++) {
       this.stop = this.simulation.advance(1, until - this.begun);
       if (this.simulation.eventCount) this.follow();
+      else if (!this.stop && until === Infinity) return false; // very long without a collision
       else {
         this.time = this.stop ? Math.min(until, this.begun + this.stop.time) : until;
         if (until === this.end) {

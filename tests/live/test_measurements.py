@@ -209,3 +209,28 @@ def test_a_slider_changes_the_laws_from_then_on(javascript: LiveScripts) -> None
     before, after, changed = energies
     assert changed
     assert after == pytest.approx(before, rel=1e-12)
+
+
+def test_a_gas_whose_next_collision_is_far_ahead_can_wait(javascript: LiveScripts) -> None:
+    """Two fast balls in a periodic box meet after 10⁹ s: a call ends before, at the same time."""
+    balls = [
+        {"position": [0.0, y], "velocity": [1.0, -1e-9 * y], "radius": 0.1} for y in (-1.0, 1.0)
+    ]
+    config = {
+        "container": {"shape": "periodic", "width": 5.0},
+        "balls": {"list": balls},
+        "cor": 1.0,
+        "collisions": 10,
+    }
+    complete = json.loads(configs.to_json(configs.load(config).experiment))
+    waiting, place = javascript.value(
+        """(() => {
+          const gas = new Gas(config);
+          const waiting = [gas.advance(Infinity, 1), gas.time, gas.collisions, gas.stop];
+          gas.advance(1);
+          return [waiting, gas.place(0, gas.time)];
+        })()""",
+        config=complete,
+    )
+    assert waiting == [False, 0, 0, None]
+    assert place == pytest.approx([1.0, -1.0], abs=1e-8)
