@@ -4,7 +4,7 @@ from importlib import import_module
 
 TYPE_CHECKING = False  # type checkers take it as true; typing takes 10 ms to load
 if TYPE_CHECKING:
-    from snooker_cli.api import Repeat, Run, new_scene, open, run, simulate
+    from snooker_cli.api import LivePage, Repeat, Run, live, new_scene, open, run, simulate
     from snooker_cli.config import ConfigError
     from snooker_cli.containers import Box, Channel, Circle, PeriodicBox
     from snooker_cli.errors import (
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-__all__ = ["Repeat", "Run", "new_scene", "open", "run", "simulate"]
+__all__ = ["LivePage", "Repeat", "Run", "live", "new_scene", "open", "run", "simulate"]
 __all__ += ["Box", "Channel", "Circle", "PeriodicBox", "Scene", "Trace"]
 __all__ += ["ConfigError", "FigureError", "RunError", "SceneError", "SnookerError"]
 __all__ += ["StoreError", "UserError"]

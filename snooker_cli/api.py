@@ -28,6 +28,7 @@ from snooker_cli.engine import States
 from snooker_cli.errors import FigureError, RunError, UserError, check_name
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, plain, point_label
+from snooker_cli.pages.html_page import in_notebook
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.plan import checked
@@ -165,12 +166,10 @@ class Repeat:
 
     def _repr_html_(self) -> str | None:
         """The player; a notebook shows ``repr`` where there is none."""
-        from snooker_cli.animation import embedded, film, page
+        from snooker_cli.animation import film, page
 
         with suppress(FigureError):
-            player = embedded(page(film(self.trace, self._name)), self._name)
-            style = "<style>iframe.player {width: 100%; height: 45em; border: 0}</style>"
-            return style + player
+            return in_notebook(page(film(self.trace, self._name)), self._name, height=45)
         return None
 
     def _recorded(self) -> Events:
@@ -442,6 +441,45 @@ def _override(key: str, value: Any) -> str:
         return f"{key}={value}"
     values = plain(value)
     return f"{key}={','.join(map(json.dumps, values if isinstance(values, list) else [values]))}"
+
+
+@dataclass(frozen=True, repr=False)
+class LivePage:
+    """A page that simulates a gas in the browser; a notebook shows it.
+
+    html : the page
+    """
+
+    html: str
+
+    def __repr__(self) -> str:
+        return "<live page: save it, or show it in a notebook>"
+
+    def _repr_html_(self) -> str:
+        # Users save tables and pictures.
+        rights = "allow-scripts allow-downloads"
+        return in_notebook(self.html, "Live page of a gas", 62, rights)
+
+    def save(self, out: str | PathLike[str]) -> Path:
+        """Write the page; its file."""
+        write_text(Path(out), self.html)
+        return Path(out)
+
+
+def live(
+    config: str | PathLike[str] | Mapping[str, Any] | None = None,
+    overrides: Mapping[str, Any] | None = None,
+) -> LivePage:
+    """The page of ``snooker live``, which simulates the first point of a config.
+
+    config, overrides : as of ``run``; without a config the source report's scene
+
+    Raises ``ConfigError``, also for what the page cannot show, such as more than 200 balls.
+    """
+    from snooker_cli.live_page import live_page, report_scene
+
+    texts = [_override(key, value) for key, value in (overrides or {}).items()]
+    return LivePage(live_page(configs.load(report_scene() if config is None else config, texts)))
 
 
 def new_scene(

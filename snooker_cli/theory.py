@@ -93,11 +93,11 @@ def _pade_coefficients() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return (numerator - denominator)[1:], denominator
 
 
-_PADE_CONTACT, _PADE_DENOMINATOR = _pade_coefficients()
+PADE_CONTACT, PADE_DENOMINATOR = _pade_coefficients()
 
 # f, g and s = f'g − f g', where 2P = f/g with P = η Z, as polynomials of x = 2η.
-_PADE_BELOW = Polynomial(_PADE_DENOMINATOR)
-_PADE_ABOVE = Polynomial((0, 1)) * _PADE_BELOW + Polynomial((0, 0, *_PADE_CONTACT))
+_PADE_BELOW = Polynomial(PADE_DENOMINATOR)
+_PADE_ABOVE = Polynomial((0, 1)) * _PADE_BELOW + Polynomial((0, 0, *PADE_CONTACT))
 _PADE_SLOPE = _PADE_ABOVE.deriv() * _PADE_BELOW - _PADE_ABOVE * _PADE_BELOW.deriv()
 
 DENSEST_FLUID = 0.65
@@ -112,7 +112,7 @@ def contact_value(packing: Real) -> Real:
     order: at η = 0.70 it is a tenth too high.
     """
     x = 2.0 * packing
-    ratio: Any = polyval(x, _PADE_CONTACT) / polyval(x, _PADE_DENOMINATOR)
+    ratio: Any = polyval(x, PADE_CONTACT) / polyval(x, PADE_DENOMINATOR)
     value: Real = ratio
     return value
 

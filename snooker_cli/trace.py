@@ -1,6 +1,7 @@
 """The result of a simulation: start, events or summary, and the reason for the end."""
 
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, NamedTuple
@@ -102,6 +103,34 @@ def joined(parts: Sequence[Events]) -> Events:
     columns = zip(*((part.time, part.i, part.j, part.impulse) for part in parts), strict=True)
     time, i, j, impulse = map(np.concatenate, columns)
     return Events(time, i, j, impulse, residual)
+
+
+_EVENT = np.dtype([("time", "<f8"), ("i", "<i4"), ("j", "<i4"), ("impulse", "<f8")])
+
+
+def event_hashes(pieces: Iterable[Events]) -> list[tuple[int, str]]:
+    """Numbers of events, and the hash of as many: of the first 1,000, 10,000 … and of all.
+
+    SHA-256, in hexadecimal, of time, i, j and impulse of each event as little-endian numbers of
+    64, 32, 32 and 64 bits. ``EventHash`` of the live page computes the same.
+
+    pieces : the events of a repeat, in order
+    """
+    sha, count, following = hashlib.sha256(), 0, 1000
+    hashes: dict[int, str] = {}
+    for events in pieces:
+        rows = np.empty(len(events), dtype=_EVENT)
+        for name in _EVENT.fields or ():
+            rows[name] = getattr(events, name)
+        while count + len(rows) >= following:
+            first, rows = rows[: following - count], rows[following - count :]
+            sha.update(first.tobytes())
+            count = following
+            hashes[count] = sha.hexdigest()
+            following *= 10
+        sha.update(rows.tobytes())
+        count += len(rows)
+    return list((hashes | {count: sha.hexdigest()}).items())
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ import moving_pictures
 import pytest
 import repeating
 import typer.main
+from browser import CHROMIUM, Browser
 from command_line import SMALL, Ended
 from compile_ahead import compile_ahead
 from xdist.scheduler import WorkStealingScheduling
@@ -54,6 +55,15 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> WorkStealingScheduling:
     """Neighbours stay together, so that hardly a module's runs are made by two processes."""
     return WorkStealingScheduling(config, log)
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """A browser without a window."""
+    if CHROMIUM is None:
+        pytest.skip("there is no Chromium here")
+    with Browser(tmp_path_factory.mktemp("profile")) as started:
+        yield started
 
 
 @pytest.fixture(scope="session")

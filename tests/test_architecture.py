@@ -43,7 +43,10 @@ PARTS: dict[str, tuple[str, ...]] = {
     # From repeats to conclusions
     "analysis": RUNNING,
     "figures": (*RUNNING, "analysis"),
-    "animation": (*SIMULATING, "analysis", "engine", "figures", "formatting"),
+    # Pages
+    "pages": (),
+    "animation": (*SIMULATING, "analysis", "engine", "figures", "formatting", "pages"),
+    "live_page": ("config", "errors", "formatting", "pages", "placement", "scene", "theory"),
     "validation": (*RUNNING, "analysis", "figures"),
 }
 # These may import all parts above them.
@@ -58,7 +61,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "rich": ("runs.progress",),
     "pydantic": ("config", "validation"),
     "pydantic_core": ("config",),
-    "yaml": ("config", "figures", "report", "validation"),
+    "yaml": ("config", "figures", "live_page", "report", "validation"),
     "numba": ("engine.jit",),
     "llvmlite": ("engine.jit",),
     "h5py": ("export", "store"),

@@ -1,4 +1,5 @@
-"""Adds pages to the site that are not in docs/: the README and its neighbours, and the reference.
+"""Adds pages to the site that are not in docs/: the README and its neighbours, the reference, and
+the live page.
 
 MkDocs calls the two functions. Links are written for a code host; here they lead to pages of the
 site, and links to sources become plain text.
@@ -14,6 +15,7 @@ import snooker_cli
 
 ROOT = Path(__file__).parents[2]
 PAGES = {name: name for name in ("CONTRIBUTING.md", "CHANGELOG.md")} | {"README.md": "index.md"}
+LIVE = "gas.html"
 REFERENCE = """# Reference of the Python interface
 
 `import snooker_cli as snooker` has these names. [Python](python.md) shows them at work. Units are
@@ -30,11 +32,16 @@ def on_files(files: Files, config: Any) -> Files:
     places = [f"{getattr(snooker_cli, name).__module__}.{name}" for name in snooker_cli.__all__]
     text = REFERENCE + "\n\n".join(f"::: {place}" for place in places)
     files.append(File.generated(config, "reference.md", content=text))
+    files.append(File.generated(config, LIVE, content=snooker_cli.live().html))
     return files
 
 
-def on_page_markdown(markdown: str, **_: Any) -> str:
+def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     """The page with links that exist on the site."""
+    if page.file.src_uri == "live.md":
+        markdown = markdown.replace(
+            "![The live page", f"[Open the page]({LIVE}).\n\n![The live page", 1
+        )
     for name, page in PAGES.items():
         markdown = re.sub(rf"\]\((?:\.\./)?{name}", f"]({page}", markdown)
     return re.sub(r"\[([^]]*)\]\((?:\.\./\w+/[^)]*|CITATION\.cff|LICENSE)\)", r"\1", markdown)

@@ -5,12 +5,11 @@ from snooker_cli.animation.film import (
     MOST_FILMS,
     Film,
     check_film_file,
-    embedded,
     film,
     page,
     save_films,
     with_events,
 )
 
-__all__ = ["MOST_COLLISIONS", "MOST_FILMS", "Film", "check_film_file", "embedded", "film"]
+__all__ = ["MOST_COLLISIONS", "MOST_FILMS", "Film", "check_film_file", "film"]
 __all__ += ["page", "save_films", "with_events"]

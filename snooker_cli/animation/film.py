@@ -2,11 +2,9 @@
 
 import base64
 import html
-import json
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -19,6 +17,7 @@ from snooker_cli.engine import States, replay, simulate
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, printable
+from snooker_cli.pages.html_page import SPEED_COLOURS, filled, script_data, text_of
 from snooker_cli.trace import CONTAINER, SLIDE, Trace
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -279,25 +278,10 @@ def _slide_forces(trace: Trace, slides: Integers) -> Floats:
 
 # Films -> one HTML page with their data and the player; it needs no other file or network.
 
-SPEED_COLOURS = (
-    *("#0d0887", "#41049d", "#6a00a8", "#8f0da4", "#b12a90"),
-    *("#cc4778", "#e16462", "#f2844b", "#fca636", "#fcce25"),
-)
-"""From slow to fast, for the player and the movies: matplotlib's plasma up to 0.9.
-
-The steps of lightness are even, also for colour-blind people. The yellow end is too light on white.
-"""
-
-SCRIPTS = ("drawing.js", "motion.js", "arena.js", "charts.js", "player.js")
+SHARED = ("page.js", "drawing.js", "arena.js", "panels.js")  # of ``pages``
+SCRIPTS = ("motion.js", "charts.js", "player.js")
+PLAYER = "snooker_cli.animation.player"
 MOST_FILMS = 4  # on a page: more have too little room
-
-
-def embedded(page: str, label: str) -> str:
-    """An ``iframe`` with a film's page, which may only run its script; ``label`` describes it."""
-    return (
-        f'<iframe class="player" title="{html.escape(label)}" loading="lazy" '
-        f'sandbox="allow-scripts" allow="fullscreen" srcdoc="{html.escape(page)}"></iframe>'
-    )
 
 
 def page(*films: Film, pace: Pace = "time", seconds: float | None = None) -> str:
@@ -308,16 +292,13 @@ def page(*films: Film, pace: Pace = "time", seconds: float | None = None) -> str
     seconds : length at speed 1; without it, the player chooses
     """
     data = {"pace": pace, "seconds": seconds, "films": [_content(film) for film in films]}
-    content = json.dumps(
-        data, ensure_ascii=False, allow_nan=False, separators=(",", ":"), default=_packed
-    )
     parts = {
         "title": html.escape(films[0].title),
-        "style": _part("player.css"),
-        "film": content.replace("<", "\\u003c"),  # it cannot end the script element around it
-        "script": "\n".join(_part(name) for name in SCRIPTS),
+        "style": text_of("snooker_cli.pages", "page.css") + text_of(PLAYER, "player.css"),
+        "film": script_data(data, _packed),
+        "script": text_of("snooker_cli.pages", *SHARED) + text_of(PLAYER, *SCRIPTS),
     }
-    return re.sub(r"\{\{(\w+)\}\}", lambda mark: parts[mark[1]], _part("player.html"))
+    return filled(text_of(PLAYER, "player.html"), parts)
 
 
 def check_film_file(path: Path, number: int) -> None:
@@ -370,6 +351,7 @@ def _content(film: Film) -> dict[str, Any]:
         "container": [*opening.container_positions[0], *opening.container_velocities[0]],
         "outline": scene.container.outline.tolist(),
         "periodic": scene.container.period is not None,
+        "hasWall": scene.container.has_wall,
         "size": scene.container.size,
         "free": scene.free,
         "wallCor": scene.wall_restitution,
@@ -381,7 +363,3 @@ def _packed(values: NDArray[Any]) -> str:
     """The bytes of an array, row after row and little-endian, as base64."""
     data = values.astype(values.dtype.newbyteorder("<")).tobytes()
     return base64.b64encode(data).decode("ascii")
-
-
-def _part(name: str) -> str:
-    return (files("snooker_cli.animation") / "player" / name).read_text(encoding="utf-8")

@@ -19,12 +19,13 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 from PIL import Image
 
-from snooker_cli.animation.film import BATCH, SPEED_COLOURS, Film, Pace
+from snooker_cli.animation.film import BATCH, Film, Pace
 from snooker_cli.engine import replay
 from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
 from snooker_cli.files import atomic_write
 from snooker_cli.formatting import short
+from snooker_cli.pages.html_page import SPEED_COLOURS
 
 Floats: TypeAlias = NDArray[np.float64]
 Pixels: TypeAlias = NDArray[np.uint8]

@@ -139,7 +139,8 @@ def reproduce(
     """Write the reproduction of the source report.
 
     Runs of configs/ that are missing or unfinished are simulated first, which takes minutes. The
-    report consists of figures, numbers.json, report.html and report.pdf.
+    report consists of figures, numbers.json, report.html and report.pdf. live.html runs its gas in
+    the browser, see `snooker live`.
     """
     from snooker_cli.report.content import (
         RUNS,

@@ -21,6 +21,10 @@ COMMANDS = {
     "compare": ("analysis_commands", "Compare the results of RUN with theory."),
     "plot": ("figure_commands", "Draw figures of RUN as SVG, PNG and JSON."),
     "animate": ("figure_commands", "Make a film of a repeat: HTML page, GIF or MP4."),
+    "live": (
+        "live_command",
+        "Make an HTML page in which a gas runs, with sliders.",
+    ),
     "report": ("analysis_commands", "Write a report on runs as HTML and PDF."),
     "reproduce": ("analysis_commands", "Write the reproduction of the source report."),
     "export": ("export_command", "Export collisions or states of a repeat, or the table of a run."),

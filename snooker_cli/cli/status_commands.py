@@ -7,15 +7,17 @@ from typing import Annotated, Any
 
 import typer
 
-from snooker_cli.cli.options import AsJson, Jobs, RunName, flag
+from snooker_cli import store
+from snooker_cli.cli.options import AsJson, Jobs, RunName, flag, option
 from snooker_cli.cli.output import first, print_result
-from snooker_cli.errors import ExitCode, RunError, StoreError
+from snooker_cli.errors import ExitCode, RunError, StoreError, UserError
 from snooker_cli.formatting import counted, listed, point_label, printable, size, text_table
-from snooker_cli.runs import RepeatState, open_run, runs_in
+from snooker_cli.runs import RepeatState, Run, open_run, runs_in
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.progress import counting, notice
 from snooker_cli.runs.status import COUNTS, ended, run_status
 from snooker_cli.runs.verification import verify as verdicts
+from snooker_cli.trace import event_hashes
 
 COUNT_HEADINGS = (">done", ">running", ">failed", ">to do", ">collisions")
 
@@ -61,9 +63,26 @@ def ls(
     print_result(statuses, as_json, text_table(headings, rows))
 
 
-def show(run: RunName, as_json: AsJson = False) -> None:
-    """Show the state of RUN: points, ends of repeats, files."""
+def show(
+    run: RunName,
+    hashes: Annotated[
+        bool, flag("--hash", "Print a hash of the first 1,000, 10,000 … and of all collisions.")
+    ] = False,
+    point: Annotated[int | None, option("N", "Hashes: only this point, from 0.", min=0)] = None,
+    repeat: Annotated[int | None, option("N", "Hashes: only this repeat, from 0.", min=0)] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show the state of RUN: points, ends of repeats, files.
+
+    With --hash, show hashes of the collisions of each repeat instead. Two repeats with the same
+    hash have the same collisions to the bit. The page of `snooker live` shows the same hashes.
+    """
     opened = open_run(run)
+    if hashes:
+        _show_hashes(opened, point, repeat, as_json)
+        return
+    if point is not None or repeat is not None:
+        raise UserError("--point and --repeat choose repeats for --hash", "add --hash")
     content = run_status(opened) | {
         "title": opened.experiment.title,
         "common_random": opened.experiment.common_random,
@@ -72,10 +91,13 @@ def show(run: RunName, as_json: AsJson = False) -> None:
     title = f" ({printable(content['title'])})" if content["title"] else ""
     state = f"{content['run']}: {content['state']}{title}"
     points = content["ledger"]
-    rows = [[point_label(point["parameters"]), *_counts(point), ended(point)] for point in points]
+    rows = [
+        [point_label(of_point["parameters"]), *_counts(of_point), ended(of_point)]
+        for of_point in points
+    ]
     remarks: dict[str, None] = {}  # one for the repeats of a file
-    for number, point in enumerate(points):
-        for remark in point["remarks"]:
+    for number, of_point in enumerate(points):
+        for remark in of_point["remarks"]:
             place = remark.get("file") or f"point {number}, repeat {remark['repeat']}"
             remarks[f"{place}: {remark['remark']}"] = None
     contents = [f"{counted(content['files'], 'file')} of {size(content['bytes'])}"]
@@ -91,6 +113,38 @@ def show(run: RunName, as_json: AsJson = False) -> None:
         written = _local_time(content["last_file"])
         lines.append(f"last file {written}, by: {printable(content['command'])}")
     print_result(content, as_json, lines + opened.common_random_notes)
+
+
+def _show_hashes(opened: Run, point: int | None, repeat: int | None, as_json: bool) -> None:
+    """Print the hashes of the collisions of repeats that are there."""
+    opened.chosen(point or 0, repeat or 0)
+    found: list[dict[str, Any]] = []
+    for chosen in opened.points if point is None else [opened.points[point]]:
+        if not chosen.experiment.keeps_events:
+            problem = f"{opened.name} was run with `record: summary`: it has no events to hash"
+            raise UserError(problem, "run the config with `record: events`")
+        for status in opened.statuses(chosen.index):
+            if status.state is RepeatState.MISSING or repeat not in (None, status.repeat):
+                continue
+            status.accept()
+            events = store.read_events(status.path, status.repeat)
+            found.append(
+                {
+                    "point": chosen.index,
+                    "parameters": chosen.as_json(),
+                    "repeat": status.repeat,
+                    "hashes": event_hashes(events),
+                }
+            )
+    rows = [
+        [f"{row['point']}", f"{row['repeat']}", f"{number:,}", text]
+        for row in found
+        for number, text in row["hashes"]
+    ]
+    lines = first(text_table([">point", ">repeat", ">collisions", "SHA-256"], rows), rest=" lines")
+    if not found:
+        lines = [f"{opened.directory}: no repeat is there yet; run the config to make it"]
+    print_result(found, as_json, lines)
 
 
 def _counts(record: Mapping[str, Any], *before: str) -> list[str]:

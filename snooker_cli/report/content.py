@@ -17,13 +17,14 @@ from snooker_cli.analysis.decay import decays, number_complete, range_held
 from snooker_cli.analysis.fitting import LAWS, LEAST_PROBABILITY
 from snooker_cli.analysis.predictions import finite_haff_rate, haff_rate, scene_rates
 from snooker_cli.analysis.run_analysis import fits
-from snooker_cli.config import Point
+from snooker_cli.config import Point, load
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
 from snooker_cli.figures.cooling import decay_against_cor
-from snooker_cli.files import write_json
+from snooker_cli.files import write_json, write_text
 from snooker_cli.formatting import probability, short, with_error
+from snooker_cli.live_page import live_page, report_scene
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.audit import WINDOWS, Audit, audit
 from snooker_cli.report.document import Pages, packaged
@@ -372,4 +373,6 @@ def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list
         write_json(out / "numbers.json", six_digits)
         report_progress("pages")
         content = values(opened, pictures, judged, decays)
-        return [*pages.write("report.md.j2", content), out / "numbers.json"]
+        write_text(out / "live.html", live_page(load(report_scene())))
+        written = pages.write("report.md.j2", content)
+        return [*written, out / "numbers.json", out / "live.html"]

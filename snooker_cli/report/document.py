@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 
 import yaml
 
-from snooker_cli.animation import embedded, film, page
+from snooker_cli.animation import film, page
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.figures import FigureData
@@ -34,6 +34,7 @@ from snooker_cli.formatting import (
     short,
     with_error,
 )
+from snooker_cli.pages.html_page import embedded
 from snooker_cli.runs import Run
 from snooker_cli.runs.execution import follow_parent
 

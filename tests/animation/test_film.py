@@ -24,12 +24,13 @@ from PIL import Image
 from scenes import gas
 
 from snooker_cli.analysis.observables import cumulative_pressure
-from snooker_cli.animation import Film, embedded, film, page, with_events
+from snooker_cli.animation import Film, film, page, with_events
 from snooker_cli.animation.movie import BIN, FLASH, MOST_FLASHES, Screen, frames, save_movie
 from snooker_cli.containers import Circle
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.figures.drawing import styled
+from snooker_cli.pages.html_page import embedded
 from snooker_cli.trace import CONTAINER, StopReason, Trace
 
 

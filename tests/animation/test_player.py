@@ -9,36 +9,26 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import CHROMIUM, Browser
+from browser import Browser
 from moving_pictures import SHAPES, apart, films, slack, sliding, sliding_films, times_of
 
-from snooker_cli import animation
 from snooker_cli.analysis import diffusion
 from snooker_cli.animation import Film, film, page
 from snooker_cli.animation.movie import BIN, BINS, FLASH, GREEN, MOST_FLASHES, MOST_SHARE
 from snooker_cli.engine import replay
+from snooker_cli.pages.html_page import text_of
 from snooker_cli.trace import SLIDE
 
 Opened = Callable[..., Browser]
 
 
 def test_movies_and_the_player_have_the_same_constants() -> None:
-    folder = Path(animation.__file__).parent / "player"
-    script = "".join((folder / name).read_text("utf-8") for name in ("arena.js", "charts.js"))
+    script = text_of("snooker_cli.pages", "arena.js", "panels.js")
     assert f"const FLASH = {FLASH};" in script
     assert f"const MOST_FLASHES = {MOST_FLASHES};" in script
     assert f'const GREEN = "{GREEN}";' in script
     assert f"const BIN = {BIN}, BINS = {BINS};" in script
     assert f"const MOST_SHARE = {MOST_SHARE};" in script
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    """A browser without a window."""
-    if CHROMIUM is None:
-        pytest.skip("there is no Chromium here")
-    with Browser(tmp_path_factory.mktemp("profile")) as started:
-        yield started
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 "use strict";
 
 const content = JSON.parse(document.getElementById("film").textContent);
-const find = (name) => document.getElementById(name);
 const LONGEST = 60; // s that a film takes at speed 1 unless the page gives a length
 const CROSSING = 6; // s in which a ball crosses the container then
 const LINK_AFTER = 400; // ms of rest until the link is that of the moment: browsers limit changes
@@ -143,7 +142,7 @@ class Player {
     this.speed = menu.value === "real" ? 1 / this.rate.time : Number(menu.value);
   }
 
-  // The collisions of a film that flash now, and how far each flash is.
+  // The contacts of a film that flash now: place, radius of the ball, and how far the flash is.
   flashes({ reel, motion }) {
     const flashes = [];
     for (let k = reel.done - 1; k >= Math.max(0, reel.done - MOST_FLASHES); k--) {
@@ -152,7 +151,8 @@ class Player {
         : (reel.step - (k + 1)) / this.rate.events;
       const age = since / this.speed / FLASH;
       if (age >= 1) break;
-      flashes.push([k, Math.max(age, 0)]);
+      const [x, y] = motion.contacts.subarray(2 * k, 2 * k + 2);
+      flashes.push([x, y, motion.radii[motion.i[k]], Math.max(age, 0)]);
     }
     return flashes;
   }
@@ -164,14 +164,9 @@ class Player {
     for (const { arena, motion } of this.screens) arena.tag(whole && number < motion.number ? number : null);
     const shown = this.screens.some(({ arena }) => arena.tagged !== null);
     const most = Math.max(...this.screens.map(({ motion }) => motion.number)) - 1;
-    if (shown) this.say(`The path of ball ${number} is shown.`);
-    else this.say(ball === "" ? "No path is shown." : `There is no ball ${ball}: give a number from 0 to ${most}.`);
+    if (shown) say(`The path of ball ${number} is shown.`);
+    else say(ball === "" ? "No path is shown." : `There is no ball ${ball}: give a number from 0 to ${most}.`);
     this.refresh();
-  }
-
-  // A sentence on the page, which a screen reader reads.
-  say(text) {
-    find("said").textContent = text;
   }
 
   refresh() {
@@ -245,12 +240,6 @@ class Player {
     if (text !== location.hash) history.replaceState(null, "", text || location.pathname + location.search);
   }
 
-  fullScreen() {
-    const refused = () => this.say("The browser allows no full screen here.");
-    if (document.fullscreenElement) document.exitFullscreen();
-    else document.documentElement.requestFullscreen().catch(refused);
-  }
-
   listen() {
     find("play").onclick = () => this.play();
     for (const { arena } of this.screens) {
@@ -258,7 +247,7 @@ class Player {
         const ball = arena.ballAt(event.offsetX, event.offsetY);
         if (ball === null) {
           this.play();
-          this.say(this.playing ? "The film plays." : `The film pauses at ${timeText(this.time)} s.`);
+          say(this.playing ? "The film plays." : `The film pauses at ${timeText(this.time)} s.`);
         } else this.tag(ball === arena.tagged ? "" : ball);
       };
     }
@@ -266,7 +255,6 @@ class Player {
     find("tagged").oninput = (event) => this.tag(event.target.value);
     find("back").onclick = () => this.stepBy(-1);
     find("forth").onclick = () => this.stepBy(1);
-    find("full").onclick = () => this.fullScreen();
     find("scrub").oninput = (event) => this.goTo(Number(event.target.value));
     find("speed").onchange = () => { this.nameSpeeds(); this.refresh(); };
     find("colours").onchange = (event) => {
@@ -277,44 +265,19 @@ class Player {
       button.checked = button.value === this.pace;
       button.onchange = () => this.setPace(button.value);
     }
-    // A menu that keeps the focus would keep the keys, too.
-    for (const menu of document.querySelectorAll("select"))
-      menu.addEventListener("change", () => menu.blur());
-    document.addEventListener("keydown", (event) => this.key(event));
-    // Else it would press the button that was clicked last, too.
-    document.addEventListener("keyup", (event) => { if (event.key === " ") event.preventDefault(); });
-    document.addEventListener("fullscreenchange", () => {
-      find("full").setAttribute("aria-pressed", String(document.fullscreenElement !== null));
-    });
     window.addEventListener("hashchange", () => this.readLink());
-    const dark = window.matchMedia("(prefers-color-scheme: dark)");
-    dark.addEventListener("change", () => this.refresh());
-    const resized = new ResizeObserver(() => this.refresh());
-    for (const canvas of document.querySelectorAll("canvas")) resized.observe(canvas);
-  }
-
-  key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.("select, #tagged")) return;
-    const faster = (by) => {
-      const menu = find("speed"), last = menu.options.length - 2; // after it comes real time
-      menu.selectedIndex = Math.min(Math.max(menu.selectedIndex + by, 0), last);
-      menu.onchange();
-    };
-    const keys = {
+    followScreen(() => this.refresh());
+    listenToKeys({
       " ": () => this.play(),
-      ArrowRight: () => this.stepBy(event.shiftKey ? 10 : 1),
-      ArrowLeft: () => this.stepBy(event.shiftKey ? -10 : -1),
+      ArrowRight: ({ shiftKey }) => this.stepBy(shiftKey ? 10 : 1),
+      ArrowLeft: ({ shiftKey }) => this.stepBy(shiftKey ? -10 : -1),
       Home: () => { this.playing = false; this.goTo(0); },
       End: () => { this.playing = false; this.goTo(1); },
-      ArrowUp: () => faster(1),
-      ArrowDown: () => faster(-1),
+      ArrowUp: () => faster(find("speed"), 1),
+      ArrowDown: () => faster(find("speed"), -1),
       e: () => document.querySelector("input[name=pace]:not(:checked)").click(),
-      f: () => { if (document.fullscreenEnabled) this.fullScreen(); },
-    };
-    const named = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-    if (!named) return;
-    event.preventDefault();
-    named();
+      f: () => { if (document.fullscreenEnabled) fullScreen(); },
+    }, "select, #tagged");
   }
 }
 
@@ -331,10 +294,8 @@ find("subtitle").textContent = player.several ? "" : first.subtitle;
 find("ending").textContent =
   endings.map(({ subtitle, ending }) => (player.several ? `${subtitle}: ${ending}` : ending)).join(" ");
 find("ending").hidden = !endings.length;
-find("ring").style.borderColor = GREEN;
-find("ramp").style.background = `linear-gradient(to right, ${first.colours.join(",")})`;
+showLegend(first.colours);
 find("container").hidden = !content.films.some(({ free }) => free);
-find("full").hidden = !document.fullscreenEnabled;
 document.querySelector("main").classList.toggle("several", player.several);
 player.listen();
 player.setPace(content.pace);

@@ -20,8 +20,8 @@ function shades(colours) {
   });
 }
 
-// film: outline, periodic, size, extent, follow and colours; motion: number,
-// radii, place, speed and path of the balls, and of contacts their places and balls.
+// film: outline, periodic, hasWall, size, extent, follow and colours; motion: number, radii, place, speed and
+// path of the balls.
 class Arena {
   constructor(canvas, film, motion) {
     this.canvas = canvas;
@@ -48,7 +48,7 @@ class Arena {
     return clicked;
   }
 
-  // flashes: [collision, age from 0 to 1], ...; topSpeed: of the brightest colour.
+  // flashes: [x, y, radius of the ball, age from 0 to 1], ... of contacts; topSpeed: of the brightest colour.
   draw(time, flashes, topSpeed) {
     const [pen, width, height] = sharp(this.canvas), film = this.film, motion = this.motion;
     const centre = motion.place(motion.number, time);
@@ -76,13 +76,27 @@ class Arena {
     this.outline(pen, x(centre[0]), y(centre[1]), scale);
     pen.stroke();
     pen.setLineDash([]);
-    for (const [collision, age] of flashes) this.flash(pen, x, y, scale, collision, age);
+    if (film.periodic && film.hasWall) this.sides(pen, x, y, centre);
+    for (const [px, py, r, age] of flashes) this.flash(pen, x(px), y(py), r * scale, age);
   }
 
   outline(pen, x, y, scale) {
     pen.beginPath();
     for (const [px, py] of this.film.outline) pen.lineTo(x + px * scale, y - py * scale);
     pen.closePath();
+  }
+
+  // The walls of a channel, left and right.
+  sides(pen, x, y, centre) {
+    const [w, h] = this.film.size;
+    pen.lineWidth = 2;
+    pen.strokeStyle = paint("ink");
+    pen.beginPath();
+    for (const side of [-w / 2, w / 2]) {
+      pen.moveTo(x(centre[0] + side), y(centre[1] - h / 2));
+      pen.lineTo(x(centre[0] + side), y(centre[1] + h / 2));
+    }
+    pen.stroke();
   }
 
   balls(pen, x, y, scale, time, centre, topSpeed) {
@@ -138,11 +152,8 @@ class Arena {
     }
   }
 
-  flash(pen, x, y, scale, collision, age) {
-    const motion = this.motion, at = motion.contacts;
-    const r = motion.radii[motion.i[collision]] * scale;
+  flash(pen, px, py, r, age) {
     const grown = this.still ? 0.5 : 1 - (1 - age) ** 2;
-    const px = x(at[2 * collision]), py = y(at[2 * collision + 1]);
     pen.strokeStyle = pen.fillStyle = GREEN;
     pen.globalAlpha = (1 - age) ** 1.5;
     pen.lineWidth = 2;

@@ -1,0 +1,389 @@
+"use strict";
+
+// The engine for boxes, and for circles with more balls than ``few_at`` of simulation.py, as
+// snooker_cli/engine/cells.py and cell_grid.py. A ball looks for partners in its own and the eight
+// cells around, and at a crossing in the three on the far side. The place and order of cells and
+// members are the program's, because they decide when a contact is computed, and so its last bits.
+
+const LEAST_MEMBERS = 4, CELL_OVER_BALL = 1 + 1e-9, MOST_IN_ROW = 64, LEAST_IN_PERIOD = 5;
+const CROSSINGS_AT_ONCE = 1e6; // after which ``advance`` returns, so that a page stays alive
+const MOST_CROSSINGS = 1e8; // without a collision, after which a repeat without a time ends
+const NO_ENTRY = -4; // a contact that the entry has already
+
+/** Whether the program uses the engine for few balls, see ``engine_for`` of simulation.py. */
+function usesAllPairs(scene) {
+  const { container, containerMass, radii, slides } = scene;
+  if (container.shape !== "circle") return false;
+  if (slides) return true;
+  const root = Math.sqrt(Math.sqrt(packingOf(scene))), few = containerMass < Infinity ? 150 : 48;
+  return radii.length <= Math.floor(Math.min(few / (root * Math.sqrt(root)), 1000));
+}
+
+function packingOf({ container, radii }) {
+  return packingFraction(container, pairwiseSum(radii.map((radius) => radius * radius)));
+}
+
+/** Where the cells are: their sides (m), the lower left corner of the first (m), how many. */
+function newMesh(scene) {
+  const { container, radii } = scene, { shape, size } = container, number = radii.length;
+  const balls = Math.max(1, 0.4 * power(packingOf(scene), -1 / 3));
+  const side = Math.max(
+    Math.sqrt(balls * areaOf(container) / number),
+    Math.max(...size) / (MOST_IN_ROW * number),
+    2 * Math.max(...radii) * CELL_OVER_BALL,
+  );
+  const along = (length, repeats) => {
+    if (repeats) {
+      const cells = Math.max(Math.floor(length / side), LEAST_IN_PERIOD);
+      return { side: length / cells, begin: -0.5 * length, cells };
+    }
+    const cells = Math.ceil(length / side) + 2;
+    return { side, begin: -0.5 * cells * side, cells };
+  };
+  const across = along(size[0], shape === "periodic");
+  const up = along(size[1], shape === "periodic" || shape === "channel");
+  return {
+    width: across.side, left: across.begin, columns: across.cells,
+    height: up.side, bottom: up.begin, rows: up.cells,
+  };
+}
+
+/** Whether a ball with its centre in a cell can touch the wall. */
+function cellsAtWall({ container, radii }, mesh) {
+  const { width, height, columns, rows } = mesh, largest = Math.max(...radii);
+  const atWall = new Uint8Array(columns * rows);
+  for (let cell = 0; container.shape !== "periodic" && cell < atWall.length; cell += 1) {
+    const left = width * (cell % columns - 0.5 * columns);
+    const bottom = height * (Math.floor(cell / columns) - 0.5 * rows);
+    for (const x of [left, left + width]) {
+      for (const y of [bottom, bottom + height]) {
+        const [gap] = gapsOf(CELL_OVER_BALL * x, CELL_OVER_BALL * y, largest, container);
+        if (gap <= 0) atWall[cell] = 1;
+      }
+    }
+  }
+  return atWall;
+}
+
+/** A positive number to a power, rounded once: glibc's ``pow`` gives the same but very seldom. */
+function power(base, exponent) {
+  const digits = 200n, one = 1n << digits;
+  const times = (a, b) => a * b / one; // towards zero
+  // A double above 2^-47 as a whole number over 2^200.
+  const exact = (value) => BigInt(value * 2 ** 100) << 100n;
+  const logarithmOf = (value) => {
+    // 2 artanh((x - 1)/(x + 1)) of a number from 1/2 to 2.
+    const z = ((value - one) << digits) / (value + one), square = times(z, z);
+    let term = z, sum = 0n;
+    for (let odd = 1n; term !== 0n; odd += 2n) {
+      sum += term / odd;
+      term = times(term, square);
+    }
+    return 2n * sum;
+  };
+  let mantissa = base, halvings = 0n;
+  for (; mantissa < 0.5; halvings -= 1n) mantissa *= 2;
+  for (; mantissa > 2; halvings += 1n) mantissa /= 2;
+  const natural = logarithmOf(exact(mantissa)) + halvings * logarithmOf(2n * one);
+  const argument = times(natural, exact(exponent)) / 1024n;
+  let term = one, sum = 0n;
+  for (let order = 1n; term !== 0n; order += 1n) {
+    sum += term;
+    term = times(term, argument) / order;
+  }
+  for (let k = 0; k < 10; k += 1) sum = times(sum, sum);
+  return Number(sum) / 2 ** 200;
+}
+
+/** The balls in their cells, and what each does next. */
+class Cells {
+  constructor(scene, state) {
+    const { number } = state;
+    this.state = state;
+    this.mesh = newMesh(scene);
+    this.atWall = cellsAtWall(scene, this.mesh);
+    this.occupancy = new Int32Array(this.atWall.length);
+    for (const name of ["contactTime", "crossingTime", "nextTime"]) {
+      this[name] = new Float64Array(number);
+    }
+    const links = ["events", "former", "partner", "partnerEvents", "cell", "place", "bounces"];
+    for (const name of links) this[name] = new Int32Array(number);
+    this.former.fill(NO_PARTNER);
+    this.near = new Int32Array(number);
+    this.delays = new Float64Array(2); // across, and up or down
+    this.i = this.j = NO_PARTNER;
+    this.crossings = 0;
+    this.fill(LEAST_MEMBERS);
+  }
+
+  nextEpoch(shift) {
+    for (let k = 0; k < this.state.number; k += 1) {
+      this.contactTime[k] -= shift;
+      this.crossingTime[k] -= shift;
+      this.nextTime[k] -= shift;
+    }
+  }
+
+  // Cells
+
+  /** Sort all balls into cells of a capacity, or a larger one, and have each predicted. */
+  fill(capacity) {
+    const { state, mesh, occupancy } = this, { boundary } = state, now = state.sums[NOW];
+    this.capacity = capacity;
+    this.members = new Int32Array(occupancy.length * capacity);
+    occupancy.fill(0);
+    for (let i = 0; i < state.number; i += 1) {
+      const age = now - state.clock[i];
+      const x = nearestImage(state.x[i] + state.u[i] * age, boundary.periodX);
+      const y = nearestImage(state.y[i] + state.v[i] * age, boundary.periodY);
+      const column = Math.trunc((x - mesh.left) / mesh.width);
+      const row = Math.trunc((y - mesh.bottom) / mesh.height);
+      const cell = this.cellAt(
+        Math.min(Math.max(column, 0), mesh.columns - 1), Math.min(Math.max(row, 0), mesh.rows - 1),
+      );
+      if (occupancy[cell] === capacity) return this.fill(2 * capacity);
+      this.putInto(i, cell);
+      this.predictCrossing(i, now);
+      this.enterContact(i, now, NOT_SEARCHED);
+      this.enqueue(i, now);
+    }
+    return undefined;
+  }
+
+  /** The cell in a column and a row; along an axis that repeats, beyond the sides too. */
+  cellAt(column, row) {
+    const { columns, rows } = this.mesh, { boundary } = this.state;
+    if (boundary.periodX < Infinity) column = column < 0 ? column + columns : column % columns;
+    if (boundary.periodY < Infinity) row = row < 0 ? row + rows : row % rows;
+    return row * columns + column;
+  }
+
+  putInto(i, cell) {
+    const place = this.occupancy[cell];
+    this.members[cell * this.capacity + place] = i;
+    this.occupancy[cell] = place + 1;
+    this.cell[i] = cell;
+    this.place[i] = place;
+  }
+
+  /** Take ball i out of its cell; the last member takes its place. */
+  takeOut(i) {
+    const { members, capacity } = this, cell = this.cell[i], place = this.place[i];
+    const last = this.occupancy[cell] - 1, moved = members[cell * capacity + last];
+    this.occupancy[cell] = last;
+    members[cell * capacity + place] = moved;
+    this.place[moved] = place;
+  }
+
+  /** Append the balls of a cell to ``near``; how many there are then. */
+  collect(gathered, column, row) {
+    const { near, members, capacity } = this, cell = this.cellAt(column, row);
+    const end = this.occupancy[cell];
+    for (let place = 0; place < end; place += 1) {
+      near[gathered + place] = members[cell * capacity + place];
+    }
+    return gathered + end;
+  }
+
+  /** Time until ball i leaves its cell across, and up or down, in ``delays``; s. */
+  crossingDelays(i, now) {
+    const { mesh, state } = this, { boundary } = state, cell = this.cell[i];
+    const row = Math.floor(cell / mesh.columns), column = cell - row * mesh.columns;
+    const age = now - state.clock[i], u = state.u[i], v = state.v[i];
+    const x = (state.x[i] + u * age) - (mesh.left + mesh.width * (column + 0.5));
+    const y = (state.y[i] + v * age) - (mesh.bottom + mesh.height * (row + 0.5));
+    const { width, height } = mesh;
+    const across = ((u > 0 ? 0.5 * width : -0.5 * width) - nearestImage(x, boundary.periodX)) / u;
+    const up = ((v > 0 ? 0.5 * height : -0.5 * height) - nearestImage(y, boundary.periodY)) / v;
+    this.delays[0] = u !== 0 ? across : NEVER;
+    this.delays[1] = v !== 0 ? up : NEVER;
+  }
+
+  // Entries
+
+  enterContact(i, time, partner) {
+    this.contactTime[i] = time;
+    this.partner[i] = partner;
+    if (partner >= 0) this.partnerEvents[i] = this.events[partner];
+  }
+
+  /** Note ball i's earliest event: its contact or a crossing; none is in the past. */
+  enqueue(i, now) {
+    this.nextTime[i] = Math.max(Math.min(this.contactTime[i], this.crossingTime[i]), now);
+  }
+
+  predictCrossing(i, now) {
+    this.crossingDelays(i, now);
+    this.crossingTime[i] = now + Math.min(this.delays[0], this.delays[1]);
+  }
+
+  /** The ball that ball i parted from in the last event of both and cannot meet, or NO_PARTNER. */
+  partedFrom(i, now) {
+    const { x, y, u, v, clock, boundary } = this.state, k = this.former[i];
+    if (k < 0 || this.former[k] !== i) return NO_PARTNER;
+    // Of two that part, other images may become the nearest, and these may meet.
+    const dx = x[k] - x[i], dy = y[k] - y[i], age = now - clock[i];
+    const newX = dx + (u[k] - u[i]) * age, newY = dy + (v[k] - v[i]) * age;
+    const { periodX, periodY } = boundary;
+    if (periodX === Infinity && periodY === Infinity) return k;
+    const across = rint(dx / periodX) === rint(newX / periodX);
+    return across && rint(dy / periodY) === rint(newY / periodY) ? k : NO_PARTNER;
+  }
+
+  /** Enter ball i's first contact with one of those gathered, if it is before ``delay``.
+   *
+   * partner : of a contact that is earlier than all known ones; NO_ENTRY if the entry has it
+   */
+  enterNearest(i, now, gathered, delay, partner) {
+    const { x, y, u, v, clock, radii, boundary } = this.state, { near } = this;
+    const { periodX, periodY } = boundary;
+    const parted = this.partedFrom(i, now);
+    const ageI = now - clock[i], ui = u[i], vi = v[i], ri = radii[i];
+    const xi = x[i] + ui * ageI, yi = y[i] + vi * ageI;
+    for (let start = 0; start < gathered; start += BLOCK) {
+      const stop = Math.min(start + BLOCK, gathered);
+      let twice = 2 * delay;
+      for (let place = start; place < stop; place += 1) {
+        const k = near[place], age = now - clock[k], uk = u[k], vk = v[k];
+        const dx = nearestImage((x[k] + uk * age) - xi, periodX);
+        const dy = nearestImage((y[k] + vk * age) - yi, periodY);
+        const itsDelay = pairDelay(dx, dy, uk - ui, vk - vi, ri + radii[k], twice);
+        if (itsDelay < delay && k !== parted) {
+          delay = itsDelay;
+          partner = k;
+          twice = Math.min(twice, NEARLY_TWICE * delay);
+        }
+      }
+    }
+    if (partner !== NO_ENTRY) this.enterContact(i, now + delay, partner);
+  }
+
+  /** Enter ball i's earliest contact, with a ball or with the wall. */
+  predictContact(i, now) {
+    const { state, mesh } = this, cell = this.cell[i];
+    let delay = NEVER, partner = SEARCH_AGAIN, gathered = 0;
+    if (this.atWall[cell]) {
+      delay = state.boundary.delayToWall(i, now, this.bounces[i] > 0, state);
+      partner = NO_PARTNER;
+    }
+    const row = Math.floor(cell / mesh.columns), column = cell - row * mesh.columns;
+    for (let up = -1; up <= 1; up += 1) {
+      for (let right = -1; right <= 1; right += 1) {
+        gathered = this.collect(gathered, column + right, row + up);
+      }
+    }
+    this.enterNearest(i, now, gathered, delay, partner);
+  }
+
+  /** Move ball i into the next cell and look at the far side; false if that cell is full. */
+  cross(i, now) {
+    const { state, mesh, delays } = this;
+    this.crossingDelays(i, now);
+    const sideways = delays[0], upwards = delays[1], across = sideways <= upwards;
+    const w = across ? state.u[i] : state.v[i], step = w > 0 ? 1 : -1;
+    const right = across ? step : 0, up = across ? 0 : step;
+    const oldRow = Math.floor(this.cell[i] / mesh.columns);
+    const oldColumn = this.cell[i] - oldRow * mesh.columns;
+    const cell = this.cellAt(oldColumn + right, oldRow + up);
+    if (this.occupancy[cell] === this.capacity) return false;
+    this.takeOut(i);
+    this.putInto(i, cell);
+    const row = Math.floor(cell / mesh.columns), column = cell - row * mesh.columns;
+    const side = across ? mesh.width : mesh.height;
+    this.crossingTime[i] = now + Math.min(side / Math.abs(w), across ? upwards : sideways);
+    let delay = this.contactTime[i] - now, partner = NO_ENTRY, gathered = 0;
+    if (this.atWall[cell]) {
+      const wall = state.boundary.delayToWall(i, now, this.bounces[i] > 0, state);
+      if (wall < delay) {
+        delay = wall;
+        partner = NO_PARTNER;
+      }
+    }
+    for (let along = -1; along <= 1; along += 1) {
+      gathered = this.collect(
+        gathered, column + (across ? right : along), row + (across ? along : up),
+      );
+    }
+    this.enterNearest(i, now, gathered, delay, partner);
+    return true;
+  }
+
+  // Events
+
+  /** Find the ball of the next event and its partner or the wall; the time on clocks, s.
+   *
+   * Ties go by time and ball. Crossings and stale entries on the way are carried out, up to a time.
+   * After very many crossings there is no event yet, and the partner is NOT_SEARCHED.
+   */
+  nextEvent(until) {
+    const { nextTime, contactTime, state } = this, end = Math.min(until, state.sums[TIME_LIMIT]);
+    let crossings = 0;
+    for (;;) {
+      let i = 0;
+      let now = nextTime[0];
+      for (let k = 1; k < nextTime.length; k += 1) {
+        if (nextTime[k] < now) {
+          now = nextTime[k];
+          i = k;
+        }
+      }
+      this.i = i;
+      this.j = this.partner[i];
+      if (now === NEVER || now > end) return now;
+      if (contactTime[i] > now) {
+        if (crossings === CROSSINGS_AT_ONCE) {
+          this.j = NOT_SEARCHED;
+          this.crossings += crossings;
+          return now;
+        }
+        crossings += 1;
+        if (this.cross(i, now)) {
+          this.enqueue(i, now);
+        } else {
+          this.fill(2 * this.capacity);
+        }
+      } else if (this.isStale(i, this.j)) {
+        this.predictContact(i, now);
+        this.enqueue(i, now);
+      } else {
+        this.crossings = 0;
+        return now;
+      }
+    }
+  }
+
+  isStale(i, j) {
+    return j >= 0 ? this.partnerEvents[i] !== this.events[j] : j !== NO_PARTNER;
+  }
+
+  /** Predict what balls i and j do after their event; whether i is trapped at the wall for good. */
+  afterEvent(i, j, now) {
+    const { state, events, former, bounces } = this, { setup } = state;
+    events[i] += 1;
+    former[i] = j;
+    let trapped = false;
+    if (j === NO_PARTNER) {
+      bounces[i] += 1;
+      const often = bounces[i] > 1 || setup.wallLaw.mayStay();
+      if (setup.wallLaw.isEndless(bounces[i])) {
+        trapped = true;
+      } else if (setup.traps && often && (bounces[i] & (bounces[i] - 1)) === 0) {
+        const lasts = bouncingTime(i, now, state); // after 2, 4, 8 … bounces
+        trapped = isTrapped(i, now, lasts, false, state);
+      }
+    } else {
+      events[j] += 1;
+      former[j] = i;
+      bounces[i] = bounces[j] = 0;
+    }
+    this.predict(i, now);
+    if (j !== NO_PARTNER) this.predict(j, now);
+    return trapped;
+  }
+
+  predict(i, now) {
+    this.predictCrossing(i, now);
+    this.predictContact(i, now);
+    this.enqueue(i, now);
+  }
+}

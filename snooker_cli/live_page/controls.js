@@ -1,0 +1,174 @@
+// The sliders of the scene: what each reads and changes in a config, and where it fits.
+"use strict";
+
+const LIST = "list", GASES = ["rings", "count"];
+const ballsAre = (...ways) => ({ balls }) => ways.some((way) => way in balls);
+const hasWall = ({ container }) => container.shape !== "periodic";
+const wallIs = (...types) => (config) => hasWall(config) && types.includes(wallType(config));
+const sizeKey = ({ container }) => (container.shape === "circle" || !container.shape ? "radius" : "width");
+
+// How a key of a config, or of its balls, is read and written.
+const keyOf = (part) => (key) => ({
+  read: (config) => part(config)[key],
+  write: (config, value) => { part(config)[key] = value; },
+});
+const ofConfig = keyOf((config) => config), ofBalls = keyOf(({ balls }) => balls);
+
+// "passive", "driven", "warm", or "sides" for walls that differ.
+function wallType({ wall_speed: speed, wall_temperature: temperature }) {
+  if ([speed, temperature].some((value) => value !== null && typeof value === "object")) return "sides";
+  if (temperature !== null) return "warm";
+  return speed ? "driven" : "passive";
+}
+
+// The ball with a mass of its own: the last one of a list, or the first before a gas.
+function singleBall({ balls }) {
+  if (Array.isArray(balls)) return "position" in balls[0] ? balls[0] : null;
+  return balls.list?.length > 1 ? balls.list[balls.list.length - 1] : null;
+}
+
+// A control has a label, a unit, a sentence, `low` and `high`, `step` or `log`, `live` if it changes
+// a gas that runs. `read` and `write` know the config, `fits` says whether a config has it.
+const CONTROLS = [
+  { id: "cor", label: "CoR of balls", low: 0, high: 1, step: 0.01, live: true,
+    help: "Coefficient of restitution between balls: 1 keeps all energy, 0 has no rebound.",
+    fits: () => true, ...ofConfig("cor") },
+  { id: "wall-cor", label: "CoR of the wall", low: 0, high: 1, step: 0.01, live: true,
+    help: "Coefficient of restitution at the wall.",
+    fits: wallIs("passive", "driven"), read: (config) => config.wall_cor ?? config.cor,
+    write: (config, value) => { config.wall_cor = value; } },
+  { id: "rings", label: "rings", low: 0, high: 7, step: 1,
+    help: "Rings around the central ball: n rings have 1 + 3n(n + 1) balls.",
+    fits: ballsAre("rings"), ...ofBalls("rings") },
+  { id: "count", label: "balls", low: 1, high: MOST_BALLS, step: 1, help: "Number of balls.",
+    fits: ballsAre("count"), ...ofBalls("count") },
+  { id: "packing", label: "packing", low: 0.01, high: 0.8, step: 0.01,
+    help: "Area of the balls over the area of the container.",
+    fits: ({ balls, container }) => "packing" in balls || "packing" in container,
+    read: ({ balls, container }) => balls.packing ?? container.packing,
+    write: ({ balls, container }, value) => { ("packing" in balls ? balls : container).packing = value; } },
+  { id: "radius", label: "radius", unit: "m", low: 0.001, high: 3, log: true, help: "Radius of every ball.",
+    fits: ({ balls }) => GASES.some((way) => way in balls) && "radius" in balls,
+    ...ofBalls("radius") },
+  { id: "speed", label: "speed at the start", unit: "m/s", low: 0.1, high: 100, log: true,
+    help: "Speed of the balls at the start; with Maxwell’s distribution the root mean square.",
+    fits: ballsAre(...GASES), ...ofBalls("speed") },
+  { id: "mass", label: "mass of the single ball", unit: "kg", low: 1, high: 1e6, log: true,
+    help: "Mass of the ball that is given by itself.",
+    fits: (config) => singleBall(config) !== null, read: (config) => singleBall(config).mass,
+    write: (config, value) => { singleBall(config).mass = value; } },
+  { id: "size", label: "container", unit: "m", low: 1, high: 100, log: true,
+    help: "Radius of the circle, or width of the box.",
+    fits: (config) => sizeKey(config) in config.container,
+    read: (config) => config.container[sizeKey(config)],
+    write: (config, value) => { config.container[sizeKey(config)] = value; } },
+  { id: "container-mass", label: "container’s mass", unit: "kg", low: 1, high: 1e8, log: true, none: "fixed",
+    help: "Mass of a container that moves; at the right end it is fixed.",
+    fits: (config) => sizeKey(config) === "radius" && wallType(config) === "passive" && config.collapse !== "slide",
+    read: ({ container }) => container.mass, write: ({ container }, value) => { container.mass = value; } },
+  { id: "wall", label: "wall", choices: { passive: "passive", driven: "driven", warm: "with a temperature" },
+    help: "A driven wall moves inwards when it is hit. Balls leave a wall with a temperature at random.",
+    fits: (config) => hasWall(config) && wallType(config) !== "sides" && config.container.mass === null,
+    read: wallType, write: setWall },
+  { id: "wall-speed", label: "wall speed", unit: "m/s", low: 0.01, high: 100, log: true, live: true,
+    help: "Speed at which the wall moves inwards when it is hit.",
+    fits: wallIs("driven"), ...ofConfig("wall_speed") },
+  { id: "wall-temperature", label: "wall temperature", unit: "J", low: 0.1, high: 1000, log: true, live: true,
+    help: "Temperature of the wall, J: twice as high a temperature gives balls twice the energy.",
+    fits: wallIs("warm"), ...ofConfig("wall_temperature") },
+];
+
+// Another type of wall, with values that suit the gas, and without the keys that it does not allow.
+function setWall(config, type) {
+  const speed = config.balls.speed ?? 10;
+  config.wall_speed = type === "driven" ? speed / 10 : null;
+  config.wall_temperature = type === "warm" ? (speed * speed) / 2 : null;
+  if (type === "warm") config.wall_cor = null;
+  if (type !== "passive") config.wall_cor_speed = null;
+  if (type !== "passive" && config.collapse === "slide") config.collapse = "stop";
+}
+
+// Draws the controls that fit a config, and reports what a user changes.
+class Controls {
+  // change: a function of a control and its new value
+  constructor(home, change) {
+    this.home = home;
+    this.change = change;
+  }
+
+  show(config) {
+    const fitting = CONTROLS.filter((control) => control.fits(config));
+    const names = fitting.map(({ id }) => id).join();
+    if (names !== this.names) {
+      this.home.replaceChildren(...fitting.map((control) => this.made(control)));
+      this.names = names;
+    }
+    for (const control of fitting) this.set(control, control.read(config));
+  }
+
+  made(control) {
+    const { label, unit, help, choices, none } = control, id = `set-${control.id}`;
+    const sentence = control.live ? help : `${help} A change restarts the gas.`;
+    const row = element("div", { className: "control", title: sentence });
+    const name = element("label", { textContent: label, htmlFor: id });
+    const described = element("span", { id: `${id}-help`, className: "help", textContent: sentence });
+    if (choices) {
+      const menu = element("select", { id, onchange: () => this.change(control, menu.value) });
+      for (const [value, text] of Object.entries(choices)) menu.append(new Option(text, value));
+      menu.setAttribute("aria-describedby", described.id);
+      row.append(name, menu, described);
+      return row;
+    }
+    const slider = element("input", { type: "range", min: 0, max: 1, step: "any" });
+    slider.setAttribute("aria-label", label);
+    slider.tabIndex = -1; // the number beside it has the keyboard
+    slider.oninput = () => this.change(control, valueOnSlider(control, Number(slider.value)));
+    const number = element("input", { id, type: "number", min: control.low, step: control.step ?? "any" });
+    number.placeholder = none ?? "";
+    if (control.step) number.max = control.high;
+    number.onchange = () => this.change(control, typedValue(control, number));
+    number.setAttribute("aria-describedby", described.id);
+    row.append(name, slider, number, element("span", { className: "unit", textContent: unit ?? "" }), described);
+    return row;
+  }
+
+  set(control, value) {
+    const field = find(`set-${control.id}`);
+    if (control.choices) {
+      field.value = value;
+      return;
+    }
+    const part = value === null ? 1 : placeOnSlider(control, value), slider = field.previousSibling;
+    if (document.activeElement !== slider || part < 0 || part > 1) slider.value = part;
+    slider.style.setProperty("--done", `${100 * Math.min(Math.max(part, 0), 1)}%`);
+    if (document.activeElement !== field) field.value = value === null ? "" : brief(value);
+  }
+}
+
+// A number for a field: large ones as 1e7.
+function brief(value) {
+  const text = String(Number(value.toPrecision(6)));
+  return Math.abs(value) < 1e6 ? text : Number(text).toExponential().replace("+", "");
+}
+
+// What was typed: a number within the limits of the slider, but for logarithmic ones the upper.
+function typedValue({ none, low, high, step }, field) {
+  if (field.value === "") return none ? null : NaN;
+  const value = Math.max(Number(field.value), low);
+  if (!step) return value;
+  return step === 1 ? Math.round(Math.min(value, high)) : Math.min(value, high);
+}
+
+function valueOnSlider({ low, high, step, log, none }, part) {
+  if (none && part === 1) return null;
+  if (log) return Number((low * (high / low) ** part).toPrecision(2));
+  return Number((Math.round((low + part * (high - low)) / step) * step).toFixed(6));
+}
+
+const placeOnSlider = ({ low, high, log }, value) =>
+  log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
+
+// An element with properties.
+function element(tag, properties = {}) {
+  return Object.assign(document.createElement(tag), properties);
+}

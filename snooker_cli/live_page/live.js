@@ -1,0 +1,458 @@
+// The page: what runs, how fast, and what buttons, sliders and keys do.
+"use strict";
+
+const content = JSON.parse(find("data").textContent);
+const BUDGET = 10; // ms of a frame in which the gas is simulated
+const CROSSING = 6; // s in which a ball crosses the container at speed 1
+const LONGEST = 200000; // collisions of a start that is measured: 20 MB
+const CHARTS_EVERY = 50, FIT_EVERY = 300; // ms
+const SPEEDS = { time: [0.125, 0.25, 0.5, 1, 2, 4, 8, 16, 64], events: [1, 5, 20, 100, 1000, 10000, 100000] };
+const NORMAL = { time: 1, events: 5 };
+
+function copy(text, done) {
+  navigator.clipboard.writeText(text).then(() => say(done), () => say("The browser does not allow copying here."));
+}
+
+function save(blob, name) {
+  const link = element("a", { href: URL.createObjectURL(blob), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+// A canvas as a PNG, with the paper behind it.
+function saveCanvas(canvas, name) {
+  const sheet = element("canvas", { width: canvas.width, height: canvas.height }), pen = sheet.getContext("2d");
+  pen.fillStyle = paint("paper");
+  pen.fillRect(0, 0, sheet.width, sheet.height);
+  pen.drawImage(canvas, 0, 0);
+  sheet.toBlob((blob) => save(blob, name));
+}
+
+// What the arena knows of the container.
+function viewOf({ shape, size: [width, height] }) {
+  const corners = 180, angle = (2 * Math.PI) / corners, radius = width / 2;
+  const outline = shape === "circle"
+    ? Array.from({ length: corners }, (_, k) => [radius * Math.cos(k * angle), radius * Math.sin(k * angle)])
+    : [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [(x * width) / 2, (y * height) / 2]);
+  const margin = 0.03 * Math.max(width, height), reach = [width / 2 + margin, height / 2 + margin];
+  const periodic = shape === "periodic" || shape === "channel", hasWall = shape !== "periodic";
+  return { outline, periodic, hasWall, size: [width, height],
+    extent: [-reach[0], reach[0], -reach[1], reach[1]], follow: true, colours: content.colours };
+}
+
+class LivePage {
+  constructor() {
+    this.fluid = new Fluid(content.theory);
+    this.charts = new GasCharts(find("charts"), this.fluid);
+    this.table = new Table(this.fluid);
+    this.controls = new Controls(find("controls"), (control, value) => this.changed(control, value));
+    this.pace = "time";
+    this.speeds = { ...NORMAL };
+    this.relative = false;
+    this.playing = false;
+    this.waiting = false;
+    this.listen();
+  }
+
+  // Begins with a scene of the page.
+  open(scene) {
+    this.scene = scene;
+    find("title").textContent = scene.title;
+    find("about").textContent = scene.about;
+    for (const button of find("scenes").children) {
+      button.setAttribute("aria-pressed", String(button.value === scene.name));
+    }
+    this.begin(structuredClone(scene.config));
+  }
+
+  // Begins with a config, or says why it cannot.
+  begin(config) {
+    let gas;
+    try {
+      gas = new Gas(config);
+    } catch (error) {
+      if (!(error instanceof SceneError)) throw error;
+      this.complain(error.message);
+      if (this.config) this.controls.show(this.config);
+      return;
+    }
+    this.gas = gas;
+    this.config = config;
+    const { size } = gas.scene.container, speeds = Array.from(gas.radii, (_, ball) => gas.speed(ball));
+    const middle = Math.sqrt(speeds.reduce((sum, speed) => sum + speed * speed, 0) / speeds.length) || 1;
+    const { wallLaw, masses } = gas.scene, wall = Math.sqrt((2 * (wallLaw.temperature ?? 0)) / masses[0]);
+    this.topSpeed = 2 * Math.max(middle, wall);
+    this.rate = Math.max(...size) / (Math.max(...speeds) || 1) / CROSSING; // s of the gas in a second
+    this.arena = new Arena(find("arena"), viewOf(gas.scene.container), gas);
+    if (this.scene.path !== undefined) this.arena.tag(this.scene.path);
+    this.charts.show(gas, 6 * this.rate);
+    this.controls.show(config);
+    find("seed").value = config.seed;
+    find("length").value = config.collisions ?? "";
+    find("length").placeholder = config.collisions === null ? `${config.time} s` : "";
+    this.complain("");
+    this.nameSpeeds();
+    this.showConfig();
+    this.chartsAt = this.fitAt = 0;
+    this.refresh();
+  }
+
+  // An error about the scene, or an ending of the gas with what to do next.
+  complain(text, button = "") {
+    find("ending").hidden = !text;
+    find("ending-text").textContent = text;
+    find("continue").hidden = !button;
+    find("continue").textContent = button;
+  }
+
+  changed(control, value) {
+    if (Number.isNaN(value)) return;
+    const config = structuredClone(this.config);
+    control.write(config, value);
+    const runs = this.gas.collisions > 0 && !this.gas.stop;
+    if (!control.live || !runs) {
+      this.begin(config);
+      return;
+    }
+    this.config = config;
+    this.gas.setLaws(config);
+    this.controls.show(config);
+    this.showConfig();
+    this.refresh();
+  }
+
+  play(wanted = !this.playing) {
+    this.playing = wanted && !this.gas.stop;
+    this.last = null;
+    this.refresh();
+  }
+
+  step() {
+    this.playing = false;
+    this.gas.advance(Infinity, 1);
+    if (this.gas.stop) this.ended();
+    this.refresh();
+  }
+
+  refresh() {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  // One frame: simulates as far as the time since the last one asks, draws, and asks for the next.
+  frame(now) {
+    this.waiting = false;
+    if (this.playing) {
+      const passed = this.last === null ? 0 : Math.min((now - this.last) / 1000, 0.1);
+      this.last = now;
+      this.advance(passed, Date.now() + BUDGET);
+    }
+    this.draw(now);
+    if (this.playing) this.refresh();
+  }
+
+  advance(passed, deadline) {
+    const { gas } = this, speed = this.speeds[this.pace];
+    if (this.pace === "time") {
+      this.inTime = gas.advance(gas.time + passed * speed * this.rate, Infinity, deadline);
+    } else {
+      this.owed = Math.min((this.owed ?? 0) + passed * speed, speed);
+      const whole = Math.floor(this.owed), before = gas.collisions;
+      if (whole) gas.advance(Infinity, whole, deadline);
+      const done = gas.collisions - before;
+      this.inTime = done >= whole || Boolean(gas.stop);
+      this.owed = this.inTime ? this.owed - whole : 0;
+    }
+    if (gas.stop) this.ended();
+  }
+
+  // The repeat has ended: says why, and how to continue.
+  ended() {
+    this.playing = false;
+    const { message } = this.gas.stop, way = this.gas.continuation;
+    const names = { on: "Continue", slide: "Continue: the ball slides", tc: "Continue: contacts have a duration" };
+    this.complain(`${message[0].toUpperCase()}${message.slice(1)}.`, way ? names[way] : "");
+  }
+
+  flashes() {
+    const { gas } = this, speed = this.speeds[this.pace], list = [];
+    for (const { time, step, x, y, radius } of gas.contacts) {
+      const since = this.pace === "time" ? (gas.time - time) / this.rate : gas.collisions - step;
+      const age = since / speed / FLASH;
+      if (age < 1) list.push([x, y, radius, Math.max(age, 0)]);
+    }
+    return list;
+  }
+
+  draw(now) {
+    const { gas } = this, mean = () => gas.radii.reduce((sum, _, ball) => sum + gas.speed(ball), 0) / gas.number;
+    const fast = this.relative ? 2 * mean() || 1 : this.topSpeed;
+    this.arena.draw(gas.time, this.flashes(), fast);
+    find("fast").textContent = `${short(fast, 2)} m/s and faster`;
+    find("now").textContent = `t = ${timeText(gas.time, this.rate)} s`;
+    find("count").textContent = `${gas.collisions.toLocaleString("en")} collision${gas.collisions === 1 ? "" : "s"}`;
+    find("play").setAttribute("aria-label", this.playing ? "Pause" : "Play");
+    find("play").disabled = find("forth").disabled = Boolean(gas.stop);
+    document.body.classList.toggle("playing", this.playing);
+    if (this.playing && now - this.chartsAt < CHARTS_EVERY) return;
+    this.chartsAt = now;
+    if (!this.playing || now - this.fitAt > FIT_EVERY) {
+      this.charts.fit();
+      this.fitAt = now;
+      this.showNumbers();
+      this.showHashes();
+    }
+    this.charts.draw();
+  }
+
+  // Numbers that the charts do not show.
+  showNumbers() {
+    const { gas } = this, means = gas.means(), [across, up] = gas.simulation.momentum();
+    const { wallEvents, pairEvents } = gas.simulation, rate = (value) => (means ? `${short(value)} /s` : "–");
+    const numbers = {
+      "balls": String(gas.number),
+      "packing": short(packingOf(gas.scene)),
+      "collisions at the wall": `${wallEvents.toLocaleString("en")}, ${rate(means?.wallRate)}`,
+      "between balls": `${pairEvents.toLocaleString("en")}, ${rate(means?.pairRate)}`,
+      "mean temperature": means ? `${short(means.temperature)} J` : "–",
+      "PV/NT": means && Number.isFinite(means.ratio) ? short(means.ratio) : "–",
+      "momentum": `(${small(across, gas)}, ${small(up, gas)}) kg m/s`,
+      "angular momentum": `${short(gas.simulation.angularMomentum())} kg m²/s`,
+    };
+    if (this.inTime === false) numbers.speed = "as fast as this computer can";
+    if (!wallsOf(gas.scene.container)) delete numbers["collisions at the wall"];
+    find("numbers").replaceChildren(...Object.entries(numbers).map(([name, value]) => {
+      const group = element("div");
+      group.append(element("dt", { textContent: name }), element("dd", { textContent: value }));
+      return group;
+    }));
+  }
+
+  showConfig() {
+    find("yaml").textContent = yamlOf(this.config, content.defaults);
+    find("exactness").textContent = this.gas.changed
+      ? "A slider was moved while the gas ran, or it continued after its end, so no config describes this run. "
+        + "Restart: then the config below does."
+      : "This config describes what runs now. The program gives the same collisions to the last bit.";
+    find("exactness").classList.toggle("warning", this.gas.changed);
+    this.hashed = null;
+    this.showHashes();
+  }
+
+  showHashes() {
+    const { hashes } = this.gas.simulation, shown = this.gas.changed ? [] : hashes;
+    if (this.hashed === shown.length) return;
+    this.hashed = shown.length;
+    const most = shown[shown.length - 1]?.[0], longer = most > this.config.collisions ? ` -o collisions=${most}` : "";
+    find("run").textContent = `snooker run gas.yaml${longer}`;
+    const rows = shown.flatMap(([count, hash]) => [
+      element("dt", { textContent: count.toLocaleString("en") }), element("dd", { textContent: hash }),
+    ]);
+    const none = this.gas.changed ? "None: no config describes this run." : "They appear after 1,000 collisions.";
+    if (!rows.length) rows.push(element("dd", { textContent: none }));
+    find("hashes").replaceChildren(...rows);
+  }
+
+  // The menu says what each speed is at this pace.
+  nameSpeeds() {
+    const byStep = this.pace === "events", speeds = SPEEDS[this.pace];
+    const real = 1 / this.rate, names = speeds.map((speed) => {
+      if (byStep) return `${speed.toLocaleString("en")} collision${speed === 1 ? "" : "s"} per second`;
+      return `${fraction(speed)} (${short(speed * this.rate, 2)} s per second)`;
+    });
+    find("speed").replaceChildren(...names.map((name, k) => new Option(name, String(speeds[k]))));
+    if (!byStep) {
+      find("speed").append(new Option("real time", String(real)));
+      find("speed").lastChild.dataset.aside = "true";
+    }
+    const isThere = [...find("speed").options].some(({ value }) => Number(value) === this.speeds[this.pace]);
+    if (!isThere) this.speeds[this.pace] = NORMAL[this.pace];
+    find("speed").value = String(this.speeds[this.pace]);
+  }
+
+  setPace(pace) {
+    this.pace = pace;
+    this.nameSpeeds();
+    this.refresh();
+  }
+
+  // Shows the path of a ball from now on, or none for null.
+  tag(ball) {
+    this.arena.tag(ball);
+    if (ball === null) this.gas.tagged = this.gas.course = null;
+    this.refresh();
+  }
+
+  restart() {
+    this.begin(this.config);
+  }
+
+  // Simulates the config with several starts in a worker, which a user can end.
+  measure() {
+    const { starts, length } = this.asked();
+    if (!starts) return;
+    const config = structuredClone(this.config);
+    if (length) Object.assign(config, { collisions: length, time: config.collisions === null ? null : config.time });
+    this.config = { ...this.config, collisions: config.collisions, time: config.time };
+    this.showConfig();
+    const source = `${find("engine").textContent}\n(${worker})();`;
+    const url = URL.createObjectURL(new Blob([source], { type: "text/javascript" })), results = [];
+    this.worker = new Worker(url);
+    this.measuring(true);
+    const end = (text) => {
+      URL.revokeObjectURL(url);
+      this.endMeasurement(text);
+    };
+    this.worker.onmessage = ({ data }) => {
+      if (data.error) {
+        end(data.error);
+        return;
+      }
+      results.push(data);
+      find("progress").value = results.length / starts;
+      find("measured").textContent = `${results.length} of ${starts} starts`;
+      if (results.length < starts) return;
+      this.table.add(tableRow(config, results));
+      end(`${starts} starts measured.`);
+    };
+    this.worker.onerror = (event) => end(`The measurement failed: ${event.message}`);
+    this.worker.postMessage({ config, starts });
+  }
+
+  // How many starts and collisions are asked for; none, with a sentence, where they do not fit.
+  asked() {
+    const starts = Number(find("starts").value), text = find("length").value, length = Number(text);
+    const whole = Number.isInteger(starts) && starts >= 5 && starts <= 500;
+    const inRange = Number.isInteger(length) && length >= 10 && length <= LONGEST;
+    const refusal = find("measured");
+    if (!whole) refusal.textContent = "Give 5 to 500 starts.";
+    else if (!(text === "" ? this.config.collisions === null : inRange)) {
+      refusal.textContent = `Give 10 to ${LONGEST.toLocaleString("en")} collisions.`;
+    } else if (this.config.balls.list) {
+      refusal.textContent = "All starts are the same, because each ball has a given velocity. Choose another scene.";
+    } else return { starts, length };
+    return {};
+  }
+
+  measuring(busy) {
+    find("measure").disabled = busy;
+    find("cancel").hidden = find("progress").hidden = !busy;
+    find("progress").value = 0;
+  }
+
+  endMeasurement(text) {
+    this.worker.terminate();
+    this.measuring(false);
+    find("measured").textContent = text;
+  }
+
+  listen() {
+    for (const scene of content.scenes) {
+      const { name: value, title: textContent, about: title } = scene;
+      const button = element("button", { type: "button", className: "text", value, textContent, title });
+      button.onclick = () => { this.play(false); this.open(scene); };
+      find("scenes").append(button);
+    }
+    showLegend(content.colours);
+    const explained = {
+      restart: "Begins again with the config below.",
+      seed: "Seed of the random start: the same seed gives the same collisions.",
+      starts: "How many random starts are simulated: more give smaller errors.",
+      length: "After how many collisions each of them ends.",
+      log: "A logarithmic axis shows an exponential decay as a straight line.",
+      colours: "Colours by speed, or by speed over the mean speed of now.",
+      speed: "How much time, or how many collisions, pass in a second.",
+      forth: "Goes to the next collision.", play: "Starts or pauses the gas.", full: "Full screen (F).",
+      measure: "Simulates the scene from several starts and adds a row to the table.",
+      cancel: "Ends the measurement.",
+      again: "Begins the means, the rates and the histogram of speeds again, for example when a gas is steady.",
+      "charts-image": "Saves the charts as a picture.", "plot-image": "Saves the plot as a picture.",
+      "copy-config": "Copies the config.", "save-config": "Saves the config as a file for snooker run.",
+      "copy-table": "Copies the table for a spreadsheet.", "save-table": "Saves the table with all digits.",
+      "clear-table": "Removes all rows.",
+      "plot-x": "What the plot has on its horizontal axis.", "plot-y": "What the plot has on its vertical axis.",
+      continue: "Continues from the places and velocities now.",
+    };
+    for (const [name, sentence] of Object.entries(explained)) find(name).title = sentence;
+    for (const kind of ["focusin", "mouseover"]) {
+      document.addEventListener(kind, ({ target }) => {
+        const sentence = target.closest?.("[title]")?.title;
+        if (sentence) find("hint").textContent = sentence;
+      });
+    }
+    find("play").onclick = () => this.play();
+    find("forth").onclick = () => this.step();
+    find("restart").onclick = () => this.restart();
+    find("continue").onclick = () => {
+      this.gas.continueWith(this.gas.continuation);
+      this.complain("");
+      this.showConfig();
+      this.play(true);
+    };
+    find("seed").onchange = () => {
+      const seed = Number(find("seed").value);
+      if (Number.isSafeInteger(seed) && seed >= 0) this.begin({ ...this.config, seed });
+      else say("Give a whole number of 0 or more as the seed.");
+    };
+    find("log").onchange = () => { this.charts.log = find("log").checked; this.redraw(); };
+    find("again").onclick = () => { this.gas.forgetMeans(); this.redraw(); };
+    find("charts-image").onclick = () => saveCanvas(find("charts"), "charts.png");
+    find("measure").onclick = () => this.measure();
+    find("cancel").onclick = () => this.endMeasurement("Cancelled.");
+    find("copy-config").onclick = () => copy(find("yaml").textContent, "The config is copied.");
+    find("save-config").onclick = () => save(new Blob([find("yaml").textContent], { type: "text/yaml" }), "gas.yaml");
+    find("speed").onchange = () => { this.speeds[this.pace] = Number(find("speed").value); this.refresh(); };
+    find("colours").onchange = () => { this.relative = find("colours").value === "relative"; this.refresh(); };
+    for (const button of document.getElementsByName("pace")) button.onchange = () => this.setPace(button.value);
+    find("arena").onclick = (event) => {
+      const ball = this.arena.ballAt(event.offsetX, event.offsetY);
+      if (ball === null) this.play();
+      else this.tag(ball === this.arena.tagged ? null : ball);
+      say(ball === null ? (this.playing ? "The gas runs." : "The gas pauses.")
+        : this.arena.tagged === null ? "No path is shown." : `The path of ball ${ball} is shown from now on.`);
+    };
+    followScreen(() => this.redraw());
+    listenToKeys({
+      " ": () => this.play(),
+      ArrowRight: () => this.step(),
+      ArrowUp: () => faster(find("speed"), 1),
+      ArrowDown: () => faster(find("speed"), -1),
+      r: () => this.restart(),
+      e: () => document.querySelector("input[name=pace]:not(:checked)").click(),
+      f: () => { if (document.fullscreenEnabled) fullScreen(); },
+    }, "select, input, pre, .scroll, button.text");
+  }
+
+  redraw() {
+    this.chartsAt = 0;
+    this.table.draw();
+    this.refresh();
+  }
+}
+
+// What a worker does: measures one start after the other, and reports each.
+function worker() {
+  onmessage = ({ data: { config, starts } }) => {
+    try {
+      for (let repeat = 0; repeat < starts; repeat++) postMessage(measureRepeat(config, repeat));
+    } catch (error) {
+      if (!(error instanceof SceneError)) throw error;
+      postMessage({ error: error.message });
+    }
+  };
+}
+
+// A component of the momentum; zero where it is only rounding.
+function small(value, { scene, meter }) {
+  const mass = scene.masses.reduce((sum, m) => sum + m, 0);
+  return Math.abs(value) < 1e-9 * Math.sqrt(2 * mass * meter.energy) ? "0" : short(value);
+}
+
+const fraction = (speed) => ({ 0.125: "⅛", 0.25: "¼", 0.5: "½" })[speed] ?? String(speed);
+
+// A time to a thousandth of what passes in a second at speed 1.
+const timeText = (time, rate) => time.toFixed(Math.min(Math.max(0, 3 - Math.ceil(Math.log10(rate))), 9));
+
+const live = new LivePage();
+live.open(content.scenes[0]);

@@ -1,0 +1,216 @@
+// What is measured of a simulation: series over time, means, decay constants and their errors.
+// As analysis/measurement.py and fitting.py, but without a page: workers and tests use it, too.
+"use strict";
+
+const RELAXING = 15, LEAST_RELAXING = 5; // collisions of a ball while equal speeds relax
+const INSTANT = 1e-9; // collisions nearer than this share of the time are at one instant
+const MOST_STEPS = 100; // of the search for a decay constant
+
+// Ball-ball collisions in which a gas relaxes; none for one ball.
+const relaxing = (number, ofABall = RELAXING) => (number > 1 ? Math.ceil((ofABall * number) / 2) : 0);
+
+const energyKept = ({ pairLaw, wallLaw, container, positions }) => {
+  const alone = positions.length === 2;
+  const laws = [...(alone ? [] : [pairLaw]), ...(wallsOf(container) ? [wallLaw] : [])];
+  return laws.every((law) => law.word === "constant" && law.cor === 1);
+};
+
+const isWarm = ({ wallLaw, container }) => wallsOf(container) && givesEnergy(wallLaw);
+
+const givesEnergy = (law) => law.word === "sides"
+  ? [law.left, law.right, law.bottom, law.top].some(givesEnergy)
+  : law.word === "thermal" || law.word === "driven";
+
+// Follows a simulation, event by event: its energies and what has added up since the start.
+class Meter {
+  constructor(scene, simulation) {
+    this.scene = scene;
+    this.simulation = simulation;
+    this.number = scene.radii.length;
+    this.area = areaOf(scene.container);
+    this.wallLength = wallLengthOf(scene.container);
+    this.time = simulation.time;
+    this.energyTime = 0; // J s, the integral of the balls' energy
+    this.read();
+    this.startEnergy = this.totalEnergy;
+  }
+
+  read() {
+    this.energy = this.simulation.kineticEnergy(); // of the balls, J
+    this.totalEnergy = this.energy;
+    if (!Number.isFinite(this.scene.containerMass)) return;
+    const [u, v] = this.simulation.velocityOf(this.number);
+    this.totalEnergy += (this.scene.containerMass * (u * u + v * v)) / 2;
+  }
+
+  // To be called after each event.
+  follow() {
+    const now = this.simulation.time;
+    this.energyTime += this.energy * (now - this.time);
+    this.time = now;
+    this.read();
+  }
+
+  // All that adds up, at a time (s) before the next event.
+  sums(time = this.time) {
+    const { wallImpulse, pairVirial, wallEvents, pairEvents } = this.simulation;
+    const energyTime = this.energyTime + this.energy * (time - this.time);
+    return { time, energyTime, wallImpulse, pairVirial, wallEvents, pairEvents };
+  }
+
+  // Means between two such sums: T (J), pressures at the wall and by the virial (Pa m), rates (1/s).
+  means(from, to) {
+    const length = to.time - from.time, energy = (to.energyTime - from.energyTime) / length;
+    const wall = (to.wallImpulse - from.wallImpulse) / (this.wallLength * length);
+    const virial = (energy + (to.pairVirial - from.pairVirial) / (2 * length)) / this.area;
+    const temperature = energy / this.number;
+    const pressure = wallsOf(this.scene.container) ? wall : virial;
+    return {
+      temperature, wall, virial, pressure, length, ideal: energy / this.area, ratio: (pressure * this.area) / energy,
+      wallRate: (to.wallEvents - from.wallEvents) / length, pairRate: (to.pairEvents - from.pairEvents) / length,
+    };
+  }
+}
+
+// Rows of numbers over time. When there are too many, every second one is left out.
+class Series {
+  constructor(most = 2000) {
+    this.most = most;
+    this.rows = [];
+    this.stride = 1;
+    this.skipped = 0;
+  }
+
+  // row: a function, which is called only if the row is kept
+  add(row) {
+    if (++this.skipped < this.stride) return;
+    this.skipped = 0;
+    this.rows.push(row());
+    if (this.rows.length < this.most) return;
+    this.rows = this.rows.filter((_, k) => k % 2 === 0);
+    this.stride *= 2;
+  }
+}
+
+// The rate q (1/s) of y = exp(−qt), power 0, or y = 1/(1 + qt)^power, by least squares; nan if there
+// is none. times: s, from 0 on; values: over the first.
+function decayRate(times, values, power) {
+  const span = times[times.length - 1];
+  if (!(times.length > 2 && span > 0)) return NaN;
+  const rate = (p) => (power ? Math.expm1(p) : p); // p can have any value
+  const step = (p) => {
+    let squares = 0, along = 0, square = 0;
+    const q = rate(p), growth = power ? Math.exp(p) : 1;
+    for (let k = 0; k < times.length; k++) {
+      const s = times[k] / span, base = power ? 1 / (1 + q * s) : Math.exp(-q * s);
+      const shape = power === 2 ? base * base : base;
+      const slope = power ? -power * shape * base * s * growth : -shape * s;
+      squares += (shape - values[k]) ** 2;
+      along += slope * (shape - values[k]);
+      square += slope * slope;
+    }
+    return [squares, -along / square];
+  };
+  const last = Math.max(values[values.length - 1], 1e-6);
+  let p = power ? Math.log(Math.max(last ** (-1 / power), 1e-9)) : -Math.log(last);
+  let [squares, move] = step(p);
+  for (let turn = 0; turn < MOST_STEPS && Math.abs(move) > 1e-12 * Math.max(1, Math.abs(p)); turn++) {
+    const [tried, next] = step(p + move);
+    if (tried <= squares * (1 + 1e-14)) [p, squares, move] = [p + move, tried, next];
+    else move /= 4;
+  }
+  return Number.isFinite(move) ? rate(p) / span : NaN;
+}
+
+// Simulates a repeat of a config to its end and measures it, as `snooker fit` and `compare` do: k and
+// α of the energy of balls and container; T, P and PV/NT after the relaxation, or in a gas that walls
+// keep warm in the second half. A repeat that is too short for this has means of all its time.
+function measureRepeat(config, repeat) {
+  const scene = startingScene(config, repeat);
+  const { collisions, time } = config, simulation = new Simulation(scene, { collisions, time });
+  const meter = new Meter(scene, simulation);
+  const times = [0], energies = [meter.totalEnergy], sums = [meter.sums()];
+  let stop = null;
+  while (!stop) {
+    stop = simulation.advance(1);
+    if (!simulation.eventCount) continue;
+    meter.follow();
+    const last = times.length - 1, again = last > 0 && meter.time - times[last] <= INSTANT * meter.time;
+    if (again) [energies[last], sums[last]] = [meter.totalEnergy, meter.sums()];
+    else {
+      times.push(meter.time);
+      energies.push(meter.totalEnergy);
+      sums.push(meter.sums());
+    }
+  }
+  const end = stop.time, calm = stop.reason === "collapse" && times.length > 1 ? -1 : undefined;
+  const decay = energies.map((energy) => energy / energies[0]), cools = !energyKept(scene) && !isWarm(scene);
+  const rows = sums.slice(0, calm); // without the collisions of a collapse, which are all at its end
+  const whole = { ...rows[rows.length - 1], time: end };
+  whole.energyTime += calm ? 0 : meter.energy * (end - meter.time);
+  const skipped = isWarm(scene) ? null : relaxedRow(rows, scene.radii.length);
+  const from = isWarm(scene) ? rows.findLast(({ time }) => time <= end / 2) : rows[skipped ?? 0];
+  return {
+    ...meter.means(from, whole),
+    time: end, collisions: simulation.wallEvents + simulation.pairEvents, relaxed: skipped !== null,
+    k: cools ? decayRate(times, decay, 0) : NaN,
+    alpha: cools ? decayRate(times, decay, 2) : NaN,
+    left: decay[decay.length - 1],
+    early: ["wall_trap", "collapse"].includes(stop.reason),
+    number: scene.radii.length,
+  };
+}
+
+// The row after the relaxation, or half of all ball-ball collisions; null if they are too few.
+function relaxedRow(rows, number) {
+  const half = Math.floor(rows[rows.length - 1].pairEvents / 2);
+  if (half < relaxing(number, LEAST_RELAXING)) return null;
+  const skipped = Math.min(half, relaxing(number));
+  const row = rows.findIndex(({ pairEvents }) => pairEvents >= skipped);
+  return rows[row].time < rows[rows.length - 1].time ? row : null;
+}
+
+// The mean of the numbers among values, and its standard error; nan without them.
+function meanAndError(values) {
+  const known = values.filter(Number.isFinite), n = known.length;
+  const mean = known.reduce((sum, value) => sum + value, 0) / n;
+  const squares = known.reduce((sum, value) => sum + (value - mean) ** 2, 0);
+  return [mean, Math.sqrt(squares / (n - 1) / n)];
+}
+
+const MEASURED = ["temperature", "pressure", "ratio", "k", "alpha", "left"];
+
+// A row of the table: means and standard errors over the repeats of a config.
+function tableRow(config, results) {
+  const scene = startingScene(config, 0), [width] = scene.container.size;
+  const row = {
+    starts: results.length, early: results.filter(({ early }) => early).length,
+    N: scene.radii.length, r: scene.radii[scene.radii.length - 1], mass: scene.masses[scene.radii.length - 1],
+    R: scene.container.shape === "circle" ? width / 2 : width,
+    cor: config.cor, wallCor: config.wall_cor ?? config.cor, container: scene.container,
+    packing: packingOf(scene),
+    containerMass: scene.containerMass, equal: isEqual(scene), cools: !isWarm(scene) && !energyKept(scene),
+  };
+  for (const name of MEASURED) {
+    [row[name], row[`${name}Error`]] = meanAndError(results.map((result) => result[name]));
+  }
+  row.startTemperature = startTemperature(scene);
+  return row;
+}
+
+const isEqual = ({ radii, masses }) =>
+  radii.every((radius) => radius === radii[0]) && masses.every((mass) => mass === masses[0]);
+
+// The temperature at the start, J, in the frame of the centre of mass if there are no walls.
+function startTemperature({ velocities, masses, container }) {
+  let energy = 0, mass = 0, across = 0, along = 0;
+  masses.forEach((m, i) => {
+    const u = velocities[2 * i], v = velocities[2 * i + 1];
+    energy += (m * (u * u + v * v)) / 2;
+    mass += m;
+    across += m * u;
+    along += m * v;
+  });
+  if (wallsOf(container) || masses.length === 1) return energy / masses.length;
+  return (energy - (across ** 2 + along ** 2) / (2 * mass)) / (masses.length - 1);
+}

@@ -1,0 +1,129 @@
+"""A config -> the live page: the gas of its first point, which the browser simulates."""
+
+import html
+import json
+from typing import Any
+
+import yaml
+
+from snooker_cli import config as configs
+from snooker_cli import theory
+from snooker_cli.config import BallList, Experiment, Loaded, Rings
+from snooker_cli.errors import SceneError
+from snooker_cli.pages.html_page import SPEED_COLOURS, filled, script_data, text_of
+from snooker_cli.placement.starting_scene import starting_scene
+
+MOST_BALLS = 200  # so that a page shows 60 frames a second
+MOST_SEED = 2**53 - 1  # the largest that JavaScript's numbers have exactly
+MOST_BYTES = 250_000  # of a page, which teachers send by mail
+
+LIVE = "snooker_cli.live_page"
+ENGINE_SCRIPTS = (
+    "collision.js",
+    "boundaries.js",
+    "all_pairs.js",
+    "cells.js",
+    "sliding.js",
+    "simulation.js",
+    "random_numbers.js",
+    "places.js",
+    "start.js",
+)
+"""The engine and the start, in an order in which they can run."""
+
+MEASURING = ("theory.js", "measurements.js")
+SHARED = ("page.js", "drawing.js", "arena.js", "panels.js")  # of ``pages``
+SHOWING = ("gas.js", "yaml.js", "charts.js", "table.js", "controls.js", "live.js")
+
+
+def live_page(loaded: Loaded) -> str:
+    """The page that simulates the first point of a config; the same bytes for the same config.
+
+    Raises ``ConfigError`` for a scene that cannot exist, or that the page cannot show.
+    """
+    experiment = loaded.points()[0].experiment
+    if experiment.seed > MOST_SEED:
+        sentence = f"the live page has seeds up to {MOST_SEED}; give a smaller one"
+        raise loaded.error("seed", sentence)
+    number = _number_of_balls(experiment)
+    if number > MOST_BALLS:
+        sentence = f"the live page shows at most {MOST_BALLS} balls, not {number:,}; give fewer"
+        raise loaded.error("balls", sentence)
+    try:
+        starting_scene(experiment, 0)
+    except SceneError as error:
+        raise loaded.error(error.key, str(error)) from None
+    own = {
+        "name": "own",
+        "title": experiment.title or "own scene",
+        "about": "The scene of the config that this page was made from.",
+        # A run of it has hashes of its collisions only if they are recorded.
+        "config": json.loads(configs.to_json(experiment)) | {"record": "events"},
+    }
+    scenes = presets()
+    if own["config"] != scenes[0]["config"]:
+        scenes.insert(0, own)
+    data = {
+        "scenes": scenes,
+        "defaults": _defaults(),
+        "theory": theory_numbers(),
+        "colours": SPEED_COLOURS,
+    }
+    parts = {
+        "title": html.escape(own["title"] if scenes[0] is own else "snooker live"),
+        "style": text_of("snooker_cli.pages", "page.css") + text_of(LIVE, "live.css"),
+        "data": script_data(data),
+        "engine": worker_source(),
+        "script": text_of("snooker_cli.pages", *SHARED) + text_of(LIVE, *SHOWING),
+    }
+    return filled(text_of(LIVE, "live.html"), parts)
+
+
+def report_scene() -> dict[str, Any]:
+    """The config of the page without a config: the source report's scene."""
+    config: dict[str, Any] = presets()[0]["config"]
+    return config
+
+
+def presets() -> list[dict[str, Any]]:
+    """The scenes that every page has: name, title, a sentence about it, and its complete config."""
+    scenes = []
+    for scene in yaml.safe_load(text_of(LIVE, "presets.yaml")):
+        experiment = configs.load(scene["config"] | {"title": scene["title"]}).experiment
+        scenes.append(scene | {"config": json.loads(configs.to_json(experiment))})
+    return scenes
+
+
+def engine_source() -> str:
+    """The scripts of the engine and of the start, one after the other."""
+    return text_of(LIVE, *ENGINE_SCRIPTS)
+
+
+def worker_source() -> str:
+    """What simulates and measures without a page: one script for pages, workers and tests."""
+    return engine_source() + text_of(LIVE, *MEASURING)
+
+
+def theory_numbers() -> dict[str, Any]:
+    """The numbers of ``theory.py`` that ``Fluid`` of theory.js needs."""
+    return {
+        "contact": theory.PADE_CONTACT.tolist(),
+        "denominator": theory.PADE_DENOMINATOR.tolist(),
+        "densest": theory.DENSEST_FLUID,
+    }
+
+
+def _defaults() -> dict[str, Any]:
+    """The keys of a config that can be left out, with their values."""
+    fields = Experiment.model_fields.items()
+    values = {key: field.default for key, field in fields if not field.is_required()}
+    return values | {"sweep": {}}
+
+
+def _number_of_balls(experiment: Experiment) -> int:
+    balls = experiment.balls
+    if isinstance(balls, Rings):
+        return 1 + 3 * balls.rings * (balls.rings + 1)
+    if isinstance(balls, BallList):
+        return len(balls.list)
+    return len(experiment.placed) + sum(species.count for species in experiment.species)

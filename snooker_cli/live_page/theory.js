@@ -1,0 +1,111 @@
+// The formulas of theory.py and analysis/predictions.py that the page needs, with the same symbols;
+// their sources are there. A container is { shape, size: [width, height] }, m; its area and the length
+// of its wall are in start.js.
+"use strict";
+
+const wallsOf = ({ shape }) => shape !== "periodic";
+
+// Area (m²), edge (m) and growth of the edge with the walls of what centres of balls can reach.
+function accessible({ shape, size: [width, height] }, radius) {
+  const reach = width / 2 - radius, across = width - 2 * radius, along = height - 2 * radius;
+  return {
+    circle: { area: Math.PI * reach ** 2, edge: 2 * Math.PI * reach, spreading: 2 * Math.PI },
+    box: { area: across * along, edge: 2 * (across + along), spreading: 8 },
+    channel: { area: across * height, edge: 2 * height, spreading: 0 },
+    periodic: { area: width * height, edge: 0, spreading: 0 },
+  }[shape];
+}
+
+// Polynomials by their coefficients, the constant first.
+const valueAt = (polynomial, x) => polynomial.reduceRight((sum, factor) => sum * x + factor, 0);
+const derivative = (polynomial) => polynomial.map((factor, power) => power * factor).slice(1);
+
+function productOf(first, second) {
+  const result = new Array(first.length + second.length - 1).fill(0);
+  first.forEach((a, i) => second.forEach((b, j) => { result[i + j] += a * b; }));
+  return result;
+}
+
+// The hard-disk fluid with the numbers of theory.py.
+class Fluid {
+  // contact, denominator: coefficients of the Padé approximant; densest: packing of the densest fluid
+  constructor({ contact, denominator, densest }) {
+    Object.assign(this, { contact, below: denominator, densest });
+    const above = [0, ...denominator];
+    contact.forEach((factor, power) => { above[power + 2] = (above[power + 2] ?? 0) + factor; });
+    const rising = productOf(derivative(above), denominator), falling = productOf(above, derivative(denominator));
+    this.slope = rising.map((factor, power) => factor - falling[power]);
+  }
+
+  contactValue(packing) {
+    return valueAt(this.contact, 2 * packing) / valueAt(this.below, 2 * packing);
+  }
+
+  compressibility(packing) {
+    return 1 + 2 * packing * this.contactValue(packing);
+  }
+
+  // P''/P' of P = ηZ.
+  bending(packing) {
+    const relative = (polynomial) => valueAt(derivative(polynomial), 2 * packing) / valueAt(polynomial, 2 * packing);
+    return 2 * (relative(this.slope) - 2 * relative(this.below));
+  }
+
+  // PV/NT of N equal balls at the wall, or without walls in the box, and by the virial; null without
+  // a theory: for one ball, in a channel, or for a packing that is no fluid.
+  state(number, radius, container) {
+    const covered = number * Math.PI * radius ** 2, whole = areaOf(container);
+    if (number < 2 || container.shape === "channel" || covered / whole > this.densest) return null;
+    const { area, edge, spreading } = accessible(container, radius);
+    if (!(edge >= 0 && covered < area + edge * radius)) return null;
+    const linear = area - covered, quadratic = area + 2 * radius * edge;
+    const packing = (2 * covered) / (linear + Math.sqrt(linear ** 2 + 4 * quadratic * covered));
+    const density = packing / (Math.PI * radius ** 2);
+    const tension = (-density * radius * packing) / (1 - packing) ** 2;
+    const bulk = density * this.compressibility(packing);
+    const adsorbed = (2 * radius * packing ** 2) / (1 + packing);
+    const slope = (2 * radius * packing * (2 + packing)) / (1 + packing) ** 2, room = area + slope * edge;
+    const bend = (((4 * radius) / (1 + packing) ** 3) * edge) / room - this.bending(packing) + 1 / packing;
+    const ofVariance = (growth, lengthening) =>
+      ((growth + slope * lengthening) / room - (bend * (packing * growth + adsorbed * lengthening)) / room) / 2;
+    const force = bulk * edge - tension * spreading - ofVariance(edge, spreading);
+    const work = 2 * bulk * area - tension * edge - ofVariance(2 * area, edge);
+    const virialRatio = work / (2 * number);
+    const ratio = wallsOf(container) ? ((force / wallLengthOf(container)) * whole) / number : virialRatio;
+    return { ratio, virialRatio };
+  }
+
+  // PV/NT at a CoR: the impulses of a gas with Maxwell's speeds are (1 + e)/2 of the elastic ones.
+  ratio(number, radius, container, cor) {
+    const state = this.state(number, radius, container);
+    return state && 1 + ((1 + cor) / 2) * (state.ratio - 1);
+  }
+
+  // Haff's α of N equal balls at fixed energy that begin at a temperature, 1/s; null without a theory.
+  haffRate({ number, radius, mass, container, containerMass, temperature, cor, wallCor }) {
+    const state = this.state(number, radius, container), walls = wallsOf(container);
+    if (!state) return null;
+    const components = walls ? 2 * number : 2 * number - 2, factor = fixedEnergyFactor(components / 2);
+    const pairs = (factor * 2 * (state.virialRatio - 1) * Math.sqrt(temperature / (Math.PI * mass))) / radius;
+    let wall = 0;
+    if (walls) {
+      const force = (wallLengthOf(container) * state.ratio * number * temperature) / areaOf(container);
+      const impulse = Math.sqrt(2 * Math.PI * mass * temperature) / fixedEnergyFactor(number);
+      wall = (force / (number * impulse)) * Math.sqrt(1 + mass / containerMass);
+    }
+    const sonine = (16 * (1 - cor) * (1 - 2 * cor ** 2)) / (73 - 41 * cor - 2 * (1 - cor) * cor ** 2);
+    const cooling = ((1 - cor ** 2) * pairs * (1 + (3 * sonine) / 16)) / 2 + (1 - wallCor ** 2) * wall;
+    return (((number * 2) / (components + 1)) * cooling) / 2;
+  }
+}
+
+// √N Γ(N)/Γ(N + ½): the mean speed of N balls at fixed energy over Maxwell's.
+function fixedEnergyFactor(number) {
+  let ratio = 2 / Math.sqrt(Math.PI);
+  for (let n = 1; n < number; n++) ratio *= n / (n + 0.5);
+  return Math.sqrt(number) * ratio;
+}
+
+// The density of the speed over √(2T/m) of one of N balls at fixed energy.
+const fixedEnergyDensity = (number) => (v) =>
+  v * v < number ? ((2 * (number - 1) * v) / number) * (1 - (v * v) / number) ** (number - 2) : 0;

@@ -1,0 +1,55 @@
+"""Templates, scripts and data -> one HTML page that works from a file."""
+
+import html
+import json
+import re
+from collections.abc import Callable, Mapping
+from importlib.resources import files
+from typing import Any
+
+SPEED_COLOURS = (
+    *("#0d0887", "#41049d", "#6a00a8", "#8f0da4", "#b12a90"),
+    *("#cc4778", "#e16462", "#f2844b", "#fca636", "#fcce25"),
+)
+"""From slow to fast, for the pages and the movies: matplotlib's plasma up to 0.9.
+
+The steps of lightness are even, also for colour-blind people. The yellow end is too light on white.
+"""
+
+
+def text_of(package: str, *names: str) -> str:
+    """The texts of files of a package, one after the other."""
+    return "\n".join((files(package) / name).read_text(encoding="utf-8") for name in names)
+
+
+def filled(template: str, parts: Mapping[str, str]) -> str:
+    """A page: the template with a part for each ``{{name}}``."""
+    return re.sub(r"\{\{(\w+)\}\}", lambda mark: parts[mark[1]], template)
+
+
+def script_data(data: Any, packed: Callable[[Any], Any] | None = None) -> str:
+    """Data as JSON for a script element, which they cannot end.
+
+    packed : makes JSON of values that are not
+    """
+    content = json.dumps(
+        data, ensure_ascii=False, allow_nan=False, separators=(",", ":"), default=packed
+    )
+    return content.replace("<", "\\u003c")
+
+
+def embedded(page: str, label: str, rights: str = "allow-scripts") -> str:
+    """An ``iframe`` with a page; ``label`` describes it.
+
+    rights : what the page may do: run its script, and no more
+    """
+    return (
+        f'<iframe class="player" title="{html.escape(label)}" loading="lazy" '
+        f'sandbox="{rights}" allow="fullscreen" srcdoc="{html.escape(page)}"></iframe>'
+    )
+
+
+def in_notebook(page: str, label: str, height: float, rights: str = "allow-scripts") -> str:
+    """``embedded`` with the width of a notebook's cell and a height, em."""
+    style = f"<style>iframe.player {{width: 100%; height: {height:g}em; border: 0}}</style>"
+    return style + embedded(page, label, rights)

@@ -1,0 +1,63 @@
+"""The numbers of docs/live.md are those that the live page measures."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from live_scripts import LiveScripts
+
+PAGE = Path(__file__).parents[2] / "docs" / "live.md"
+
+TABLE = re.compile(r"<!-- (measure|speeds) (\{.*\}) -->\n(\|.*\n\|[-|]*\n)((?:\|.*\n)*)")
+"""How a table is measured, its head, and its rows."""
+
+MEASURED = """
+values.map((value) => {
+  const config = JSON.parse(JSON.stringify(configOf(scene)));
+  CONTROLS.find(({ id }) => id === control).write(config, value);
+  config.collisions = collisions;
+  const results = Array.from({ length: starts }, (_, repeat) => measureRepeat(config, repeat));
+  const row = tableRow(config, results), last = columns[columns.length - 1];
+  const [, , law] = theoriesOf(last, fluid).find(([name]) => name === theory);
+  const cells = columns.map((key) => valueWithError(row[key], row[`${key}Error`]));
+  return [String(value), ...cells, short(law(row), 4)];
+})
+"""
+
+SPEEDS = """
+rings.map((number) => {
+  const config = JSON.parse(JSON.stringify(configOf(scene)));
+  Object.assign(config, { cor: 1, wall_cor: 1 });
+  config.balls.rings = number;
+  const gas = new Gas(config), first = Math.round(above / BIN);
+  const percent = (share) => `${short(100 * share, 2)} %`;
+  gas.advance(Infinity, collisions);
+  const share = gas.counts.slice(first).reduce((sum, count) => sum + count, 0) / gas.sampled;
+  const fixed = (1 - above ** 2 / gas.number) ** (gas.number - 1);
+  return [String(gas.number), percent(share), percent(fixed), percent(Math.exp(-(above ** 2)))];
+})
+"""
+
+
+def rows_of(scripts: LiveScripts, how: str, given: dict[str, Any]) -> str:
+    rows = scripts.value(MEASURED if how == "measure" else SPEEDS, **given)
+    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
+
+def test_the_lesson_has_the_numbers_of_the_page(request: pytest.FixtureRequest) -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    tables = TABLE.findall(text)
+    assert len(tables) == 5
+    with LiveScripts() as scripts:
+        for how, given, head, shown in tables:
+            rows = rows_of(scripts, how, json.loads(given))
+            if request.config.getoption("--write-goldens"):
+                text = text.replace(head + shown, head + rows)
+            else:
+                assert shown == rows
+    if request.config.getoption("--write-goldens"):
+        PAGE.write_text(text, encoding="utf-8")

@@ -1,0 +1,130 @@
+"""The live page's JavaScript in V8, and the program's answer to the same question."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+from py_mini_racer import MiniRacer
+
+from snooker_cli.laws import Sides, WallLaw, word_of
+from snooker_cli.live_page import engine_source
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Trace, event_hashes
+
+HELPERS = r"""
+function bitsOf(values) {
+  const view = new DataView(new ArrayBuffer(8));
+  return Array.from(values, (value) => {
+    view.setFloat64(0, value + 0); // -0 is 0
+    return view.getBigUint64(0).toString(16).padStart(16, "0");
+  }).join("");
+}
+
+function startOfRepeat(config, repeat) {
+  try {
+    const { container, positions, velocities, radii, masses, wallKey } =
+      startingScene(config, repeat);
+    const numbers = [...positions, ...velocities, ...radii, ...masses, ...container.size];
+    return JSON.stringify({ bits: bitsOf(numbers), key: wallKey === null ? null : `${wallKey}` });
+  } catch (error) {
+    if (!(error instanceof SceneError)) throw error;
+    return JSON.stringify({ error: error.message });
+  }
+}
+
+function simulated(scene, limits, engine) {
+  scene.wallKey = typeof scene.wallKey === "string" ? BigInt(scene.wallKey) : scene.wallKey;
+  const simulation = new Simulation(scene, limits, { hash: true, engine });
+  // In pieces, as a page does; a time between events stops nothing.
+  while (simulation.stop === null) {
+    simulation.advance(3000);
+    simulation.advance(1000, simulation.time * (1 + 1e-9));
+  }
+  const { stop, number } = simulation, numbers = [];
+  for (let i = 0; i <= number; i += 1) {
+    numbers.push(...simulation.positionOf(i, stop.time), ...simulation.velocityOf(i, stop.time));
+  }
+  return JSON.stringify({
+    stop, events: simulation.wallEvents + simulation.pairEvents, hash: simulation.eventHash(),
+    hashes: simulation.hashes, bits: bitsOf(numbers), wall: simulation.wallEvents,
+  });
+}
+"""
+
+
+class JavaScript:
+    """The scripts of the engine and of the start, in V8."""
+
+    def __init__(self) -> None:
+        self.context = MiniRacer()
+        self.context.eval(engine_source())
+        self.context.eval(HELPERS)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.context.close()  # else Python does not end
+
+    def answer(self, expression: str) -> Any:
+        """What an expression, which gives JSON, evaluates to."""
+        return json.loads(str(self.context.eval(expression)))
+
+
+def bits_of(*arrays: ArrayLike) -> str:
+    """The bits of numbers, as ``bitsOf``."""
+    return b"".join((np.asarray(array) + 0.0).astype(">f8").tobytes() for array in arrays).hex()
+
+
+def law_json(law: WallLaw) -> dict[str, Any]:
+    """A law as the scenes of the page have it."""
+    if isinstance(law, Sides):
+        return {"word": "sides"} | {side: law_json(part) for side, part in law._asdict().items()}
+    fields = {"cor_speed": "corSpeed"}
+    return {"word": word_of(law)} | {fields.get(k, k): v for k, v in law._asdict().items()}
+
+
+def scene_json(scene: Scene) -> str:
+    """A scene as the page has it."""
+    return json.dumps(
+        {
+            "positions": scene.positions.ravel().tolist(),
+            "velocities": scene.velocities.ravel().tolist(),
+            "radii": scene.radii.tolist(),
+            "masses": scene.masses.tolist(),
+            "container": {"shape": scene.container.name, "size": scene.container.size},
+            "containerMass": scene.container_mass if scene.free else 1e999,
+            "containerPosition": scene.container_position.tolist(),
+            "containerVelocity": scene.container_velocity.tolist(),
+            "pairLaw": law_json(scene.pair_law),
+            "wallLaw": law_json(scene.wall_law),
+            "contactDuration": scene.contact_duration,
+            "elasticBelow": scene.elastic_below,
+            "slides": scene.slides,
+            "wallKey": None if scene.wall_key is None else str(scene.wall_key),
+        }
+    )
+
+
+def answer_of(trace: Trace) -> dict[str, Any]:
+    """What ``simulated`` should answer."""
+    finish, stop, hashes = trace.finish, trace.stop, event_hashes([trace.events])
+    rows = np.column_stack([finish.positions, finish.velocities])
+    container = np.concatenate([finish.container_position, finish.container_velocity])
+    return {
+        "stop": {
+            "reason": stop.reason,
+            "time": stop.time,
+            "balls": list(stop.balls),
+            "message": stop.message,
+        },
+        "events": trace.collisions,
+        "hash": hashes[-1][1],
+        "hashes": [[k, text] for k, text in hashes if k >= 1000 and math.log10(k) % 1 == 0],
+        "bits": bits_of(rows, container),
+        "wall": trace.wall_events,
+    }

@@ -1,0 +1,221 @@
+"""The live page in a browser: controls, worker, table, looks; no message and no request."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser import Browser
+from live_scripts import LiveScripts
+
+import snooker_cli as snooker
+from snooker_cli.live_page.page import presets
+
+Opened = Callable[..., Browser]
+
+SCENES = [scene["name"] for scene in presets()]
+
+
+@pytest.fixture
+def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
+    """Open the page in a window; it must not complain, nor ask for anything."""
+    snooker.live().save(tmp_path / "gas.html")
+
+    def show(width: int = 1400, height: int = 900, dark: bool = False) -> Browser:
+        browser.look(width, dark, height)
+        browser.open(tmp_path / "gas.html")
+        browser.value("globalThis.wait = (ms) => new Promise((done) => setTimeout(done, ms)), 0")
+        return browser
+
+    yield show
+    assert browser.value("performance.getEntriesByType('resource').length") == 0
+    assert browser.complaints == []
+
+
+RUN = """
+(async () => {
+  live.open(content.scenes.find(({ name }) => name === NAME));
+  live.setPace("events");
+  live.speeds.events = 1000;
+  live.play(true);
+  await wait(250);
+  const seen = [live.gas.collisions, live.gas.stop?.message ?? "", find("ending").hidden];
+  live.play(false);
+  live.step();
+  await wait(50);
+  return [...seen, find("title").textContent, find("charts").getAttribute("aria-label")];
+})()
+"""
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_each_scene_runs(name: str, opened: Opened) -> None:
+    ran, message, hidden, title, sentence = opened().value(RUN.replace("NAME", json.dumps(name)))
+    assert ran >= 2
+    assert bool(message) == (not hidden)
+    assert title == next(scene["title"] for scene in presets() if scene["name"] == name)
+    assert sentence.startswith("Now: kinetic energy")
+    if name == "trap":
+        assert message.startswith("wall trap: from 1.62")
+
+
+CONTROL = """
+(async () => {
+  const text = (name) => find(name).textContent, field = (name) => find(`set-${name}`);
+  const type = (name, value) => { const at = field(name); at.value = value; at.onchange(); };
+  const seen = { exact: [text("exactness"), live.gas.changed] };
+  live.gas.advance(Infinity, 200);
+  type("cor", 0.5);
+  const state = () => [live.gas.collisions, live.gas.scene.pairLaw.cor, live.gas.changed];
+  seen.moved = [...state(), text("exactness")];
+  type("radius", 0.9);
+  seen.again = [...state(), live.gas.radii[0]];
+  seen.yaml = text("yaml");
+  type("radius", 5);
+  seen.error = [text("ending-text"), find("ending").hidden, live.gas.radii[0]];
+  const slider = field("speed").previousSibling;
+  slider.value = 1;
+  slider.oninput();
+  seen.slider = [live.config.balls.speed, find("ending").hidden];
+  type("container-mass", "");
+  seen.fixed = [live.config.container.mass, field("wall").value];
+  field("wall").value = "warm";
+  field("wall").onchange();
+  const { word } = live.gas.scene.wallLaw;
+  seen.warm = [live.config.wall_temperature, word, Boolean(find("set-wall-cor"))];
+  find("seed").value = 7;
+  find("seed").onchange();
+  seen.seed = live.config.seed;
+  document.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight" }));
+  document.dispatchEvent(new KeyboardEvent("keydown", { key: " " }));
+  seen.keys = [live.gas.collisions, live.playing];
+  live.play(false);
+  field("cor").focus();
+  seen.hint = text("hint");
+  seen.helped = [...document.querySelectorAll("#controls input[type=number], #controls select")]
+    .every((at) => document.getElementById(at.getAttribute("aria-describedby"))?.textContent);
+  const named = (at) => at.labels?.length || at.getAttribute("aria-label") || at.textContent.trim();
+  seen.named = [...document.querySelectorAll("input, select, button, canvas")]
+    .filter((at) => at.offsetParent && !named(at)).map((at) => at.id);
+  return seen;
+})()
+"""
+
+
+def test_sliders_change_the_gas(opened: Opened) -> None:
+    seen = opened().value(CONTROL)
+    assert seen["exact"] == [
+        "This config describes what runs now. The program gives the same collisions to the last"
+        " bit.",
+        False,
+    ]
+    assert seen["moved"][:3] == [200, 0.5, True]
+    assert "no config describes this run" in seen["moved"][3]
+    assert seen["again"] == [0, 0.5, False, 0.9]
+    assert "cor: 0.5" in seen["yaml"]
+    assert "radius: 0.9" in seen["yaml"]
+    assert seen["error"][0].startswith("rings: 3 with balls of radius 5 m are too large")
+    assert seen["error"][1:] == [False, 0.9]
+    assert seen["slider"] == [100, True]
+    assert seen["fixed"] == [None, "passive"]
+    assert seen["warm"] == [5000, "thermal", False]
+    assert seen["seed"] == 7
+    assert seen["keys"] == [1, True]
+    assert seen["hint"].startswith("Coefficient of restitution between balls")
+    assert seen["helped"]
+    assert seen["named"] == []
+
+
+MEASURE = """
+(async () => {
+  find("starts").value = 4;
+  find("measure").click();
+  const refused = find("measured").textContent;
+  find("starts").value = 5;
+  find("length").value = 200;
+  find("measure").click();
+  const busy = [find("measure").disabled, find("cancel").hidden];
+  while (!find("cancel").hidden) await wait(20);
+  const [row] = live.table.rows, text = live.table.text(",");
+  find("starts").value = 500;
+  find("length").value = 100000;
+  find("measure").click();
+  await wait(50);
+  find("cancel").click();
+  const said = find("measured").textContent;
+  const cancelled = [said, find("measure").disabled, live.table.rows.length];
+  find("plot-y").value = "pressure";
+  find("plot-y").onchange();
+  return { refused, busy, row, text, cancelled, config: { ...live.config, collisions: 200 },
+    plot: find("plot").getAttribute("aria-label"), cells: find("table").rows.length };
+})()
+"""
+
+
+def test_a_worker_measures(opened: Opened, javascript: LiveScripts) -> None:
+    """The table has the numbers of the same scripts in V8, and the CSV all of their digits."""
+    seen = opened().value(MEASURE)
+    row: dict[str, Any] = javascript.value(
+        "tableRow(config, [0, 1, 2, 3, 4].map((k) => measureRepeat(config, k)))",
+        config=seen["config"],
+    )
+    assert seen["refused"] == "Give 5 to 500 starts."
+    assert seen["busy"] == [True, False]
+    for name in ("N", "starts", "temperature", "pressure", "ratio", "k", "alpha", "alphaError"):
+        assert seen["row"][name] == row[name]
+    head, line = seen["text"].splitlines()
+    assert head.startswith("starts,N,r (m),R (m),CoR,packing,T (J),error of T,P (Pa m),")
+    assert float(line.split(",")[6]) == row["temperature"]
+    assert seen["cancelled"] == ["Cancelled.", False, 1]
+    assert seen["plot"].startswith("P (Pa m) against packing: ")
+    assert seen["cells"] == 2
+
+
+LOOKS = """
+(async () => {
+  await wait(100);
+  const bottom = (name) => find(name).getBoundingClientRect().bottom;
+  return {
+    wide: document.documentElement.scrollWidth - innerWidth,
+    bottom: Math.max(bottom("play"), bottom("arena")),
+    top: find("arena").getBoundingClientRect().top,
+    paper: getComputedStyle(document.body).backgroundColor,
+  };
+})()
+"""
+
+
+@pytest.mark.parametrize(("width", "height", "dark"), [(390, 750, False), (1400, 900, True)])
+def test_the_page_fits_a_phone_and_follows_the_dark_mode(
+    width: int, height: int, dark: bool, opened: Opened
+) -> None:
+    """The arena and the buttons are visible together."""
+    seen = opened(width, height, dark).value(LOOKS)
+    assert seen["wide"] <= 0
+    assert 0 <= seen["top"] < seen["bottom"] <= height
+    assert seen["paper"] == ("rgb(20, 24, 30)" if dark else "rgb(255, 255, 255)")
+
+
+PATH = """
+(async () => {
+  const canvas = find("arena"), box = canvas.getBoundingClientRect();
+  const click = (x, y) => canvas.dispatchEvent(
+    new MouseEvent("click", { clientX: box.left + x, clientY: box.top + y, bubbles: true }));
+  await wait(100);
+  const [, x, y] = live.arena.drawn[5];
+  click(x, y);
+  live.gas.advance(Infinity, 300);
+  const events = live.gas.course.length - 1, said = find("said").textContent;
+  live.play(false);
+  return [live.arena.tagged, said, events, live.arena.path === live.gas.course];
+})()
+"""
+
+
+def test_a_click_on_a_ball_draws_its_path(opened: Opened) -> None:
+    tagged, said, events, same = opened().value(PATH)
+    assert (tagged, said, same) == (5, "The path of ball 5 is shown from now on.", True)
+    assert events > 1

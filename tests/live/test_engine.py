@@ -1,0 +1,237 @@
+"""The engine in JavaScript has the program's bits: events, endings, final states, hashes."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+import test_bits
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from javascript import JavaScript, answer_of, scene_json
+
+from snooker_cli.config import to_json, validated
+from snooker_cli.engine import simulate
+from snooker_cli.engine.bit_tricks import fused
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.scene import Scene
+
+COLLISIONS = 100_000
+
+RINGS = {"rings": 3, "radius": 1.0, "speed": 10.0}
+TINY = RINGS | {"radius": 0.1}
+SIXTY = {"count": 60, "radius": 1.0, "speed": 10.0}
+MIXTURE = [
+    {"count": 20, "radius": 1.0, "speed": 5.0, "mass": 3.0, "speeds": "maxwell"},
+    {"count": 40, "radius": 0.4, "speed": 10.0, "start": "random"},
+]
+CIRCLE, FREE = {"radius": 10.0}, {"radius": 10.0, "mass": 20.0}
+BOX, PERIODIC, CHANNEL = (
+    {"shape": shape, "width": 30.0, "height": 20.0} for shape in ("box", "periodic", "channel")
+)
+
+
+def packed(shape: str, packing: float) -> dict[str, Any]:
+    return {"shape": shape, "packing": packing}
+
+
+def gas(container: dict[str, Any], balls: Any, cor: float, **more: Any) -> dict[str, Any]:
+    return {"container": container, "balls": balls, "cor": cor, "collisions": COLLISIONS, **more}
+
+
+# Balls in a row with a wall at their left: they collide 314 times in all, the far wall is not hit.
+GALPERIN = {
+    "list": [
+        {"position": [-80.0, 0.0], "velocity": [0.0, 0.0], "radius": 1.0, "mass": 1.0},
+        {"position": [-70.0, 0.0], "velocity": [-1.0, 0.0], "radius": 1.0, "mass": 1e4},
+    ]
+}
+
+GASES: dict[str, dict[str, Any]] = {
+    # Few balls in a circle.
+    "packed": gas(CIRCLE, RINGS, 1.0),
+    "dilute": gas(CIRCLE, TINY, 1.0),
+    "inelastic": gas(CIRCLE, RINGS, 0.95, wall_cor=1.0),
+    "wall trap": gas(CIRCLE, RINGS, 0.9),
+    "dilute wall trap": gas(CIRCLE, TINY, 0.8),
+    "no rebound at the wall": gas(CIRCLE, RINGS, 0.9, wall_cor=0.0),
+    "collapse": gas(CIRCLE, RINGS, 0.1, wall_cor=1.0),
+    "contacts with a duration": gas(CIRCLE, RINGS, 0.5, collapse={"tc": 0.1}),
+    "slow collisions elastic": gas(CIRCLE, RINGS, 0.6, collapse={"elastic_below": 0.1}),
+    "60 balls": gas(packed("circle", 0.3), SIXTY | {"start": "random"}, 1.0),
+    "mixture": gas(packed("circle", 0.3), MIXTURE, 0.98, wall_cor=1.0),
+    "a single ball": gas(CIRCLE, {"rings": 0, "radius": 1.0, "speed": 10.0}, 1.0),
+    "a time": gas(CIRCLE, RINGS, 1.0) | {"collisions": None, "time": 200.0},
+    # A container that moves.
+    "free": gas(FREE, RINGS, 1.0),
+    "free wall trap": gas(FREE, RINGS, 0.7),
+    "heavy": gas(FREE | {"mass": 1e7}, RINGS, 0.95, wall_cor=1.0),
+    "free mixture": gas(packed("circle", 0.3) | {"mass": 20.0}, MIXTURE, 1.0),
+    "200 balls, free": gas(
+        packed("circle", 0.3) | {"mass": 200.0}, SIXTY | {"count": 200}, 1.0, wall_cor=0.99
+    ),
+    # Balls that slide.
+    "slide": gas(CIRCLE, TINY, 0.8, collapse="slide"),
+    "slide and collapse": gas(CIRCLE, TINY, 0.5, collapse="slide"),
+    "packed slide": gas(CIRCLE, RINGS, 0.95, wall_cor=0.5, collapse="slide"),
+    # Walls that give energy, and a CoR that depends on the speed.
+    "driven": gas(packed("circle", 0.3), SIXTY, 0.9, wall_speed=2.0),
+    "driven, dilute": gas(CIRCLE, TINY, 0.8, wall_speed=1.0),
+    "thermal": gas(packed("circle", 0.3), SIXTY, 0.9, wall_temperature=20.0, cor_speed=5.0),
+    "slow collisions almost elastic": gas(CIRCLE, RINGS, 0.8, cor_speed=5.0, wall_cor_speed=5.0),
+    # Cells: many balls in a circle.
+    "100 balls": gas(packed("circle", 0.3), SIXTY | {"count": 100}, 1.0),
+    "200 balls": gas(packed("circle", 0.6), SIXTY | {"count": 200}, 0.98, wall_cor=1.0),
+    "100 balls with durations": gas(
+        packed("circle", 0.4), SIXTY | {"count": 100}, 0.6, collapse={"tc": 0.05}
+    ),
+    "200 balls in a trap": gas(packed("circle", 0.05), SIXTY | {"count": 200}, 0.8),
+    # Boxes.
+    "box": gas(BOX, SIXTY, 1.0),
+    "cooling box": gas(BOX, SIXTY, 0.99),
+    "dilute box": gas(packed("box", 0.003), SIXTY, 1.0),
+    "dense box": gas(packed("box", 0.7), SIXTY | {"count": 200, "start": "random"}, 1.0),
+    "box of a mixture": gas(packed("box", 0.4), MIXTURE, 1.0),
+    "box with durations": gas(BOX, SIXTY, 0.7, collapse={"tc": 0.1}),
+    "driven sides": gas(BOX, SIXTY, 0.9, wall_cor=0.5, wall_speed={"left": 2.0, "right": 1.0}),
+    "Galperin's billiard": gas({"shape": "box", "width": 200.0, "height": 4.0}, GALPERIN, 1.0),
+    # A channel, and no walls.
+    "driven channel": gas(CHANNEL, SIXTY, 0.9, wall_speed=2.0),
+    "two temperatures": gas(CHANNEL, SIXTY, 0.9, wall_temperature={"left": 20.0, "right": 80.0}),
+    "periodic": gas(PERIODIC, SIXTY, 1.0),
+    "periodic, 200 balls": gas(packed("periodic", 0.02), SIXTY | {"count": 200}, 1.0),
+    "periodic, cooling": gas(PERIODIC, SIXTY, 0.99),
+    "periodic, collapse": gas(PERIODIC, SIXTY, 0.1),
+    # After more collisions the balls rest beside each other, but for roundings.
+    "periodic, durations": gas(PERIODIC, SIXTY, 0.95, collapse={"tc": 0.1})
+    | {"collisions": 60_000},
+}
+
+
+@pytest.fixture(scope="module")
+def engine() -> Iterator[JavaScript]:
+    with JavaScript() as engine:
+        yield engine
+
+
+def check(engine: JavaScript, scene: Scene, call: str, limits: Any, name: str | None) -> None:
+    """JavaScript answers what the program does with a scene, in the engine of a name."""
+    trace = simulate(scene, engine=name, **limits)
+    answer = engine.answer(f"simulated({call}, {json.dumps(limits)}, {json.dumps(name)})")
+    assert answer == answer_of(trace)
+
+
+@pytest.mark.parametrize("name", GASES)
+def test_a_config_has_the_same_collisions(engine, name):
+    experiment = validated(GASES[name])
+    limits = {"collisions": experiment.collisions, "time": experiment.time}
+    call = f"startingScene({to_json(experiment)}, 1)"
+    check(engine, starting_scene(experiment, 1), call, limits, None)
+
+
+def is_simulated(case: test_bits.Case) -> bool:
+    """Whether JavaScript has this case: no summary, at most 200 balls, no free circle in cells."""
+    scene = case.scene()
+    return not (case.summary or scene.number > 200 or (scene.free and case.engine == "cells"))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.long) if case.long else name
+        for name, case in test_bits.CASES.items()
+        if is_simulated(case)
+    ],
+)
+def test_a_golden_scene_has_the_same_collisions(engine, name):
+    case = test_bits.CASES[name]
+    scene = case.scene()
+    check(engine, scene, scene_json(scene), {"collisions": case.collisions}, case.engine)
+
+
+def test_sums_are_those_of_the_events(engine):
+    """The impulse on the wall, the virial, energy and momentum, seen from events and states."""
+    experiment = validated(GASES["free mixture"] | {"collisions": 5000})
+    scene = starting_scene(experiment, 0)
+    trace = simulate(scene, collisions=5000)
+    events, finish = trace.events, trace.finish
+    answer = engine.answer(f"""
+(() => {{
+  const simulation = new Simulation(startingScene({to_json(experiment)}, 0), {{}});
+  simulation.advance(5000);
+  return JSON.stringify([
+    simulation.wallImpulse, simulation.pairVirial, simulation.kineticEnergy(),
+    ...simulation.momentum(), simulation.angularMomentum(), simulation.changed,
+  ]);
+}})()""")
+    pairs = ~events.at_wall
+    distances = scene.radii[events.i[pairs]] + scene.radii[events.j[pairs]]
+    momentum = finish.masses @ finish.velocities + 20.0 * finish.container_velocity
+    moments = finish.masses * np.linalg.det(np.stack([finish.positions, finish.velocities], 2))
+    of_wall = np.linalg.det(np.stack([finish.container_position, finish.container_velocity]))
+    expected = [
+        math.fsum(events.impulse[events.at_wall]),
+        math.fsum(events.impulse[pairs] * distances),
+        finish.kinetic_energy,
+        *momentum,
+        np.sum(moments) + 20.0 * of_wall,
+    ]
+    assert answer[:-1] == pytest.approx(expected, rel=1e-12, abs=1e-9)
+    assert answer[-1] is False
+
+
+def test_other_laws_hold_from_now_on(engine):
+    """A slider makes an elastic gas lose energy, and the page can say so."""
+    scene = f"startingScene({to_json(validated(GASES['packed']))}, 0)"
+    before, after, changed = engine.answer(f"""
+(() => {{
+  const simulation = new Simulation({scene}, {{}}), energies = [];
+  simulation.advance(1000);
+  energies.push(simulation.kineticEnergy());
+  simulation.setLaws({{ word: "constant", cor: 0.9 }}, {{ word: "driven", cor: 1, speed: 0 }});
+  simulation.advance(1000);
+  energies.push(simulation.kineticEnergy());
+  return JSON.stringify([...energies, simulation.changed]);
+}})()""")
+    assert before == pytest.approx(1850.0, rel=1e-12)
+    # Two thirds or more of the 1,000 hits lose (1 - e^2)/2 of the mean energy of a ball and more.
+    assert after < before * math.exp(-(1 - 0.9**2) * 600 / 37 / 2)
+    assert changed is True
+
+
+@pytest.mark.parametrize("digits", [4, 6, 9, 17])
+def test_sentences_have_numbers_as_python_writes_them(engine, digits):
+    values = [0.0, 1.0, 0.1, 123456789.5, 12345678.25, 12345678.75, 1e-5, 1.5e-7, 1e16, 1e22, 0.5]
+    values += [2.0**k for k in range(-60, 60, 7)] + [2.0**k / 3 for k in range(-60, 60, 7)]
+    text = engine.answer(f"JSON.stringify({values}.map((value) => general(value, {digits})))")
+    assert text == [f"{value:.{digits}g}" for value in values]
+
+
+@given(
+    st.floats(-1e9, 1e9, allow_subnormal=False).filter(lambda x: x == 0 or abs(x) > 1e-9),
+    st.floats(-1e9, 1e9, allow_subnormal=False).filter(lambda x: x == 0 or abs(x) > 1e-9),
+)
+@settings(max_examples=200, deadline=None)
+def test_dekkers_product_gives_what_a_fused_operation_gives(engine, a, b):
+    assert engine.answer(f"String(productError({a!r}, {b!r}, {a!r} * {b!r}))") == fused(
+        a, b, -a * b
+    )
+
+
+def test_a_gas_that_never_collides_leaves_the_page_alive(engine):
+    """Two balls side by side in a periodic box: a call ends, though there is no event."""
+    balls = [
+        {"position": [0.0, y], "velocity": [1.0, 0.0], "radius": 1.0, "mass": 1.0}
+        for y in (-5.0, 5.0)
+    ]
+    experiment = validated(gas(PERIODIC, {"list": balls}, 1.0))
+    answer = engine.answer(f"""
+(() => {{
+  const simulation = new Simulation(startingScene({to_json(experiment)}, 0), {{}});
+  return JSON.stringify([simulation.advance(10), simulation.eventCount]);
+}})()""")
+    assert answer == [None, 0]

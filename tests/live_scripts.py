@@ -1,0 +1,28 @@
+"""The scripts of the live page in V8, without a browser."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from javascript import JavaScript
+
+from snooker_cli.live_page.page import LIVE, MEASURING, SHARED, SHOWING, presets, theory_numbers
+from snooker_cli.pages.html_page import text_of
+
+
+class LiveScripts(JavaScript):
+    """What simulates, measures, draws and runs a gas, with ``configOf`` a scene and ``fluid``."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.context.eval(text_of(LIVE, *MEASURING) + text_of("snooker_cli.pages", *SHARED))
+        self.context.eval(text_of(LIVE, *SHOWING[:-1]))  # the last one needs a page
+        configs = json.dumps({scene["name"]: scene["config"] for scene in presets()})
+        self.context.eval(f"const configOf = (name) => ({configs})[name];")
+        self.context.eval(f"const fluid = new Fluid({json.dumps(theory_numbers())});")
+
+    def value(self, expression: str, **given: Any) -> Any:
+        """The value of an expression, in which names have values; what is not finite is None."""
+        names, values = ", ".join(given), ", ".join(map(json.dumps, given.values()))
+        return self.answer(f"JSON.stringify((({names}) => ({expression}))({values}))")
