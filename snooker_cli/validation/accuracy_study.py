@@ -53,7 +53,7 @@ class AccuracyStudy(Study):
     """The methods beside the exact twin, and beside each other in averages; see plans.yaml."""
 
     name = "error"
-    libraries = ("numpy", "numba", "mpmath")
+    libraries = ("numpy", "numba", "flint")
 
     scenes: Sequence[PlannedScene]
     steps: Sequence[float]
@@ -136,8 +136,7 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
         "what": reference.description,
         "balls": scene.number,
         "collisions": collisions,
-        "certain": min(truth.certain, collisions),
-        "digits": truth.digits,
+        "bits": truth.bits,
         "exponent": exponent,
         # Events until an error of one rounding is as large as its quantity, ln(1/ε)/λ.
         "horizon": math.log(1 / EPSILON) / exponent if exponent else None,
@@ -208,8 +207,8 @@ def quantities(course: Trajectory, time: float) -> dict[str, float]:
 def _scene_lines(scene: Record) -> Iterator[str]:
     collisions, checkpoints = scene["collisions"], scene["checkpoints"]
     yield (
-        f"{scene['name']}: {scene['what']}; {counted(collisions, 'event')}, "
-        f"{scene['certain']} of them certain in {scene['digits']} digits"
+        f"{scene['name']}: {scene['what']}; {counted(collisions, 'event')}, all of them certain "
+        f"in {scene['bits']} bits"
     )
     places: Cells = {
         f"m at {events}": lambda result, k=k: small(result["place_errors"][k])  # type: ignore[misc]
