@@ -209,7 +209,7 @@ class Twin:
         """Raise ``UndecidedError`` for intervals that are not much narrower than doubles."""
         time, place = body.turned, body.place
         if time.rad() > WIDEST * time or place.rad() > WIDEST * self.half_sides[0]:
-            raise UndecidedError("the intervals are too wide")
+            raise UndecidedError(f"intervals of {self.bits:,} bits are too wide")
 
     def collide(self, i: int, j: int) -> tuple[Interval, Interval]:
         """Change the velocities by the law of the pair or the wall; impulse and normal speed."""

@@ -6,7 +6,7 @@ check; docs/accuracy.md explains its format.
 
 import json
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import version
@@ -16,7 +16,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from snooker_cli import __version__
-from snooker_cli.engine import ENGINE_VERSION, replay, simulate
+from snooker_cli.engine import ENGINE_VERSION, simulate
+from snooker_cli.engine.conversion import origin_of
+from snooker_cli.engine.replay import Replay
 from snooker_cli.errors import UNREADABLE, UserError
 from snooker_cli.files import sources_hash, user_hash, write_text
 from snooker_cli.formatting import counted, duration
@@ -44,8 +46,6 @@ ROUNDINGS = 64
 
 SECONDS, SECONDS_PER_BALL = 3e-4, 1e-6  # of an event, s; dilute gases take more
 
-CHUNK = 1000  # events that are carried out again at a time
-
 SOURCES = ("validation/exact_twin.py", "validation/proof.py", "containers.py", "laws.py")
 
 
@@ -57,9 +57,10 @@ def uncounted(items: Iterable[Any], _label: str, _total: int) -> Iterable[Any]:
 def prove(trace: Trace, collisions: int, counting: Counting = uncounted) -> Record:
     """The certificate of a repeat's first collisions: its events beside those of the exact twin.
 
-    It ends at the first event that is different. Its ``verdict`` is "all"; "rounding" if rounding
-    errors make the next event another one; "wrong" if they cannot; "undecided" if no precision
-    decides what is next; "slide", which the twin does not have; or "interrupted".
+    It ends at the first event that is different. Its ``verdict`` is "all"; "rounding" if that makes
+    the next event another one; "wrong" if it does not explain the next event, or its time;
+    "undecided" if no precision decides what is next; "slide", which the twin does not have; or
+    "interrupted".
 
     Raises ``ValueError`` for a scene that has no exact twin.
     """
@@ -70,7 +71,8 @@ def prove(trace: Trace, collisions: int, counting: Counting = uncounted) -> Reco
     whole = compared == len(events) and end.reason in (StopReason.TIME, StopReason.NOTHING_LEFT)
     until = end.time if end.reason is StopReason.TIME else np.inf
     verdict, reason = "all", ""
-    twin, worst, places = Twin(trace.start), np.zeros(2), np.empty(0)
+    twin, worst, states = Twin(trace.start), np.zeros(2), engine_states(trace)
+    state: Scene | None = trace.start
     bounds: list[list[float]] = []
     rows: list[list[Any]] = []
     try:
@@ -81,18 +83,21 @@ def prove(trace: Trace, collisions: int, counting: Counting = uncounted) -> Reco
             if done < compared and events.j[done] == SLIDE:
                 verdict, reason = "slide", f"event {done + 1} is a slide, which has no twin"
                 break
+            before, state = state, next(states, None)
             if done == compared or (events.i[done], events.j[done]) != collision[1:3]:
-                verdict, reason = difference(trace, done, collision)
+                verdict, reason = difference(trace, done, collision, before, state)
                 break
-            if done % CHUNK == 0:
-                places = replay(trace, events.time[done : done + CHUNK]).positions
-            worst = np.maximum(worst, errors(trace, done, twin, places[done % CHUNK], collision))
+            assert state is not None
+            if reason := wrong_contact(state, *_event(trace, done)):
+                verdict, reason = "wrong", f"event {done + 1}: {reason}"
+                break
+            worst = np.maximum(worst, errors(trace, done, twin, state, collision))
             rows.append([collision.i, collision.j, *exactly(collision.time)])
             if len(rows) in (1, 10, 100, 1000, 10_000):
                 bounds.append([len(rows), *worst.tolist()])
         else:
             if len(rows) < compared:
-                verdict, reason = difference(trace, len(rows), None)
+                verdict, reason = difference(trace, len(rows), None, state, next(states))
     except UndecidedError as question:
         verdict, reason = "undecided", f"event {len(rows) + 1} is not decided: {question}"
     except KeyboardInterrupt:
@@ -117,84 +122,101 @@ def prove(trace: Trace, collisions: int, counting: Counting = uncounted) -> Reco
     }
 
 
-def errors(
-    trace: Trace, done: int, twin: Twin, places: Floats, collision: Collision
-) -> tuple[float, float]:
+def errors(trace: Trace, done: int, twin: Twin, state: Scene, truth: Collision) -> Floats:
     """Bounds of the errors of an event's time, s, and of the places of its balls then, m."""
     events = trace.events
     assert events is not None
     moment = twin.number(float(events.time[done]))
     if events.residual is not None:
         moment += float(events.residual[done])
-    balls = [collision.i] if collision.j == CONTAINER else [collision.i, collision.j]
-    apart = [
-        abs(twin.nearest(twin.balls[k].position(collision.time) - twin.vector(*places[k].tolist())))
-        for k in balls
-    ]
-    return above(abs(moment - collision.time)), max(map(above, apart))
+    balls = [truth.i] if truth.j == CONTAINER else [truth.i, truth.j]
+    true = (twin.balls[k].position(truth.time) for k in balls)
+    own = (twin.vector(*state.positions[k].tolist()) for k in balls)
+    apart = (above(abs(twin.nearest(a - b))) for a, b in zip(true, own, strict=True))
+    return np.array([above(abs(moment - truth.time)), max(apart)])
 
 
-def difference(trace: Trace, done: int, truth: Collision | None) -> tuple[str, str]:
-    """The verdict "rounding" or "wrong", and a sentence, where the next event is not the true one.
-
-    A twin begins at the engine's own, rounded, places after the events before. Rounding explains
-    the difference if the engine's event is as early as this twin's, or if the earlier of both is so
-    weak that the balls would overlap by less than rounding errors without it.
-    """
+def engine_states(trace: Trace) -> Iterator[Scene]:
+    """The engine's balls and container just after each event."""
     events, start = trace.events, trace.start
     assert events is not None
-    before = float(events.time[done - 1]) if done else 0.0
-    if done:
-        state = replay(replace(trace, events=events[:done]), [before])
-        start = replace(
+    run, origin = Replay(trace), origin_of(start)
+    balls, container = np.empty((4, start.number)), np.zeros(4)
+    for done, moment in enumerate(events.time.tolist(), start=1):
+        run.advance(done)
+        run.write_state(moment, balls, container)
+        yield replace(
             start,
-            positions=state.positions[0],
-            velocities=state.velocities[0],
-            container_position=state.container_positions[0],
-            container_velocity=state.container_velocities[0],
+            positions=balls[:2].T + origin,
+            velocities=balls[2:].T.copy(),
+            container_position=container[:2] + origin,
+            container_velocity=container[2:].copy(),
         )
-    # Time and bodies of the engine's event and of the one that follows from its places, and their
-    # speed along the line of centres, or a little more.
+
+
+def wrong_contact(state: Scene, time: float, i: int, j: int) -> str:
+    """What is wrong with an event if rounding does not explain the gap of its bodies then."""
+    if j == CONTAINER:
+        place, radius = state.positions[[i]] - state.container_position, state.radii[[i]]
+        gap = float(state.container.wall_gaps(place, radius)[0])
+    else:
+        offset = state.container.nearest_image(state.positions[i] - state.positions[j])
+        gap = float(np.hypot(*offset) - state.radii[i] - state.radii[j])
+    wrong = abs(gap) > place_rounding(state, time)
+    return f"{_named(time, i, j)} have a gap of {gap:.2g} m" if wrong else ""
+
+
+def place_rounding(state: Scene, time: float) -> float:
+    """The error of a place that ``ROUNDINGS`` explain, m."""
+    ways = np.hypot(*state.velocities.T) * time
+    size = np.max(abs(state.positions)) + max(state.container.size) + np.max(ways)
+    return float(ROUNDINGS * EPSILON * size)
+
+
+def difference(
+    trace: Trace, done: int, truth: Collision | None, before: Scene | None, state: Scene | None
+) -> tuple[str, str]:
+    """The verdict "rounding" or "wrong", and why, where the next event is not the true one.
+
+    A twin begins at the engine's own, rounded, places. Rounding explains that the engine is later
+    if the two bodies would overlap by no more than a rounding until then, or at all.
+
+    before, state : the engine's before and after its event, which may be missing
+    """
+    assert trace.events is not None
+    assert before is not None
+    past = float(trace.events.time[done - 1]) if done else 0.0
     late = trace.stop.time if trace.stop.reason is StopReason.TIME else np.inf
-    own: tuple[float, int, int, float] = (late, -1, -1, 0.0)
-    follows = (np.inf, -1, -1, 0.0)
-    if done < len(events):
-        i, j = int(events.i[done]), int(events.j[done])
-        masses = np.append(start.masses, start.container_mass)
-        speed = float(events.impulse[done]) * (1 / masses[i] + 1 / masses[j])
-        own = float(events.time[done]), i, j, speed
-    sentence = f"event {done + 1} is {_named(own)}, in truth "
-    sentence += "none" if truth is None else _named((float(truth.time), truth.i, truth.j))
-    try:
-        for _, near in islice(follow(start), 1):
-            follows = before + float(near.time), near.i, near.j, float(near.speed)
-    except UndecidedError as question:
-        return "undecided", f"{sentence}; from the engine's places it is not decided: {question}"
-    _, i, j, speed = min(own, follows)
-    speeds = np.hypot(*start.velocities.T)
-    size = np.max(abs(start.positions)) + max(start.container.size) + np.max(speeds) * before
-    rounding = ROUNDINGS * EPSILON * size
-    overlap = np.inf
-    if j != CONTAINER:
-        sine = speed / np.hypot(*(start.velocities[i] - start.velocities[j]))
-        overlap = (start.radii[i] + start.radii[j]) * sine**2 / 2
-    if abs(own[0] - follows[0]) * speed <= rounding or overlap <= rounding or own[1] < 0:
-        return (
-            "rounding",
-            f"{sentence}; rounding errors of the events before, and chaos, explain it",
-        )
-    return "wrong", f"{sentence}; from the engine's own places, {_named(follows)} follows"
+    own, wrong = "missing", ""
+    if state is not None:
+        event = _event(trace, done)
+        late, own, wrong = event[0], _named(*event), wrong_contact(state, *event)
+    true = _named(float(truth.time), *truth[1:3]) if truth else "none"
+    sentence = f"event {done + 1} is {own}; the true one is {true}"
+    with suppress(UndecidedError):
+        for _, near in islice(follow(before), 1):
+            moment, speed, overlap = past + float(near.time), float(near.speed), np.inf
+            if near.j != CONTAINER:
+                relative = np.hypot(*(before.velocities[near.i] - before.velocities[near.j]))
+                overlap = (
+                    (before.radii[near.i] + before.radii[near.j]) * (speed / relative) ** 2 / 2
+                )
+            if min((late - moment) * speed, overlap) > place_rounding(before, past):
+                wrong = f"from snooker's own places, {_named(moment, *near[1:3])} follows"
+    if wrong:
+        return "wrong", f"{sentence}; {wrong}"
+    return "rounding", f"{sentence}: rounding, enlarged by chaos, makes the difference"
 
 
-def _named(event: tuple[float, ...]) -> str:
-    moment, i, j = event[:3]
-    if i < 0:
-        return "none"
-    return (
-        f"ball {i} and the wall at {moment:.10g} s"
-        if j < 0
-        else f"balls {i} and {j} at {moment:.10g} s"
-    )
+def _event(trace: Trace, number: int) -> tuple[float, int, int]:
+    events = trace.events
+    assert events is not None
+    return float(events.time[number]), int(events.i[number]), int(events.j[number])
+
+
+def _named(moment: float, i: int, j: int) -> str:
+    bodies = f"ball {i} and the wall" if j == CONTAINER else f"balls {i} and {j}"
+    return f"{bodies} at {moment:.10g} s"
 
 
 def exactly(interval: Interval) -> list[Any]:
