@@ -145,6 +145,8 @@ def verify(
     if exact:
         _prove(opened, point, repeat, collisions, out, as_json)
         return
+    if point is not None or repeat or out is not None:
+        raise UserError("--point, --repeat and --out need --exact")
     verified = verdicts(opened, replay=replay, workers=jobs or processors())
     total = len(opened.points) * opened.experiment.repeats
     statuses = sorted(
@@ -193,7 +195,9 @@ def _prove(
         proof = proven(run, number, repeat, collisions, counting)
         if out is not None:
             write_text(out, json.dumps(proof) + "\n")
-        records.append({key: proof[key] for key in proof if key not in ("scene", "events")})
+        records.append(
+            {key: proof[key] for key in proof if key not in ("scene", "events", "versions")}
+        )
         certain, compared = proof["certain"], counted(proof["compared"], "event")
         label = point_label(run.points[number].as_json())
         share = f"all {compared}" if certain == proof["compared"] else f"{certain:,} of {compared}"

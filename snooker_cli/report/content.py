@@ -121,6 +121,7 @@ def values(
             for row in (chosen[cor, quantity, "exponential"] for cor in COEFFICIENTS)
         ],
         "fit": lambda cor, quantity, law="exponential": chosen.get((cor, quantity, law)),
+        "figures": REPORT_FIGURES,
         "numbers": {file: picture.numbers for file, picture in pictures.items()},
         "measured": {name: measurement(name) for name in MEASUREMENTS},
         "machine": machine,
@@ -314,7 +315,7 @@ def sliding_figure(run: Run, selection: Selection) -> FigureData:
             "Simulated over ideal pressure", "Pressure ratio past wall traps"
         ),
         caption="As figure 17, in a fixed container, each start with collapse: stop and slide. "
-        "Filled: at the mean temperature; open: at the final one. Table 10 has the numbers. "
+        "Filled: at the mean temperature; open: at the final one. Table 11 has the numbers. "
         + setting(run, points, selection),
         numbers={**picture.numbers, "pairs": pairs},
     )

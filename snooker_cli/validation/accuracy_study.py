@@ -193,6 +193,7 @@ def proofs(name: str) -> Record:
         "events": max(record["compared"] for record in records),
         "certain": [min(certain), max(certain)],
         **{verdict: verdicts.count(verdict) for verdict in ("all", "undecided", "wrong")},
+        "whole": {*verdicts} == {"all"},
     }
 
 

@@ -240,7 +240,8 @@ class Twin:
         e = self.number(law.cor)
         if isinstance(law, Driven):
             return (1 + e) * (speed + law.speed)
-        if self.is_less(speed, self.scene.elastic_below, pair):
+        slow = self.scene.elastic_below
+        if slow and self.is_less(speed, slow, pair):
             return 2 * speed
         if isinstance(law, Viscoelastic) and self.is_less(speed, law.cor_speed, pair):
             root = (speed / law.cor_speed).sqrt()
@@ -330,7 +331,8 @@ class Twin:
             for across in ((-1, 0, 1) if width.real else (0,))
             for up in ((-1, 0, 1) if height.imag else (0,))
         ]
-        searched = start + self.number(0.49 * self.least_period) / w2.sqrt().upper()
+        fastest = w2.nonnegative_part().sqrt().upper()
+        searched = start + self.number(0.49 * self.least_period) / fastest
         return min(*images, Contact(None, _below(searched)), key=lambda contact: contact.lower)
 
     def root(
