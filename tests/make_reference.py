@@ -224,8 +224,8 @@ def _deviation(scene: Scene, collisions: int, seed: int) -> NDArray[np.float64]:
 def content(case: ReferenceScene) -> dict[str, Any]:
     """A scene's file."""
     scene = case.start()
-    truth = trajectory(scene, case.collisions)
-    events, number = truth.events, len(truth.events)
+    events, states = trajectory(scene, case.collisions)
+    number = len(events)
     grown = growth(scene, number)
     after = sorted({number * k // STATES for k in range(1, STATES + 1)})
     columns = (events.time, events.i, events.j, events.impulse)
@@ -236,7 +236,7 @@ def content(case: ReferenceScene) -> dict[str, Any]:
     return {
         "what": case.description,
         "made by": f"python tests/make_reference.py, with snooker {__version__}'s exact twin in "
-        f"intervals of {truth.bits} bits, and growths in {BITS} bits",
+        f"intervals, and growths in {BITS} bits",
         "scene": {
             name: value.tolist() if isinstance(value, np.ndarray) else value
             for name, value in vars(scene).items()
@@ -252,7 +252,7 @@ def content(case: ReferenceScene) -> dict[str, Any]:
             list(row)
             for row in zip(*(column.tolist() for column in columns), *growths, strict=True)
         ],
-        "states": [{"events": k, "bodies": truth.states[k].tolist()} for k in after],
+        "states": [{"events": k, "bodies": states[k].tolist()} for k in after],
     }
 
 

@@ -137,43 +137,33 @@ class Twin:
         self.normals = vector(-1), vector(1), vector(0, -1), vector(0, 1)  # as in ``laws.Sides``
         repeats = scene.container.periodic
         self.periods = vector(width * repeats[0]), vector(0, height * repeats[1])
-        self.least_period = min(
-            (side for side, repeat in zip((width, height), repeats, strict=True) if repeat),
-            default=math.inf,
-        )
-        columns = (scene.positions, scene.velocities, scene.radii, scene.masses)
-        rows = [*zip(*(column.tolist() for column in columns), strict=True)]
-        centre = scene.container_position.tolist(), scene.container_velocity.tolist()
-        rows.append((*centre, width / 2, scene.container_mass))
+        self.least_period = min(scene.container.period or (math.inf,))
+        # All bodies in doubles, the container last, and by how much these may be wrong.
+        self.places = np.vstack([scene.positions, scene.container_position])
+        self.velocities = np.vstack([scene.velocities, scene.container_velocity])
+        self.radii = np.append(scene.radii, 0.0)
+        self.clocks, self.blurs, self.speed_blurs = np.zeros((3, scene.number + 1))
+        lines = self.places.tolist(), self.velocities.tolist()
+        sizes = (*scene.radii.tolist(), width / 2), (*scene.masses.tolist(), scene.container_mass)
         self.bodies = [
             Body(
                 vector(*place),
                 vector(*velocity),
                 number(radius),
-                1 / number(mass) if math.isfinite(mass) else self.zero,
+                1 / number(mass),
                 self.zero,
             )
-            for place, velocity, radius, mass in rows
+            for place, velocity, radius, mass in zip(*lines, *sizes, strict=True)
         ]
         self.balls, self.container = self.bodies[:-1], self.bodies[-1]
-        self.now, self.partners = (
-            self.zero,
-            [*range(scene.number)],
-        )  # of the last collision, or itself
+        self.now = self.zero
+        self.partners = [*range(scene.number)]  # in the last collision of a ball; at first itself
         self.contacts: dict[tuple[int, int], Contact] = {}
         # Lower bounds of the times of contacts, a row for each ball: with later balls and, in the
         # last column, with the wall. ``soonest`` has their least in each row, or less.
         self.earliest = np.full((scene.number, scene.number + 1), math.inf)
         self.soonest = np.full(scene.number, math.inf)
-        # All bodies in doubles, and by how much these may be wrong; see ``bounds``.
-        self.places, self.velocities = np.zeros((2, scene.number + 1, 2))
-        self.clocks, self.blurs, self.speed_blurs = np.zeros((3, scene.number + 1))
-        self.radii = np.append(scene.radii, 0.0)
-        # Of the largest circle in the container.
-        self.reach = (width if repeats[1] else min(width, height)) / 2
-        self.reach = self.reach if scene.container.has_wall else math.inf
-        for i in range(scene.number + 1):
-            self.note(i)
+        self.reach = min(width, height) / 2 if scene.container.has_wall else math.inf
         for i in range(scene.number):
             self.renew(i)
 
@@ -200,16 +190,9 @@ class Twin:
             }
             for k in changed:
                 self.note(k)
-                self.check_precision(self.bodies[k])
             for k in changed:
                 self.renew(k)
             yield Collision(time, i, self.partners[i], impulse, speed)
-
-    def check_precision(self, body: Body) -> None:
-        """Raise ``UndecidedError`` for intervals that are not much narrower than doubles."""
-        time, place = body.turned, body.place
-        if time.rad() > WIDEST * time or place.rad() > WIDEST * self.half_sides[0]:
-            raise UndecidedError(f"intervals of {self.bits:,} bits are too wide")
 
     def collide(self, i: int, j: int) -> tuple[Interval, Interval]:
         """Change the velocities by the law of the pair or the wall; impulse and normal speed."""
@@ -222,10 +205,9 @@ class Twin:
             normal = ball.position(self.now) - other.position(self.now)
             if not isinstance(self.scene.container, Circle):
                 # A ball that reaches two sides at once may hit either first, they do not interact.
-                first, *rest = self.side_hits(ball)
-                for hit in rest:
-                    first = hit if hit[0] < first[0] else first
-                self.now, side = first
+                first, *other_side = self.side_hits(ball)
+                later = not other_side or not other_side[0][0] < first[0]
+                self.now, side = first if later else other_side[0]
                 normal = self.normals[side]
                 law = law[side] if isinstance(law, Sides) else law
         normal /= abs(normal)
@@ -251,8 +233,8 @@ class Twin:
     def is_less(self, speed: Interval, limit: float, pair: tuple[int, int]) -> bool:
         """Whether a speed is below a limit. Raises ``UndecidedError``."""
         if not (speed < limit or speed >= limit):
-            limits = f"{self.names(pair)} collide at the speed {limit:g} m/s of a law"
-            raise UndecidedError(f"{limits}, to {_digits(speed - limit)} m/s")
+            where = f"of {self.names(pair)} is at the {limit:g} m/s of a law"
+            raise UndecidedError(f"the speed {where}, to {_digits(speed - limit)} m/s")
         return bool(speed < limit)
 
     def names(self, pair: tuple[int, int]) -> str:
@@ -321,42 +303,36 @@ class Twin:
         In a periodic container it is the one of all images, as far as they move half a period.
         """
         x, w = other.position(start) - ball.position(start), other.velocity - ball.velocity
-        w2 = dot(w, w)
-        if self.least_period == math.inf or w2 == 0:
-            return self.root(x, w, w2, ball, other, start)
+        distance = ball.radius + other.radius
+        if self.least_period == math.inf or w == 0:
+            return self.root(x, w, distance, start)
         width, height = self.periods
-        x = self.nearest(x)
-        images = [
-            self.root(x + across * width + up * height, w, w2, ball, other, start)
+        x, fastest = self.nearest(x), abs(w).upper()
+        searched = start + self.number(0.49 * self.least_period) / fastest
+        contacts = [
+            self.root(x + across * width + up * height, w, distance, start)
             for across in ((-1, 0, 1) if width.real else (0,))
             for up in ((-1, 0, 1) if height.imag else (0,))
         ]
-        fastest = w2.nonnegative_part().sqrt().upper()
-        searched = start + self.number(0.49 * self.least_period) / fastest
-        return min(*images, Contact(None, _below(searched)), key=lambda contact: contact.lower)
+        return min(*contacts, Contact(None, _below(searched)), key=lambda contact: contact.lower)
 
-    def root(
-        self, x: Interval, w: Interval, w2: Interval, ball: Body, other: Body, start: Interval
-    ) -> Contact:
-        """The smaller root of |x + w t| = d from a time on, if the balls approach."""
-        d2 = (ball.radius + other.radius) ** 2
-        turned = x.conjugate() * w
+    def root(self, x: Interval, w: Interval, distance: Interval, start: Interval) -> Contact:
+        """The smaller root of |x + w t| = distance from a time on, if the balls approach."""
+        turned, w2, d2 = x.conjugate() * w, dot(w, w), distance**2
         b, cross = turned.real, turned.imag
         discriminant = w2 * d2 - cross * cross
         if b >= 0 or discriminant <= 0:
             return NEVER
-        gap = (dot(x, x) - d2).nonnegative_part()
         if b < 0 and discriminant > 0:
-            time = start + gap / (discriminant.sqrt() - b)
-            return Contact(time, _below(time))
-        question = "whether they touch; the discriminant is zero"
-        if (w2 * d2) > 0:
-            question += f", to {_digits(discriminant / (w2 * d2))} of its largest value"
+            gap = (dot(x, x) - d2).nonnegative_part()
+            return _at(start + gap / (discriminant.sqrt() - b), start)
         if b < 0 and w2 > 0:  # a grazing contact, or none, but not before this
-            start -= (b + discriminant.nonnegative_part().sqrt().upper()) / w2
+            lower = start - (b + discriminant.nonnegative_part().sqrt().upper()) / w2
         else:
-            start += (abs(x) - ball.radius - other.radius) / w2.nonnegative_part().sqrt().upper()
-        return Contact(None, _below(start), question)
+            lower = start + (abs(x) - distance) / abs(w).upper()
+        digits = _digits(discriminant / (w2 * d2))
+        question = f"whether they touch; the discriminant is zero, to {digits} of its largest value"
+        return Contact(None, _below(lower), question)
 
     def circle_contact(self, i: int, start: Interval) -> Contact:
         """When a ball in a circle reaches the wall: the larger root.
@@ -404,15 +380,21 @@ class Twin:
     # What doubles show
 
     def note(self, i: int) -> None:
-        """Note a body's line in doubles, and how far these are from all of its intervals."""
+        """Note a body's line in doubles, and how far these are from all of its intervals.
+
+        Raises ``UndecidedError`` for intervals that are not much narrower than doubles.
+        """
         body = self.bodies[i]
         for row, blurs, vector in (
             (self.places, self.blurs, body.place),
             (self.velocities, self.speed_blurs, body.velocity),
         ):
             row[i] = float(vector.real), float(vector.imag)
-            blurs[i] = above(abs(vector - type(vector)(*row[i].tolist())))
+            blurs[i] = above(abs(vector - self.vector(*row[i].tolist())))
         self.clocks[i] = float(body.since)
+        time, place = body.turned, body.place
+        if time.rad() > WIDEST * time or place.rad() > WIDEST * self.half_sides[0]:
+            raise UndecidedError(f"intervals of {self.bits:,} bits are too wide")
 
     def renew(self, i: int) -> None:
         """Renew the bounds of all contacts of a body."""
@@ -507,30 +489,16 @@ def follow(scene: Scene, until: float = math.inf) -> Iterator[tuple[Twin, Collis
                 raise
 
 
-@dataclass(frozen=True)
-class ExactTrajectory:
-    """What happens in a scene, each number rounded to the nearest double.
+def trajectory(scene: Scene, collisions: int) -> tuple[Events, Floats]:
+    """The first collisions of a scene; fewer if no more happen, or if the next is not decided.
 
-    events : its first collisions, fewer if no more happen or if the next is ``UndecidedError``
-    states : (1 + *n*, *N* + 1, 4), at the start and just after each event: x, y (m), u, v (m/s) of
-        each ball and, in the last row, of the container
-    bits : the precision at the end
+    The second array has the states at the start and just after each event: x, y (m), u, v (m/s) of
+    each ball and, in the last row, of the container; (1 + *n*, *N* + 1, 4). Each number is the
+    double that is nearest to the true one. Raises ``ValueError`` without an exact twin.
     """
-
-    events: Events
-    states: Floats
-    bits: int
-
-
-def trajectory(scene: Scene, collisions: int) -> ExactTrajectory:
-    """The exact trajectory of a scene from its doubles.
-
-    Raises ``ValueError`` for a scene that has no exact twin.
-    """
-    twin = Twin(scene)
-    rows, states = [], [twin.state()]
+    rows, states = [], [Twin(scene).state()]
     with suppress(UndecidedError):
         for twin, collision in islice(follow(scene), collisions):
             rows.append((float(collision.time), collision.i, collision.j, float(collision.impulse)))
             states.append(twin.state())
-    return ExactTrajectory(events_from_rows(rows), np.array(states), twin.bits)
+    return events_from_rows(rows), np.array(states)
