@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import version
 from itertools import islice
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from snooker_cli.engine.conversion import origin_of
 from snooker_cli.engine.replay import Replay
 from snooker_cli.errors import UNREADABLE, UserError
 from snooker_cli.files import sources_hash, user_hash, write_text
-from snooker_cli.formatting import counted, duration
+from snooker_cli.formatting import counted, duration, plain
 from snooker_cli.laws import Sides, WallLaw, word_of
 from snooker_cli.runs import Run
 from snooker_cli.runs.progress import notice
@@ -54,6 +54,40 @@ def uncounted(items: Iterable[Any], _label: str, _total: int) -> Iterable[Any]:
     return items
 
 
+class OwnEvent(NamedTuple):
+    """An event of the engine, s, and its balls and container just after it.
+
+    residual : the part of the time that rounding cuts off
+    """
+
+    time: float
+    residual: float
+    i: int
+    j: int
+    state: Scene
+
+
+def own_events(trace: Trace) -> Iterator[OwnEvent]:
+    """The engine's events, carried out again."""
+    events, start = trace.events, trace.start
+    assert events is not None
+    run, origin = Replay(trace), origin_of(start)
+    balls, container = np.empty((4, start.number)), np.zeros(4)
+    rest = np.zeros(len(events)) if events.residual is None else events.residual
+    columns = (column.tolist() for column in (events.time, rest, events.i, events.j))
+    for done, (moment, residual, i, j) in enumerate(zip(*columns, strict=True), start=1):
+        run.advance(done)
+        run.write_state(moment, balls, container)
+        state = replace(
+            start,
+            positions=balls[:2].T + origin,
+            velocities=balls[2:].T.copy(),
+            container_position=container[:2] + origin,
+            container_velocity=container[2:].copy(),
+        )
+        yield OwnEvent(moment, residual, i, j, state)
+
+
 def prove(trace: Trace, collisions: int, counting: Counting = uncounted) -> Record:
     """The certificate of a repeat's first collisions: its events beside those of the exact twin.
 
@@ -64,157 +98,121 @@ def prove(trace: Trace, collisions: int, counting: Counting = uncounted) -> Reco
 
     Raises ``ValueError`` for a scene that has no exact twin.
     """
-    events, end, began = trace.events, trace.stop, time.process_time()
-    assert events is not None
-    compared = min(len(events), collisions)
+    end, began, number = trace.stop, time.process_time(), len(trace.events or ())
+    compared = min(number, collisions)
     # Up to the end of such a repeat there must be no further event.
-    whole = compared == len(events) and end.reason in (StopReason.TIME, StopReason.NOTHING_LEFT)
+    whole = compared == number and end.reason in (StopReason.TIME, StopReason.NOTHING_LEFT)
     until = end.time if end.reason is StopReason.TIME else np.inf
-    verdict, reason = "all", ""
-    twin, worst, states = Twin(trace.start), np.zeros(2), engine_states(trace)
-    state: Scene | None = trace.start
+    verdict, reason, last = "all", "", OwnEvent(0.0, 0.0, CONTAINER, CONTAINER, trace.start)
+    twin, worst, own = Twin(trace.start), np.zeros(2), own_events(trace)
     bounds: list[list[float]] = []
     rows: list[list[Any]] = []
     try:
         truth = counting(islice(follow(trace.start, until), compared + whole), "", compared)
-        for done, (twin, collision) in enumerate(truth):
-            if done == compared and not collision.time < until:
+        for twin, collision in truth:
+            event = next(own, None)
+            if event is None and not collision.time < until:
                 break
-            if done < compared and events.j[done] == SLIDE:
-                verdict, reason = "slide", f"event {done + 1} is a slide, which has no twin"
+            if event is not None and event.j == SLIDE:
+                verdict, reason = "slide", "a slide, which has no twin"
                 break
-            before, state = state, next(states, None)
-            if done == compared or (events.i[done], events.j[done]) != collision[1:3]:
-                verdict, reason = difference(trace, done, collision, before, state)
+            if event is None or (event.i, event.j) != collision[1:3]:
+                verdict, reason = difference(last, event, collision, until)
                 break
-            assert state is not None
-            if reason := wrong_contact(state, *_event(trace, done)):
-                verdict, reason = "wrong", f"event {done + 1}: {reason}"
+            if reason := wrong_contact(event):
+                verdict = "wrong"
                 break
-            worst = np.maximum(worst, errors(trace, done, twin, state, collision))
-            rows.append([collision.i, collision.j, *exactly(collision.time)])
+            worst, last = np.maximum(worst, errors(event, twin, collision)), event
+            rows.append([event.i, event.j, *exactly(collision.time)])
             if len(rows) in (1, 10, 100, 1000, 10_000):
                 bounds.append([len(rows), *worst.tolist()])
         else:
             if len(rows) < compared:
-                verdict, reason = difference(trace, len(rows), None, state, next(states))
+                verdict, reason = difference(last, next(own), None, until)
     except UndecidedError as question:
-        verdict, reason = "undecided", f"event {len(rows) + 1} is not decided: {question}"
+        verdict, reason = "undecided", f"not decided: {question}"
     except KeyboardInterrupt:
-        verdict, reason = "interrupted", f"event {len(rows) + 1} was not computed"
+        verdict, reason = "interrupted", "not computed"
     if rows and bounds[-1][0] < len(rows):
         bounds.append([len(rows), *worst.tolist()])
+    versions = {"snooker": __version__, "engine": ENGINE_VERSION}
     return {
         "certain": len(rows),
         "compared": compared,
         "verdict": verdict,
-        "reason": reason,
+        "reason": f"event {len(rows) + 1} is {reason}" if reason else "",
         "bounds": [dict(zip(("events", "time", "place"), row, strict=True)) for row in bounds],
         "bits": twin.bits,
         "seconds": round(time.process_time() - began, 2),
-        "versions": {
-            "snooker": __version__,
-            "engine": ENGINE_VERSION,
-            "python-flint": version("python-flint"),
-        },
+        "versions": versions | {"python-flint": version("python-flint")},
         "scene": scene_record(trace.start),
         "events": rows,
     }
 
 
-def errors(trace: Trace, done: int, twin: Twin, state: Scene, truth: Collision) -> Floats:
+def errors(event: OwnEvent, twin: Twin, truth: Collision) -> Floats:
     """Bounds of the errors of an event's time, s, and of the places of its balls then, m."""
-    events = trace.events
-    assert events is not None
-    moment = twin.number(float(events.time[done]))
-    if events.residual is not None:
-        moment += float(events.residual[done])
-    balls = [truth.i] if truth.j == CONTAINER else [truth.i, truth.j]
-    true = (twin.balls[k].position(truth.time) for k in balls)
-    own = (twin.vector(*state.positions[k].tolist()) for k in balls)
-    apart = (above(abs(twin.nearest(a - b))) for a, b in zip(true, own, strict=True))
-    return np.array([above(abs(moment - truth.time)), max(apart)])
-
-
-def engine_states(trace: Trace) -> Iterator[Scene]:
-    """The engine's balls and container just after each event."""
-    events, start = trace.events, trace.start
-    assert events is not None
-    run, origin = Replay(trace), origin_of(start)
-    balls, container = np.empty((4, start.number)), np.zeros(4)
-    for done, moment in enumerate(events.time.tolist(), start=1):
-        run.advance(done)
-        run.write_state(moment, balls, container)
-        yield replace(
-            start,
-            positions=balls[:2].T + origin,
-            velocities=balls[2:].T.copy(),
-            container_position=container[:2] + origin,
-            container_velocity=container[2:].copy(),
+    moment = twin.number(event.time) + event.residual
+    apart = (
+        twin.nearest(
+            twin.balls[k].position(truth.time) - twin.vector(*event.state.positions[k].tolist())
         )
+        for k in (event.i, event.j)
+        if k != CONTAINER
+    )
+    return np.array([above(abs(moment - truth.time)), max(above(abs(way)) for way in apart)])
 
 
-def wrong_contact(state: Scene, time: float, i: int, j: int) -> str:
+def wrong_contact(event: OwnEvent) -> str:
     """What is wrong with an event if rounding does not explain the gap of its bodies then."""
+    state, i, j = event.state, event.i, event.j
     if j == CONTAINER:
         place, radius = state.positions[[i]] - state.container_position, state.radii[[i]]
         gap = float(state.container.wall_gaps(place, radius)[0])
     else:
         offset = state.container.nearest_image(state.positions[i] - state.positions[j])
         gap = float(np.hypot(*offset) - state.radii[i] - state.radii[j])
-    wrong = abs(gap) > place_rounding(state, time)
-    return f"{_named(time, i, j)} have a gap of {gap:.2g} m" if wrong else ""
+    wrong = abs(gap) > place_rounding(event)
+    return f"{named(event.time, i, j)}, with a gap of {gap:.2g} m" if wrong else ""
 
 
-def place_rounding(state: Scene, time: float) -> float:
+def place_rounding(event: OwnEvent) -> float:
     """The error of a place that ``ROUNDINGS`` explain, m."""
-    ways = np.hypot(*state.velocities.T) * time
+    state = event.state
+    ways = np.hypot(*state.velocities.T) * event.time
     size = np.max(abs(state.positions)) + max(state.container.size) + np.max(ways)
     return float(ROUNDINGS * EPSILON * size)
 
 
 def difference(
-    trace: Trace, done: int, truth: Collision | None, before: Scene | None, state: Scene | None
+    last: OwnEvent, event: OwnEvent | None, truth: Collision | None, until: float
 ) -> tuple[str, str]:
     """The verdict "rounding" or "wrong", and why, where the next event is not the true one.
 
     A twin begins at the engine's own, rounded, places. Rounding explains that the engine is later
     if the two bodies would overlap by no more than a rounding until then, or at all.
 
-    before, state : the engine's before and after its event, which may be missing
+    last, event : before the difference, and the next one, if there is one up to a time, s
     """
-    assert trace.events is not None
-    assert before is not None
-    past = float(trace.events.time[done - 1]) if done else 0.0
-    late = trace.stop.time if trace.stop.reason is StopReason.TIME else np.inf
-    own, wrong = "missing", ""
-    if state is not None:
-        event = _event(trace, done)
-        late, own, wrong = event[0], _named(*event), wrong_contact(state, *event)
-    true = _named(float(truth.time), *truth[1:3]) if truth else "none"
-    sentence = f"event {done + 1} is {own}; the true one is {true}"
+    own, late, wrong, state = "missing", until, "", last.state
+    if event is not None:
+        own, late, wrong = named(*event[:1], *event[2:4]), event.time, wrong_contact(event)
+    true = named(float(truth.time), truth.i, truth.j) if truth else "none"
     with suppress(UndecidedError):
-        for _, near in islice(follow(before), 1):
-            moment, speed, overlap = past + float(near.time), float(near.speed), np.inf
+        for _, near in islice(follow(state), 1):
+            moment, speed, overlap = last.time + float(near.time), float(near.speed), np.inf
             if near.j != CONTAINER:
-                relative = np.hypot(*(before.velocities[near.i] - before.velocities[near.j]))
-                overlap = (
-                    (before.radii[near.i] + before.radii[near.j]) * (speed / relative) ** 2 / 2
-                )
-            if min((late - moment) * speed, overlap) > place_rounding(before, past):
-                wrong = f"from snooker's own places, {_named(moment, *near[1:3])} follows"
+                relative = np.hypot(*(state.velocities[near.i] - state.velocities[near.j]))
+                overlap = (state.radii[near.i] + state.radii[near.j]) * (speed / relative) ** 2 / 2
+            if min((late - moment) * speed, overlap) > place_rounding(last):
+                follows = named(moment, near.i, near.j)
+                wrong = f"{own}; from snooker's own places, {follows} follows"
     if wrong:
-        return "wrong", f"{sentence}; {wrong}"
-    return "rounding", f"{sentence}: rounding, enlarged by chaos, makes the difference"
+        return "wrong", f"{wrong}; the true one is {true}"
+    return "rounding", f"{own}; the true one is {true}: rounding, enlarged by chaos, decides"
 
 
-def _event(trace: Trace, number: int) -> tuple[float, int, int]:
-    events = trace.events
-    assert events is not None
-    return float(events.time[number]), int(events.i[number]), int(events.j[number])
-
-
-def _named(moment: float, i: int, j: int) -> str:
+def named(moment: float, i: int, j: int) -> str:
     bodies = f"ball {i} and the wall" if j == CONTAINER else f"balls {i} and {j}"
     return f"{bodies} at {moment:.10g} s"
 
@@ -229,16 +227,16 @@ def exactly(interval: Interval) -> list[Any]:
 
 def scene_record(scene: Scene) -> Record:
     """A scene as JSON has it; doubles are read back to the bit, an infinite mass is null."""
-    arrays = ("positions", "velocities", "radii", "masses")
-    centre = ("container_position", "container_velocity")
-    return {
-        **{name: getattr(scene, name).tolist() for name in (*arrays, *centre)},
-        "container": {"shape": scene.container.name, **scene.container.lengths},
-        "container_mass": scene.container_mass if scene.free else None,
-        "pair_law": _law_record(scene.pair_law),
-        "wall_law": _law_record(scene.wall_law),
-        "elastic_below": scene.elastic_below,
-    }
+    record: Record = plain(
+        {
+            name: value
+            for name, value in vars(scene).items()
+            if isinstance(value, np.ndarray | float)
+        }
+    )
+    container = {"shape": scene.container.name, **scene.container.lengths}
+    laws = {name: _law_record(getattr(scene, name)) for name in ("pair_law", "wall_law")}
+    return {"container": container, **laws, **record}
 
 
 def _law_record(law: WallLaw) -> Record:

@@ -49,7 +49,9 @@ def test_a_repeat_that_ends_at_a_time_has_no_further_event() -> None:
     assert (prove(whole, 10)["certain"], prove(whole, 10)["verdict"]) == (1, "all")
     assert whole.events is not None
     none = replace(whole, events=whole.events[:0])
-    assert prove(none, 10)["reason"].startswith("event 1 is missing; the true one is ball 0")
+    assert prove(none, 10)["reason"].startswith(
+        "event 1 is missing; from snooker's own places, ball 0"
+    )
 
 
 def test_a_slide_ends_the_proof() -> None:
