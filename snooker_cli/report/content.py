@@ -278,8 +278,9 @@ def steady_pressures(points: Sequence[Record]) -> list[dict[str, Any]]:
     return sorted(rows, key=lambda row: float(row["radius"]))
 
 
-MEASUREMENTS = ("error", "hard", "billion", "physics")
-"""Saved measurements of ``snooker bench``; billion is a hard case of its own."""
+MEASUREMENTS = ("error", "hard", "billion", "physics", "certain")
+"""Saved measurements of ``snooker bench``, and of ``tests/make_certain.py``; billion is a hard case
+of its own."""
 
 
 @cache

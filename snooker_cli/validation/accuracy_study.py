@@ -4,17 +4,13 @@ import math
 import statistics
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from snooker_cli.analysis.observables import losses, mean_and_error, total_energy
-from snooker_cli.config import EXAMPLES, load
-from snooker_cli.engine import simulate
 from snooker_cli.figures.figure_data import NEUTRAL, FigureData, Layer, Line, Points, Reference
 from snooker_cli.formatting import counted, short, with_error
-from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import EPSILON
 from snooker_cli.validation.exact_twin import trajectory
 from snooker_cli.validation.methods import (
@@ -23,12 +19,10 @@ from snooker_cli.validation.methods import (
     ReferenceScene,
     Trajectory,
     all_methods,
-    by_engine,
     first_different,
     imbalance,
     rms_distance,
 )
-from snooker_cli.validation.proof import prove
 from snooker_cli.validation.study import (
     LEGENDS,
     Cells,
@@ -50,13 +44,6 @@ all errors alike."""
 MOST_RUNS, ENOUGH = 5, 1.0
 """A method is timed at most this often, or until its runs take this long, s."""
 
-MOST_PROVEN = 10_000  # events of a repeat
-
-ENGINES = tuple(
-    Method(name, None, partial(by_engine, engine=name)) for name in ("allpairs", "cells")
-)
-"""Both engines: they round differently, so chaos makes other trajectories of the same starts."""
-
 LEAST_OVERLAP = 1e-9
 """An overlap that is deeper, m, is not made by rounding: a collision came late or not at all."""
 
@@ -74,12 +61,9 @@ class AccuracyStudy(Study):
     averaged_steps: Sequence[float]
     time: float
     repeats: int
-    rounded: Sequence[PlannedScene]
-    rounded_time: float
-    proven: Sequence[str]
 
     def results(self, report: Callable[[str], None]) -> Record:
-        record: Record = {"scenes": [], "ensembles": [], "rounding": [], "proofs": []}
+        record: Record = {"scenes": [], "ensembles": []}
         for scene in self.scenes:
             report(scene.description)
             record["scenes"].append(against_truth(scene, all_methods(self.steps)))
@@ -87,12 +71,6 @@ class AccuracyStudy(Study):
             report(f"averages over {self.repeats} repeats, {scene.description}")
             methods = all_methods(self.averaged_steps)
             record["ensembles"].append(averages(scene, methods, self.time, self.repeats))
-        for scene in self.rounded:
-            report(f"averages over {self.repeats} repeats by both engines, {scene.description}")
-            record["rounding"].append(averages(scene, ENGINES, self.rounded_time, self.repeats))
-        for name in self.proven:
-            report(f"events that are certain, {name}.yaml")
-            record["proofs"].append(proofs(name))
         return record
 
     @staticmethod
@@ -101,14 +79,8 @@ class AccuracyStudy(Study):
         yield from ("", *LEGENDS["error"])
         for scene in record["scenes"]:
             yield from ("", *_scene_lines(scene))
-        for ensemble in record["ensembles"] + record["rounding"]:
+        for ensemble in record["ensembles"]:
             yield from ("", *_ensemble_lines(ensemble))
-        cells: Cells = {
-            name: lambda row, name=name: str(row[name])  # type: ignore[misc]
-            for name in ("config", "points", "events", "certain", "all", "undecided", "wrong")
-        }
-        yield from ("", "events that are certain in the first repeat of each point")
-        yield from table(record["proofs"], cells, left=("config",))
 
     @staticmethod
     def figures(record: Record) -> dict[str, FigureData]:
@@ -169,30 +141,6 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
         "horizon": math.log(1 / EPSILON) / exponent if exponent else None,
         "checkpoints": checkpoints,
         "results": results,
-    }
-
-
-def proofs(name: str) -> Record:
-    """How many events are certain in the first repeats of the points of a config.
-
-    ``events`` is the most that were compared; ``certain`` has the least and the largest number; the
-    others are numbers of points with these verdicts.
-    """
-    records = []
-    for point in load(EXAMPLES / f"{name}.yaml").points():
-        limits = point.experiment
-        most = min(limits.collisions or MOST_PROVEN, MOST_PROVEN)
-        trace = simulate(starting_scene(limits, 0), collisions=most, time=limits.time)
-        records.append(prove(trace, most))
-    certain = [record["certain"] for record in records]
-    verdicts = [record["verdict"] for record in records]
-    return {
-        "config": name,
-        "points": len(records),
-        "events": max(record["compared"] for record in records),
-        "certain": [min(certain), max(certain)],
-        **{verdict: verdicts.count(verdict) for verdict in ("all", "undecided", "wrong")},
-        "whole": {*verdicts} == {"all"},
     }
 
 
@@ -278,7 +226,7 @@ def _scene_lines(scene: Record) -> Iterator[str]:
 def _ensemble_lines(ensemble: Record) -> Iterator[str]:
     yield (
         f"averages of {ensemble['what']}: {ensemble['repeats']} repeats of {ensemble['time']:g} s, "
-        f"and differences from {ensemble['methods'][0]['method']}, ± standard error"
+        "and differences from snooker's, ± standard error"
     )
     cells: Cells = {
         "method": lambda row: str(row["method"]),

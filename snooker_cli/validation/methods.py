@@ -130,10 +130,10 @@ def farthest_escape(scene: Scene, states: States) -> float:
     return float(np.max(-scene.container.wall_gaps(places, scene.radii), initial=0.0))
 
 
-def by_engine(scene: Scene, moments: Floats, engine: str | None = None) -> Trajectory:
+def by_engine(scene: Scene, moments: Floats) -> Trajectory:
     """Simulate with this project's engine."""
     clock = time.process_time()
-    trace = simulate(scene, time=float(moments[-1]), engine=engine)
+    trace = simulate(scene, time=float(moments[-1]))
     seconds = time.process_time() - clock
     assert trace.events is not None
     positions = replay(trace, moments).positions

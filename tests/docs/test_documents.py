@@ -282,7 +282,7 @@ def test_errors_and_costs_are_the_saved_measurements() -> None:
     for value in (source["first_different"] + 1, short(source["overlap"], 2)):
         assert str(value) in text
     assert f"{found['date'][:10]} on one processor: {found['machine']['processor']}" in text
-    for proof in found["proofs"]:
+    for proof in measurement("certain")["proofs"]:
         certain = " to ".join(dict.fromkeys(f"{number:,}" for number in proof["certain"]))
         row = f"{proof['points']} | {proof['events']:,} | {certain} | {proof['all']}"
         assert f"| `{proof['config']}` | {row} |" in text
