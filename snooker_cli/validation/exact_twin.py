@@ -135,9 +135,14 @@ class Twin:
         width, height = scene.container.size
         self.half_sides = number(width) / 2, number(height) / 2
         self.normals = vector(-1), vector(1), vector(0, -1), vector(0, 1)  # as in ``laws.Sides``
-        repeats = scene.container.periodic
-        self.periods = vector(width * repeats[0]), vector(0, height * repeats[1])
+        across, up = scene.container.periodic
+        self.periods = [vector(width)] * across + [vector(0, height)] * up
         self.least_period = min(scene.container.period or (math.inf,))
+        self.images = [  # of a ball, by which way they are from it
+            vector(x * width, y * height)
+            for x in range(-across, across + 1)
+            for y in range(-up, up + 1)
+        ]
         # All bodies in doubles, the container last, and by how much these may be wrong.
         self.places = np.vstack([scene.positions, scene.container_position])
         self.velocities = np.vstack([scene.velocities, scene.container_velocity])
@@ -306,14 +311,9 @@ class Twin:
         distance = ball.radius + other.radius
         if self.least_period == math.inf or w == 0:
             return self.root(x, w, distance, start)
-        width, height = self.periods
         x, fastest = self.nearest(x), abs(w).upper()
         searched = start + self.number(0.49 * self.least_period) / fastest
-        contacts = [
-            self.root(x + across * width + up * height, w, distance, start)
-            for across in ((-1, 0, 1) if width.real else (0,))
-            for up in ((-1, 0, 1) if height.imag else (0,))
-        ]
+        contacts = [self.root(x + image, w, distance, start) for image in self.images]
         return min(*contacts, Contact(None, _below(searched)), key=lambda contact: contact.lower)
 
     def root(self, x: Interval, w: Interval, distance: Interval, start: Interval) -> Contact:
@@ -371,10 +371,9 @@ class Twin:
 
     def nearest(self, vector: Interval) -> Interval:
         """A vector to the nearest image, or to one that is as near but for a rounding."""
-        for period in self.periods if self.least_period < math.inf else ():
-            if period != 0:
-                turns = round(float(dot(vector, period).mid() / dot(period, period).mid()))
-                vector -= turns * period
+        for period in self.periods:
+            turns = round(float(dot(vector, period).mid() / dot(period, period).mid()))
+            vector -= turns * period
         return vector
 
     # What doubles show
