@@ -207,7 +207,8 @@ def _prove(
             [f"{bound['events']:,}", short(bound["time"], 2), short(bound["place"], 2)]
             for bound in proof["bounds"]
         ]
-        lines += text_table([">up to event", ">times within, s", ">places within, m"], cells)
+        if cells:
+            lines += text_table([">up to event", ">times within, s", ">places within, m"], cells)
         if proof["verdict"] == "interrupted":
             break
     print_result({"run": str(run.directory), "exact": records}, as_json, lines)

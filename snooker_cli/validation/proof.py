@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
-from importlib.metadata import version
+from importlib import import_module
 from itertools import islice
 from typing import Any, NamedTuple, TypeAlias
 
@@ -43,8 +43,6 @@ Counting: TypeAlias = Callable[[Iterable[Any], str, int], Iterable[Any]]
 
 ROUNDINGS = 64
 """As many roundings of places and times may decide what the next event of the engine is."""
-
-SECONDS, SECONDS_PER_BALL = 3e-4, 1e-6  # of an event, s; dilute gases take more
 
 SOURCES = ("validation/exact_twin.py", "validation/proof.py", "containers.py", "laws.py")
 
@@ -144,7 +142,7 @@ def prove(trace: Trace, collisions: int, counting: Counting = uncounted) -> Reco
         "bounds": [dict(zip(("events", "time", "place"), row, strict=True)) for row in bounds],
         "bits": twin.bits,
         "seconds": round(time.process_time() - began, 2),
-        "versions": versions | {"python-flint": version("python-flint")},
+        "versions": versions | {"python-flint": import_module("flint").__version__},
         "scene": scene_record(trace.start),
         "events": rows,
     }
@@ -261,7 +259,7 @@ def proven(
     if key := unsupported_key(trace.start):
         raise UserError(f"{run.name}: --exact cannot follow a scene with {key}")
     try:
-        flint = version("python-flint")
+        flint = import_module("flint").__version__
     except ModuleNotFoundError:
         advice = "install it with `pip install 'snooker-cli[reference]'`"
         raise UserError("python-flint is not installed", advice) from None
@@ -278,7 +276,9 @@ def proven(
             trace.start, collisions=min(most, collisions), time=limits.time, engine=run.engine
         )
     number = min(len(trace.events or ()), collisions)
-    seconds = number * (SECONDS + SECONDS_PER_BALL * trace.start.number)
+    # Measured: in a dilute gas each ball may meet many others, and each of them is computed.
+    dilution = min(trace.start.mean_free_path / max(trace.start.container.size), 1.0)
+    seconds = number * (3e-4 + (1e-6 + 5e-5 * dilution) * trace.start.number)
     notice(f"computing up to {counted(number, 'event')}; this takes about {duration(seconds)}")
     proof = {"point": point, "repeat": repeat, **prove(trace, collisions, counting)}
     if proof["verdict"] != "interrupted":

@@ -4,6 +4,7 @@ import math
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,13 @@ from snooker_cli.engine import simulate
 from snooker_cli.laws import Constant, Driven, Law, Sides, Thermal, Viscoelastic, WallLaw
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER
-from snooker_cli.validation.exact_twin import Twin, UndecidedError, follow, trajectory
+from snooker_cli.validation.exact_twin import (
+    SLACK,
+    Twin,
+    UndecidedError,
+    follow,
+    trajectory,
+)
 from snooker_cli.validation.methods import rings
 
 
@@ -140,6 +147,26 @@ def test_more_bits_only_narrow_the_intervals():
             assert event.impulse.contains(sharp.impulse)
             numbers.add(number)
     assert 10 < len(numbers) < 100
+
+
+class Unfiltered(Twin):
+    """Computes all contacts after each event, however far apart two bodies are."""
+
+    def bounds(self, i: int) -> Any:
+        bounds = super().bounds(i)
+        bounds[np.isfinite(bounds)] = float(self.now) * (1 - SLACK)
+        return bounds
+
+
+@pytest.mark.parametrize("shape", ["circle", "box", "channel", "periodic"])
+@pytest.mark.parametrize("packing", [0.01, 0.3])
+def test_no_contact_is_left_out(shape: str, packing: float):
+    """Doubles that show that two bodies are too far apart save time only."""
+    scene = gas(shape, 8, packing, mixed=True, cor=0.9)
+    quick, slow = Twin(scene).collisions(), Unfiltered(scene).collisions()
+    for event, other in islice(zip(quick, slow, strict=True), 60):
+        assert event[1:3] == other[1:3]
+        assert event.time.overlaps(other.time)
 
 
 BALL = (0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
