@@ -55,6 +55,7 @@ measured: $(TESTS_READY)  ## Measure errors, hard cases and physics again on an 
 		cp runs/measured/$$each.json snooker_cli/report/measured/ || exit 1; \
 	done
 	cp runs/measured/error-against-cost-report.png docs/error-against-cost.png
+	$(BIN)/python tests/make_certain.py
 
 clean:  ## Remove all runs.
 	find runs -mindepth 1 ! -name .gitkeep -delete

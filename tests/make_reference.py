@@ -3,7 +3,7 @@
 ``python tests/make_reference.py`` makes them all anew, in a few minutes; with names, only those.
 Each file is JSON; all numbers but the growths are the nearest doubles of the exact ones.
 
-- what, made by: the scene, and the program and its number of digits
+- what, made by: the scene, and the program and its precision
 - scene: as in ``snooker_cli.scene``, SI units; null is infinite
 - events: a row each: time (s), i, j (-1 for the container), impulse (kg m/s), and the ``Growth``
   of time (s), impulse (kg m/s) and the worst ball's place (m)
@@ -17,14 +17,13 @@ import json
 import math
 import random
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
-import mpmath
 import numpy as np
 from numpy.typing import NDArray
 from scenes import scene_of
@@ -34,14 +33,8 @@ from snooker_cli.containers import Circle
 from snooker_cli.laws import Constant
 from snooker_cli.placement.places import DIGITS, cosine_and_sine
 from snooker_cli.scene import Scene
-from snooker_cli.trace import CONTAINER, Events
-from snooker_cli.validation.exact_twin import (
-    DIGITS_PER_EVENT,
-    SPARE_DIGITS,
-    Number,
-    Twin,
-    trajectory,
-)
+from snooker_cli.trace import Events
+from snooker_cli.validation.exact_twin import Interval, Twin, trajectory
 from snooker_cli.validation.methods import ReferenceScene, events_from_rows, reference_scene, rings
 from snooker_cli.validation.study import PLANS
 
@@ -49,6 +42,9 @@ FOLDER = Path(__file__).with_name("reference")
 
 RADIUS = 10.0
 """Radius of every container, m."""
+
+SHIFT, BITS = 1e-200, 8192
+"""The relative errors of a noisy twin, and the precision in which they can grow."""
 
 STATES = 5
 """States in a file, evenly over the events, with the last one."""
@@ -126,6 +122,13 @@ def wall_trap() -> Scene:
 
 
 FIXED = {"container_mass": math.inf}
+
+
+def dilute_fixed() -> Scene:
+    """The source report's balls with a radius of 0.1 m, and an elastic wall."""
+    return replace(rings(1, radius=0.1, restitution=0.8, **FIXED), wall_law=Constant(1.0))
+
+
 ALL = {item["name"]: reference_scene(item) for item in PLANS["scenes"]} | {
     scene.name: scene
     for scene in (
@@ -139,7 +142,7 @@ ALL = {item["name"]: reference_scene(item) for item in PLANS["scenes"]} | {
             "dilute-fixed-cor-0.8",
             "balls of 0.1 m, cor 0.8, in a fixed container with an elastic wall",
             150,
-            partial(rings, 1, radius=0.1, restitution=0.8, wall_restitution=1.0, **FIXED),
+            dilute_fixed,
         ),
         ReferenceScene(
             "row", "Newton's row of five, cor 0.9, and back from the elastic wall", 60, row
@@ -164,66 +167,65 @@ ALL = {item["name"]: reference_scene(item) for item in PLANS["scenes"]} | {
 
 
 class NoisyTwin(Twin):
-    """Errs at random in each collision: by ``shift`` of the distance covered and of the speed.
+    """Errs at random in each collision: by ``SHIFT`` of the distance covered and of the speed.
 
     Its errors are so small that they grow linearly to the end.
     """
 
-    def __init__(self, scene: Scene, digits: int, shift: Number, seed: int) -> None:
-        self.shift, self.dice = shift, random.Random(seed)
-        super().__init__(scene, digits)
+    def __init__(self, scene: Scene, seed: int) -> None:
+        self.dice = random.Random(seed)
+        super().__init__(scene, BITS)
 
-    def collide(self, i: int, j: int) -> Number:
+    def collide(self, i: int, j: int) -> tuple[Interval, Interval]:
         """Displace both bodies before they collide; a container that is fixed stays."""
-        for body in (self.balls[i], self.container if j == CONTAINER else self.balls[j]):
-            if body is not self.container or self.free:
+        for body in (self.balls[i], self.bodies[j]):
+            if body is not self.container or self.scene.free:
                 speed = abs(body.velocity.real) + abs(body.velocity.imag)
                 # The container's size, and speed times time: clocks are rounded too.
                 way = self.half_sides[0] + speed * self.now
-                body.turn(self.error(speed) + 1j * self.error(speed), self.now)
-                body.place += self.error(way) + 1j * self.error(way)
+                body.turn(self.error(speed), self.now)
+                body.place += self.error(way)
         return super().collide(i, j)
 
-    def error(self, whole: Number) -> Number:
-        """A random error in proportion to what it is an error of."""
-        return self.dice.gauss(0, 1) * self.shift * whole
+    def error(self, whole: Interval) -> Interval:
+        """A random vector in proportion to what it is an error of."""
+        across, along = (self.dice.gauss(0, 1) for _ in range(2))
+        return self.vector(across, along) * self.number(SHIFT) * whole.mid()
 
 
 def growth(scene: Scene, collisions: int) -> Growth:
     """The growth of errors over a scene's first collisions, of three noisy twins."""
-    digits = math.ceil(SPARE_DIGITS + DIGITS_PER_EVENT * collisions)
-    return Growth(
-        *np.maximum.reduce([_deviation(scene, collisions, digits, seed) for seed in range(3)])
-    )
+    return Growth(*np.maximum.reduce([_deviation(scene, collisions, seed) for seed in range(3)]))
 
 
-def _deviation(scene: Scene, collisions: int, digits: int, seed: int) -> NDArray[np.float64]:
+def _deviation(scene: Scene, collisions: int, seed: int) -> NDArray[np.float64]:
     """One noisy twin's deviation in time, impulse and place, over its errors; (3, *n*)."""
-    exact = Twin(scene, 2 * digits)
-    shift = exact.mathematics.mpf(10) ** -digits
-    noisy = NoisyTwin(scene, 2 * digits, shift, seed)
+    exact, noisy = Twin(scene, BITS), NoisyTwin(scene, seed)
+    others = noisy.collisions()
     rows, alike = [], True
     for own in islice(exact.collisions(), collisions):
-        other = next(noisy.collisions(), None) if alike else None
+        other = next(others, None) if alike else None
         alike = other is not None and (other.i, other.j) == (own.i, own.j)
         if other is None or not alike:
             rows.append([math.inf] * 3)
             continue
         pairs = zip(exact.balls, noisy.balls, strict=True)
         offsets = [mine.position(own.time) - yours.position(own.time) for mine, yours in pairs]
-        apart = max(abs(offset.real) + abs(offset.imag) for offset in offsets)
-        errors = (abs(other.time - own.time), abs(other.impulse - own.impulse), apart)
-        rows.append([float(error / shift) for error in errors])
+        errors = [
+            abs(own.time - other.time),
+            abs(own.impulse - other.impulse),
+            *(abs(offset.real) + abs(offset.imag) for offset in offsets),
+        ]
+        relative = [float(error.mid() / SHIFT) for error in errors]
+        rows.append([*relative[:2], max(relative[2:])])
     return np.array(rows).reshape(-1, 3).T
 
 
 def content(case: ReferenceScene) -> dict[str, Any]:
-    """A scene's file. Raises ``ValueError`` if not all of its events are certain."""
+    """A scene's file."""
     scene = case.start()
-    truth = trajectory(scene, case.collisions)
-    events, number = truth.events, len(truth.events)
-    if truth.certain < number:
-        raise ValueError(f"{case.name}: only {truth.certain} of {number} events are certain")
+    events, states = trajectory(scene, case.collisions)
+    number = len(events)
     grown = growth(scene, number)
     after = sorted({number * k // STATES for k in range(1, STATES + 1)})
     columns = (events.time, events.i, events.j, events.impulse)
@@ -233,9 +235,8 @@ def content(case: ReferenceScene) -> dict[str, Any]:
     ]
     return {
         "what": case.description,
-        "made by": f"python tests/make_reference.py, with snooker {__version__}'s exact twin on "
-        f"mpmath {mpmath.__version__}: {truth.check_digits} digits, and the same doubles with "
-        f"{truth.digits}",
+        "made by": f"python tests/make_reference.py, with snooker {__version__}'s exact twin in "
+        f"intervals, and growths in {BITS} bits",
         "scene": {
             name: value.tolist() if isinstance(value, np.ndarray) else value
             for name, value in vars(scene).items()
@@ -251,7 +252,7 @@ def content(case: ReferenceScene) -> dict[str, Any]:
             list(row)
             for row in zip(*(column.tolist() for column in columns), *growths, strict=True)
         ],
-        "states": [{"events": k, "bodies": truth.states[k].tolist()} for k in after],
+        "states": [{"events": k, "bodies": states[k].tolist()} for k in after],
     }
 
 

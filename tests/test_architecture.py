@@ -67,7 +67,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "h5py": ("export", "store"),
     "pyarrow": ("export",),
     "distributed": ("runs.dask_executor",),
-    "mpmath": ("validation",),
+    "flint": ("validation",),
     "scipy": ("analysis.fitting", "analysis.structure", "theory"),
     "matplotlib": ("animation.movie", "api", "figures"),
     "PIL": ("animation.movie", "figures"),

@@ -54,8 +54,8 @@ def error(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> Non
     """Compare errors and costs of several methods with an exact result.
 
     The methods are snooker, the source report's algorithm and time stepping. The exact result is
-    computed with as many digits as chaos needs. It takes a minute or two. Run nothing else
-    meanwhile. It needs the extra `reference`.
+    computed with intervals. It takes a minute or two. Run nothing else meanwhile. It needs the
+    extra `reference`.
     """
     from snooker_cli.validation.accuracy_study import AccuracyStudy
 

@@ -1,5 +1,6 @@
 """``snooker ls``, ``show`` and ``verify``: the state of runs and of their files."""
 
+import json
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
@@ -11,7 +12,16 @@ from snooker_cli import store
 from snooker_cli.cli.options import AsJson, Jobs, RunName, flag, option
 from snooker_cli.cli.output import first, print_result
 from snooker_cli.errors import ExitCode, RunError, StoreError, UserError
-from snooker_cli.formatting import counted, listed, point_label, printable, size, text_table
+from snooker_cli.files import write_text
+from snooker_cli.formatting import (
+    counted,
+    listed,
+    point_label,
+    printable,
+    short,
+    size,
+    text_table,
+)
 from snooker_cli.runs import RepeatState, Run, open_run, runs_in
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.progress import counting, notice
@@ -164,6 +174,11 @@ def _local_time(text: str | None) -> str:
 def verify(
     run: RunName,
     replay: Annotated[bool, flag("--replay", "Simulate every repeat again, and compare.")] = False,
+    exact: Annotated[bool, flag("--exact", "Prove which events of a repeat are certain.")] = False,
+    point: Annotated[int | None, option("N", "With --exact: this point [all].", min=0)] = None,
+    repeat: Annotated[int, option("N", "With --exact: this repeat of a point.", min=0)] = 0,
+    collisions: Annotated[int, option("N", "With --exact: at most these.", min=1)] = 10_000,
+    out: Annotated[Path | None, option("FILE", "With --exact: write the certificate.")] = None,
     jobs: Jobs = None,
     as_json: AsJson = False,
 ) -> None:
@@ -173,8 +188,19 @@ def verify(
     crash a process or take too much time or memory. A line is printed for each bad file, and the
     exit code is then 1. Missing, interrupted and too short
     repeats are reported, but they are no error.
+
+    --exact reads no other files than those of one repeat of each point, and computes it again with
+    intervals that contain the true numbers. The result is the number of events that are certainly
+    those of the scene, and bounds of their errors. Chaos ends this after some hundred events; that
+    is no error. The exit code is 1 if an event is wrong for another reason than rounding. The
+    result is kept beside the repeat. It needs the extra `reference`.
     """
     opened = open_run(run)
+    if exact:
+        _prove(opened, point, repeat, collisions, out, as_json)
+        return
+    if point is not None or repeat or out is not None:
+        raise UserError("--point, --repeat and --out need --exact")
     verified = verdicts(opened, replay=replay, workers=jobs or processors())
     total = len(opened.points) * opened.experiment.repeats
     statuses = sorted(
@@ -207,3 +233,39 @@ def verify(
     print_result(content, as_json, lines)
     if bad:
         raise typer.Exit(ExitCode.UNSOUND)
+
+
+def _prove(
+    run: Run, point: int | None, repeat: int, collisions: int, out: Path | None, as_json: bool
+) -> None:
+    """Print how many events of repeats are certain; write the certificate of a single one."""
+    from snooker_cli.validation.proof import proven
+
+    chosen = [*range(len(run.points))] if point is None else [point]
+    if out is not None and len(chosen) > 1:
+        raise UserError("--out writes the certificate of one repeat", "give --point too")
+    records, lines = [], []
+    for number in chosen:
+        proof = proven(run, number, repeat, collisions, counting)
+        if out is not None:
+            write_text(out, json.dumps(proof) + "\n")
+        records.append(
+            {key: proof[key] for key in proof if key not in ("scene", "events", "versions")}
+        )
+        certain, compared = proof["certain"], counted(proof["compared"], "event")
+        label = point_label(run.points[number].as_json())
+        share = f"all {compared}" if certain == proof["compared"] else f"{certain:,} of {compared}"
+        lines.append(f"{run.name}, point {label}, repeat {repeat}: {share} are certain")
+        lines += [proof["reason"]] if proof["reason"] else []
+        cells = [
+            [f"{bound['events']:,}", short(bound["time"], 2), short(bound["place"], 2)]
+            for bound in proof["bounds"]
+        ]
+        if cells:
+            lines += text_table([">up to event", ">times within, s", ">places within, m"], cells)
+        if proof["verdict"] == "interrupted":
+            break
+    print_result({"run": str(run.directory), "exact": records}, as_json, lines)
+    verdicts = {record["verdict"] for record in records}
+    if verdicts & {"interrupted", "wrong"}:
+        raise typer.Exit(ExitCode.UNSOUND if "wrong" in verdicts else ExitCode.INTERRUPTED)

@@ -122,6 +122,7 @@ def values(
             for row in (chosen[cor, quantity, "exponential"] for cor in COEFFICIENTS)
         ],
         "fit": lambda cor, quantity, law="exponential": chosen.get((cor, quantity, law)),
+        "figures": REPORT_FIGURES,
         "numbers": {file: picture.numbers for file, picture in pictures.items()},
         "measured": {name: measurement(name) for name in MEASUREMENTS},
         "machine": machine,
@@ -278,8 +279,9 @@ def steady_pressures(points: Sequence[Record]) -> list[dict[str, Any]]:
     return sorted(rows, key=lambda row: float(row["radius"]))
 
 
-MEASUREMENTS = ("error", "hard", "billion", "physics")
-"""Saved measurements of ``snooker bench``; billion is a hard case of its own."""
+MEASUREMENTS = ("error", "hard", "billion", "physics", "certain")
+"""Saved measurements of ``snooker bench``, and of ``tests/make_certain.py``; billion is a hard case
+of its own."""
 
 
 @cache
@@ -315,7 +317,7 @@ def sliding_figure(run: Run, selection: Selection) -> FigureData:
             "Simulated over ideal pressure", "Pressure ratio past wall traps"
         ),
         caption="As figure 17, in a fixed container, each start with collapse: stop and slide. "
-        "Filled: at the mean temperature; open: at the final one. Table 10 has the numbers. "
+        "Filled: at the mean temperature; open: at the final one. Table 11 has the numbers. "
         + setting(run, points, selection),
         numbers={**picture.numbers, "pairs": pairs},
     )

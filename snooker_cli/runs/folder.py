@@ -39,7 +39,8 @@ def create(run: Run, *, fresh: bool = False) -> str:
     change = planned_change(run, fresh=fresh)
     with writing(run.directory):
         if fresh:
-            for old in (*run.directory.glob("point-*/repeats-*.h5"), *run.figures()):
+            made = map(run.directory.glob, ("point-*/repeats-*.h5", "point-*/exact-*.json"))
+            for old in (*chain.from_iterable(made), *run.figures()):
                 old.unlink()
             for folder in run.directory.glob("point-*"):
                 with suppress(OSError):  # it is not empty

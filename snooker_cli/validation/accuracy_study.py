@@ -53,7 +53,7 @@ class AccuracyStudy(Study):
     """The methods beside the exact twin, and beside each other in averages; see plans.yaml."""
 
     name = "error"
-    libraries = ("numpy", "numba", "mpmath")
+    libraries = ("numpy", "numba", "flint")
 
     scenes: Sequence[PlannedScene]
     steps: Sequence[float]
@@ -99,13 +99,13 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
     root mean square over the balls, at the exact times of the checkpoints.
     """
     scene = reference.start()
-    truth = trajectory(scene, reference.collisions + 1)
-    times = truth.events.time
+    truth, states = trajectory(scene, reference.collisions + 1)
+    times = truth.time
     # The end is between two events, so that no rounding decides which events are before it.
     end = float(times[-2] + times[-1]) / 2
     collisions = len(times) - 1
     checkpoints = [k for k in CHECKPOINTS if k < collisions] + [collisions]
-    positions = truth.states[checkpoints, :-1, :2]
+    positions = states[checkpoints, :-1, :2]
     moments = np.append(times[[k - 1 for k in checkpoints]], end)
     results = []
     for method in methods:
@@ -123,7 +123,7 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
                 "seconds": median,
                 "events_per_second": collisions / median,
                 "collisions": len(course.events),
-                "first_different": min(first_different(course.events, truth.events), collisions),
+                "first_different": min(first_different(course.events, truth), collisions),
                 "place_errors": rms_distance(course.positions[:-1], positions),
                 "overlap": course.overlap,
                 "energy": imbalance(scene, course.finish, losses(scene, course.events))["energy"]
@@ -136,8 +136,6 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
         "what": reference.description,
         "balls": scene.number,
         "collisions": collisions,
-        "certain": min(truth.certain, collisions),
-        "digits": truth.digits,
         "exponent": exponent,
         # Events until an error of one rounding is as large as its quantity, ln(1/ε)/λ.
         "horizon": math.log(1 / EPSILON) / exponent if exponent else None,
@@ -207,10 +205,7 @@ def quantities(course: Trajectory, time: float) -> dict[str, float]:
 
 def _scene_lines(scene: Record) -> Iterator[str]:
     collisions, checkpoints = scene["collisions"], scene["checkpoints"]
-    yield (
-        f"{scene['name']}: {scene['what']}; {counted(collisions, 'event')}, "
-        f"{scene['certain']} of them certain in {scene['digits']} digits"
-    )
+    yield (f"{scene['name']}: {scene['what']}; {counted(collisions, 'event')}, all of them certain")
     places: Cells = {
         f"m at {events}": lambda result, k=k: small(result["place_errors"][k])  # type: ignore[misc]
         for k, events in enumerate(checkpoints)

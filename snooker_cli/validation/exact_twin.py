@@ -1,17 +1,19 @@
-"""The exact twin: hard disks in a circle, box or channel, computed to any number of digits.
+"""The exact twin: hard disks in ball arithmetic, where each number is an interval with the truth.
 
-The twin uses nothing of the engine. Between its collisions a body is on the line x + w t with t the
-time since the start. Vectors are complex numbers. The numbers start as the doubles of the scene.
-Chaos loses digits: a run gets as many as its events need, and a second run shows how many of them
-are certain.
+The twin uses nothing of the engine. It starts from the doubles of a scene, which are exact numbers,
+and computes with the intervals of Arb (python-flint). If the intervals do not decide which contact
+is first, or whether there is one, the twin begins again with twice the precision. So its collisions
+are those of the scene, in their order. Where no precision decides, it raises ``UndecidedError``.
 
-Symbols: x offset and w relative velocity at t = 0; b = x.w; w2 = |w|^2; d contact distance. A
-contact is a root of |x + w t| = d: the smaller one for two balls, and the larger one, with
-d = R - r, for a ball in a circle. Channels have images of balls, by multiples of the height.
+Vectors are complex numbers. Symbols: x offset and w relative velocity of two bodies at a time;
+b = x.w, negative while they approach; w2 = |w|^2; c = |x|^2 - (contact distance)^2; D is the
+discriminant of |x + w t|^2 = (contact distance)^2. docs/accuracy.md has the argument why it is a
+proof.
 """
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any, NamedTuple, TypeAlias
@@ -19,261 +21,483 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.containers import Box, Channel, Circle
-from snooker_cli.laws import Constant, Driven, Law, Sides, Viscoelastic, word_of
+from snooker_cli.containers import Circle
+from snooker_cli.laws import Driven, Sides, Viscoelastic, WallLaw, is_random
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events
 from snooker_cli.validation.methods import events_from_rows
 
-Number: TypeAlias = Any  # a number of mpmath with the digits of its context
-SPARE_DIGITS = 30  # the 17 of a double, and 13 for positions that are differences of larger numbers
+Interval: TypeAlias = Any  # an ``arb`` of python-flint, or an ``acb`` for a vector
+Floats: TypeAlias = NDArray[np.float64]
 
-DIGITS_PER_EVENT = 0.09
-"""Digits lost to chaos: the dilute scene's Lyapunov exponent, 0.196 an event, is 0.085 digits."""
+FIRST_BITS, MOST_BITS = 512, 16_384
+"""The precision to begin with, and the last one; each is twice the one before."""
+
+WIDEST = 2.0**-100  # intervals of times over the time, and of places over the container's size
+
+SLACK = 2.0**-40
+"""Relative error that is allowed for where doubles show that two bodies cannot touch yet.
+
+It is 8,192 roundings; each of these bounds takes fewer than 40."""
+
+
+class UndecidedError(ArithmeticError):
+    """What the intervals do not decide, in a sentence.
+
+    final : whether no precision decides it
+    """
+
+    def __init__(self, question: str, *, final: bool = False) -> None:
+        super().__init__(question)
+        self.final = final
 
 
 @dataclass
 class Body:
-    """A ball, or the container, and its line: m, m/s, kg."""
+    """A ball, or the container, on a straight line, m, m/s, 1/kg, s.
 
-    place: Number
-    velocity: Number
-    radius: Number
-    mass: Number
+    turned : when it got its velocity
+    place : where it is at the middle of this interval, which is an exact number
+    """
 
-    def turn(self, change: Number, time: Number) -> None:
+    place: Interval
+    velocity: Interval
+    radius: Interval
+    inverse_mass: Interval
+    turned: Interval
+
+    @property
+    def since(self) -> Interval:
+        return self.turned.mid()
+
+    def position(self, time: Interval) -> Interval:
+        return self.place + self.velocity * (time - self.since)
+
+    def turn(self, change: Interval, time: Interval) -> None:
         """Add to the velocity at a time; the position at that time stays."""
+        exact = time.mid()
+        self.place = self.position(exact) - change * (time - exact)
         self.velocity += change
-        self.place -= change * time
-
-    def position(self, time: Number) -> Number:
-        """Its position at a time."""
-        return self.place + self.velocity * time
+        self.turned = time
 
 
-def dot(first: Number, second: Number) -> Number:
-    return first.real * second.real + first.imag * second.imag
+class Contact(NamedTuple):
+    """When two bodies touch.
+
+    time : s; None if they touch at ``lower`` or later, or never
+    lower : no contact is before, s
+    question : what the intervals do not decide about it; else empty
+    """
+
+    time: Interval | None
+    lower: float
+    question: str = ""
+
+
+NEVER = Contact(None, math.inf)
 
 
 class Collision(NamedTuple):
-    """A collision of balls i < j, or of ball i and the container if j is -1; s, kg m/s."""
+    """A collision of balls i < j, or of ball i and the container if j is -1; s, kg m/s, m/s.
 
-    time: Number
+    speed : their relative speed along the line of centres, before
+    """
+
+    time: Interval
     i: int
     j: int
-    impulse: Number
+    impulse: Interval
+    speed: Interval
+
+
+def unsupported_key(scene: Scene) -> str | None:
+    """The config key of a scene without an exact twin; None for all others."""
+    if is_random(scene.wall_law):
+        return "wall_temperature"
+    return "collapse: tc" if scene.contact_duration else None
 
 
 class Twin:
-    """A scene that evolves, in numbers with the given decimal digits.
+    """A scene that evolves, in intervals of some bits.
 
-    Raises ``ValueError`` for a periodic box, and for laws that it does not have, such as thermal
-    walls.
+    Raises ``ValueError`` for a scene that has no exact twin, see ``unsupported_key``.
     """
 
-    def __init__(self, scene: Scene, digits: int) -> None:
-        container = scene.container
-        if not isinstance(container, Circle | Box | Channel):
-            raise ValueError(f"the exact twin does not support a {container.title}")
-        walls = scene.wall_law if isinstance(scene.wall_law, Sides) else (scene.wall_law,)
-        for law in (scene.pair_law, *walls):
-            if not isinstance(law, Constant | Viscoelastic | Driven):
-                raise ValueError(f"the exact twin does not support the {word_of(law)} law")
-        from mpmath import MPContext  # here: the report shows saved measurements without it
+    def __init__(self, scene: Scene, bits: int = FIRST_BITS) -> None:
+        if key := unsupported_key(scene):
+            raise ValueError(f"there is no exact twin of a scene with {key}")
+        import flint  # here: the report shows saved measurements without it
 
-        self.mathematics = MPContext()
-        self.mathematics.dps = digits
-        number, vector = self.mathematics.mpf, self.mathematics.mpc
-        self.never = self.mathematics.inf
-        self.straight = not isinstance(container, Circle)
-        self.repeats = isinstance(container, Channel)
-        self.free = scene.free
-        self.half_sides = [number(side) / 2 for side in container.size]
-        self.height = number(container.size[1])
-        self.pair_law, self.wall_law = scene.pair_law, scene.wall_law
-        columns = (scene.positions, scene.velocities, scene.radii, scene.masses)
-        self.balls = [
-            Body(vector(*place), vector(*velocity), number(radius), number(mass))
-            for place, velocity, radius, mass in zip(*(c.tolist() for c in columns), strict=True)
+        self.context, self.bits = flint.ctx, bits
+        self.context.prec = bits
+        number, vector = flint.arb, flint.acb
+        self.number, self.vector, self.zero, self.scene = number, vector, number(0), scene
+        width, height = scene.container.size
+        self.half_sides = number(width) / 2, number(height) / 2
+        self.normals = vector(-1), vector(1), vector(0, -1), vector(0, 1)  # as in ``laws.Sides``
+        across, up = scene.container.periodic
+        self.periods = [vector(width)] * across + [vector(0, height)] * up
+        self.least_period = min(scene.container.period or (math.inf,))
+        self.images = [  # of a ball, by which way they are from it
+            vector(x * width, y * height)
+            for x in range(-across, across + 1)
+            for y in range(-up, up + 1)
         ]
-        place, velocity = scene.container_position.tolist(), scene.container_velocity.tolist()
-        mass = number(scene.container_mass)
-        self.container = Body(vector(*place), vector(*velocity), self.half_sides[0], mass)
-        self.now = number(0)
-        # Of simultaneous contacts the first counts: in the order of balls, the wall first.
-        self.contacts: dict[tuple[int, int], Number] = {
-            (i, j): self.contact_time(i, j)
-            for i in range(len(self.balls))
-            for j in (CONTAINER, *range(i + 1, len(self.balls)))
-        }
+        # All bodies in doubles, the container last, and by how much these may be wrong.
+        self.places = np.vstack([scene.positions, scene.container_position])
+        self.velocities = np.vstack([scene.velocities, scene.container_velocity])
+        self.radii = np.append(scene.radii, 0.0)
+        self.clocks, self.blurs, self.speed_blurs = np.zeros((3, scene.number + 1))
+        lines = self.places.tolist(), self.velocities.tolist()
+        sizes = (*scene.radii.tolist(), width / 2), (*scene.masses.tolist(), scene.container_mass)
+        self.bodies = [
+            Body(
+                vector(*place),
+                vector(*velocity),
+                number(radius),
+                1 / number(mass),
+                self.zero,
+            )
+            for place, velocity, radius, mass in zip(*lines, *sizes, strict=True)
+        ]
+        self.balls, self.container = self.bodies[:-1], self.bodies[-1]
+        self.now = self.zero
+        self.partners = [*range(scene.number)]  # in the last collision of a ball; at first itself
+        self.contacts: dict[tuple[int, int], Contact] = {}
+        # Lower bounds of the times of contacts, a row for each ball: with later balls and, in the
+        # last column, with the wall. ``soonest`` has their least in each row, or less.
+        self.earliest = np.full((scene.number, scene.number + 1), math.inf)
+        self.soonest = np.full(scene.number, math.inf)
+        self.reach = min(width, height) / 2 if scene.container.has_wall else math.inf
+        for i in range(scene.number):
+            self.renew(i)
 
-    def collisions(self) -> Iterator[Collision]:
-        """The collisions in their order, while there are any."""
+    # What happens
+
+    def collisions(self, until: float = math.inf) -> Iterator[Collision]:
+        """The collisions in their order, up to a time, s. Raises ``UndecidedError``."""
         while True:
-            i, j = min(self.contacts, key=self.contacts.__getitem__)
-            time = self.contacts[i, j]
-            if time == self.never:
+            self.context.prec = self.bits  # the library has one precision for all twins
+            pair = self.next_pair(until)
+            if pair is None:
                 return
+            time: Interval = self.contacts[pair].time
             self.now = time
-            impulse = self.collide(i, j)
-            self.predict(i, j)
-            yield Collision(time, i, j, impulse)
+            impulse, speed = self.collide(*pair)
+            i, j = pair
+            at_wall = j == len(self.balls)
+            self.partners[i] = CONTAINER if at_wall else j
+            if not at_wall:
+                self.partners[j] = i
+            changed = {i} if at_wall and not self.scene.free else {i, j}
+            self.contacts = {
+                pair: contact for pair, contact in self.contacts.items() if changed.isdisjoint(pair)
+            }
+            for k in changed:
+                self.note(k)
+            for k in changed:
+                self.renew(k)
+            yield Collision(time, i, self.partners[i], impulse, speed)
 
-    def predict(self, i: int, j: int) -> None:
-        """Renew the contacts of two bodies that have just collided."""
-        for pair in self.contacts:
-            moved = pair[1] == CONTAINER and j == CONTAINER and self.free
-            if moved or i in pair or (j in pair and j != CONTAINER):
-                self.contacts[pair] = self.contact_time(*pair)
-        if j != CONTAINER and not self.repeats:
-            self.contacts[i, j] = self.never  # two disks that have collided part or stay together
+    def collide(self, i: int, j: int) -> tuple[Interval, Interval]:
+        """Change the velocities by the law of the pair or the wall; impulse and normal speed."""
+        ball, other = self.balls[i], self.bodies[j]
+        law: WallLaw = self.scene.pair_law
+        if other is not self.container:
+            normal = self.nearest(other.position(self.now) - ball.position(self.now))
+        else:
+            law = self.scene.wall_law
+            normal = ball.position(self.now) - other.position(self.now)
+            if not isinstance(self.scene.container, Circle):
+                # A ball that reaches two sides at once may hit either first, they do not interact.
+                first, *other_side = self.side_hits(ball)
+                later = not other_side or not other_side[0][0] < first[0]
+                self.now, side = first if later else other_side[0]
+                normal = self.normals[side]
+                law = law[side] if isinstance(law, Sides) else law
+        normal /= abs(normal)
+        speed = dot(ball.velocity - other.velocity, normal)
+        impulse = self.change(speed, law, (i, j)) / (ball.inverse_mass + other.inverse_mass)
+        ball.turn(-impulse * ball.inverse_mass * normal, self.now)
+        other.turn(impulse * other.inverse_mass * normal, self.now)
+        return impulse, speed
 
-    def contact_time(self, i: int, j: int) -> Number:
-        """When two bodies touch; now if they touch and approach."""
-        ball, other = self.balls[i], self.container if j == CONTAINER else self.balls[j]
-        if j == CONTAINER and self.straight:
-            return max(min(self.side_times(ball)), self.now)
-        times = (self.disk_time(ball, other, shift) for shift in self.shifts(ball, other))
-        return max(min(times), self.now)
-
-    def shifts(self, ball: Body, other: Body) -> list[Number]:
-        """The images of another ball that a ball may meet before either hits a wall, m.
-
-        Without a hit to come both move along the channel alone, and meet the next image.
-        """
-        if not self.repeats:
-            return [0]
-        until = min(*self.side_times(ball), *self.side_times(other))
-        times = (self.now, self.now if until == self.never else until)
-        ends = sorted((ball.position(t) - other.position(t)).imag / self.height for t in times)
-        images = range(int(ends[0]) - 2, int(ends[1]) + 3)
-        return [self.mathematics.mpc(0, k * self.height) for k in images]
-
-    def disk_time(self, ball: Body, other: Body, shift: Number) -> Number:
-        """The smaller root for two balls that approach, the larger one for a ball in a circle."""
-        inside = other is self.container
-        x, w = other.place + shift - ball.place, other.velocity - ball.velocity
-        b, w2 = dot(x, w), dot(w, w)
-        if w2 == 0 or (not inside and b + w2 * self.now >= 0):
-            return self.never
-        distance = other.radius + (-ball.radius if inside else ball.radius)
-        discriminant = b * b - w2 * (dot(x, x) - distance**2)
-        if discriminant < 0:  # no contact; in a circle, out by a rounding of the scene to the end
-            return self.now if inside else self.never
-        root = self.mathematics.sqrt(discriminant)
-        return (-b + (root if inside else -root)) / w2
-
-    def side_times(self, ball: Body) -> list[Number]:
-        """When a ball reaches the vertical and the horizontal side that it moves to."""
-        x, w = ball.place - self.container.place, ball.velocity
-        axes = ((x.real, w.real), (x.imag, 0 if self.repeats else w.imag))
-        return [
-            self.never
-            if speed == 0
-            else ((half - ball.radius) * (1 if speed > 0 else -1) - p) / speed
-            for (p, speed), half in zip(axes, self.half_sides, strict=True)
-        ]
-
-    def collide(self, i: int, j: int) -> Number:
-        """Change the velocities by the law of the pair or the wall; the impulse."""
-        ball = self.balls[i]
-        if j != CONTAINER:
-            return self.exchange(ball, self.balls[j], self.pair_law)
-        law = self.wall_law
-        if not self.straight:
-            assert not isinstance(law, Sides)
-            return self.exchange(ball, self.container, law)
-        across, along = self.side_times(ball)
-        speed = ball.velocity.real if across <= along else ball.velocity.imag
-        if isinstance(law, Sides):
-            sides = (law.left, law.right) if across <= along else (law.bottom, law.top)
-            law = sides[speed > 0]
-        change = self.change(abs(speed), law)
-        direction = (1 if speed > 0 else -1) * (1 if across <= along else 1j)
-        ball.turn(-change * direction, self.now)
-        return ball.mass * change
-
-    def change(self, speed: Number, law: Law) -> Number:
+    def change(self, speed: Interval, law: WallLaw, pair: tuple[int, int]) -> Interval:
         """By how much a collision changes a normal relative speed, m/s."""
-        e = self.mathematics.mpf(law.cor)
+        e = self.number(law.cor)
         if isinstance(law, Driven):
             return (1 + e) * (speed + law.speed)
-        if isinstance(law, Viscoelastic) and speed < law.cor_speed:
-            e = 1 - (1 - e) * (speed / law.cor_speed) ** self.mathematics.mpf(0.75)
+        slow = self.scene.elastic_below
+        if slow and self.is_less(speed, slow, pair):
+            return 2 * speed
+        if isinstance(law, Viscoelastic) and self.is_less(speed, law.cor_speed, pair):
+            root = (speed / law.cor_speed).sqrt()
+            e = 1 - (1 - e) * root * root.sqrt()
         return (1 + e) * speed
 
-    def exchange(self, first: Body, second: Body, law: Law) -> Number:
-        """Exchange an impulse along the line of centres; its size.
+    def is_less(self, speed: Interval, limit: float, pair: tuple[int, int]) -> bool:
+        """Whether a speed is below a limit. Raises ``UndecidedError``."""
+        if not (speed < limit or speed >= limit):
+            where = f"of {self.names(pair)} is at the {limit:g} m/s of a law"
+            raise UndecidedError(f"the speed {where}, to {_digits(speed - limit)} m/s")
+        return bool(speed < limit)
 
-        The impulse pushes balls apart, and a ball in a circle inwards: there the normal velocity is
-        negative.
+    def names(self, pair: tuple[int, int]) -> str:
+        i, j = pair
+        return f"ball {i} and the wall" if j == len(self.balls) else f"balls {i} and {j}"
+
+    # The next contact
+
+    def next_pair(self, until: float) -> tuple[int, int] | None:
+        """The bodies of the next contact; None if there is none up to a time, s.
+
+        Computes the contact with the least bound, until it is certain which one is first.
         """
-        offset = self.nearest(second.position(self.now) - first.position(self.now))
-        normal = offset / abs(offset)
-        normal_velocity = dot(first.velocity - second.velocity, normal)
-        reduced_mass = 1 / (1 / first.mass + 1 / second.mass)
-        size = reduced_mass * self.change(abs(normal_velocity), law)
-        impulse = size if normal_velocity > 0 else -size
-        first.turn(-impulse / first.mass * normal, self.now)
-        second.turn(impulse / second.mass * normal, self.now)
-        return size
+        first: tuple[int, int] | None = None
+        latest = until
+        seen: dict[tuple[int, int], float] = {}
+        while True:
+            i = int(np.argmin(self.soonest))
+            pair = i, int(np.argmin(self.earliest[i]))
+            lower = float(self.earliest[pair])
+            if lower > self.soonest[i]:  # that was the bound of a contact that changed
+                self.soonest[i] = lower
+            elif lower > latest or lower == math.inf:
+                break
+            elif pair not in self.contacts:
+                contact = self.contact(*pair, lower)
+                self.earliest[pair] = contact.lower
+                if contact.time is not None or contact.question:
+                    self.contacts[pair] = contact
+                elif contact.lower <= lower:
+                    raise UndecidedError(f"{self.names(pair)} do not touch for very long")
+            else:
+                time, _, question = self.contacts[pair]
+                if time is None:
+                    raise UndecidedError(f"{self.names(pair)}: {question}")
+                before = time if first is None else self.contacts[first].time
+                if first is None or time < before:
+                    first, latest = pair, min(until, above(time))
+                elif not before < time:
+                    question = f"{self.names(first)} touch at the same time as {self.names(pair)}"
+                    question += f", to {_digits(time - before)} s"
+                    raise UndecidedError(question, final=bool(time == before))
+                seen[pair], self.earliest[pair] = lower, math.inf
+        for pair, lower in seen.items():
+            self.earliest[pair] = lower
+            self.soonest[pair[0]] = min(self.soonest[pair[0]], lower)
+        return first
 
-    def nearest(self, vector: Number) -> Number:
-        """A vector to the nearest image."""
-        turns = self.mathematics.nint(vector.imag / self.height) if self.repeats else 0
-        return vector - 1j * turns * self.height
+    def contact(self, i: int, j: int, lower: float) -> Contact:
+        """When two bodies touch that do not touch before a time, s; now if they approach then."""
+        start = self.number(lower).max(self.now)
+        ball, other = self.balls[i], self.bodies[j]
+        if other is not self.container:
+            return self.disk_contact(ball, other, start)
+        if isinstance(self.scene.container, Circle):
+            return self.circle_contact(i, start)
+        times = [time for time, _ in self.side_hits(ball)]
+        if not times:
+            return NEVER
+        time = times[0] if len(times) == 1 else times[0].min(times[1])
+        return _at(time, start)
 
-    def state(self) -> NDArray[np.float64]:
+    def disk_contact(self, ball: Body, other: Body, start: Interval) -> Contact:
+        """The next contact of two balls.
+
+        In a periodic container it is the one of all images, as far as they move half a period.
+        """
+        x, w = other.position(start) - ball.position(start), other.velocity - ball.velocity
+        distance = ball.radius + other.radius
+        if self.least_period == math.inf or w == 0:
+            return self.root(x, w, distance, start)
+        x, fastest = self.nearest(x), abs(w).upper()
+        searched = start + self.number(0.49 * self.least_period) / fastest
+        contacts = [self.root(x + image, w, distance, start) for image in self.images]
+        return min(*contacts, Contact(None, _below(searched)), key=lambda contact: contact.lower)
+
+    def root(self, x: Interval, w: Interval, distance: Interval, start: Interval) -> Contact:
+        """The smaller root of |x + w t| = distance from a time on, if the balls approach."""
+        turned, w2, d2 = x.conjugate() * w, dot(w, w), distance**2
+        b, cross = turned.real, turned.imag
+        discriminant = w2 * d2 - cross * cross
+        if b >= 0 or discriminant <= 0:
+            return NEVER
+        if b < 0 and discriminant > 0:
+            gap = (dot(x, x) - d2).nonnegative_part()
+            return _at(start + gap / (discriminant.sqrt() - b), start)
+        if b < 0 and w2 > 0:  # a grazing contact, or none, but not before this
+            lower = start - (b + discriminant.nonnegative_part().sqrt().upper()) / w2
+        else:
+            lower = start + (abs(x) - distance) / abs(w).upper()
+        digits = _digits(discriminant / (w2 * d2))
+        question = f"whether they touch; the discriminant is zero, to {digits} of its largest value"
+        return Contact(None, _below(lower), question)
+
+    def circle_contact(self, i: int, start: Interval) -> Contact:
+        """When a ball in a circle reaches the wall: the larger root.
+
+        A ball that its start's rounding puts outside is at the wall.
+        """
+        ball = self.balls[i]
+        at_wall = self.partners[i] == CONTAINER and (
+            not self.scene.free or ball.turned is self.container.turned
+        )
+        start = ball.turned if at_wall else start
+        x = ball.position(start) - self.container.position(start)
+        w = ball.velocity - self.container.velocity
+        b, w2 = dot(x, w), dot(w, w)
+        if w2 == 0:
+            return NEVER
+        if at_wall:  # the way across a chord, which takes less precision
+            return _at(start - 2 * b / w2, start)
+        gap = (dot(x, x) - (self.container.radius - ball.radius) ** 2).min(self.zero)
+        root = (b * b - w2 * gap).nonnegative_part().sqrt()
+        time = start + (-gap / (root + b) if b > 0 else (root - b) / w2)
+        return _at(time, start)
+
+    def side_hits(self, ball: Body) -> list[tuple[Interval, int]]:
+        """When a ball reaches the vertical and the horizontal side that it moves to, and which."""
+        place, velocity = ball.place - self.container.place, ball.velocity
+        axes = ((place.real, velocity.real), (place.imag, velocity.imag))
+        hits = []
+        for axis, (p, speed) in enumerate(axes):
+            if speed == 0 or self.scene.container.periodic[axis]:
+                continue
+            ahead = 1 if speed > 0 else -1
+            way = ahead * (self.half_sides[axis] - ball.radius) - p
+            hits.append(((ball.since + way / speed).max(self.now), 2 * axis + (ahead > 0)))
+        return hits
+
+    def nearest(self, vector: Interval) -> Interval:
+        """A vector to the nearest image, or to one that is as near but for a rounding."""
+        for period in self.periods:
+            turns = round(float(dot(vector, period).mid() / dot(period, period).mid()))
+            vector -= turns * period
+        return vector
+
+    # What doubles show
+
+    def note(self, i: int) -> None:
+        """Note a body's line in doubles, and how far these are from all of its intervals.
+
+        Raises ``UndecidedError`` for intervals that are not much narrower than doubles.
+        """
+        body = self.bodies[i]
+        for row, blurs, vector in (
+            (self.places, self.blurs, body.place),
+            (self.velocities, self.speed_blurs, body.velocity),
+        ):
+            row[i] = float(vector.real), float(vector.imag)
+            blurs[i] = above(abs(vector - self.vector(*row[i].tolist())))
+        self.clocks[i] = float(body.since)
+        time, place = body.turned, body.place
+        if time.rad() > WIDEST * time or place.rad() > WIDEST * self.half_sides[0]:
+            raise UndecidedError(f"intervals of {self.bits:,} bits are too wide")
+
+    def renew(self, i: int) -> None:
+        """Renew the bounds of all contacts of a body."""
+        bounds = self.bounds(i)
+        if i == len(self.balls):
+            self.earliest[:, i] = bounds[:i]
+        else:
+            self.earliest[:i, i], self.earliest[i, i + 1 :] = bounds[:i], bounds[i + 1 :]
+            self.soonest[i] = np.min(self.earliest[i])
+        self.soonest[:i] = np.minimum(self.soonest[:i], bounds[:i])
+
+    def bounds(self, i: int) -> Floats:
+        """Times before which no other body touches a body, s: their gap over their relative speed.
+
+        A body that is at x + v t has roundings of at most ``SLACK`` of |x| + |v| t.
+        """
+        now, last, container = float(self.now), len(self.balls), self.scene.container
+        ages = now - self.clocks
+        places = self.places + self.velocities * ages[:, np.newaxis]
+        speeds = np.hypot(*self.velocities.T)
+        errors = self.blurs + self.speed_blurs * ages
+        errors += SLACK * (np.hypot(*self.places.T) + self.radii + container.size[0] + speeds * now)
+        distances = np.hypot(*container.nearest_image(places - places[i]).T)
+        gaps = distances - self.radii - self.radii[i]
+        if i == last:
+            gaps = self.reach - self.radii - distances
+        else:
+            gaps[last] = self.reach - self.radii[i] - distances[last]
+            if (j := self.partners[i]) >= 0 and self.partners[j] == i:
+                # Two disks that have collided part, or stay together; images are further away.
+                gaps[j] = self.least_period - 2 * (self.radii[i] + self.radii[j])
+        gaps = np.maximum(gaps - errors - errors[i], 0.0)
+        ways = np.hypot(*(self.velocities - self.velocities[i]).T)
+        ways += self.speed_blurs + self.speed_blurs[i] + SLACK * (speeds + speeds[i])
+        with np.errstate(over="ignore"):  # to infinity
+            delays = np.divide(gaps, ways, out=np.full_like(gaps, math.inf), where=ways > 0)
+        delays[i] = math.inf
+        return np.asarray((now + delays) * (1 - SLACK))
+
+    def state(self) -> Floats:
         """x, y, u, v of the balls now, and of the container in the last row, rounded."""
-        bodies = (*self.balls, self.container)
-        rows = ((self.nearest(body.position(self.now)), body.velocity) for body in bodies)
+        rows = ((self.nearest(body.position(self.now)), body.velocity) for body in self.bodies)
         return np.array([[float(p) for z in row for p in (z.real, z.imag)] for row in rows])
 
 
-@dataclass(frozen=True)
-class ExactTrajectory:
-    """What happens in a scene, each number rounded to the nearest double.
+def dot(first: Interval, second: Interval) -> Interval:
+    return first.real * second.real + first.imag * second.imag
 
-    events : its first collisions, fewer if no more happen
-    states : (1 + *n*, *N* + 1, 4), at the start and just after each event: x, y (m), u, v (m/s) of
-        each ball and, in the last row, of the container
-    certain : as many events, from the first, have the same doubles, states included, with
-        ``check_digits`` instead of ``digits``
+
+def _below(interval: Interval) -> float:
+    """A double that is less than all numbers of an interval."""
+    return math.nextafter(float(interval.lower()), -math.inf)
+
+
+def above(interval: Interval) -> float:
+    """A double that is at least as large as all numbers of an interval."""
+    if interval == 0:
+        return 0.0
+    return math.nextafter(float(interval.upper()), math.inf)
+
+
+def _digits(interval: Interval) -> str:
+    """The largest absolute value in an interval; it may be too small for a double."""
+    return str(interval.abs_upper().str(2, radius=False))
+
+
+def _at(time: Interval, start: Interval) -> Contact:
+    """A contact at a time; undecided from a start on if the time is no number."""
+    if time.is_finite():
+        return Contact(time, _below(time))
+    return Contact(
+        None, _below(start), "when they touch; their relative speed is zero or nearly so"
+    )
+
+
+def follow(scene: Scene, until: float = math.inf) -> Iterator[tuple[Twin, Collision]]:
+    """The collisions of a scene in their order, up to a time, s, and the twin just after each.
+
+    The precision is raised as often as needed. Raises ``UndecidedError`` where that does not help.
     """
+    bits, done = FIRST_BITS, 0
+    while True:
+        twin = Twin(scene, bits)
+        try:
+            for collision in islice(twin.collisions(until), done, None):
+                done += 1
+                yield twin, collision
+            return
+        except UndecidedError as question:
+            bits *= 2
+            if question.final or bits > MOST_BITS:
+                raise
 
-    events: Events
-    states: NDArray[np.float64]
-    certain: int
-    digits: int
-    check_digits: int
 
+def trajectory(scene: Scene, collisions: int) -> tuple[Events, Floats]:
+    """The first collisions of a scene; fewer if no more happen, or if the next is not decided.
 
-def trajectory(scene: Scene, collisions: int, digits: int | None = None) -> ExactTrajectory:
-    """The exact trajectory of a scene from its doubles.
-
-    digits : of the first run; the second has half as many again. The default comes from the number
-        of events
-
-    Raises ``ValueError`` for a periodic box, and for walls with a temperature.
+    The second array has the states at the start and just after each event: x, y (m), u, v (m/s) of
+    each ball and, in the last row, of the container; (1 + *n*, *N* + 1, 4). Each number is the
+    double that is nearest to the true one. Raises ``ValueError`` without an exact twin.
     """
-    digits = digits or math.ceil(SPARE_DIGITS + DIGITS_PER_EVENT * collisions)
-    check_digits = digits + (digits + 1) // 2
-    rows, states = _run(scene, collisions, check_digits)
-    other_rows, other_states = _run(scene, collisions, digits)
-    certain = 0
-    for row, other in zip(rows, other_rows, strict=False):
-        if row != other or not np.array_equal(states[certain + 1], other_states[certain + 1]):
-            break
-        certain += 1
-    return ExactTrajectory(events_from_rows(rows), states, certain, digits, check_digits)
-
-
-def _run(
-    scene: Scene, collisions: int, digits: int
-) -> tuple[list[tuple[float, int, int, float]], NDArray[np.float64]]:
-    twin = Twin(scene, digits)
-    rows, states = [], [twin.state()]
-    for collision in islice(twin.collisions(), collisions):
-        rows.append((float(collision.time), collision.i, collision.j, float(collision.impulse)))
-        states.append(twin.state())
-    return rows, np.array(states)
+    rows, states = [], [Twin(scene).state()]
+    with suppress(UndecidedError):
+        for twin, collision in islice(follow(scene), collisions):
+            rows.append((float(collision.time), collision.i, collision.j, float(collision.impulse)))
+            states.append(twin.state())
+    return events_from_rows(rows), np.array(states)

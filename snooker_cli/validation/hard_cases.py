@@ -8,10 +8,10 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple, Self, TypeAlias
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -24,15 +24,14 @@ from snooker_cli.formatting import counted
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.plan import checked
-from snooker_cli.scene import EPSILON, Scene
+from snooker_cli.scene import EPSILON
 from snooker_cli.trace import Events, StopReason, Trace
-from snooker_cli.validation.exact_twin import trajectory
 from snooker_cli.validation.methods import (
     deepest_overlap,
     farthest_escape,
-    first_different,
     imbalance,
 )
+from snooker_cli.validation.proof import prove
 from snooker_cli.validation.study import LEGENDS, PLANS, Cells, Record, Study, small, table
 
 # What must be true of a trace, and how far rounding alone can violate it.
@@ -47,17 +46,13 @@ from snooker_cli.validation.study import LEGENDS, PLANS, Cells, Record, Study, s
 #   the clock: ``PLACE`` epsilon of the largest distances, and of the distance that the fastest
 #   body covers until then. A ball that hits the wall several times in a row keeps its distance
 #   from the centre with all errors, so these add up until it meets a ball.
-# - The first collisions are those of the exact twin. A rounding changes an event by no more than
-#   ``PLACE`` epsilon of the start does, or of the contact's distance at its speed; roundings add
-#   up.
 
 OPERATIONS, PLACE = 16, 8
 
 BUDGET = 1_000_000
 """Pairs of balls, times states, that are checked; of more states, evenly distributed ones."""
 
-FOLLOWED, TWIN_DIGITS = 100, 60  # balls times events that the exact twin follows, and its digits
-ROUNDED_STARTS = 2  # starts that are a rounding apart, to see what roundings change
+FOLLOWED = 300  # events that the exact twin follows
 LEAST = 1e-305  # replaces a zero that an error is divided by
 
 
@@ -163,68 +158,6 @@ def longest_run(events: Events) -> int:
     return longest
 
 
-ExactStart: TypeAlias = tuple[Events, dict[str, Floats]]
-"""The first collisions of a scene by the exact twin, and the largest changes of their times (s) and
-impulses (kg m/s) by a rounding of the start."""
-
-
-def exact_start(scene: Scene) -> ExactStart:
-    """As many collisions as are certain, up to where a rounding of the start changes who collides.
-
-    Raises ``ValueError`` for a periodic box.
-    """
-    rounding, shape = PLACE * EPSILON, scene.positions.shape
-    speeds = np.hypot(*scene.velocities.T)[:, np.newaxis]
-    collisions = FOLLOWED // scene.number
-    truth = trajectory(scene, collisions, TWIN_DIGITS)
-    count, others = truth.certain, []
-    # Starts a rounding apart show how chaos enlarges roundings: this is the size of errors that
-    # is allowed, and where it changes who collides, nothing more can be compared.
-    for seed in range(ROUNDED_STARTS):
-        dice = np.random.default_rng(seed)
-        moved, pushed = rounding * dice.normal(size=(2, *shape))
-        other = replace(
-            scene,
-            positions=scene.positions + moved * scene.container.size[0] / 2,
-            velocities=scene.velocities + pushed * speeds,
-        )
-        others.append(trajectory(other, collisions, TWIN_DIGITS).events)
-        count = min(count, first_different(others[-1], truth.events))
-    events = truth.events[:count]
-    changes = {}
-    for name in ("time", "impulse"):
-        exact = getattr(events, name)
-        changes[name] = np.max([abs(getattr(o[:count], name) - exact) for o in others], axis=0)
-    return events, changes
-
-
-def follows(trace: Trace, truth: ExactStart) -> Iterator[Check]:
-    """The first collisions are those of the exact twin: who, when and how hard."""
-    events, start, (exact, changes) = trace.events, trace.start, truth
-    assert events is not None
-    count = min(len(exact), len(events))
-    # A run that ends at a time must have all collisions before it; another may end earlier.
-    due = len(exact) if trace.stop.reason is StopReason.TIME else count
-    missed = int(np.sum(exact.time[:due] < trace.stop.time)) - count
-    wrong = max(0, missed) + count - first_different(events[:count], exact[:count])
-    yield Check("wrong collisions", wrong, 0)
-    if wrong or not count:
-        return
-    exact = exact[:count]
-    masses = np.append(start.masses, start.container_mass)
-    inverse = 1 / masses[exact.i] + 1 / masses[exact.j]
-    restitution = np.where(exact.at_wall, start.wall_restitution, start.restitution)
-    with np.errstate(divide="ignore"):  # bodies that do not approach can touch at any time
-        delays = start.container.size[0] / (exact.impulse * inverse / (1 + restitution))
-    sizes = {"time": exact.time + delays, "impulse": exact.impulse}
-    for name, unit in (("time", "s"), ("impulse", "kg m/s")):
-        bound = changes[name][:count] + PLACE * EPSILON * sizes[name]
-        bounds = np.arange(1, count + 1) * np.maximum.accumulate(bound)
-        errors = abs(getattr(events, name)[:count] - getattr(exact, name))
-        worst = int(np.argmax(errors / np.maximum(bounds, LEAST)))
-        yield Check(f"{name}, {unit}", float(errors[worst]), float(bounds[worst]))
-
-
 def _collapses_below(critical: float, trace: Trace) -> Iterator[Check]:
     """A run collapses if, and only if, its restitution is below a critical one."""
     collapsed = trace.stop.reason is StopReason.COLLAPSE
@@ -288,7 +221,7 @@ class HardCaseStudy(Study):
     """The cases to simulate."""
 
     name = "hard"
-    libraries = ("numpy", "numba", "mpmath")
+    libraries = ("numpy", "numba", "flint")
 
     cases: tuple[HardCase, ...]
 
@@ -344,8 +277,6 @@ def verdict(case: HardCase, folder: Path = FOLDER) -> Record:
     for point in points:
         experiment = point.experiment
         scene = starting_scene(experiment, 0)
-        exact = scene.container.has_wall and scene.number <= FOLLOWED
-        truth = exact_start(scene) if exact else None
         limit = experiment.collisions
         for engine in ("allpairs", "cells") if isinstance(scene.container, Circle) else ("cells",):
             deadline = time.monotonic() + LONGEST + (limit or 0) / SLOWEST
@@ -357,7 +288,7 @@ def verdict(case: HardCase, folder: Path = FOLDER) -> Record:
                 engine=engine,
                 watch=lambda _, deadline=deadline: time.monotonic() > deadline,  # type: ignore[misc]
             )
-            results, wrong = judged(case, trace, truth)
+            results, wrong = judged(case, trace)
             for check in results:
                 before = worst.setdefault(check.name, check)
                 worst[check.name] = max(before, check, key=lambda c: (not c.holds, c.error))
@@ -380,17 +311,13 @@ def verdict(case: HardCase, folder: Path = FOLDER) -> Record:
     }
 
 
-def judged(
-    case: HardCase, trace: Trace, truth: ExactStart | None = None
-) -> tuple[list[Check], list[str]]:
-    """The checks of a trace, and a sentence for each fault.
-
-    truth : the first collisions, if they are known
-    """
+def judged(case: HardCase, trace: Trace) -> tuple[list[Check], list[str]]:
+    """The checks of a trace, and a sentence for each fault."""
     results = checks(trace)
     if results[0].holds:  # nothing is measured of broken numbers
-        if truth is not None and trace.events is not None:
-            results += follows(trace, truth)
+        if trace.events is not None:
+            proof = prove(trace, FOLLOWED)
+            results.append(Check("wrong collisions", float(proof["verdict"] == "wrong"), 0.0))
         if case.fact is not None:
             results += FACTS[case.fact](trace)
     faults = [

@@ -296,9 +296,13 @@ def test_errors_and_costs_are_the_saved_measurements() -> None:
     for one in (ours, source, coarse, fine):
         error = short(one["place_errors"][place], 2)
         assert f"| {error} m | {rough(one['events_per_second'])} |" in text
-    for value in (source["first_different"] + 1, short(source["overlap"], 2), scene["digits"]):
+    for value in (source["first_different"] + 1, short(source["overlap"], 2)):
         assert str(value) in text
     assert f"{found['date'][:10]} on one processor: {found['machine']['processor']}" in text
+    for proof in measurement("certain")["proofs"]:
+        certain = " to ".join(dict.fromkeys(f"{number:,}" for number in proof["certain"]))
+        row = f"{proof['points']} | {proof['events']:,} | {certain} | {proof['all']}"
+        assert f"| `{proof['config']}` | {row} |" in text
 
 
 def test_agreement_with_known_physics_is_that_of_the_saved_measurement() -> None:

@@ -3,9 +3,9 @@
 import hashlib
 import math
 
-import mpmath
 import numpy as np
 import pytest
+from flint import arb, ctx, fmpq
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import EPSILON, uniform
@@ -26,9 +26,9 @@ from snooker_cli.scene import Scene, check
 @pytest.mark.parametrize("corners", [1, 2, 3, 5, 6, 12, 18, 24, 30, 60, 126, 600, 6000])
 def test_polygons_are_correctly_rounded(corners):
     """Against the cosine and sine of each corner with 60 digits, rounded once."""
-    with mpmath.workdps(60):
-        turns = [2 * mpmath.mpf(k) / corners for k in range(corners)]
-        exact = [(float(mpmath.cospi(turn)), float(mpmath.sinpi(turn))) for turn in turns]
+    with ctx.workdps(60):
+        corners_of = [arb.sin_cos_pi_fmpq(fmpq(2 * k, corners)) for k in range(corners)]
+        exact = [(float(cosine), float(sine)) for sine, cosine in corners_of]
     assert list(unit_polygon(corners)) == exact
 
 

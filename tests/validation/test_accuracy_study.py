@@ -20,7 +20,7 @@ SEVEN = ReferenceScene("seven", "seven balls", 40, seven)
 
 def test_methods_beside_the_exact_twin():
     found = against_truth(SEVEN, METHODS)
-    assert (found["certain"], found["collisions"], found["checkpoints"][-1]) == (40, 40, 40)
+    assert (found["collisions"], found["checkpoints"][-1]) == (40, 40)
     engine, report, *steps = found["results"]
     for one in (engine, report):
         assert (one["first_different"], one["collisions"]) == (40, 40)

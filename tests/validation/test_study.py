@@ -18,7 +18,7 @@ ENDINGS = ("svg", "png", "json")
     [
         (
             "error",
-            {"numpy", "numba", "mpmath"},
+            {"numpy", "numba", "flint"},
             {"error-against-cost-light-container", "error-growth-light-container"},
             "light-container: seven balls of 1 kg",
         ),
@@ -45,17 +45,17 @@ def test_a_study_gives_a_record_tables_and_figures(
     ("arguments", "message"),
     [
         (("error", "--quick"), "pip install 'snooker-cli[reference]'"),
-        (("hard", "at-rest-periodic"), "pip install 'snooker-cli[reference]'"),  # has no twin
+        (("hard", "at-rest-periodic"), "pip install 'snooker-cli[reference]'"),
         (("hard", "nonsense"), "there is no hard case nonsense; `snooker init --list` lists all"),
     ],
 )
-def test_without_mpmath_the_command_names_what_to_install(
+def test_without_python_flint_the_command_names_what_to_install(
     snooker: Callable[..., Any],
     monkeypatch: pytest.MonkeyPatch,
     arguments: tuple[str, ...],
     message: str,
 ) -> None:
-    monkeypatch.setitem(sys.modules, "mpmath", None)
+    monkeypatch.setitem(sys.modules, "flint", None)
     ended = snooker("bench", *arguments)
     assert (ended.code, ended.out) == (2, "")
     assert message in ended.err
@@ -66,7 +66,7 @@ def test_what_make_report_installs_is_enough_for_the_report() -> None:
     """Without the libraries of other extras, everything that the report imports loads."""
     code = """
 import sys
-sys.modules |= dict.fromkeys(["mpmath", "pyarrow", "distributed", "pypdf", "MDAnalysis"])
+sys.modules |= dict.fromkeys(["flint", "pyarrow", "distributed", "pypdf", "MDAnalysis"])
 import snooker_cli.report.content, snooker_cli.report.run_report, snooker_cli.cli.analysis_commands
 """
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,0 +1,288 @@
+"""The proof of a repeat: how many of its events are certain, and bounds of their errors.
+
+A certificate has the scene, the true events, and intervals of their times that any program can
+check; docs/accuracy.md explains its format.
+"""
+
+import json
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import replace
+from importlib import import_module
+from itertools import islice
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from snooker_cli import __version__
+from snooker_cli.engine import ENGINE_VERSION, simulate
+from snooker_cli.engine.conversion import origin_of
+from snooker_cli.engine.replay import Replay
+from snooker_cli.errors import UNREADABLE, UserError
+from snooker_cli.files import sources_hash, user_hash, write_text
+from snooker_cli.formatting import counted, duration, plain
+from snooker_cli.laws import Sides, WallLaw, word_of
+from snooker_cli.runs import Run
+from snooker_cli.runs.progress import notice
+from snooker_cli.scene import EPSILON, Scene
+from snooker_cli.trace import CONTAINER, SLIDE, StopReason, Trace
+from snooker_cli.validation.exact_twin import (
+    Collision,
+    Floats,
+    Interval,
+    Twin,
+    UndecidedError,
+    above,
+    follow,
+    unsupported_key,
+)
+
+Record: TypeAlias = dict[str, Any]
+Counting: TypeAlias = Callable[[Iterable[Any], str, int], Iterable[Any]]
+
+ROUNDINGS = 64
+"""As many roundings of places and times may decide what the next event of the engine is."""
+
+SOURCES = ("validation/exact_twin.py", "validation/proof.py", "containers.py", "laws.py")
+
+
+def uncounted(items: Iterable[Any], _label: str, _total: int) -> Iterable[Any]:
+    """The items; nothing shows how many there were."""
+    return items
+
+
+class OwnEvent(NamedTuple):
+    """An event of the engine, s, and its balls and container just after it.
+
+    residual : the part of the time that rounding cuts off
+    """
+
+    time: float
+    residual: float
+    i: int
+    j: int
+    state: Scene
+
+
+def own_events(trace: Trace) -> Iterator[OwnEvent]:
+    """The engine's events, carried out again."""
+    events, start = trace.events, trace.start
+    assert events is not None
+    run, origin = Replay(trace), origin_of(start)
+    balls, container = np.empty((4, start.number)), np.zeros(4)
+    rest = np.zeros(len(events)) if events.residual is None else events.residual
+    columns = (column.tolist() for column in (events.time, rest, events.i, events.j))
+    for done, (moment, residual, i, j) in enumerate(zip(*columns, strict=True), start=1):
+        run.advance(done)
+        run.write_state(moment, balls, container)
+        state = replace(
+            start,
+            positions=balls[:2].T + origin,
+            velocities=balls[2:].T.copy(),
+            container_position=container[:2] + origin,
+            container_velocity=container[2:].copy(),
+        )
+        yield OwnEvent(moment, residual, i, j, state)
+
+
+def prove(trace: Trace, collisions: int, counting: Counting = uncounted) -> Record:
+    """The certificate of a repeat's first collisions: its events beside those of the exact twin.
+
+    It ends at the first event that is different. Its ``verdict`` is "all"; "rounding" if that makes
+    the next event another one; "wrong" if it does not explain the next event, or its time;
+    "undecided" if no precision decides what is next; "slide", which the twin does not have; or
+    "interrupted".
+
+    Raises ``ValueError`` for a scene that has no exact twin.
+    """
+    end, began, number = trace.stop, time.process_time(), len(trace.events or ())
+    compared = min(number, collisions)
+    # Up to the end of such a repeat there must be no further event.
+    whole = compared == number and end.reason in (StopReason.TIME, StopReason.NOTHING_LEFT)
+    until = end.time if end.reason is StopReason.TIME else np.inf
+    verdict, reason, last = "all", "", OwnEvent(0.0, 0.0, CONTAINER, CONTAINER, trace.start)
+    twin, worst, own = Twin(trace.start), np.zeros(2), own_events(trace)
+    bounds: list[list[float]] = []
+    rows: list[list[Any]] = []
+    try:
+        truth = counting(islice(follow(trace.start, until), compared + whole), "", compared)
+        for twin, collision in truth:
+            event = next(own, None)
+            if event is None and not collision.time < until:
+                break
+            if event is not None and event.j == SLIDE:
+                verdict, reason = "slide", "a slide, which has no twin"
+                break
+            if event is None or (event.i, event.j) != collision[1:3]:
+                verdict, reason = difference(last, event, collision, until)
+                break
+            if reason := wrong_contact(event):
+                verdict = "wrong"
+                break
+            worst, last = np.maximum(worst, errors(event, twin, collision)), event
+            rows.append([event.i, event.j, *exactly(collision.time)])
+            if len(rows) in (1, 10, 100, 1000, 10_000):
+                bounds.append([len(rows), *worst.tolist()])
+        else:
+            if len(rows) < compared:
+                verdict, reason = difference(last, next(own), None, until)
+    except UndecidedError as question:
+        verdict, reason = "undecided", f"not decided: {question}"
+    except KeyboardInterrupt:
+        verdict, reason = "interrupted", "not computed"
+    if rows and bounds[-1][0] < len(rows):
+        bounds.append([len(rows), *worst.tolist()])
+    versions = {"snooker": __version__, "engine": ENGINE_VERSION}
+    return {
+        "certain": len(rows),
+        "compared": compared,
+        "verdict": verdict,
+        "reason": f"event {len(rows) + 1} is {reason}" if reason else "",
+        "bounds": [dict(zip(("events", "time", "place"), row, strict=True)) for row in bounds],
+        "bits": twin.bits,
+        "seconds": round(time.process_time() - began, 2),
+        "versions": versions | {"python-flint": import_module("flint").__version__},
+        "scene": scene_record(trace.start),
+        "events": rows,
+    }
+
+
+def errors(event: OwnEvent, twin: Twin, truth: Collision) -> Floats:
+    """Bounds of the errors of an event's time, s, and of the places of its balls then, m."""
+    moment = twin.number(event.time) + event.residual
+    apart = (
+        twin.nearest(
+            twin.balls[k].position(truth.time) - twin.vector(*event.state.positions[k].tolist())
+        )
+        for k in (event.i, event.j)
+        if k != CONTAINER
+    )
+    return np.array([above(abs(moment - truth.time)), max(above(abs(way)) for way in apart)])
+
+
+def wrong_contact(event: OwnEvent) -> str:
+    """What is wrong with an event if rounding does not explain the gap of its bodies then."""
+    state, i, j = event.state, event.i, event.j
+    if j == CONTAINER:
+        place, radius = state.positions[[i]] - state.container_position, state.radii[[i]]
+        gap = float(state.container.wall_gaps(place, radius)[0])
+    else:
+        offset = state.container.nearest_image(state.positions[i] - state.positions[j])
+        gap = float(np.hypot(*offset) - state.radii[i] - state.radii[j])
+    wrong = abs(gap) > place_rounding(event)
+    return f"{named(event.time, i, j)}, with a gap of {gap:.2g} m" if wrong else ""
+
+
+def place_rounding(event: OwnEvent) -> float:
+    """The error of a place that ``ROUNDINGS`` explain, m."""
+    state = event.state
+    ways = np.hypot(*state.velocities.T) * event.time
+    size = np.max(abs(state.positions)) + max(state.container.size) + np.max(ways)
+    return float(ROUNDINGS * EPSILON * size)
+
+
+def difference(
+    last: OwnEvent, event: OwnEvent | None, truth: Collision | None, until: float
+) -> tuple[str, str]:
+    """The verdict "rounding" or "wrong", and why, where the next event is not the true one.
+
+    A twin begins at the engine's own, rounded, places. Rounding explains that the engine is later
+    if the two bodies would overlap by no more than a rounding until then, or at all.
+
+    last, event : before the difference, and the next one, if there is one up to a time, s
+    """
+    own, late, wrong, state = "missing", until, "", last.state
+    if event is not None:
+        own, late, wrong = named(*event[:1], *event[2:4]), event.time, wrong_contact(event)
+    true = named(float(truth.time), truth.i, truth.j) if truth else "none"
+    with suppress(UndecidedError):
+        for _, near in islice(follow(state), 1):
+            moment, speed, overlap = last.time + float(near.time), float(near.speed), np.inf
+            if near.j != CONTAINER:
+                relative = np.hypot(*(state.velocities[near.i] - state.velocities[near.j]))
+                overlap = (state.radii[near.i] + state.radii[near.j]) * (speed / relative) ** 2 / 2
+            if min((late - moment) * speed, overlap) > place_rounding(last):
+                follows = named(moment, near.i, near.j)
+                wrong = f"{own}; from snooker's own places, {follows} follows"
+    if wrong:
+        return "wrong", f"{wrong}; the true one is {true}"
+    return "rounding", f"{own}; the true one is {true}: rounding, enlarged by chaos, decides"
+
+
+def named(moment: float, i: int, j: int) -> str:
+    bodies = f"ball {i} and the wall" if j == CONTAINER else f"balls {i} and {j}"
+    return f"{bodies} at {moment:.10g} s"
+
+
+def exactly(interval: Interval) -> list[Any]:
+    """An interval as [m, r, e]: from (m - r) 2^e to (m + r) 2^e; m and r hexadecimal texts."""
+    (middle, first), (radius, second) = interval.mid().man_exp(), interval.rad().man_exp()
+    exponent = min(int(first), int(second)) if radius else int(first)
+    radius = int(radius) << max(int(second) - exponent, 0)
+    return [hex(int(middle) << (int(first) - exponent)), hex(radius), exponent]
+
+
+def scene_record(scene: Scene) -> Record:
+    """A scene as JSON has it; doubles are read back to the bit, an infinite mass is null."""
+    record: Record = plain(
+        {
+            name: value
+            for name, value in vars(scene).items()
+            if isinstance(value, np.ndarray | float)
+        }
+    )
+    container = {"shape": scene.container.name, **scene.container.lengths}
+    laws = {name: _law_record(getattr(scene, name)) for name in ("pair_law", "wall_law")}
+    return {"container": container, **laws, **record}
+
+
+def _law_record(law: WallLaw) -> Record:
+    parts: Record = law._asdict()  # numbers, or the laws of sides
+    if isinstance(law, Sides):
+        parts = {name: _law_record(part) for name, part in parts.items()}
+    return {"law": word_of(law), **parts}
+
+
+def proven(
+    run: Run, point: int, repeat: int, collisions: int, counting: Counting = uncounted
+) -> Record:
+    """The certificate of a repeat of a run: the one kept beside its file, or a new one.
+
+    It is made again after a change of the repeat, of the number of collisions, or of this code.
+
+    Raises ``UserError`` if there is no such repeat, no exact twin of its scene, or no python-flint,
+    and ``StoreError`` for a file that cannot be used.
+    """
+    chosen = run.chosen(point, repeat)
+    trace, status = run.read(chosen, repeat), run.status(point, repeat)
+    if key := unsupported_key(trace.start):
+        raise UserError(f"{run.name}: --exact cannot follow a scene with {key}")
+    try:
+        flint = import_module("flint").__version__
+    except ModuleNotFoundError:
+        advice = "install it with `pip install 'snooker-cli[reference]'`"
+        raise UserError("python-flint is not installed", advice) from None
+    path = status.path.with_name(f"exact-{repeat:04d}.json")
+    fingerprint = status.header.fingerprint if status.header else ""
+    origin = json.dumps([fingerprint, collisions, sources_hash(*SOURCES), flint])
+    with suppress(*UNREADABLE, KeyError, TypeError):
+        kept = json.loads(path.read_text(encoding="utf-8"))
+        if kept["hash"] == user_hash(origin + json.dumps(kept["proof"])).hexdigest():
+            return dict(kept["proof"])
+    if trace.events is None:
+        limits, most = chosen.experiment, chosen.experiment.collisions or collisions
+        trace = simulate(
+            trace.start, collisions=min(most, collisions), time=limits.time, engine=run.engine
+        )
+    number = min(len(trace.events or ()), collisions)
+    # Measured: in a dilute gas each ball may meet many others, and each of them is computed.
+    dilution = min(trace.start.mean_free_path / max(trace.start.container.size), 1.0)
+    seconds = number * (3e-4 + (1e-6 + 5e-5 * dilution) * trace.start.number)
+    notice(f"computing up to {counted(number, 'event')}; this takes about {duration(seconds)}")
+    proof = {"point": point, "repeat": repeat, **prove(trace, collisions, counting)}
+    if proof["verdict"] != "interrupted":
+        with suppress(OSError):  # a run that another user owns
+            text = user_hash(origin + json.dumps(proof)).hexdigest()
+            write_text(path, json.dumps({"hash": text, "proof": proof}) + "\n")
+    return proof

@@ -1,0 +1,85 @@
+"""What the reproduction says about certain events: snooker_cli/report/measured/certain.json.
+
+``python tests/make_certain.py`` makes the file anew, in some minutes. It has the certain events of
+the first repeats of the reproduction's configs, and averages by both engines. These round
+differently, so chaos makes different trajectories of the same starts.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import snooker_cli
+from snooker_cli.config import EXAMPLES, load
+from snooker_cli.engine import ENGINE_VERSION, simulate
+from snooker_cli.formatting import plain
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.report.content import RUNS
+from snooker_cli.scene import Scene
+from snooker_cli.validation.accuracy_study import averages
+from snooker_cli.validation.methods import Method, Trajectory, reference_scene
+from snooker_cli.validation.proof import prove
+from snooker_cli.validation.study import PLANS
+
+FILE = Path(snooker_cli.__file__).parent / "report" / "measured" / "certain.json"
+MOST = 10_000  # events of a repeat
+AVERAGED = "report", "dilute"  # scenes of plans.yaml, elastic
+TIME, REPEATS = 20.0, 128
+HEATED = "steady"  # its walls have a temperature, so there is no twin
+
+
+def proofs(name: str) -> dict[str, Any]:
+    """How many events are certain in the first repeats of the points of a config.
+
+    ``events`` is the most that were compared; ``certain`` has the least and the largest number; the
+    others are numbers of points with these verdicts.
+    """
+    records = []
+    for point in load(EXAMPLES / f"{name}.yaml").points():
+        limits = point.experiment
+        most = min(limits.collisions or MOST, MOST)
+        trace = simulate(starting_scene(limits, 0), collisions=most, time=limits.time)
+        records.append(prove(trace, most))
+    certain = [record["certain"] for record in records]
+    verdicts = [record["verdict"] for record in records]
+    return {
+        "config": name,
+        "points": len(records),
+        "events": max(record["compared"] for record in records),
+        "certain": [min(certain), max(certain)],
+        **{verdict: verdicts.count(verdict) for verdict in ("all", "undecided", "wrong")},
+        "whole": {*verdicts} == {"all"},
+    }
+
+
+def by_engine(engine: str) -> Method:
+    """A method without positions and overlaps, which averages do not need."""
+
+    def run(scene: Scene, moments: NDArray[np.float64]) -> Trajectory:
+        trace = simulate(scene, time=float(moments[-1]), engine=engine)
+        return Trajectory(scene, trace.events, np.empty(0), trace.finish, 0.0, 0.0)
+
+    return Method(engine, None, run)
+
+
+def main() -> None:
+    """Write the file."""
+    scenes = [reference_scene(item) for item in PLANS["scenes"] if item["name"] in AVERAGED]
+    engines = by_engine("allpairs"), by_engine("cells")
+    record = {
+        "measurement": "certain",
+        "snooker": snooker_cli.__version__,
+        "engine_version": ENGINE_VERSION,
+        "rounding": [averages(scene, engines, TIME, REPEATS) for scene in scenes],
+        "proofs": [proofs(name) for name in RUNS if name != HEATED],
+    }
+    FILE.write_text(json.dumps(plain(record), ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

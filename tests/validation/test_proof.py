@@ -1,0 +1,184 @@
+"""Certificates: the events that are certain, what ends them, wrong engines, and an own check."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import certificates
+import numpy as np
+import pytest
+from command_line import SMALL, Snooker, output_of
+from scenes import gas, lone_bouncer, scene_of
+
+from snooker_cli import runs, store
+from snooker_cli.engine import simulate
+from snooker_cli.scene import Scene
+from snooker_cli.trace import CONTAINER, Events, Trace
+from snooker_cli.validation.methods import rings
+from snooker_cli.validation.proof import prove
+
+
+@pytest.fixture(scope="module")
+def trace() -> Trace:
+    """Seven balls in a light container, until long after chaos has separated it from the truth."""
+    return simulate(rings(number=1, restitution=0.9, container_mass=20.0), collisions=400)
+
+
+def test_chaos_ends_the_certain_events(trace: Trace) -> None:
+    """Bounds grow, and the other event is right from the engine's own places."""
+    proof = prove(trace, 1000)
+    assert (proof["compared"], proof["verdict"]) == (400, "rounding")
+    assert 100 < proof["certain"] < 300
+    assert len(proof["events"]) == proof["certain"]
+    first, *_, last = proof["bounds"]
+    assert 0 < first["time"] < 1e-15 < 1e-6 < last["time"] < 1
+    assert 0 < first["place"] < 1e-14 < 1e-6 < last["place"] < 20
+    few = prove(trace, 50)
+    assert (few["certain"], few["verdict"]) == (50, "all")
+    assert few["events"] == proof["events"][:50]
+
+
+def test_a_repeat_that_ends_at_a_time_has_no_further_event() -> None:
+    scene = scene_of([(0.0, 0.0, 1.0, 0.0, 1.0, 1.0)])
+    whole = simulate(scene, time=10.0)
+    assert (prove(whole, 10)["certain"], prove(whole, 10)["verdict"]) == (1, "all")
+    assert whole.events is not None
+    none = replace(whole, events=whole.events[:0])
+    assert prove(none, 10)["reason"].startswith(
+        "event 1 is missing; from snooker's own places, ball 0"
+    )
+
+
+def test_a_slide_ends_the_proof() -> None:
+    slid = simulate(replace(lone_bouncer(), slides=True), collisions=5)
+    proof = prove(slid, 10)
+    assert proof["verdict"] == "slide"
+    assert 0 < proof["certain"] < 5
+
+
+# Wrong engines
+
+WRONG = """
+import math, os, sys
+from snooker_cli.cli import main
+from snooker_cli.engine import prediction
+
+right = prediction.pair_delay
+
+def wrong(x, y, u, v, contact_squared):
+    delay = right(x, y, u, v, contact_squared)
+    FAULT
+    return delay
+
+prediction.pair_delay = wrong
+os.chdir(os.environ["HERE"])
+sys.argv = ["snooker", "run", "small.yaml", "--jobs", "1"]
+main()
+"""
+
+FAULTS = {
+    "roundings of the discriminant add up": "delay *= 1 - 1e-11",
+    "grazing contacts are missed": """if delay < math.inf:
+        x, y = x + u * delay, y + v * delay
+        if (x * u + y * v) ** 2 < 0.01 * contact_squared * (u * u + v * v):
+            return math.inf""",
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_wrong_engine_is_found(fault: str, here: Path, snooker: Snooker) -> None:
+    """Its files are as good as others to all other checks."""
+    (here / "small.yaml").write_text(SMALL, "utf-8")
+    output_of(WRONG.replace("FAULT", FAULTS[fault]), HERE=str(here), NUMBA_DISABLE_JIT="1")
+    assert snooker("verify", "small").code == 0
+    ended = snooker("verify", "small", "--exact", "--point", "1", "--repeat", "2", "--json")
+    (proof,) = json.loads(ended.out)["exact"]
+    assert (ended.code, proof["verdict"]) == (1, "wrong")
+    assert proof["certain"] < 50
+
+
+def test_events_that_change_places_are_found(finished: Path, snooker: Snooker) -> None:
+    """The two successive events of different balls that are nearest in time."""
+    run = runs.open_run("small")
+    (path,) = run.batches(1)
+    repeats = store.read(path)
+    trace, header = repeats[0]
+    events = trace.events
+    assert events is not None
+    balls = [
+        {i, j} - {CONTAINER} for i, j in zip(events.i.tolist(), events.j.tolist(), strict=True)
+    ]
+    free = [k for k in range(60) if balls[k].isdisjoint(balls[k + 1])]
+    first = min(free, key=lambda k: events.time[k + 1] - events.time[k])
+    order = np.arange(len(events))
+    order[[first, first + 1]] = first + 1, first
+    changed = (column[order] for column in (events.i, events.j, events.impulse))
+    wrong = replace(trace, events=Events(events.time, *changed))
+    others = [(other.repeat, right) for right, other in repeats[1:]]
+    store.write(path, [(header.repeat, wrong), *others], header.provenance)
+    assert snooker("verify", "small").code == 0
+    ended = snooker("verify", "small", "--exact", "--point", "1", "--json")
+    (proof,) = json.loads(ended.out)["exact"]
+    assert (ended.code, proof["verdict"], proof["certain"]) == (1, "wrong", first)
+
+
+# Certificates
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        rings(number=1, restitution=0.9, container_mass=20.0),
+        gas("box", 7, 0.2, mixed=True, cor=0.9),
+    ],
+    ids=["circle", "box"],
+)
+def test_another_program_can_check_a_certificate(scene: Scene) -> None:
+    """And it finds one whose events are in another order, or at another time."""
+    proof = json.loads(json.dumps(prove(simulate(scene, collisions=40), 40)))
+    assert certificates.check(proof) == proof["certain"] == 40
+    rows = proof["events"]
+    i, j, middle, radius, exponent = rows[20]
+    moved = [i, j, hex(int(middle, 16) + 2 ** (-40 - exponent)), radius, exponent]
+    for wrong in ([*rows[:20], moved], [*rows[:20], rows[21]], [*rows[:10], *rows[11:]]):
+        with pytest.raises(certificates.CheckError):
+            certificates.check(proof | {"events": wrong})
+
+
+def test_a_certificate_is_kept_beside_the_repeat(
+    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As long as nothing that it follows from changes; only this user's is believed."""
+    command = ("verify", "small", "--exact", "--point", "1", "--repeat", "2")
+    first = snooker(*command, "--json", "--out", "certificate.json")
+    assert first.err.startswith("snooker: computing up to 150 events; this takes about a second")
+    written = json.loads(Path("certificate.json").read_text("utf-8"))
+    assert certificates.check(written | {"events": written["events"][:10]}) == 10
+    again = snooker(*command, "--json")
+    assert (again.out, again.err) == (first.out, "")
+    assert "computing" in snooker(*command, "--collisions", "100").err
+    snooker(*command)
+    kept = Path("runs/small/point-0001/exact-0002.json")
+    kept.write_text(kept.read_text("utf-8").replace('"all"', '"wrong"'), "utf-8")
+    assert snooker(*command).code == 0
+
+
+def test_a_summary_is_simulated_again(here: Path, snooker: Snooker) -> None:
+    Path("small.yaml").write_text(SMALL, "utf-8")
+    snooker("run", "small.yaml", "-o", "record=summary", "-o", "repeats=1", "--out", "summary")
+    ended = snooker("verify", "summary", "--exact", "--json")
+    assert [proof["certain"] for proof in json.loads(ended.out)["exact"]] == [128, 114]
+
+
+def test_an_interrupt_keeps_what_is_known(trace: Trace) -> None:
+    def counting(items: Any, _label: str, _total: int) -> Iterator[Any]:
+        yield from islice(items, 20)
+        raise KeyboardInterrupt
+
+    proof = prove(trace, 100, counting)
+    assert (proof["certain"], proof["verdict"]) == (20, "interrupted")
