@@ -1,12 +1,15 @@
 "use strict";
 
-// The engine for few balls, as snooker_cli/engine/all_pairs.py and the files that it uses: the same
-// names, and the same arithmetic in the same order, so that all bits are equal. Only + - * / and
-// Math.sqrt, which are exactly rounded, change the state. There are no vectors: a search takes the
-// same minimum, of equal ones the same ball.
+// What happens in a collision, as in engine/collision.py, contact.py, wall_laws.py and laws.py.
+//
+// These scripts are the program's engine once more: the same names, and the same arithmetic in the
+// same order, so that all bits are equal. Only + - * / and Math.sqrt, which are exactly rounded,
+// change the state. There are no vectors; a search takes the same minimum, of equal ones the same
+// ball. docs/how-it-works.md explains the ideas, and CONTRIBUTING.md says which script is which file.
 //
 // Balls are arrays with one element each: x, y (m), u, v (m/s), clock (s), radii (m), masses (kg).
-// A ball moves only in its own events; age is the time since then.
+// A ball moves only in its own events; ``age`` is the time since then, and ``its`` that since the
+// last hit of a container that moves.
 
 const NEVER = Infinity;
 const NO_PARTNER = -1; // the wall

@@ -210,6 +210,25 @@ def test_other_laws_hold_from_now_on(engine):
     assert changed is True
 
 
+def test_laws_may_change_while_a_ball_settles(engine):
+    """Its bounces go on with the wall's CoR of its last hit; a wall may become thermal, too."""
+    scene = f"startingScene({to_json(validated(GASES['slide']))}, 1)"
+    slides, energy = engine.answer(f"""
+(() => {{
+  const simulation = new Simulation({scene}, {{}}), elastic = {{ word: "constant", cor: 1 }};
+  while (!simulation.state.boundary.motions.includes(SETTLES)) simulation.advance(1);
+  simulation.setLaws(elastic, elastic);
+  simulation.advance(300);
+  const slides = simulation.eventJ.indexOf(SLIDE) >= 0;
+  simulation.setLaws(elastic, {{ word: "thermal", temperature: 50 }});
+  simulation.advance(3000);
+  return JSON.stringify([slides, simulation.kineticEnergy()]);
+}})()""")
+    assert slides
+    # 37 balls of 50 J, with a standard error of a sixth.
+    assert energy == pytest.approx(37 * 50.0, rel=0.7)
+
+
 @pytest.mark.parametrize("digits", [4, 6, 9, 17])
 def test_sentences_have_numbers_as_python_writes_them(engine, digits):
     values = [0.0, 1.0, 0.1, 123456789.5, 12345678.25, 12345678.75, 1e-5, 1.5e-7, 1e16, 1e22, 0.5]
