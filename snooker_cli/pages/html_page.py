@@ -23,7 +23,7 @@ def text_of(package: str, *names: str) -> str:
 
 
 def script_of(package: str, *names: str) -> str:
-    """The scripts in files of a package without the lines that are comments: a quarter of a page."""
+    """The scripts in files of a package without lines that are comments: an eighth of a page."""
     return re.sub(r"(?m)^ *(//.*|/\*\*[\s\S]*?\*/)\n", "", text_of(package, *names))
 
 
