@@ -1,5 +1,7 @@
 "use strict";
 
+// The engine for few balls in a circle: each keeps its earliest contact, found against all others.
+
 // Wall traps: infinitely many hits of a circle in finite time, see prediction.py
 
 /** How long infinitely many hits of ball i, just off the wall, last at most, s; inf without. */
@@ -110,6 +112,7 @@ class State {
     this.setup.pairLaw = pairLaw;
     this.setup.wallLaw = wallLaw;
     this.setup.traps = this.setup.mayTrap && wallLaw.cor < 1 && !wallLaw.gains;
+    this.key ??= 0n; // a wall may become thermal later
   }
 
   get collisions() {

@@ -1,6 +1,6 @@
 "use strict";
 
-// Boundaries: what balls do at the edge of the container, see boundaries.py
+// Boundaries: what balls do at the edge of the container, as in engine/boundaries.py
 
 /** An offset along an axis to the nearest image, m; most are near already and need no division.
  *

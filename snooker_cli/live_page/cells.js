@@ -95,6 +95,32 @@ function power(base, exponent) {
   return Number(sum) / 2 ** 200;
 }
 
+/** Whether two balls never come within a distance (m), in any image: exact, see contact.py.
+ *
+ * ball, other : place (m), velocity (m/s) and clock (s)
+ */
+function neverMeet(ball, other, distance, period) {
+  // All numbers are whole multiples of 2^-1074, places of 2^-2148.
+  const [xi, yi, ui, vi, ti] = ball.map(wholeOf), [xk, yk, uk, vk, tk] = other.map(wholeOf);
+  const x = ((xk - xi) << 1074n) - uk * tk + ui * ti, u = uk - ui;
+  const y = ((yk - yi) << 1074n) - vk * tk + vi * ti, v = vk - vi;
+  const [width, height] = period.map(wholeOf);
+  if (u === 0n && v === 0n) return true;
+  // The relative path winds round the box a and b times.
+  let [a, b] = [1n, 0n];
+  if (v !== 0n) {
+    [a, b] = [u * height, v * width];
+    let [divisor, rest] = [a, b];
+    while (rest !== 0n) [divisor, rest] = [rest, divisor % rest];
+    [a, b] = [a / divisor, b / divisor];
+  }
+  const apart = (width * height) << 1074n, offset = x * b * height - y * a * width;
+  const beside = ((offset % apart) + apart) % apart;
+  const nearest = beside < apart - beside ? beside : apart - beside;
+  const reach = wholeOf(distance) ** 2n * ((a * width) ** 2n + (b * height) ** 2n);
+  return nearest ** 2n >= reach << 2148n;
+}
+
 /** The balls in their cells, and what each does next. */
 class Cells {
   constructor(scene, state) {
@@ -332,6 +358,7 @@ class Cells {
       if (now === NEVER || now > end) return now;
       if (contactTime[i] > now) {
         if (crossings === CROSSINGS_AT_ONCE) {
+          if (this.crossings === 0 && this.nothingCanMeet()) return NEVER;
           this.j = NOT_SEARCHED;
           this.crossings += crossings;
           return now;
@@ -350,6 +377,25 @@ class Cells {
         return now;
       }
     }
+  }
+
+  /** Whether it is certain that no ball meets another; with walls left and right, nor these. */
+  nothingCanMeet() {
+    const { x, y, u, v, clock, radii, boundary, number } = this.state;
+    const { periodX, periodY } = boundary;
+    const walls = periodX === Infinity; // left and right
+    if (periodY === Infinity || (walls && u.some((speed) => speed !== 0))) return false;
+    const period = [walls ? 2 * boundary.halfWidth : periodX, periodY];
+    const balls = Array.from(radii, (_, k) => [x[k], y[k], u[k], v[k], clock[k]]);
+    // Of the least speeds the square is zero, and predictions find no contact.
+    const spread = (speeds) => (Math.max(...speeds) - Math.min(...speeds)) ** 2;
+    if (spread(u) === 0 && spread(v) === 0) return true;
+    for (let i = 0; i < number; i += 1) {
+      for (let k = i + 1; k < number; k += 1) {
+        if (!neverMeet(balls[i], balls[k], radii[i] + radii[k], period)) return false;
+      }
+    }
+    return true;
   }
 
   isStale(i, j) {

@@ -1,12 +1,15 @@
 "use strict";
 
-// The engine for few balls, as snooker_cli/engine/all_pairs.py and the files that it uses: the same
-// names, and the same arithmetic in the same order, so that all bits are equal. Only + - * / and
-// Math.sqrt, which are exactly rounded, change the state. There are no vectors: a search takes the
-// same minimum, of equal ones the same ball.
+// What happens in a collision, as in engine/collision.py, contact.py, wall_laws.py and laws.py.
+//
+// These scripts are the program's engine once more: the same names, and the same arithmetic in the
+// same order, so that all bits are equal. Only + - * / and Math.sqrt, which are exactly rounded,
+// change the state. There are no vectors; a search takes the same minimum, of equal ones the same
+// ball. docs/how-it-works.md explains the ideas, and CONTRIBUTING.md says which script is which file.
 //
 // Balls are arrays with one element each: x, y (m), u, v (m/s), clock (s), radii (m), masses (kg).
-// A ball moves only in its own events; age is the time since then.
+// A ball moves only in its own events; ``age`` is the time since then, and ``its`` that since the
+// last hit of a container that moves.
 
 const NEVER = Infinity;
 const NO_PARTNER = -1; // the wall
@@ -35,18 +38,40 @@ const placed = new Float64Array(4);
 // Bits
 
 const SPLITTER = 134217729; // 2^27 + 1
+const LEAST_PRODUCT = 2 ** -960; // below, parts of Dekker's product may be no doubles
 
-/** a b - product, where product is a b rounded: exact (Dekker, doi:10.1007/BF01397083).
+/** a b + c, rounded once; c is -a b but for a rounding or two, as all callers have it.
  *
- * ``fused`` of bit_tricks.py gives the same. Scenes that ``scene.check`` admits have products from
- * 1e-170 to 1e255, so that no part of one underflows or overflows.
+ * The error of the product is exact (Dekker, doi:10.1007/BF01397083), and so are the differences.
  */
-function productError(a, b, product) {
+function fused(a, b, c) {
+  const product = a * b;
+  if (Math.abs(product) < LEAST_PRODUCT && a !== 0 && b !== 0) return fusedSlowly(a, b, c);
   let split = SPLITTER * a;
   const highA = split - (split - a), lowA = a - highA;
   split = SPLITTER * b;
   const highB = split - (split - b), lowB = b - highB;
-  return lowA * lowB - (((product - highA * highB) - lowA * highB) - highA * lowB);
+  const error = lowA * lowB - (((product - highA * highB) - lowA * highB) - highA * lowB);
+  return (c + product) + error;
+}
+
+/** The same for any numbers, with whole multiples of the least double. */
+function fusedSlowly(a, b, c) {
+  const sum = wholeOf(a) * wholeOf(b) + (wholeOf(c) << 1074n); // over 2^2148
+  const size = sum < 0n ? -sum : sum;
+  const dropped = Math.max(size.toString(2).length - 53, 1074), unit = 1n << BigInt(dropped);
+  let kept = size / unit;
+  const twice = 2n * (size % unit);
+  if (twice > unit || (twice === unit && kept % 2n === 1n)) kept += 1n;
+  return (sum < 0n ? -1 : 1) * Number(kept) * 2 ** (dropped - 2148);
+}
+
+/** A double over the least one, 2^-1074: a whole number. */
+function wholeOf(value) {
+  const bits = new BigUint64Array(new Float64Array([Math.abs(value)]).buffer)[0];
+  const power = bits >> 52n, fraction = bits & ((1n << 52n) - 1n);
+  const whole = power === 0n ? fraction : (fraction | (1n << 52n)) << (power - 1n);
+  return value < 0 ? -whole : whole;
 }
 
 /** A number rounded to a whole one, of two equally near ones to the even one. */
@@ -116,12 +141,10 @@ function normalPart(x, y, u, v) {
   // Knuth's TwoSum: what |x|^2 is more than the rounded one.
   const added = square - across;
   let rest = (across - (square - added)) + (up - added);
-  rest += productError(x, x, across) + productError(y, y, up);
+  rest += fused(x, x, -across) + fused(y, y, -up);
   const along = u * x + v * y;
   const normal = along / square;
-  const product = normal * square;
-  const remainder = (along - product) - productError(normal, square, product); // exact
-  return normal + (remainder - normal * rest) * (1 / square);
+  return normal + (fused(-normal, square, along) - normal * rest) * (1 / square);
 }
 
 /** Whether the part of (u, v) along (x, y) is below a speed; never if that is zero. */

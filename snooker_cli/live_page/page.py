@@ -10,7 +10,7 @@ from snooker_cli import config as configs
 from snooker_cli import theory
 from snooker_cli.config import BallList, Experiment, Loaded, Rings
 from snooker_cli.errors import SceneError
-from snooker_cli.pages.html_page import SPEED_COLOURS, filled, script_data, text_of
+from snooker_cli.pages.html_page import SPEED_COLOURS, filled, script_data, script_of, text_of
 from snooker_cli.placement.starting_scene import starting_scene
 
 MOST_BALLS = 200  # so that a page shows 60 frames a second
@@ -74,7 +74,7 @@ def live_page(loaded: Loaded) -> str:
         "style": text_of("snooker_cli.pages", "page.css") + text_of(LIVE, "live.css"),
         "data": script_data(data),
         "engine": worker_source(),
-        "script": text_of("snooker_cli.pages", *SHARED) + text_of(LIVE, *SHOWING),
+        "script": script_of("snooker_cli.pages", *SHARED) + script_of(LIVE, *SHOWING),
     }
     return filled(text_of(LIVE, "live.html"), parts)
 
@@ -96,12 +96,12 @@ def presets() -> list[dict[str, Any]]:
 
 def engine_source() -> str:
     """The scripts of the engine and of the start, one after the other."""
-    return text_of(LIVE, *ENGINE_SCRIPTS)
+    return script_of(LIVE, *ENGINE_SCRIPTS)
 
 
 def worker_source() -> str:
     """What simulates and measures without a page: one script for pages, workers and tests."""
-    return engine_source() + text_of(LIVE, *MEASURING)
+    return engine_source() + script_of(LIVE, *MEASURING)
 
 
 def theory_numbers() -> dict[str, Any]:

@@ -50,6 +50,10 @@ class Simulation {
     }
   }
 
+  // An event in each turn of the loop: stop if there is none, or if the time limit comes first; a
+  // ball that slides is brought to now along the wall, and takes the next turn; others collide;
+  // record the event and predict what its balls do next.
+
   /** Simulate at most ``limit`` more events, none later than ``until`` (s).
    *
    * Returns null while the repeat can continue, also if cells were crossed very often without an

@@ -85,7 +85,7 @@ function bouncesToCome(i, state) {
  * If it bounces infinitely often until then, this is where and when it begins to slide.
  */
 function bounced(i, until, state) {
-  const e = state.setup.wallLaw.cor;
+  const e = state.boundary.cors[i];
   let x = state.x[i], y = state.y[i], u = state.u[i], v = state.v[i], now = state.clock[i];
   const square = x * x + y * y, cross = x * v - y * u; // a v_t
   let inward = Math.max(-(x * u + y * v), 0); // a v_n
@@ -180,6 +180,7 @@ class SlidingCircle extends FixedCircle {
     super(radius);
     this.isCurved = true;
     this.motions = new Int32Array(number); // FLIES, SETTLES or SLIDES
+    this.cors = new Float64Array(number); // of the wall, for bounces of a ball that settles
   }
 
   place(i, now, state) {
@@ -226,6 +227,7 @@ class SlidingCircle extends FixedCircle {
     const least = CLOCK_DIGITS * (state.sums[EPOCH] + now) * square;
     if (trapped || (cross !== 0 && 2 * inward * (x * x + y * y) <= least)) {
       this.motions[i] = SETTLES;
+      this.cors[i] = state.setup.wallLaw.cor;
       return bounced(i, NEVER, state).clock;
     }
     return NEVER;

@@ -22,6 +22,11 @@ def text_of(package: str, *names: str) -> str:
     return "\n".join((files(package) / name).read_text(encoding="utf-8") for name in names)
 
 
+def script_of(package: str, *names: str) -> str:
+    """The scripts in files of a package without lines that are comments: an eighth of a page."""
+    return re.sub(r"(?m)^ *(//.*|/\*\*[\s\S]*?\*/)\n", "", text_of(package, *names))
+
+
 def filled(template: str, parts: Mapping[str, str]) -> str:
     """A page: the template with a part for each ``{{name}}``."""
     return re.sub(r"\{\{(\w+)\}\}", lambda mark: parts[mark[1]], template)
