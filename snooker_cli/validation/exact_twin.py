@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
-from snooker_cli.laws import Driven, Sides, Viscoelastic, WallLaw, is_random
+from snooker_cli.laws import Constant, Driven, Sides, Viscoelastic, WallLaw
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events
 from snooker_cli.validation.methods import events_from_rows
@@ -112,8 +112,10 @@ class Collision(NamedTuple):
 
 def unsupported_key(scene: Scene) -> str | None:
     """The config key of a scene without an exact twin; None for all others."""
-    if is_random(scene.wall_law):
-        return "wall_temperature"
+    walls = scene.wall_law if isinstance(scene.wall_law, Sides) else (scene.wall_law,)
+    for law in (scene.pair_law, *walls):
+        if not isinstance(law, Constant | Viscoelastic | Driven):
+            return f"wall_{law._fields[-1]}"
     return "collapse: tc" if scene.contact_duration else None
 
 

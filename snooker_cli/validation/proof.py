@@ -39,17 +39,12 @@ from snooker_cli.validation.exact_twin import (
 )
 
 Record: TypeAlias = dict[str, Any]
-Counting: TypeAlias = Callable[[Iterable[Any], str, int], Iterable[Any]]
+Counting: TypeAlias = Callable[[Iterable[Any], str, int], Iterable[Any]]  # shows how many came
 
 ROUNDINGS = 64
 """As many roundings of places and times may decide what the next event of the engine is."""
 
 SOURCES = ("validation/exact_twin.py", "validation/proof.py", "containers.py", "laws.py")
-
-
-def uncounted(items: Iterable[Any], _label: str, _total: int) -> Iterable[Any]:
-    """The items; nothing shows how many there were."""
-    return items
 
 
 class OwnEvent(NamedTuple):
@@ -86,7 +81,9 @@ def own_events(trace: Trace) -> Iterator[OwnEvent]:
         yield OwnEvent(moment, residual, i, j, state)
 
 
-def prove(trace: Trace, collisions: int, counting: Counting = uncounted) -> Record:
+def prove(
+    trace: Trace, collisions: int, counting: Counting = lambda items, _label, _total: items
+) -> Record:
     """The certificate of a repeat's first collisions: its events beside those of the exact twin.
 
     It ends at the first event that is different. Its ``verdict`` is "all"; "rounding" if that makes
@@ -244,9 +241,7 @@ def _law_record(law: WallLaw) -> Record:
     return {"law": word_of(law), **parts}
 
 
-def proven(
-    run: Run, point: int, repeat: int, collisions: int, counting: Counting = uncounted
-) -> Record:
+def proven(run: Run, point: int, repeat: int, collisions: int, counting: Counting) -> Record:
     """The certificate of a repeat of a run: the one kept beside its file, or a new one.
 
     It is made again after a change of the repeat, of the number of collisions, or of this code.
