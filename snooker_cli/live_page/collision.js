@@ -96,9 +96,9 @@ function copySign(size, other) {
  */
 function pairDelay(x, y, u, v, distance, twice) {
   const b = x * u + y * v;
-  if (!(b < 0)) return NEVER;
   const square = distance * distance, c = x * x + y * y - square;
-  if (!(c + b * twice < 0)) return NEVER;
+  // In this order, because the second condition is hard for a processor to guess.
+  if (!(c + b * twice < 0) || !(b < 0)) return NEVER;
   const cross = x * v - y * u;
   const discriminant = (u * u + v * v) * square - cross * cross;
   if (!(discriminant > 0 || c <= 0)) return NEVER;

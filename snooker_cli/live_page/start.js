@@ -419,7 +419,7 @@ function checkRadii(container, radii, shapes = Object.keys(TITLES)) {
 /** The gap of a ball to the wall, m, and to the edge along the axes that repeat. */
 function gapsOf(x, y, radius, { shape, size: [width, height] }) {
   const across = width / 2 - Math.abs(x), up = height / 2 - Math.abs(y);
-  if (shape === "circle") return [width / 2 - radius - Math.hypot(x, y), Infinity];
+  if (shape === "circle") return [width / 2 - radius - Math.sqrt(x * x + y * y), Infinity];
   if (shape === "box") return [Math.min(across, up) - radius, Infinity];
   if (shape === "channel") return [across - radius, up];
   return [Math.min(across, up), Math.min(across, up)];
