@@ -350,7 +350,8 @@ class Cells {
    * After very many crossings there is no event yet, and the partner is NOT_SEARCHED.
    */
   nextEvent(until) {
-    const { nextTime, groupTime, contactTime, state } = this, end = Math.min(until, state.sums[TIME_LIMIT]);
+    const { nextTime, groupTime, contactTime, state } = this;
+    const end = Math.min(until, state.sums[TIME_LIMIT]);
     let crossings = 0;
     for (;;) {
       let group = 0, now = groupTime[0];
