@@ -215,7 +215,7 @@ class Circle(Container):
 
     def accessible(self, radius: float) -> AccessibleRegion:
         reach = self.radius - radius
-        return AccessibleRegion(math.pi * reach**2, 2 * math.pi * reach, 2 * math.pi)
+        return AccessibleRegion(math.pi * (reach * reach), 2 * math.pi * reach, 2 * math.pi)
 
     def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
         return np.asarray(self.radius - radii - np.hypot(places[..., 0], places[..., 1]))

@@ -4,6 +4,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from decimal import Context, Decimal
 from itertools import chain, combinations
 from typing import Any, ClassVar, TypeAlias
 
@@ -320,8 +321,10 @@ class InCells(Engine):
         self.grid = None if self.grids is None else sampling.grid_of(self.grids, 0)
         scene, tree = self.scene, new_tree(self.scene.number)
         # With n balls per area and a mean free path l, crossings cost as l / side and searches as
-        # n side^2. At the least, n side^2 goes as the inverse cube root of the packing.
-        balls = max(BALLS_PER_CELL, DILUTE * scene.packing_fraction ** (-1 / 3))
+        # n side^2. At the least, n side^2 goes as the inverse cube root of the packing. The cells
+        # decide bits, and libraries of C round powers differently; this one is rounded correctly.
+        root = Context(prec=40).power(Decimal(scene.packing_fraction), Decimal(-1 / 3))
+        balls = max(BALLS_PER_CELL, DILUTE * float(root))
         side = math.sqrt(balls * scene.container.area / scene.number)
         self.cells = cell_grid.new_cells(scene, side, self.state.balls, tree)
         self.ordered_at = self.idle = 0

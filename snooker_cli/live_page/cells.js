@@ -66,7 +66,7 @@ function cellsAtWall({ container, radii }, mesh) {
   return atWall;
 }
 
-/** A positive number to a power, rounded once: glibc's ``pow`` gives the same but very seldom. */
+/** A positive number to a power, rounded once, as in simulation.py. */
 function power(base, exponent) {
   const digits = 200n, one = 1n << digits;
   const times = (a, b) => a * b / one; // towards zero
