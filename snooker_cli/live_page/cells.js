@@ -8,6 +8,7 @@
 const LEAST_MEMBERS = 4, CELL_OVER_BALL = 1 + 1e-9, MOST_IN_ROW = 64, LEAST_IN_PERIOD = 5;
 const CROSSINGS_AT_ONCE = 1e6; // after which ``advance`` returns, so that a page stays alive
 const MOST_CROSSINGS = 1e8; // without a collision, after which a repeat without a time ends
+const GROUP = 16; // balls whose earliest time is kept, so that the next event needs no long search
 const NO_ENTRY = -4; // a contact that the entry has already
 
 /** Whether the program uses the engine for few balls, see ``engine_for`` of simulation.py. */
@@ -129,9 +130,11 @@ class Cells {
     this.mesh = newMesh(scene);
     this.atWall = cellsAtWall(scene, this.mesh);
     this.occupancy = new Int32Array(this.atWall.length);
-    for (const name of ["contactTime", "crossingTime", "nextTime"]) {
-      this[name] = new Float64Array(number);
-    }
+    const groups = Math.ceil(number / GROUP);
+    this.contactTime = new Float64Array(number);
+    this.crossingTime = new Float64Array(number);
+    this.nextTime = new Float64Array(groups * GROUP).fill(NEVER);
+    this.groupTime = new Float64Array(groups).fill(NEVER);
     const links = ["events", "former", "partner", "partnerEvents", "cell", "place", "bounces"];
     for (const name of links) this[name] = new Int32Array(number);
     this.former.fill(NO_PARTNER);
@@ -148,6 +151,7 @@ class Cells {
       this.crossingTime[k] -= shift;
       this.nextTime[k] -= shift;
     }
+    for (let group = 0; group < this.groupTime.length; group += 1) this.groupTime[group] -= shift;
   }
 
   // Cells
@@ -235,7 +239,11 @@ class Cells {
 
   /** Note ball i's earliest event: its contact or a crossing; none is in the past. */
   enqueue(i, now) {
-    this.nextTime[i] = Math.max(Math.min(this.contactTime[i], this.crossingTime[i]), now);
+    const { nextTime } = this, group = Math.floor(i / GROUP), end = (group + 1) * GROUP;
+    nextTime[i] = Math.max(Math.min(this.contactTime[i], this.crossingTime[i]), now);
+    let least = NEVER;
+    for (let k = group * GROUP; k < end; k += 1) if (nextTime[k] < least) least = nextTime[k];
+    this.groupTime[group] = least;
   }
 
   predictCrossing(i, now) {
@@ -342,17 +350,19 @@ class Cells {
    * After very many crossings there is no event yet, and the partner is NOT_SEARCHED.
    */
   nextEvent(until) {
-    const { nextTime, contactTime, state } = this, end = Math.min(until, state.sums[TIME_LIMIT]);
+    const { nextTime, groupTime, contactTime, state } = this;
+    const end = Math.min(until, state.sums[TIME_LIMIT]);
     let crossings = 0;
     for (;;) {
-      let i = 0;
-      let now = nextTime[0];
-      for (let k = 1; k < nextTime.length; k += 1) {
-        if (nextTime[k] < now) {
-          now = nextTime[k];
-          i = k;
+      let group = 0, now = groupTime[0];
+      for (let k = 1; k < groupTime.length; k += 1) {
+        if (groupTime[k] < now) {
+          now = groupTime[k];
+          group = k;
         }
       }
+      let i = group * GROUP;
+      while (nextTime[i] !== now) i += 1;
       this.i = i;
       this.j = this.partner[i];
       if (now === NEVER || now > end) return now;

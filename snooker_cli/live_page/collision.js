@@ -5,7 +5,7 @@
 // These scripts are the program's engine once more: the same names, and the same arithmetic in the
 // same order, so that all bits are equal. Only + - * / and Math.sqrt, which are exactly rounded,
 // change the state. There are no vectors; a search takes the same minimum, of equal ones the same
-// ball. docs/how-it-works.md explains the ideas, and CONTRIBUTING.md says which script is which file.
+// ball. docs/how-it-works.md explains the ideas; CONTRIBUTING.md says which script is which file.
 //
 // Balls are arrays with one element each: x, y (m), u, v (m/s), clock (s), radii (m), masses (kg).
 // A ball moves only in its own events; ``age`` is the time since then, and ``its`` that since the
