@@ -131,7 +131,7 @@ def test_a_repeat_is_relaxed_with_as_many_collisions_again(elastic: list[Trace])
         events = elastic[0].events
         assert events is not None
         last = int(np.flatnonzero(events.j != CONTAINER)[count - 1]) + 1
-        stop = replace(elastic[0].stop, time=float(events.time[last - 1]))
+        stop = elastic[0].stop._replace(time=float(events.time[last - 1]))
         counts = {"pair_events": count, "wall_events": last - count}
         cut.append(replace(elastic[0], events=events[:last], stop=stop, **counts))
     relaxed, too_short = cut
@@ -213,7 +213,7 @@ def test_speeds_at_fixed_energy_follow_their_law() -> None:
 
 
 def test_early_endings_and_idle_repeats_have_notes(elastic: list[Trace]) -> None:
-    trapped = replace(elastic[0], stop=replace(elastic[0].stop, reason=StopReason.WALL_TRAP))
+    trapped = replace(elastic[0], stop=elastic[0].stop._replace(reason=StopReason.WALL_TRAP))
     stop = Stop(StopReason.TIME, 0.01, (), "0.01 s reached")
     idle = replace(elastic[1], events=IDLE, stop=stop, wall_events=0, pair_events=0)
     found = compare([trapped, idle, *elastic[2:]])

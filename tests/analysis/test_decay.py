@@ -96,7 +96,7 @@ def test_the_constants_put_in_come_out(rate: float) -> None:
 def test_repeats_that_ended_early_are_counted() -> None:
     trace = exponential(0.4)
     reasons = [reason for reason in StopReason if reason is not StopReason.TIME]
-    ended = [replace(trace, stop=replace(trace.stop, reason=reason)) for reason in reasons]
+    ended = [replace(trace, stop=trace.stop._replace(reason=reason)) for reason in reasons]
     found = decay.decays(ended)
     notes = decay.fit_notes(found)
     assert [(constant.quantity, constant.law) for constant in found] == [
@@ -115,7 +115,7 @@ def test_repeats_that_ended_early_are_counted() -> None:
 def test_averages_over_collisions_use_complete_repeats_only() -> None:
     trace = repeats(1)[0]
     assert math.isfinite(decay.reported_constant(trace))
-    trapped = replace(trace, stop=replace(trace.stop, reason=StopReason.WALL_TRAP))
+    trapped = replace(trace, stop=trace.stop._replace(reason=StopReason.WALL_TRAP))
     assert math.isnan(decay.reported_constant(trapped))
     assert complete_repeats([trace, trapped]) == [trace]
     assert mean_and_error(np.array([2.0, math.nan, 4.0])) == (3.0, 1.0)

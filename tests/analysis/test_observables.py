@@ -108,7 +108,7 @@ def test_means_over_time_by_hand(in_circle: Trace) -> None:
     assert observables.integrals(in_circle, energy, edges).tolist() == [0, 5, 11, 11.5]
     assert observables.integrals(in_circle, energy, edges[2:1:-1]).tolist() == [11]
     assert observables.mean_temperature(in_circle, 16.0) == 0.0625
-    still = replace(in_circle, events=NOTHING, stop=replace(in_circle.stop, time=0.0))
+    still = replace(in_circle, events=NOTHING, stop=in_circle.stop._replace(time=0.0))
     assert observables.mean_pressure(still) == 0
     for mean in (observables.mean_temperature, observables.ideal_gas_ratio):
         assert math.isnan(mean(still))
@@ -238,7 +238,7 @@ def test_speeds_are_counted_every_few_collisions(
 def test_where_no_speeds_are_counted(in_circle: Trace) -> None:
     alone = replace(in_circle, events=in_circle.events[1:], pair_events=0)
     still = replace(in_circle, start=scene_of([(0, 0, 0, 0, 1, 1)]), events=NOTHING)
-    for trace in (in_circle, alone, still, replace(still, stop=replace(still.stop, time=0.0))):
+    for trace in (in_circle, alone, still, replace(still, stop=still.stop._replace(time=0.0))):
         assert observables.sampling_times(trace).tolist() == []
         assert observables.reduced_speed_counts(trace).sum() == 0
 
@@ -301,7 +301,7 @@ def test_a_grid_is_read_as_a_gas_cools() -> None:
 
 def test_the_last_bounces_of_a_repeat_that_ended_early_are_one_instant() -> None:
     trace = gridded([8.0] * 4, [0, 1, 2, 5000])
-    early = replace(trace, stop=replace(trace.stop, reason=StopReason.WALL_TRAP))
+    early = replace(trace, stop=trace.stop._replace(reason=StopReason.WALL_TRAP))
     assert observables.after_collisions(early).time.tolist() == [0, 2, 6, 12]
     assert observables.after_collisions(early).wall_events.tolist() == [0, 1, 2, 5000]
     assert len(observables.after_collisions(trace).time) == 5001
@@ -353,7 +353,7 @@ def test_a_collapse_is_one_instant(summary: bool) -> None:
     counted = series(calm)
     assert counted.wall_events[-1] + counted.pair_events[-1] == calm.collisions
     assert counted.time[-1] < trace.stop.time
-    other = replace(trace, stop=replace(trace.stop, reason=StopReason.COLLISIONS))
+    other = replace(trace, stop=trace.stop._replace(reason=StopReason.COLLISIONS))
     assert observables.before_collapse(other) is other
 
 

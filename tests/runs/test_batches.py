@@ -104,7 +104,7 @@ def test_of_two_files_the_done_one_counts_or_else_the_longer(
     for repeat, collisions in enumerate((100, 200, 400)):
         trace = simulate(starting_scene(run.experiment, repeat), collisions=collisions)
         if collisions < 400:
-            trace = replace(trace, stop=replace(trace.stop, reason=StopReason.INTERRUPTED))
+            trace = replace(trace, stop=trace.stop._replace(reason=StopReason.INTERRUPTED))
         store.write(run.path(0, [repeat]), [(repeat, trace)], source)
     assert [trace.collisions for trace in run.traces(point)] == [150, 200, 400, 150]
     states = [status.state for status in run.statuses(0)]
