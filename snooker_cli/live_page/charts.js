@@ -122,11 +122,13 @@ class GasCharts extends Panels {
     const texts = all.filter(({ values, dash }) => values.length && !dash)
       .map(({ colour, values }) => [paint(colour), `${short(values[values.length - 1])} Pa m`]);
     this.heading(pen, panel, texts);
+    // The names are where the curves do not end.
+    const low = all.some(({ values }) => values[values.length - 1] > panel.top / 2);
     all.forEach(({ name, colour, dash, values }, line) => {
       if (!values.length) return;
       pen.fillStyle = paint(colour);
       const value = dash ? `: ${short(values[values.length - 1])} Pa m` : "";
-      this.note(pen, panel, `${dash ? "- -" : "—"} ${name}${value}`, line, true);
+      this.note(pen, panel, `${dash ? "- -" : "—"} ${name}${value}`, line, low);
     });
   }
 
