@@ -15,7 +15,7 @@ import numpy as np
 
 from snooker_cli import store
 from snooker_cli.store import file_format as layout
-from snooker_cli.trace import SERIES_UNITS, Trace
+from snooker_cli.trace import SERIES_UNITS, Stop, Trace
 
 Damage = Callable[[Path], object]
 """Changes the good file at a path, or replaces it."""
@@ -49,7 +49,8 @@ def trace(places: str, value: Any, row: int | None = None) -> Damage:
     def changed(part: Any, names: list[str]) -> Any:
         if names:
             name, *inner = names
-            return replace(part, **{name: changed(getattr(part, name), inner)})
+            new = {name: changed(getattr(part, name), inner)}
+            return part._replace(**new) if isinstance(part, Stop) else replace(part, **new)
         if row is None:
             return value
         values = part.copy()

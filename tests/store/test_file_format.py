@@ -282,7 +282,7 @@ def test_the_page_is_of_this_schema() -> None:
 
 def test_a_runs_folder_has_what_the_page_says(finished: Path, snooker: Snooker) -> None:
     run = runs.open_run(finished)
-    for command in (["fit", "small"], ["compare", "small"]):
+    for command in (["fit", "small"], ["compare", "small"], ["verify", "small", "--exact"]):
         assert snooker(*command).code == 0
     assert snooker("export", "small", "--table", "--out", "table.csv").code == 0
     record_failure(run, 0, 1, "it failed")
