@@ -71,7 +71,11 @@ class Table {
       find(menu).value = chosen;
       find(menu).onchange = () => this.draw();
     }
-    find("clear-table").onclick = () => { this.rows = []; this.show(); };
+    find("clear-table").onclick = () => {
+      this.rows = [];
+      find("measured").textContent = "";
+      this.show();
+    };
     find("copy-table").onclick = () => copy(this.text("\t"), "The table is copied.");
     find("save-table").onclick = () => save(new Blob([this.text(",")], { type: "text/csv" }), "measurements.csv");
     find("plot-image").onclick = () => saveCanvas(find("plot"), "plot.png");
