@@ -188,7 +188,8 @@ function tableRow(config, results) {
     N: scene.radii.length, r: scene.radii[scene.radii.length - 1], mass: scene.masses[scene.radii.length - 1],
     R: scene.container.shape === "circle" ? width / 2 : width,
     cor: config.cor, wallCor: config.wall_cor ?? config.cor, container: scene.container,
-    packing: packingOf(scene),
+    packing: packingOf(scene), seed: config.seed,
+    wallTemperature: scene.wallLaw.temperature ?? null, wallSpeed: scene.wallLaw.speed ?? null,
     containerMass: scene.containerMass, equal: isEqual(scene), cools: !isWarm(scene) && !energyKept(scene),
   };
   for (const name of MEASURED) {

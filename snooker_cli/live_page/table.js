@@ -1,7 +1,7 @@
 // The student's table: a row for each measurement, and a plot of its columns with theory.
 "use strict";
 
-// The columns: heading, unit, what is read of a row, and a theory of the value.
+// The columns: heading, unit, what is read of a row. One that is ``varied`` is shown if rows differ in it.
 const COLUMNS = [
   { key: "starts", text: "starts" },
   { key: "N", text: "N", axis: true },
@@ -15,6 +15,10 @@ const COLUMNS = [
   { key: "k", text: "k", unit: "1/s", measured: true, axis: true, help: "decay constant of the energy" },
   { key: "alpha", text: "α", unit: "1/s", measured: true, axis: true, help: "constant of Haff’s law" },
   { key: "early", text: "ended early", help: "in a wall trap or a collapse" },
+  { key: "wallCor", text: "wall CoR", axis: true, varied: true },
+  { key: "wallTemperature", text: "wall T", unit: "J", axis: true, varied: true },
+  { key: "wallSpeed", text: "wall speed", unit: "m/s", axis: true, varied: true },
+  { key: "seed", text: "seed", varied: true },
 ];
 
 // The theories of a column: name, colour, and the value for a row, null where there is none.
@@ -86,15 +90,21 @@ class Table {
     this.show();
   }
 
+  get columns() {
+    const differ = (key) => new Set(this.rows.map((row) => row[key])).size > 1;
+    return COLUMNS.filter(({ key, varied }) => !varied || differ(key));
+  }
+
   show() {
     find("results").hidden = !this.rows.length;
     const head = element("tr"), body = this.rows.map(() => element("tr"));
-    for (const { key, text, unit, measured, help } of COLUMNS) {
+    for (const { key, text, unit, measured, help } of this.columns) {
       const cell = element("th", { textContent: unit ? `${text}, ${unit}` : text, title: help ?? "", scope: "col" });
       head.append(cell);
       this.rows.forEach((row, k) => {
         const value = row[key], error = row[`${key}Error`];
-        const textContent = measured ? valueWithError(value, error) : String(Number(value.toPrecision(4)));
+        const textContent = measured || value === null ? valueWithError(value ?? NaN, error)
+          : String(Number(value.toPrecision(4)));
         body[k].append(element("td", { textContent }));
       });
     }
@@ -106,7 +116,7 @@ class Table {
 
   // The table as text: a line for each row; errors have columns of their own, numbers all digits.
   text(comma) {
-    const columns = COLUMNS.flatMap(({ key, text, unit, measured }) => {
+    const columns = this.columns.flatMap(({ key, text, unit, measured }) => {
       const heading = unit ? `${text} (${unit})` : text;
       return measured ? [[heading, key], [`error of ${text}`, `${key}Error`]] : [[heading, key]];
     });

@@ -174,6 +174,28 @@ def test_a_worker_measures(opened: Opened, javascript: LiveScripts) -> None:
     assert seen["cells"] == 2
 
 
+DIFFERENT = """
+(() => {
+  const repeat = Object.fromEntries(MEASURED.map((name) => [name, 1]));
+  const heads = () => Array.from(find("table").rows[0].cells, (cell) => cell.textContent);
+  const add = (more) => live.table.add(tableRow({ ...live.config, ...more }, [repeat, repeat]));
+  add({ wall_cor: null, wall_temperature: 50 });
+  const alone = heads();
+  add({ wall_cor: null, wall_temperature: 100 });
+  add({ seed: 2 });
+  const csv = live.table.text(",").split("\\n")[0].split(",");
+  return [alone.slice(12), heads().slice(12), csv.slice(-3)];
+})()
+"""
+
+
+def test_the_table_shows_in_what_rows_differ(opened: Opened) -> None:
+    alone, heads, csv = opened().value(DIFFERENT)
+    assert alone == []
+    assert heads == ["wall T, J", "seed"]
+    assert csv == ["ended early", "wall T (J)", "seed"]
+
+
 LOOKS = """
 (async () => {
   await wait(100);
