@@ -101,7 +101,8 @@ def export(
     else:
         # Checked first, and then read in parts: memory stays bounded.
         (header,) = (header for header in store.check(status.path) if header.repeat == repeat)
-        tables = map(exporting.events_table, store.read_events(status.path, repeat))
+        pieces = (events for _, events in store.read_events(status.path, [repeat]))
+        tables = map(exporting.events_table, pieces)
         units, about = exporting.EVENTS, {"events": header.collisions}
     _write_tables(units, tables, out, about | exporting.origin(header))
 

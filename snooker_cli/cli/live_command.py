@@ -38,7 +38,6 @@ def live(
     so you can mail it. Of a sweep it shows the first point. The name of the written file is
     printed.
     """
-    out = out or Path("gas.html")
     if out.suffix.lower() != ".html":
         raise UserError(f"--out {out}: give a name that ends in .html")
     given = configs.load(report_scene() if config is None else config, overrides or ())

@@ -3,6 +3,8 @@
 import json
 from collections.abc import Mapping
 from datetime import datetime
+from itertools import groupby
+from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -133,19 +135,25 @@ def _show_hashes(opened: Run, point: int | None, repeat: int | None, as_json: bo
         if not chosen.experiment.keeps_events:
             problem = f"{opened.name} was run with `record: summary`: it has no events to hash"
             raise UserError(problem, "run the config with `record: events`")
-        for status in opened.statuses(chosen.index):
-            if status.state is RepeatState.MISSING or repeat not in (None, status.repeat):
-                continue
+        there = [
+            status
+            for status in opened.statuses(chosen.index)
+            if status.state is not RepeatState.MISSING and repeat in (None, status.repeat)
+        ]
+        for status in there:
             status.accept()
-            events = store.read_events(status.path, status.repeat)
-            found.append(
-                {
-                    "point": chosen.index,
-                    "parameters": chosen.as_json(),
-                    "repeat": status.repeat,
-                    "hashes": event_hashes(events),
-                }
-            )
+        # Repeats of one file follow each other, so each file is read once.
+        for path, of_file in groupby(there, key=attrgetter("path")):
+            events = store.read_events(path, [status.repeat for status in of_file])
+            for number, pieces in groupby(events, key=itemgetter(0)):
+                found.append(
+                    {
+                        "point": chosen.index,
+                        "parameters": chosen.as_json(),
+                        "repeat": number,
+                        "hashes": event_hashes(events for _, events in pieces),
+                    }
+                )
     rows = [
         [f"{row['point']}", f"{row['repeat']}", f"{number:,}", text]
         for row in found

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
@@ -96,15 +96,18 @@ def read_checkpoint(path: Path) -> dict[str, NDArray[Any]] | None:
         return checkpoint
 
 
-def read_events(path: Path, repeat: int) -> Iterator[Events]:
-    """A repeat's events in pieces, in bounded memory; their hash is not checked.
+def read_events(path: Path, repeats: Iterable[int]) -> Iterator[tuple[int, Events]]:
+    """The events of repeats of a file, and which repeat they are of; their hash is not checked.
 
-    Raises ``StoreError``.
+    They come in pieces, one or more of each repeat, so that memory is bounded. Raises
+    ``StoreError``.
     """
     with _opened(path) as file:
         numbers = [header.repeat for header in _headers(file, path)]
-        rows = _rows(file)[numbers.index(repeat)]
-        yield from EventReader(file, EVENTS_AT_A_TIME).pieces(rows)
+        rows, reader = _rows(file), EventReader(file, EVENTS_AT_A_TIME)
+        for repeat in repeats:
+            for events in reader.pieces(rows[numbers.index(repeat)]):
+                yield repeat, events
 
 
 @contextmanager
