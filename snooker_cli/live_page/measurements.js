@@ -183,13 +183,14 @@ const MEASURED = ["temperature", "pressure", "ratio", "k", "alpha", "left"];
 // A row of the table: means and standard errors over the repeats of a config.
 function tableRow(config, results) {
   const scene = startingScene(config, 0), [width] = scene.container.size;
+  const law = wallsOf(scene.container) ? scene.wallLaw : {}; // one with a temperature has no CoR
   const row = {
     starts: results.length, early: results.filter(({ early }) => early).length,
     N: scene.radii.length, r: scene.radii[scene.radii.length - 1], mass: scene.masses[scene.radii.length - 1],
     R: scene.container.shape === "circle" ? width / 2 : width,
-    cor: config.cor, wallCor: config.wall_cor ?? config.cor, container: scene.container,
+    cor: config.cor, wallCor: law.cor ?? null, container: scene.container,
     packing: packingOf(scene), seed: config.seed,
-    wallTemperature: scene.wallLaw.temperature ?? null, wallSpeed: scene.wallLaw.speed ?? null,
+    wallTemperature: law.temperature ?? null, wallSpeed: law.speed ?? null,
     containerMass: scene.containerMass, equal: isEqual(scene), cools: !isWarm(scene) && !energyKept(scene),
   };
   for (const name of MEASURED) {

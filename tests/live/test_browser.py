@@ -179,10 +179,12 @@ DIFFERENT = """
   const repeat = Object.fromEntries(MEASURED.map((name) => [name, 1]));
   const heads = () => Array.from(find("table").rows[0].cells, (cell) => cell.textContent);
   const add = (more) => live.table.add(tableRow({ ...live.config, ...more }, [repeat, repeat]));
-  add({ wall_cor: null, wall_temperature: 50 });
+  const container = { ...live.config.container, mass: null };
+  const warm = { container, wall_cor: null, wall_temperature: 50 };
+  add(warm);
   const alone = heads();
-  add({ wall_cor: null, wall_temperature: 100 });
-  add({ seed: 2 });
+  add({ ...warm, wall_temperature: 100, cor: 0.8 });
+  add({ ...warm, seed: 2 });
   const csv = live.table.text(",").split("\\n")[0].split(",");
   return [alone.slice(12), heads().slice(12), csv.slice(-3)];
 })()
