@@ -7,8 +7,8 @@ from typing import Any
 
 from javascript import JavaScript
 
-from snooker_cli.live_page.page import LIVE, MEASURING, SHARED, SHOWING, presets, theory_numbers
-from snooker_cli.pages.html_page import text_of
+from snooker_cli.live_page.page import LIVE, MEASURING, SHOWING, presets, theory_numbers
+from snooker_cli.pages.html_page import PAGES, SHARED, text_of
 
 
 class LiveScripts(JavaScript):
@@ -16,7 +16,7 @@ class LiveScripts(JavaScript):
 
     def __init__(self) -> None:
         super().__init__()
-        self.context.eval(text_of(LIVE, *MEASURING) + text_of("snooker_cli.pages", *SHARED))
+        self.context.eval(text_of(LIVE, *MEASURING) + text_of(PAGES, *SHARED))
         self.context.eval(text_of(LIVE, *SHOWING[:-1]))  # the last one needs a page
         configs = json.dumps({scene["name"]: scene["config"] for scene in presets()})
         self.context.eval(f"const configOf = (name) => ({configs})[name];")

@@ -1,7 +1,6 @@
 """A repeat -> a film (its balls, collisions, energy and pressure) -> the page that plays it."""
 
 import base64
-import html
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +16,14 @@ from snooker_cli.engine import States, replay, simulate
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, printable
-from snooker_cli.pages.html_page import SPEED_COLOURS, filled, script_data, text_of
+from snooker_cli.pages.html_page import (
+    PAGES,
+    SHARED,
+    SPEED_COLOURS,
+    html_page,
+    script_data,
+    text_of,
+)
 from snooker_cli.trace import CONTAINER, SLIDE, Trace
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -278,7 +284,6 @@ def _slide_forces(trace: Trace, slides: Integers) -> Floats:
 
 # Films -> one HTML page with their data and the player; it needs no other file or network.
 
-SHARED = ("page.js", "drawing.js", "arena.js", "panels.js")  # of ``pages``
 SCRIPTS = ("motion.js", "charts.js", "player.js")
 PLAYER = "snooker_cli.animation.player"
 MOST_FILMS = 4  # on a page: more have too little room
@@ -293,12 +298,10 @@ def page(*films: Film, pace: Pace = "time", seconds: float | None = None) -> str
     """
     data = {"pace": pace, "seconds": seconds, "films": [_content(film) for film in films]}
     parts = {
-        "title": html.escape(films[0].title),
-        "style": text_of("snooker_cli.pages", "page.css") + text_of(PLAYER, "player.css"),
         "film": script_data(data, _packed),
-        "script": text_of("snooker_cli.pages", *SHARED) + text_of(PLAYER, *SCRIPTS),
+        "script": text_of(PAGES, *SHARED) + text_of(PLAYER, *SCRIPTS),
     }
-    return filled(text_of(PLAYER, "player.html"), parts)
+    return html_page(PLAYER, "player", films[0].title, parts)
 
 
 def check_film_file(path: Path, number: int) -> None:

@@ -1,6 +1,5 @@
 """A config -> the live page: the gas of its first point, which the browser simulates."""
 
-import html
 import json
 from typing import Any
 
@@ -10,7 +9,15 @@ from snooker_cli import config as configs
 from snooker_cli import theory
 from snooker_cli.config import BallList, Experiment, Loaded, Rings
 from snooker_cli.errors import SceneError
-from snooker_cli.pages.html_page import SPEED_COLOURS, filled, script_data, script_of, text_of
+from snooker_cli.pages.html_page import (
+    PAGES,
+    SHARED,
+    SPEED_COLOURS,
+    html_page,
+    script_data,
+    script_of,
+    text_of,
+)
 from snooker_cli.placement.starting_scene import starting_scene
 
 MOST_BALLS = 200  # so that a page shows 60 frames a second
@@ -32,7 +39,6 @@ ENGINE_SCRIPTS = (
 """The engine and the start, in an order in which they can run."""
 
 MEASURING = ("theory.js", "measurements.js")
-SHARED = ("page.js", "drawing.js", "arena.js", "panels.js")  # of ``pages``
 SHOWING = ("gas.js", "yaml.js", "charts.js", "table.js", "controls.js", "live.js")
 
 
@@ -70,13 +76,12 @@ def live_page(loaded: Loaded) -> str:
         "colours": SPEED_COLOURS,
     }
     parts = {
-        "title": html.escape(own["title"] if scenes[0] is own else "snooker live"),
-        "style": text_of("snooker_cli.pages", "page.css") + text_of(LIVE, "live.css"),
         "data": script_data(data),
         "engine": worker_source(),
-        "script": script_of("snooker_cli.pages", *SHARED) + script_of(LIVE, *SHOWING),
+        "script": script_of(PAGES, *SHARED) + script_of(LIVE, *SHOWING),
     }
-    return filled(text_of(LIVE, "live.html"), parts)
+    title = own["title"] if scenes[0] is own else "snooker live"
+    return html_page(LIVE, "live", title, parts, workers=True)
 
 
 def report_scene() -> dict[str, Any]:

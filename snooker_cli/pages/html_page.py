@@ -7,6 +7,10 @@ from collections.abc import Callable, Mapping
 from importlib.resources import files
 from typing import Any
 
+PAGES = "snooker_cli.pages"
+SHARED = ("page.js", "drawing.js", "arena.js", "panels.js")
+"""The scripts that all pages have, in an order in which they can run."""
+
 SPEED_COLOURS = (
     *("#0d0887", "#41049d", "#6a00a8", "#8f0da4", "#b12a90"),
     *("#cc4778", "#e16462", "#f2844b", "#fca636", "#fcce25"),
@@ -27,8 +31,25 @@ def script_of(package: str, *names: str) -> str:
     return re.sub(r"(?m)^ *(//.*|/\*\*[\s\S]*?\*/)\n", "", text_of(package, *names))
 
 
-def filled(template: str, parts: Mapping[str, str]) -> str:
-    """A page: the template with a part for each ``{{name}}``."""
+def html_page(
+    package: str, name: str, title: str, parts: Mapping[str, str], *, workers: bool = False
+) -> str:
+    """A page with the body NAME.html and the style NAME.css of a package.
+
+    parts : for each ``{{part}}`` of the body
+    workers : whether its script may start workers, which it makes itself
+    """
+    around = {
+        "more": "; worker-src blob:" if workers else "",
+        "title": html.escape(title),
+        "style": text_of(PAGES, "page.css") + text_of(package, f"{name}.css"),
+        "body": _filled(text_of(package, f"{name}.html"), parts),
+    }
+    return _filled(text_of(PAGES, "page.html"), around)
+
+
+def _filled(template: str, parts: Mapping[str, str]) -> str:
+    """The template with a part for each ``{{name}}``."""
     return re.sub(r"\{\{(\w+)\}\}", lambda mark: parts[mark[1]], template)
 
 
