@@ -272,7 +272,7 @@ def steady_pressures(points: Sequence[Record]) -> list[dict[str, Any]]:
     for record in reversed(points):
         cor, radius = (record["parameters"][key] for key in ("cor", "balls.radius"))
         row = {**record, "cor": cor, "radius": radius}
-        elastic = row if cor == 1 else next(one for one in rows if one["radius"] == radius)
+        elastic = row if cor == 1 else next(other for other in rows if other["radius"] == radius)
         row["colder"] = elastic["temperature"] / row["temperature"]
         row["weaker"] = elastic["wall"] / row["wall"]
         rows.append(row)
