@@ -168,7 +168,7 @@ def bounces_to_come(i: int, state: State) -> tuple[float, float]:
     """
     e, column = state.setup.wall_law.cor, state.balls[: ks.BALL_ROWS, i].tolist()
     x, y, u, v = ks.relative(state.boundary, *column)
-    square, inward, cross = x * x + y * y, max(-(x * u + y * v), 0.0), abs(x * v - y * u)
+    square, inward, cross = x * x + y * y, max(0.0, -(x * u + y * v)), abs(x * v - y * u)
     mass = bouncing_mass(state.boundary, float(ks.mass_of(state.sizes, i)))
     if not isinstance(state.setup.wall_law, Constant):
         distance = math.sqrt(square)

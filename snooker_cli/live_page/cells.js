@@ -10,6 +10,8 @@ const CROSSINGS_AT_ONCE = 1e6; // after which ``advance`` returns, so that a pag
 const MOST_CROSSINGS = 1e8; // without a collision, after which a repeat without a time ends
 const GROUP = 16; // balls whose earliest time is kept, so that the next event needs no long search
 const NO_ENTRY = -4; // a contact that the entry has already
+const MARGIN = 0.1; // way of a free container, in cells, until all is predicted again
+const RENEWAL = 400; // crossings that take as long as predicting all again
 
 /** Whether the program uses the engine for few balls, see ``engine_for`` of simulation.py. */
 function usesAllPairs(scene) {
@@ -38,7 +40,8 @@ function newMesh(scene) {
       const cells = Math.max(Math.floor(length / side), LEAST_IN_PERIOD);
       return { side: length / cells, begin: -0.5 * length, cells };
     }
-    const cells = Math.ceil(length / side) + 2;
+    // One more for a free container, which may be off their middle by less than half a cell.
+    const cells = Math.ceil(length / side) + (scene.containerMass < Infinity ? 3 : 2);
     return { side, begin: -0.5 * cells * side, cells };
   };
   const across = along(size[0], shape === "periodic");
@@ -49,8 +52,8 @@ function newMesh(scene) {
   };
 }
 
-/** Whether a ball with its centre in a cell can touch the wall. */
-function cellsAtWall({ container, radii }, mesh) {
+/** Whether a ball with its centre in a cell can touch the wall, if that moves by a margin, m. */
+function cellsAtWall({ container, radii }, mesh, margin) {
   const { width, height, columns, rows } = mesh, largest = Math.max(...radii);
   const atWall = new Uint8Array(columns * rows);
   for (let cell = 0; container.shape !== "periodic" && cell < atWall.length; cell += 1) {
@@ -59,7 +62,7 @@ function cellsAtWall({ container, radii }, mesh) {
     for (const x of [left, left + width]) {
       for (const y of [bottom, bottom + height]) {
         const [gap] = gapsOf(CELL_OVER_BALL * x, CELL_OVER_BALL * y, largest, container);
-        if (gap <= 0) atWall[cell] = 1;
+        if (gap <= margin) atWall[cell] = 1;
       }
     }
   }
@@ -122,13 +125,81 @@ function neverMeet(ball, other, distance, period) {
   return nearest ** 2n >= reach << 2148n;
 }
 
+/** A wall that does not move, or none: each hit is predicted exactly. */
+class NoMargin {
+  constructor() {
+    this.until = NEVER;
+    this.brink = new Set(); // balls whose hit has been predicted exactly since the last push
+  }
+
+  /** Time until ball i hits the wall, s; its partner is then in ``partner``. */
+  wallContact(i, now, exact, { state, bounces }) {
+    this.partner = NO_PARTNER;
+    return state.boundary.delayToWall(i, now, bounces[i] > 0, state);
+  }
+
+  push(now, cells) {}
+
+  renew(now, cells) {}
+}
+
+/** Where a free container may be until everything is predicted again, see ``Margin`` of cells.py.
+ *
+ * Predictions use its place at the last renewal, and a wall that is nearer by the margin. Such a
+ * hit comes too early, and is predicted exactly when it comes up. Only balls within the margin,
+ * which are at the brink, are predicted exactly at once, and again after each push.
+ */
+class Margin extends NoMargin {
+  constructor(width) {
+    super();
+    this.width = width; // how far it may be from its place then, m
+    this.x = this.y = this.until = 0; // its place then, m, and until when, s
+  }
+
+  wallContact(i, now, exact, { state, bounces }) {
+    const { boundary } = state, age = now - state.clock[i], u = state.u[i], v = state.v[i];
+    const x = (state.x[i] + u * age) - this.x, y = (state.y[i] + v * age) - this.y;
+    const near = Math.max(boundary.radius - state.radii[i] - this.width, 0);
+    if (!exact && x * x + y * y < near * near) {
+      this.partner = SEARCH_AGAIN;
+      return wallDelay(x, y, u, v, near * near);
+    }
+    this.brink.add(i);
+    this.partner = NO_PARTNER;
+    return boundary.delayToWall(i, now, bounces[i] > 0, state);
+  }
+
+  /** Predict again what the new velocity of the container changes; its clock is at now. */
+  push(now, cells) {
+    const { motion } = cells.state.boundary, x = motion[X] - this.x, y = motion[Y] - this.y;
+    this.until = now + wallDelay(x, y, motion[U], motion[V], this.width * this.width);
+    for (const i of this.brink) {
+      cells.enterContact(i, now, SEARCH_AGAIN);
+      cells.enqueue(i, now);
+    }
+    this.brink.clear();
+  }
+
+  /** Put the cells round the container's place at a time, s. */
+  renew(now, { mesh, state }) {
+    const { motion } = state.boundary, age = now - motion[CLOCK];
+    this.x = motion[X] + motion[U] * age;
+    this.y = motion[Y] + motion[V] * age;
+    this.until = now + wallDelay(0, 0, motion[U], motion[V], this.width * this.width);
+    mesh.left = this.x - 0.5 * mesh.columns * mesh.width;
+    mesh.bottom = this.y - 0.5 * mesh.rows * mesh.height;
+  }
+}
+
 /** The balls in their cells, and what each does next. */
 class Cells {
   constructor(scene, state) {
-    const { number } = state;
+    const { number } = state, free = scene.containerMass < Infinity;
     this.state = state;
     this.mesh = newMesh(scene);
-    this.atWall = cellsAtWall(scene, this.mesh);
+    this.margin = free ? new Margin(MARGIN * this.mesh.width) : new NoMargin();
+    this.renewedAt = 0;
+    this.atWall = cellsAtWall(scene, this.mesh, free ? this.margin.width : 0);
     this.occupancy = new Int32Array(this.atWall.length);
     const groups = Math.ceil(number / GROUP);
     this.contactTime = new Float64Array(number);
@@ -142,6 +213,7 @@ class Cells {
     this.delays = new Float64Array(2); // across, and up or down
     this.i = this.j = NO_PARTNER;
     this.crossings = 0;
+    this.margin.renew(0, this);
     this.fill(LEAST_MEMBERS);
   }
 
@@ -152,13 +224,18 @@ class Cells {
       this.nextTime[k] -= shift;
     }
     for (let group = 0; group < this.groupTime.length; group += 1) this.groupTime[group] -= shift;
+    this.renewedAt -= shift;
+    this.margin.until -= shift;
   }
 
   // Cells
 
   /** Sort all balls into cells of a capacity, or a larger one, and have each predicted. */
   fill(capacity) {
-    const { state, mesh, occupancy } = this, { boundary } = state, now = state.sums[NOW];
+    const { state, mesh, occupancy } = this, { boundary } = state;
+    // As of the last event, or of when cells were put round a free container since.
+    const now = Math.max(state.sums[NOW], this.renewedAt);
+    this.margin.brink.clear();
     this.capacity = capacity;
     this.members = new Int32Array(occupancy.length * capacity);
     occupancy.fill(0);
@@ -293,12 +370,12 @@ class Cells {
   }
 
   /** Enter ball i's earliest contact, with a ball or with the wall. */
-  predictContact(i, now) {
-    const { state, mesh } = this, cell = this.cell[i];
+  predictContact(i, now, exact) {
+    const { margin, mesh } = this, cell = this.cell[i];
     let delay = NEVER, partner = SEARCH_AGAIN, gathered = 0;
     if (this.atWall[cell]) {
-      delay = state.boundary.delayToWall(i, now, this.bounces[i] > 0, state);
-      partner = NO_PARTNER;
+      delay = margin.wallContact(i, now, exact, this);
+      partner = margin.partner;
     }
     const row = Math.floor(cell / mesh.columns), column = cell - row * mesh.columns;
     for (let up = -1; up <= 1; up += 1) {
@@ -311,7 +388,7 @@ class Cells {
 
   /** Move ball i into the next cell and look at the far side; false if that cell is full. */
   cross(i, now) {
-    const { state, mesh, delays } = this;
+    const { state, margin, mesh, delays } = this;
     this.crossingDelays(i, now);
     const sideways = delays[0], upwards = delays[1], across = sideways <= upwards;
     const w = across ? state.u[i] : state.v[i], step = w > 0 ? 1 : -1;
@@ -327,10 +404,10 @@ class Cells {
     this.crossingTime[i] = now + Math.min(side / Math.abs(w), across ? upwards : sideways);
     let delay = this.contactTime[i] - now, partner = NO_ENTRY, gathered = 0;
     if (this.atWall[cell]) {
-      const wall = state.boundary.delayToWall(i, now, this.bounces[i] > 0, state);
+      const wall = margin.wallContact(i, now, false, this);
       if (wall < delay) {
         delay = wall;
-        partner = NO_PARTNER;
+        partner = margin.partner;
       }
     }
     for (let along = -1; along <= 1; along += 1) {
@@ -346,11 +423,12 @@ class Cells {
 
   /** Find the ball of the next event and its partner or the wall; the time on clocks, s.
    *
-   * Ties go by time and ball. Crossings and stale entries on the way are carried out, up to a time.
+   * Ties go by time and ball. Crossings, stale entries and renewals of the margin on the way are
+   * carried out, up to a time.
    * After very many crossings there is no event yet, and the partner is NOT_SEARCHED.
    */
   nextEvent(until) {
-    const { nextTime, groupTime, contactTime, state } = this;
+    const { nextTime, groupTime, contactTime, margin, state } = this;
     const end = Math.min(until, state.sums[TIME_LIMIT]);
     let crossings = 0;
     for (;;) {
@@ -365,14 +443,20 @@ class Cells {
       while (nextTime[i] !== now) i += 1;
       this.i = i;
       this.j = this.partner[i];
-      if (now === NEVER || now > end) return now;
-      if (contactTime[i] > now) {
-        if (crossings === CROSSINGS_AT_ONCE) {
-          if (this.crossings === 0 && this.nothingCanMeet()) return NEVER;
-          this.j = NOT_SEARCHED;
-          this.crossings += crossings;
-          return now;
-        }
+      const validUntil = Math.min(now, margin.until);
+      if (validUntil === NEVER || validUntil > end) return validUntil;
+      if (crossings >= CROSSINGS_AT_ONCE && (contactTime[i] > now || validUntil < now)) {
+        if (this.crossings === 0 && this.nothingCanMeet()) return NEVER;
+        this.j = NOT_SEARCHED;
+        this.crossings += crossings;
+        return validUntil;
+      }
+      if (validUntil < now) {
+        crossings += RENEWAL + state.number;
+        this.renewedAt = validUntil;
+        margin.renew(validUntil, this);
+        this.fill(this.capacity);
+      } else if (contactTime[i] > now) {
         crossings += 1;
         if (this.cross(i, now)) {
           this.enqueue(i, now);
@@ -380,7 +464,8 @@ class Cells {
           this.fill(2 * this.capacity);
         }
       } else if (this.isStale(i, this.j)) {
-        this.predictContact(i, now);
+        // SEARCH_AGAIN: a lower bound of a free wall's hit has come up; now find it exactly.
+        this.predictContact(i, now, this.j === SEARCH_AGAIN);
         this.enqueue(i, now);
       } else {
         this.crossings = 0;
@@ -389,17 +474,19 @@ class Cells {
     }
   }
 
-  /** Whether it is certain that no ball meets another; with walls left and right, nor these. */
+  /** Whether it is certain that no ball meets another, or the wall of a free container. */
   nothingCanMeet() {
     const { x, y, u, v, clock, radii, boundary, number } = this.state;
-    const { periodX, periodY } = boundary;
-    const walls = periodX === Infinity; // left and right
-    if (periodY === Infinity || (walls && u.some((speed) => speed !== 0))) return false;
-    const period = [walls ? 2 * boundary.halfWidth : periodX, periodY];
-    const balls = Array.from(radii, (_, k) => [x[k], y[k], u[k], v[k], clock[k]]);
+    const { motion, periodX, periodY } = boundary, free = boundary instanceof FreeCircle;
+    const repeats = periodY < Infinity, walls = repeats && periodX === Infinity; // left and right
+    if (walls && u.some((speed) => speed !== 0)) return false;
     // Of the least speeds the square is zero, and predictions find no contact.
     const spread = (speeds) => (Math.max(...speeds) - Math.min(...speeds)) ** 2;
-    if (spread(u) === 0 && spread(v) === 0) return true;
+    const [across, up] = free ? [[...u, motion[U]], [...v, motion[V]]] : [u, v];
+    if (spread(across) === 0 && spread(up) === 0) return repeats || free;
+    if (!repeats) return false;
+    const period = [walls ? 2 * boundary.halfWidth : periodX, periodY];
+    const balls = Array.from(radii, (_, k) => [x[k], y[k], u[k], v[k], clock[k]]);
     for (let i = 0; i < number; i += 1) {
       for (let k = i + 1; k < number; k += 1) {
         if (!neverMeet(balls[i], balls[k], radii[i] + radii[k], period)) return false;
@@ -420,6 +507,7 @@ class Cells {
     let trapped = false;
     if (j === NO_PARTNER) {
       bounces[i] += 1;
+      this.margin.push(now, this);
       const often = bounces[i] > 1 || setup.wallLaw.mayStay();
       if (setup.wallLaw.isEndless(bounces[i])) {
         trapped = true;
@@ -439,7 +527,7 @@ class Cells {
 
   predict(i, now) {
     this.predictCrossing(i, now);
-    this.predictContact(i, now);
+    this.predictContact(i, now, false);
     this.enqueue(i, now);
   }
 }

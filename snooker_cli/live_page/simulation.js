@@ -68,7 +68,8 @@ class Simulation {
       if (now > sums[TIME_LIMIT]) return this.end(TIME);
       if (!(sums[EPOCH] + now <= until)) return null;
       if (engine.j < NO_PARTNER) {
-        const isIdle = engine.crossings >= MOST_CROSSINGS && this.timeLimit === Infinity;
+        const endless = boundary.periodY < Infinity && this.timeLimit === Infinity;
+        const isIdle = endless && engine.crossings >= MOST_CROSSINGS;
         return isIdle ? this.end(IDLE) : null;
       }
       let { i, j } = engine;

@@ -86,13 +86,6 @@ function checkPage(config, scene) {
   if (!Number.isSafeInteger(config.seed)) {
     throw new SceneError("seed", "a page has seeds below 2^53; give a smaller one");
   }
-  if (scene.containerMass < Infinity && !usesAllPairs(scene)) {
-    const packing = general(packingOf(scene), 2);
-    const problem =
-      `a page has no free container for ${scene.radii.length} balls at a packing of ${packing}`;
-    const advice = "use fewer or smaller balls, or a fixed wall";
-    throw new SceneError("container.mass", `${problem}; ${advice}`);
-  }
 }
 
 function checkNumber(number) {

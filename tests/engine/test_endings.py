@@ -19,7 +19,7 @@ from scenes import (
 from test_statistics import assert_nothing_comes_between
 from test_twin import compared
 
-from snooker_cli.config import parse
+from snooker_cli.config import parse, validated
 from snooker_cli.containers import Box, PeriodicBox
 from snooker_cli.engine import clock, contact, simulate, simulation, sliding
 from snooker_cli.errors import SceneError
@@ -296,6 +296,16 @@ def test_what_a_wall_trap_still_does(container, wall_cor, seen):
     assert trace.stop.impulse_to_come == pytest.approx(expected, rel=1e-9)
     assert f"until {trace.stop.accumulation_time:.9g} s" in trace.stop.message
     assert f"gives it {trace.stop.impulse_to_come:.6g} kg m/s more" in trace.stop.message
+
+
+def test_a_ball_that_only_touches_the_wall_gives_it_nothing_more():
+    """After its last bounce it moves along the wall: a zero, which has no sign in the message."""
+    balls = {"count": 5, "radius": 1.0, "speed": 10.0, "start": "random"}
+    container = {"packing": 0.002505686896712376, "mass": 0.014378353795979626}
+    config = {"container": container, "balls": balls, "cor": 0.6, "seed": 249060}
+    experiment = validated(config | {"collisions": 1000})
+    trace = simulate(starting_scene(experiment, 0), collisions=1000, engine="cells")
+    assert "gives it 0 kg m/s more" in trace.stop.message
 
 
 @pytest.mark.parametrize("q", [1e-12, 0.3, 1.0, 3.7, 1e3, 1e10])
