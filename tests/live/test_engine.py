@@ -98,7 +98,9 @@ GASES: dict[str, dict[str, Any]] = {
     "dense, free": gas(
         packed("circle", 0.7) | {"mass": 50.0}, SIXTY | {"count": 200}, 0.999, wall_cor=1.0
     ),
-    "dense, light container": gas(packed("circle", 0.6) | {"mass": 2.0}, SIXTY | {"count": 190}, 1.0),
+    "dense, light container": gas(
+        packed("circle", 0.6) | {"mass": 2.0}, SIXTY | {"count": 190}, 1.0
+    ),
     "200 balls in a trap": gas(packed("circle", 0.05), SIXTY | {"count": 200}, 0.8),
     # Boxes.
     "box": gas(BOX, SIXTY, 1.0),
