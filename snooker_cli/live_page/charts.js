@@ -67,27 +67,28 @@ class GasCharts extends Panels {
 
   drawEnergy(pen, panel, rows, now) {
     const points = [...rows, now].map(({ time, energy }) => [time, energy]);
-    const warm = this.wallEnergy;
+    const warm = this.wallEnergy, { from, energy, k, alpha } = this.decay ?? {};
+    const laws = this.decay ? [
+      ["ink", DASHES, `Haff’s law: α = ${short(alpha)} 1/s`, (t) => (1 + alpha * t) ** -2],
+      ["fourth", DOTS, `exponential: k = ${short(k)} 1/s`, (t) => Math.exp(-k * t)],
+    ] : [];
     this.inside(pen, panel, () => {
       this.line(pen, panel, points, paint("first"), true);
-      if (warm) this.dashed(pen, panel, [[0, warm], [this.high, warm]], paint("second"));
-      if (!this.decay) return;
-      const { from, energy, k, alpha } = this.decay, laws = [(t) => Math.exp(-k * t), (t) => (1 + alpha * t) ** -2];
-      laws.forEach((law, which) => {
-        const curve = Array.from({ length: 201 }, (_, part) => (part / 200) * (this.high - from));
-        this.dashed(pen, panel, curve.map((t) => [from + t, energy * law(t)]), paint(which ? "ink" : "fourth"));
-      });
+      if (warm) this.dashed(pen, panel, [[0, warm], [this.high, warm]], paint("second"), DASHES);
+      for (const [colour, dash, , law] of laws) {
+        const times = Array.from({ length: 201 }, (_, part) => (part / 200) * (this.high - from));
+        this.dashed(pen, panel, times.map((t) => [from + t, energy * law(t)]), paint(colour), dash);
+      }
     });
     this.heading(pen, panel, [[paint("first"), `${short(now.energy)} J`]]);
     if (warm) {
       pen.fillStyle = paint("second");
-      this.note(pen, panel, `- - N T of the wall: ${short(warm)} J`, 0, true);
+      this.note(pen, panel, `${DASHES.text} N T of the wall: ${short(warm)} J`, 0, true);
     }
-    if (!this.decay) return;
-    pen.fillStyle = paint("ink");
-    this.note(pen, panel, `- - Haff’s law: α = ${short(this.decay.alpha)} 1/s`);
-    pen.fillStyle = paint("fourth");
-    this.note(pen, panel, `- - exponential: k = ${short(this.decay.k)} 1/s`, 1);
+    laws.forEach(([colour, dash, text], line) => {
+      pen.fillStyle = paint(colour);
+      this.note(pen, panel, `${dash.text} ${text}`, line);
+    });
   }
 
   // Mean pressures since the means began, after each row: at the wall, by the virial, and by theory.
@@ -98,7 +99,7 @@ class GasCharts extends Panels {
     const add = (name, colour, dash) => all.push({ name, colour, dash, values: [] }) && all[all.length - 1].values;
     const wall = wallsOf(scene.container) ? add("at the wall", "third") : null;
     const virial = gas.number > 1 ? add("by the virial", "first") : null;
-    const ideal = add("ideal gas", "soft", true), disks = ratio === null ? null : add("hard disks", "ink", true);
+    const ideal = add("ideal gas", "soft", DOTS), disks = ratio === null ? null : add("hard disks", "ink", DASHES);
     for (const row of rows) {
       if (row.time < begun || !(row.simulated > from.time)) continue;
       const means = gas.meter.means(from, { ...row, time: row.simulated });
@@ -115,7 +116,7 @@ class GasCharts extends Panels {
     this.inside(pen, panel, () => {
       for (const { colour, dash, values } of all) {
         const points = values.map((value, k) => [times[k], value]);
-        if (dash) this.dashed(pen, panel, points, paint(colour));
+        if (dash) this.dashed(pen, panel, points, paint(colour), dash);
         else this.line(pen, panel, points, paint(colour), false);
       }
     });
@@ -128,7 +129,7 @@ class GasCharts extends Panels {
       if (!values.length) return;
       pen.fillStyle = paint(colour);
       const value = dash ? `: ${short(values[values.length - 1])} Pa m` : "";
-      this.note(pen, panel, `${dash ? "- -" : "—"} ${name}${value}`, line, low);
+      this.note(pen, panel, `${dash?.text ?? "—"} ${name}${value}`, line, low);
     });
   }
 
@@ -138,22 +139,23 @@ class GasCharts extends Panels {
       pen.fillStyle = paint("second");
       this.bars(pen, panel, Array.from(gas.counts, (count) => count / gas.sampled), true);
     }
-    pen.setLineDash([5, 4]);
+    pen.setLineDash(DASHES.line);
     pen.lineWidth = 1.4;
     pen.strokeStyle = paint("ink");
     this.density(pen, panel, maxwellDensity);
     const { scene } = gas, known = energyKept(scene) && isEqual(scene);
     const fixed = gas.number > 1 && known && scene.container.shape !== "channel";
     if (fixed) {
+      pen.setLineDash(DOTS.line);
       pen.strokeStyle = paint("first");
       this.density(pen, panel, fixedEnergyDensity(wallsOf(gas.scene.container) ? gas.number : gas.number - 1));
     }
     pen.setLineDash([]);
     this.heading(pen, panel, [[paint("second"), `T = ${short(now.temperature)} J`]]);
     pen.fillStyle = paint("ink");
-    this.note(pen, panel, "- - Maxwell’s law");
+    this.note(pen, panel, `${DASHES.text} Maxwell’s law`);
     pen.fillStyle = paint("first");
-    if (fixed) this.note(pen, panel, `- - ${gas.number} balls at fixed energy`, 1);
+    if (fixed) this.note(pen, panel, `${DOTS.text} ${gas.number} balls at fixed energy`, 1);
   }
 
   // A line through points [time, value]; if it holds its values, with steps.
@@ -169,8 +171,8 @@ class GasCharts extends Panels {
     line.stroke();
   }
 
-  dashed(pen, panel, points, colour) {
-    pen.setLineDash([5, 4]);
+  dashed(pen, panel, points, colour, dash) {
+    pen.setLineDash(dash.line);
     pen.lineWidth = 1.4;
     pen.strokeStyle = colour;
     pen.beginPath();

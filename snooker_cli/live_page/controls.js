@@ -1,8 +1,6 @@
 // The sliders of the scene: what each reads and changes in a config, and where it fits.
 "use strict";
 
-const LIST = "list", GASES = ["rings", "count"];
-const ballsAre = (...ways) => ({ balls }) => ways.some((way) => way in balls);
 const hasWall = ({ container }) => container.shape !== "periodic";
 const wallIs = (...types) => (config) => hasWall(config) && types.includes(wallType(config));
 const sizeKey = ({ container }) => (container.shape === "circle" || !container.shape ? "radius" : "width");
@@ -12,20 +10,73 @@ const keyOf = (part) => (key) => ({
   read: (config) => part(config)[key],
   write: (config, value) => { part(config)[key] = value; },
 });
-const ofConfig = keyOf((config) => config), ofBalls = keyOf(({ balls }) => balls);
+const ofConfig = keyOf((config) => config);
+
+// The sides of a container that can differ.
+const sidesOf = ({ container: { shape } }) => ({ box: SIDES, channel: SIDES.slice(0, 2) })[shape] ?? [];
+const isBySide = (value) => value !== null && typeof value === "object";
 
 // "passive", "driven", "warm", or "sides" for walls that differ.
 function wallType({ wall_speed: speed, wall_temperature: temperature }) {
-  if ([speed, temperature].some((value) => value !== null && typeof value === "object")) return "sides";
+  if (isBySide(speed) || isBySide(temperature)) return "sides";
   if (temperature !== null) return "warm";
   return speed ? "driven" : "passive";
 }
+
+// Whether balls rebound from a wall with a CoR; from one with a temperature they do not.
+function rebounds(config) {
+  const temperature = config.wall_temperature;
+  if (!isBySide(temperature)) return temperature === null;
+  return sidesOf(config).some((side) => (temperature[side] ?? null) === null);
+}
+
+// The groups of balls that share a radius and a speed: those on rings, or species.
+const speciesOf = ({ balls }) => [balls].flat().filter((group) => "rings" in group || "count" in group);
 
 // The ball with a mass of its own: the last one of a list, or the first before a gas.
 function singleBall({ balls }) {
   if (Array.isArray(balls)) return "position" in balls[0] ? balls[0] : null;
   return balls.list?.length > 1 ? balls.list[balls.list.length - 1] : null;
 }
+
+// The controls of a config, in the order of the page.
+function controlsOf(config) {
+  const species = speciesOf(config).flatMap((_, k, all) => ofSpecies(k, all.length));
+  const sides = sidesOf(config).flatMap((side) => WALLS.map(({ key, ...wall }) => ({
+    ...wall, id: `${wall.id}-${side}`, label: `${side} ${wall.label}`,
+    fits: (now) => isBySide(now[key]) && Boolean(now[key][side]),
+    ...keyOf((now) => now[key])(side),
+  })));
+  return [...CONTROLS.slice(0, 2), ...species, ...CONTROLS.slice(2), ...sides].filter(({ fits }) => fits(config));
+}
+
+// The controls of one of several species.
+function ofSpecies(k, several) {
+  const it = keyOf((config) => speciesOf(config)[k]), hasKey = (key) => (config) => key in speciesOf(config)[k];
+  const which = several > 1 ? { id: `-${k + 1}`, label: `, species ${k + 1}` } : { id: "", label: "" };
+  const controls = [
+    { id: "rings", label: "rings", low: 0, high: 7, step: 1,
+      help: "Rings around the central ball: n rings have 1 + 3n(n + 1) balls." },
+    { id: "count", label: "balls", low: 1, high: MOST_BALLS, step: 1, help: "Number of balls." },
+    { id: "radius", label: "radius", unit: "m", low: 0.001, high: 3, log: true, help: "Radius of every ball." },
+    { id: "mass", label: "mass", unit: "kg", low: 0.01, high: 1e4, log: true, help: "Mass of every ball.",
+      fits: (config) => speciesOf(config).length > 1 },
+    { id: "speed", label: "speed at the start", unit: "m/s", low: 0.1, high: 100, log: true,
+      help: "Speed of the balls at the start; with Maxwell’s distribution the root mean square." },
+  ];
+  return controls.map(({ id, label, ...control }) => ({
+    fits: hasKey(id), ...control, id: id + which.id, label: label + which.label, ...it(id),
+  }));
+}
+
+// What a wall can give to balls, all round or at one side.
+const WALLS = [
+  { key: "wall_speed", type: "driven", id: "wall-speed", label: "wall speed", unit: "m/s", low: 0.01, high: 100,
+    log: true, live: true, help: "Speed at which the wall moves inwards when it is hit." },
+  { key: "wall_temperature", type: "warm", id: "wall-temperature", label: "wall temperature", unit: "J", low: 0.1,
+    high: 1000, log: true, live: true,
+    help: "Temperature of the wall, J: twice as high a temperature gives balls twice the energy." },
+];
 
 // A control has a label, a unit, a sentence, `low` and `high`, `step` or `log`, `live` if it changes
 // a gas that runs. `read` and `write` know the config, `fits` says whether a config has it.
@@ -35,24 +86,13 @@ const CONTROLS = [
     fits: () => true, ...ofConfig("cor") },
   { id: "wall-cor", label: "CoR of the wall", low: 0, high: 1, step: 0.01, live: true,
     help: "Coefficient of restitution at the wall.",
-    fits: wallIs("passive", "driven"), read: (config) => config.wall_cor ?? config.cor,
+    fits: (config) => hasWall(config) && rebounds(config), read: (config) => config.wall_cor ?? config.cor,
     write: (config, value) => { config.wall_cor = value; } },
-  { id: "rings", label: "rings", low: 0, high: 7, step: 1,
-    help: "Rings around the central ball: n rings have 1 + 3n(n + 1) balls.",
-    fits: ballsAre("rings"), ...ofBalls("rings") },
-  { id: "count", label: "balls", low: 1, high: MOST_BALLS, step: 1, help: "Number of balls.",
-    fits: ballsAre("count"), ...ofBalls("count") },
   { id: "packing", label: "packing", low: 0.01, high: 0.8, step: 0.01,
     help: "Area of the balls over the area of the container.",
     fits: ({ balls, container }) => "packing" in balls || "packing" in container,
     read: ({ balls, container }) => balls.packing ?? container.packing,
     write: ({ balls, container }, value) => { ("packing" in balls ? balls : container).packing = value; } },
-  { id: "radius", label: "radius", unit: "m", low: 0.001, high: 3, log: true, help: "Radius of every ball.",
-    fits: ({ balls }) => GASES.some((way) => way in balls) && "radius" in balls,
-    ...ofBalls("radius") },
-  { id: "speed", label: "speed at the start", unit: "m/s", low: 0.1, high: 100, log: true,
-    help: "Speed of the balls at the start; with Maxwell’s distribution the root mean square.",
-    fits: ballsAre(...GASES), ...ofBalls("speed") },
   { id: "mass", label: "mass of the single ball", unit: "kg", low: 1, high: 1e6, log: true,
     help: "Mass of the ball that is given by itself.",
     fits: (config) => singleBall(config) !== null, read: (config) => singleBall(config).mass,
@@ -66,24 +106,23 @@ const CONTROLS = [
     help: "Mass of a container that moves; at the right end it is fixed.",
     fits: (config) => sizeKey(config) === "radius" && wallType(config) === "passive" && config.collapse !== "slide",
     read: ({ container }) => container.mass, write: ({ container }, value) => { container.mass = value; } },
-  { id: "wall", label: "wall", choices: { passive: "passive", driven: "driven", warm: "with a temperature" },
+  { id: "wall", label: "wall",
+    choices: (config) => ({
+      passive: "passive", driven: "driven", warm: "with a temperature",
+      ...(sidesOf(config).length ? { sides: "sides that differ" } : {}),
+    }),
     help: "A driven wall moves inwards when it is hit. Balls leave a wall with a temperature at random.",
-    fits: (config) => hasWall(config) && wallType(config) !== "sides" && config.container.mass === null,
-    read: wallType, write: setWall },
-  { id: "wall-speed", label: "wall speed", unit: "m/s", low: 0.01, high: 100, log: true, live: true,
-    help: "Speed at which the wall moves inwards when it is hit.",
-    fits: wallIs("driven"), ...ofConfig("wall_speed") },
-  { id: "wall-temperature", label: "wall temperature", unit: "J", low: 0.1, high: 1000, log: true, live: true,
-    help: "Temperature of the wall, J: twice as high a temperature gives balls twice the energy.",
-    fits: wallIs("warm"), ...ofConfig("wall_temperature") },
+    fits: (config) => hasWall(config) && config.container.mass === null, read: wallType, write: setWall },
+  ...WALLS.map(({ key, type, ...wall }) => ({ ...wall, fits: wallIs(type), ...ofConfig(key) })),
 ];
 
 // Another type of wall, with values that suit the gas, and without the keys that it does not allow.
+// Sides that differ begin with a hot one on the left and a cold one on the right.
 function setWall(config, type) {
-  const speed = config.balls.speed ?? 10;
+  const { speed = 10, mass = 1 } = speciesOf(config)[0] ?? {}, temperature = (mass * speed * speed) / 2;
   config.wall_speed = type === "driven" ? speed / 10 : null;
-  config.wall_temperature = type === "warm" ? (speed * speed) / 2 : null;
-  if (type === "warm") config.wall_cor = null;
+  config.wall_temperature = { warm: temperature, sides: { left: 2 * temperature, right: temperature / 2 } }[type] ?? null;
+  if (!rebounds(config)) config.wall_cor = null;
   if (type !== "passive") config.wall_cor_speed = null;
   if (type !== "passive" && config.collapse === "slide") config.collapse = "stop";
 }
@@ -97,8 +136,8 @@ class Controls {
   }
 
   show(config) {
-    const fitting = CONTROLS.filter((control) => control.fits(config));
-    const names = fitting.map(({ id }) => id).join();
+    const fitting = controlsOf(config).map((control) => ({ ...control, choices: control.choices?.(config) }));
+    const names = JSON.stringify(fitting.map(({ id, label, choices }) => [id, label, choices]));
     if (names !== this.names) {
       this.home.replaceChildren(...fitting.map((control) => this.made(control)));
       this.names = names;
@@ -126,7 +165,11 @@ class Controls {
     const number = element("input", { id, type: "number", min: control.low, step: control.step ?? "any" });
     number.placeholder = none ?? "";
     if (control.step) number.max = control.high;
-    number.onchange = () => this.change(control, typedValue(control, number));
+    number.onchange = () => {
+      const value = typedValue(control, number);
+      if (Number.isNaN(value)) number.value = number.dataset.value; // an empty field keeps what is
+      else this.change(control, value);
+    };
     number.setAttribute("aria-describedby", described.id);
     row.append(name, slider, number, element("span", { className: "unit", textContent: unit ?? "" }), described);
     return row;
@@ -141,7 +184,8 @@ class Controls {
     const part = value === null ? 1 : placeOnSlider(control, value), slider = field.previousSibling;
     if (document.activeElement !== slider || part < 0 || part > 1) slider.value = part;
     slider.style.setProperty("--done", `${100 * Math.min(Math.max(part, 0), 1)}%`);
-    if (document.activeElement !== field) field.value = value === null ? "" : brief(value);
+    field.dataset.value = value === null ? "" : brief(value);
+    if (document.activeElement !== field) field.value = field.dataset.value;
   }
 }
 

@@ -170,6 +170,13 @@ class Gas {
     return { from, energy, k: decayRate(times, values, 0), alpha: decayRate(times, values, 2) };
   }
 
+  // [number, hash] of the first 1,000, 10,000 … collisions, and at the end of all.
+  get hashes() {
+    const { hashes, hash } = this.simulation;
+    if (!this.stop || hashes.some(([count]) => count === hash.count)) return hashes;
+    return [...hashes, [hash.count, hash.digest()]];
+  }
+
   // Other laws of collision from now on.
   setLaws(config) {
     this.config = config;

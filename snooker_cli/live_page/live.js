@@ -80,7 +80,8 @@ class LivePage {
     this.config = config;
     const { size } = gas.scene.container, speeds = Array.from(gas.radii, (_, ball) => gas.speed(ball));
     const middle = Math.sqrt(speeds.reduce((sum, speed) => sum + speed * speed, 0) / speeds.length) || 1;
-    const { wallLaw, masses } = gas.scene, wall = Math.sqrt((2 * (wallLaw.temperature ?? 0)) / masses[0]);
+    const { wallLaw, masses } = gas.scene, warmest = Math.max(...lawsOfWall(wallLaw).map((law) => law.temperature ?? 0));
+    const wall = Math.sqrt((2 * warmest) / masses[0]);
     this.topSpeed = 2 * Math.max(middle, wall);
     this.rate = Math.max(...size) / (Math.max(...speeds) || 1) / CROSSING; // s of the gas in a second
     this.arena = new Arena(find("arena"), viewOf(gas.scene.container), gas);
@@ -106,7 +107,6 @@ class LivePage {
   }
 
   changed(control, value) {
-    if (Number.isNaN(value)) return;
     const config = structuredClone(this.config);
     control.write(config, value);
     const runs = this.gas.collisions > 0 && !this.gas.stop;
@@ -241,15 +241,16 @@ class LivePage {
   }
 
   showHashes() {
-    const { hashes } = this.gas.simulation, shown = this.gas.changed ? [] : hashes;
-    if (this.hashed === shown.length) return;
-    this.hashed = shown.length;
-    const most = shown[shown.length - 1]?.[0], longer = most > this.config.collisions ? ` -o collisions=${most}` : "";
+    const { gas, config } = this, shown = gas.changed ? [] : gas.hashes, most = shown[shown.length - 1]?.[0];
+    if (this.hashed === most) return;
+    this.hashed = most;
+    let longer = most > (config.collisions ?? Infinity) ? ` -o collisions=${most}` : "";
+    if (gas.time > (config.time ?? Infinity)) longer = ` -o collisions=${most} -o time=${Math.ceil(gas.time)}`;
     find("run").textContent = `snooker run gas.yaml${longer}`;
     const rows = shown.flatMap(([count, hash]) => [
       element("dt", { textContent: count.toLocaleString("en") }), element("dd", { textContent: hash }),
     ]);
-    const none = this.gas.changed ? "None: no config describes this run." : "They appear after 1,000 collisions.";
+    const none = this.gas.changed ? "None: no config describes this run." : "They appear after 1,000 collisions, or at the end.";
     if (!rows.length) rows.push(element("dd", { textContent: none }));
     find("hashes").replaceChildren(...rows);
   }
@@ -412,6 +413,9 @@ class LivePage {
       say(ball === null ? (this.playing ? "The gas runs." : "The gas pauses.")
         : this.arena.tagged === null ? "No path is shown." : `The path of ball ${ball} is shown from now on.`);
     };
+    const phone = window.matchMedia("(max-width: 44rem)"), fold = () => { find("sliders").open = !phone.matches; };
+    phone.addEventListener("change", fold);
+    fold();
     followScreen(() => this.redraw());
     listenToKeys({
       " ": () => this.play(),

@@ -17,9 +17,8 @@ const energyKept = ({ pairLaw, wallLaw, container, positions }) => {
 
 const isWarm = ({ wallLaw, container }) => wallsOf(container) && givesEnergy(wallLaw);
 
-const givesEnergy = (law) => law.word === "sides"
-  ? [law.left, law.right, law.bottom, law.top].some(givesEnergy)
-  : law.word === "thermal" || law.word === "driven";
+const lawsOfWall = (law) => (law.word === "sides" ? SIDES.map((side) => law[side]) : [law]);
+const givesEnergy = (law) => lawsOfWall(law).some(({ word }) => word === "thermal" || word === "driven");
 
 // Follows a simulation, event by event: its energies and what has added up since the start.
 class Meter {
@@ -185,12 +184,15 @@ function tableRow(config, results) {
   const scene = startingScene(config, 0), [width] = scene.container.size;
   const law = wallsOf(scene.container) ? scene.wallLaw : {}; // one with a temperature has no CoR
   const row = {
-    starts: results.length, early: results.filter(({ early }) => early).length,
+    title: config.title ?? null, starts: results.length, early: results.filter(({ early }) => early).length,
     N: scene.radii.length, r: scene.radii[scene.radii.length - 1], mass: scene.masses[scene.radii.length - 1],
     R: scene.container.shape === "circle" ? width / 2 : width,
     cor: config.cor, wallCor: law.cor ?? null, container: scene.container,
     packing: packingOf(scene), seed: config.seed,
     wallTemperature: law.temperature ?? null, wallSpeed: law.speed ?? null,
+    ...Object.fromEntries(SIDES.flatMap((side) => [
+      [`${side}Temperature`, law[side]?.temperature ?? null], [`${side}Speed`, law[side]?.speed ?? null],
+    ])),
     containerMass: scene.containerMass, equal: isEqual(scene), cools: !isWarm(scene) && !energyKept(scene),
   };
   for (const name of MEASURED) {

@@ -1,8 +1,10 @@
 // The student's table: a row for each measurement, and a plot of its columns with theory.
 "use strict";
 
-// The columns: heading, unit, what is read of a row. One that is ``varied`` is shown if rows differ in it.
+// The columns: heading, unit, what is read of a row. One that is ``varied`` is shown if rows differ in
+// it, and one that is ``rare`` if a row has a number in it that is not zero.
 const COLUMNS = [
+  { key: "title", text: "scene", varied: true },
   { key: "starts", text: "starts" },
   { key: "N", text: "N", axis: true },
   { key: "r", text: "r", unit: "m", axis: true },
@@ -12,26 +14,32 @@ const COLUMNS = [
   { key: "temperature", text: "T", unit: "J", measured: true, axis: true },
   { key: "pressure", text: "P", unit: "Pa m", measured: true, axis: true },
   { key: "ratio", text: "PV/NT", measured: true, axis: true },
-  { key: "k", text: "k", unit: "1/s", measured: true, axis: true, help: "decay constant of the energy" },
-  { key: "alpha", text: "α", unit: "1/s", measured: true, axis: true, help: "constant of Haff’s law" },
-  { key: "early", text: "ended early", help: "in a wall trap or a collapse" },
+  { key: "k", text: "k", unit: "1/s", measured: true, axis: true, rare: true, help: "decay constant of the energy" },
+  { key: "alpha", text: "α", unit: "1/s", measured: true, axis: true, rare: true, help: "constant of Haff’s law" },
+  { key: "early", text: "ended early", rare: true, help: "in a wall trap or a collapse" },
   { key: "wallCor", text: "wall CoR", axis: true, varied: true },
   { key: "wallTemperature", text: "wall T", unit: "J", axis: true, varied: true },
   { key: "wallSpeed", text: "wall speed", unit: "m/s", axis: true, varied: true },
+  ...["left", "right", "bottom", "top"].flatMap((side) => [
+    { key: `${side}Temperature`, text: `${side} wall T`, unit: "J", axis: true, varied: true },
+    { key: `${side}Speed`, text: `${side} wall speed`, unit: "m/s", axis: true, varied: true },
+  ]),
   { key: "seed", text: "seed", varied: true },
 ];
 
-// The theories of a column: name, colour, and the value for a row, null where there is none.
+const ALONE = 9; // px: half of the line of a theory that is known at one row only
+
+// The theories of a column: name, colour, dashes, and the value for a row, null where there is none.
 function theoriesOf(key, fluid) {
   const ideal = (row) => (row.N * row.temperature) / areaOf(row.container);
   const disks = (row) => (row.equal ? fluid.ratio(row.N, row.r, row.container, row.cor) : null);
   return {
     pressure: [
-      ["ideal gas", "soft", ideal],
-      ["hard disks", "ink", (row) => (disks(row) === null ? null : disks(row) * ideal(row))],
+      ["ideal gas", "soft", DOTS, ideal],
+      ["hard disks", "ink", DASHES, (row) => (disks(row) === null ? null : disks(row) * ideal(row))],
     ],
-    ratio: [["ideal gas", "soft", () => 1], ["hard disks", "ink", disks]],
-    alpha: [["Haff’s law, Enskog’s rates", "ink", (row) => (row.equal && row.cools ? fluid.haffRate({
+    ratio: [["ideal gas", "soft", DOTS, () => 1], ["hard disks", "ink", DASHES, disks]],
+    alpha: [["Haff’s law, Enskog’s rates", "ink", DASHES, (row) => (row.equal && row.cools ? fluid.haffRate({
       ...row, number: row.N, radius: row.r, temperature: row.startTemperature,
     }) : null)]],
   }[key] ?? [];
@@ -92,20 +100,23 @@ class Table {
 
   get columns() {
     const differ = (key) => new Set(this.rows.map((row) => row[key])).size > 1;
-    return COLUMNS.filter(({ key, varied }) => !varied || differ(key));
+    const known = (key) => this.rows.some((row) => row[key]); // neither zero nor nan
+    return COLUMNS.filter(({ key, varied, rare }) => (!varied || differ(key)) && (!rare || known(key)));
   }
 
   show() {
     find("results").hidden = !this.rows.length;
     const head = element("tr"), body = this.rows.map(() => element("tr"));
     for (const { key, text, unit, measured, help } of this.columns) {
-      const cell = element("th", { textContent: unit ? `${text}, ${unit}` : text, title: help ?? "", scope: "col" });
+      const className = key === "title" ? "text" : "", textContent = unit ? `${text}, ${unit}` : text;
+      const cell = element("th", { textContent, className, title: help ?? "", scope: "col" });
       head.append(cell);
       this.rows.forEach((row, k) => {
         const value = row[key], error = row[`${key}Error`];
-        const textContent = measured || value === null ? valueWithError(value ?? NaN, error)
-          : String(Number(value.toPrecision(4)));
-        body[k].append(element("td", { textContent }));
+        let content = String(value);
+        if (measured || value === null) content = valueWithError(value ?? NaN, error);
+        else if (typeof value === "number") content = String(Number(value.toPrecision(4)));
+        body[k].append(element("td", { textContent: content, className }));
       });
     }
     find("table").replaceChildren(element("thead"), element("tbody"));
@@ -120,8 +131,8 @@ class Table {
       const heading = unit ? `${text} (${unit})` : text;
       return measured ? [[heading, key], [`error of ${text}`, `${key}Error`]] : [[heading, key]];
     });
-    const number = (value) => (Number.isFinite(value) ? String(value) : "");
-    const rows = this.rows.map((row) => columns.map(([, key]) => number(row[key])));
+    const known = (value) => (Number.isFinite(value) || typeof value === "string" ? String(value) : "");
+    const rows = this.rows.map((row) => columns.map(([, key]) => known(row[key])));
     const lines = [columns.map(([heading]) => heading), ...rows];
     return lines.map((cells) => `${cells.join(comma)}\n`).join("");
   }
@@ -134,10 +145,12 @@ class Table {
     const points = this.rows.filter((row) => [x, y].every(({ key }) => Number.isFinite(row[key])));
     points.sort((first, second) => first[x.key] - second[x.key]);
     const theories = theoriesOf(y.key, this.fluid);
-    const curves = theories.map(([name, colour, law]) => ({ name, colour, points: this.curve(points, x.key, law) }));
+    const curves = theories.map(([name, colour, dash, law]) =>
+      ({ name, colour, dash, pieces: this.pieces(points, x.key, law) }));
     const highest = points.map((row) => row[y.key] + (row[`${y.key}Error`] || 0));
+    const predicted = curves.flatMap(({ pieces }) => pieces.flat().map(([, value]) => value));
     panel.name = y.unit ? `${y.text} (${y.unit})` : y.text;
-    panel.top = roomy(Math.max(...highest, ...curves.flatMap((curve) => curve.points.map(([, value]) => value)), 0));
+    panel.top = roomy(Math.max(...highest, ...predicted, 0));
     const [low, high] = rangeOf(points.map((row) => row[x.key]));
     this.plot.layOut(pen, width, height, size);
     const across = (value) => this.plot.left + ((value - low) / (high - low)) * this.plot.wide;
@@ -145,16 +158,24 @@ class Table {
     this.plot.footer(pen, panel, across, low, high, 0, x.unit ? `${x.text} (${x.unit})` : x.text);
     this.plot.heading(pen, panel, []);
     const up = (value) => this.plot.up(panel, value);
-    pen.setLineDash([5, 4]);
     pen.lineWidth = 1.4;
-    curves.forEach((curve, line) => {
-      pen.strokeStyle = pen.fillStyle = paint(curve.colour);
-      pen.beginPath();
-      for (const [at, value] of curve.points) pen.lineTo(across(at), up(value));
-      pen.stroke();
-      if (curve.points.length) this.plot.note(pen, panel, `- - ${curve.name}`, line, true);
-    });
+    const shown = curves.filter(({ pieces }) => pieces.length);
+    for (const { colour, dash, pieces } of shown) {
+      pen.strokeStyle = paint(colour);
+      for (const piece of pieces) {
+        pen.setLineDash(piece.length > 1 ? dash.line : []);
+        pen.beginPath();
+        for (const [at, value] of piece) pen.lineTo(across(at), up(value));
+        const [[at, value]] = piece; // one alone is a short line
+        if (piece.length === 1) pen.rect(across(at) - ALONE, up(value), 2 * ALONE, 0);
+        pen.stroke();
+      }
+    }
     pen.setLineDash([]);
+    shown.forEach(({ name, colour, dash }, line) => {
+      pen.fillStyle = paint(colour);
+      this.plot.note(pen, panel, `${dash.text} ${name}`, line, true);
+    });
     pen.strokeStyle = pen.fillStyle = paint("second");
     for (const row of points) {
       const at = across(row[x.key]), error = row[`${y.key}Error`] || 0;
@@ -173,16 +194,25 @@ class Table {
     find("plot").setAttribute("aria-label", `${panel.name} against ${x.text}: ${values}`);
   }
 
-  // A theory at the rows, which are in order of x, and between those with containers of one shape.
-  curve(rows, key, law) {
-    const points = [], steps = 16;
-    rows.forEach((row, k) => {
-      const next = rows[k + 1], smooth = next && next.container.shape === row.container.shape;
-      for (let part = 0; part < (smooth ? steps : 1); part++) {
-        const at = part ? between(row, next, part / steps) : row, value = law(at);
-        if (value !== null && Number.isFinite(value)) points.push([at[key], value]);
-      }
-    });
-    return points;
+  // A theory at the rows, which are in order of x, in pieces: a line between rows of the same scene
+  // that differ in x, a point where a row is alone.
+  pieces(rows, key, law) {
+    const steps = 16, pieces = [];
+    for (const title of new Set(rows.map((row) => row.title))) {
+      const alike = rows.filter((row) => row.title === title);
+      let piece = [];
+      alike.forEach((row, k) => {
+        const next = alike[k + 1], shape = next?.container.shape;
+        const goesOn = shape === row.container.shape && next[key] > row[key];
+        for (let part = 0; part < (goesOn ? steps : 1); part++) {
+          const at = part ? between(row, next, part / steps) : row, value = law(at);
+          if (value !== null && Number.isFinite(value)) piece.push([at[key], value]);
+        }
+        if (goesOn) return;
+        if (piece.length) pieces.push(piece);
+        piece = [];
+      });
+    }
+    return pieces;
   }
 }

@@ -1,7 +1,9 @@
 // Panels of a chart, one below the other: axes with labels, curves, steps of a histogram.
 "use strict";
 
-const MARGIN = 12; // px to the right of a curve
+const RIGHT_MARGIN = 12; // px to the right of a curve
+const DASHES = { line: [6, 4], text: "- -" }, DOTS = { line: [1.5, 3], text: "···" };
+const HALO = 4; // px: the paper around a name, so that one can read it on a curve
 const BIN = 0.2, BINS = 15; // of speeds over √(2T/m); the last bin has all faster balls
 const MOST_SHARE = 0.25; // of the balls in a bin, at the top of the panel
 
@@ -55,13 +57,13 @@ class Panels {
     for (const panel of this.panels) {
       panel.head = top + 1.25 * size;
       panel.bottom = top + room - 0.5 * size;
-      panel.right = width - MARGIN;
+      panel.right = width - RIGHT_MARGIN;
       top += room + (panel.foot ? foot : 0);
       panel.ticks = panel.log ? logTicks(panel) : linearTicks(panel);
     }
     const labels = this.panels.flatMap(({ ticks }) => ticks.map(([, text]) => text));
     this.left = Math.max(...labels.map((text) => pen.measureText(text).width)) + size;
-    this.wide = width - MARGIN - this.left;
+    this.wide = width - RIGHT_MARGIN - this.left;
   }
 
   // The height of a value in a panel, px.
@@ -110,7 +112,7 @@ class Panels {
       if (needed * (high - low) <= step * (across(high) - across(low))) break;
     }
     for (const [value, text] of ticks) {
-      const end = panel.right + MARGIN - pen.measureText(text).width / 2;
+      const end = panel.right + RIGHT_MARGIN - pen.measureText(text).width / 2;
       pen.fillText(text, Math.min(across(value), end), panel.bottom + size / 2);
     }
     pen.textAlign = "right";
@@ -150,6 +152,10 @@ class Panels {
     pen.textBaseline = low ? "bottom" : "top";
     const down = (0.4 + 1.3 * line) * this.size;
     const y = low ? panel.bottom - down : panel.head + this.gap + down;
+    pen.strokeStyle = paint("paper");
+    pen.lineWidth = HALO;
+    pen.lineJoin = "round";
+    pen.strokeText(text, panel.right, y, panel.right - this.left);
     pen.fillText(text, panel.right, y, panel.right - this.left);
   }
 

@@ -18,11 +18,11 @@ TABLE = re.compile(r"<!-- (measure|speeds) (\{.*\}) -->\n(\|.*\n\|[-|]*\n)((?:\|
 MEASURED = """
 values.map((value) => {
   const config = JSON.parse(JSON.stringify(configOf(scene)));
-  CONTROLS.find(({ id }) => id === control).write(config, value);
+  controlsOf(config).find(({ id }) => id === control).write(config, value);
   config.collisions = collisions;
   const results = Array.from({ length: starts }, (_, repeat) => measureRepeat(config, repeat));
   const row = tableRow(config, results), last = columns[columns.length - 1];
-  const [, , law] = theoriesOf(last, fluid).find(([name]) => name === theory);
+  const [, , , law] = theoriesOf(last, fluid).find(([name]) => name === theory);
   const cells = columns.map((key) => valueWithError(row[key], row[`${key}Error`]));
   return [String(value), ...cells, short(law(row), 4)];
 })

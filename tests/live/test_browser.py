@@ -74,6 +74,8 @@ CONTROL = """
   type("radius", 0.9);
   seen.again = [...state(), live.gas.radii[0]];
   seen.yaml = text("yaml");
+  type("radius", "");
+  seen.emptied = [field("radius").value, live.gas.radii[0]];
   type("radius", 5);
   seen.error = [text("ending-text"), find("ending").hidden, live.gas.radii[0]];
   const slider = field("speed").previousSibling;
@@ -117,6 +119,7 @@ def test_sliders_change_the_gas(opened: Opened) -> None:
     assert seen["again"] == [0, 0.5, False, 0.9]
     assert "cor: 0.5" in seen["yaml"]
     assert "radius: 0.9" in seen["yaml"]
+    assert seen["emptied"] == ["0.9", 0.9]
     assert seen["error"][0].startswith("rings: 3 with balls of radius 5 m are too large")
     assert seen["error"][1:] == [False, 0.9]
     assert seen["slider"] == [100, True]
@@ -186,16 +189,19 @@ DIFFERENT = """
   add({ ...warm, wall_temperature: 100, cor: 0.8 });
   add({ ...warm, seed: 2 });
   const csv = live.table.text(",").split("\\n")[0].split(",");
-  return [alone.slice(12), heads().slice(12), csv.slice(-3)];
+  const more = heads().slice(alone.length);
+  add({ ...warm, title: "another scene", wall_temperature: { left: 20 } });
+  return [alone, more, csv.slice(-2), heads()[0], heads().includes("left wall T, J")];
 })()
 """
 
 
 def test_the_table_shows_in_what_rows_differ(opened: Opened) -> None:
-    alone, heads, csv = opened().value(DIFFERENT)
-    assert alone == []
-    assert heads == ["wall T, J", "seed"]
-    assert csv == ["ended early", "wall T (J)", "seed"]
+    alone, more, csv, first, side = opened().value(DIFFERENT)
+    assert alone[0] == "starts"
+    assert more == ["wall T, J", "seed"]
+    assert csv == ["wall T (J)", "seed"]
+    assert (first, side) == ("scene", True)
 
 
 LOOKS = """
@@ -207,6 +213,7 @@ LOOKS = """
     bottom: Math.max(bottom("play"), bottom("arena")),
     top: find("arena").getBoundingClientRect().top,
     paper: getComputedStyle(document.body).backgroundColor,
+    sliders: find("sliders").open,
   };
 })()
 """
@@ -220,6 +227,7 @@ def test_the_page_fits_a_phone_and_follows_the_dark_mode(
     seen = opened(width, height, dark).value(LOOKS)
     assert seen["wide"] <= 0
     assert 0 <= seen["top"] < seen["bottom"] <= height
+    assert seen["sliders"] == (width > 700)  # a phone shows the charts first
     assert seen["paper"] == ("rgb(20, 24, 30)" if dark else "rgb(255, 255, 255)")
 
 

@@ -113,3 +113,73 @@ def test_the_config_on_the_page_is_that_of_the_scene(name: str, javascript: Live
     text = javascript.value("yamlOf(config, defaults)", config=config, defaults=defaults)
     known = Experiment.model_validate_json(json.dumps(config))
     assert configs.digest(configs.parse(text).experiment) == configs.digest(known)
+
+
+CHANNEL = {"shape": "channel", "width": 30.0, "height": 20.0}
+SPECIES = [
+    {"count": 20, "radius": 0.5, "speed": 10.0},
+    {"count": 5, "radius": 0.9, "mass": 4.0, "speed": 5.0, "start": "random"},
+]
+
+CONTROLLED: dict[str, dict[str, Any]] = {
+    "rings": {"container": {"radius": 10.0}, "balls": {"rings": 2, "radius": 0.5, "speed": 10.0}},
+    "packed": {"container": {"packing": 0.1}, "balls": SPECIES[0]},
+    "slide": {"container": {"radius": 10.0}, "balls": SPECIES[0], "collapse": "slide"},
+    "warm": {"container": {"radius": 10.0}, "balls": SPECIES, "wall_temperature": 50.0},
+    "two temperatures": {
+        "container": CHANNEL,
+        "balls": SPECIES,
+        "wall_temperature": {"left": 20.0, "right": 80.0},
+    },
+    "driven sides": {
+        "container": CHANNEL | {"shape": "box"},
+        "balls": SPECIES,
+        "wall_speed": {"left": 1.0, "top": 2.0},
+    },
+    "slow at the wall": {
+        "container": CHANNEL,
+        "balls": [{"position": [0.0, 0.0], "velocity": [0.0, 0.0], "radius": 2.0}, SPECIES[0]],
+        "wall_cor_speed": 5.0,
+    },
+    "periodic": {"container": CHANNEL | {"shape": "periodic"}, "balls": SPECIES},
+}
+
+USED = """
+controlsOf(config).flatMap((control) => {
+  const options = Object.keys(control.choices?.(config) ?? {});
+  const values = options.length ? options : [0.3, 0.6].map((part) => valueOnSlider(control, part));
+  return [...values, ...(control.none ? [null] : [])].map((value) => {
+    const changed = JSON.parse(JSON.stringify(config));
+    control.write(changed, value);
+    return [control.id, value, control.read(changed), yamlOf(changed, defaults),
+      controlsOf(changed).map(({ id }) => id)];
+  });
+})
+"""
+
+
+@pytest.mark.parametrize("name", CONTROLLED)
+def test_each_control_makes_a_config_of_the_program(name: str, javascript: LiveScripts) -> None:
+    """Whatever one moves, `snooker run` accepts the text; what it reads is what was set."""
+    config = configs.validated(CONTROLLED[name] | {"cor": 0.9, "collisions": 10})
+    page = json.loads(configs.to_json(config))
+    defaults = data_of(snooker.live().html)["defaults"]
+    used = javascript.value(USED, config=page, defaults=defaults)
+    for control, value, read, text, _ in used:
+        assert read == value, control
+        configs.parse(text)
+    seen = {control for control, *_ in used}
+    if "species" in name or CONTROLLED[name]["balls"] is SPECIES:
+        names = ("count", "radius", "mass", "speed")
+        assert seen >= {f"{name}-{k}" for name in names for k in (1, 2)}
+    if name == "two temperatures":
+        assert seen >= {"wall-temperature-left", "wall-temperature-right"}
+        assert "wall-cor" not in seen
+    if name == "driven sides":
+        assert seen >= {"wall-speed-left", "wall-speed-top", "wall-cor"}
+    after = {value: ids for control, value, _, _, ids in used if control == "wall"}
+    assert ("sides" in after) == (
+        CONTROLLED[name]["container"] in (CHANNEL, CHANNEL | {"shape": "box"})
+    )
+    if "sides" in after and "wall_speed" not in CONTROLLED[name]:
+        assert {"wall-temperature-left", "wall-temperature-right"} <= set(after["sides"])
