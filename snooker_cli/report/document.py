@@ -189,6 +189,7 @@ def rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> s
         "counted": counted,
         "listed": lambda words: listed(list(words)),
         "general": lambda value: f"{value:g}",
+        "grouped": lambda number: f"{number:,}",
         "powers": lambda text: re.sub(r"\b[\d.]+e-?\d+", lambda e: short(float(e[0])), text),
     }
     environment.globals |= {"with_error": with_error, "row": _row}
