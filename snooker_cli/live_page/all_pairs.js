@@ -119,6 +119,17 @@ class State {
     return this.counts[WALL_EVENTS] + this.counts[PAIR_EVENTS];
   }
 
+  /** Continue with the sums, the counts and the time of another state, which has the same balls. */
+  takeOver({ sums, counts, key }) {
+    this.sums.set(sums);
+    this.counts.set(counts);
+    this.key = key;
+    this.sums[CONTACT_LASTS] = this.counts[STALLED] = 0;
+    this.sums[TIME_LIMIT] = Infinity;
+    this.clock.fill(sums[NOW]);
+    this.boundary.motion[CLOCK] = sums[NOW];
+  }
+
   /** Set all clocks back by a shift, s; the epoch is the time at which they then show zero. */
   nextEpoch(epoch, shift) {
     for (let k = 0; k < this.number; k += 1) this.clock[k] -= shift;
@@ -140,7 +151,10 @@ class AllPairs {
     this.last = new Int32Array(number).fill(NO_PARTNER);
     // The next event.
     this.i = this.j = NO_PARTNER;
-    for (let k = 0; k < number; k += 1) this.predictWall(k, 0);
+    const now = state.sums[NOW];
+    this.pairTime.fill(now);
+    this.nextTime.fill(now);
+    for (let k = 0; k < number; k += 1) this.predictWall(k, now);
   }
 
   nextEpoch(shift) {

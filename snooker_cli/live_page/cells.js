@@ -198,7 +198,7 @@ class Cells {
     this.state = state;
     this.mesh = newMesh(scene);
     this.margin = free ? new Margin(MARGIN * this.mesh.width) : new NoMargin();
-    this.renewedAt = 0;
+    this.renewedAt = state.sums[NOW];
     this.atWall = cellsAtWall(scene, this.mesh, free ? this.margin.width : 0);
     this.occupancy = new Int32Array(this.atWall.length);
     const groups = Math.ceil(number / GROUP);
@@ -213,7 +213,7 @@ class Cells {
     this.delays = new Float64Array(2); // across, and up or down
     this.i = this.j = NO_PARTNER;
     this.crossings = 0;
-    this.margin.renew(0, this);
+    this.margin.renew(this.renewedAt, this);
     this.fill(LEAST_MEMBERS);
   }
 

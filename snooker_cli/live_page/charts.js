@@ -36,7 +36,7 @@ class GasCharts extends Panels {
     const curves = this.pressures(rows);
     this.scaleEnergy(energy, rows, now);
     // A mean over a short time may be that of a single hit, so the first tenth may leave the panel.
-    const begun = gas.begun + gas.from.time, settled = begun + (gas.time - begun) / 10;
+    const begun = gas.from.time, settled = begun + (gas.time - begun) / 10;
     const late = Math.max(curves.times.findIndex((time) => time > settled), 0);
     const seen = curves.all.flatMap(({ values }) => values.slice(late)).filter(Number.isFinite);
     pressure.top = roomy(Math.max(...seen, 0));
@@ -93,7 +93,7 @@ class GasCharts extends Panels {
 
   // Mean pressures since the means began, after each row: at the wall, by the virial, and by theory.
   pressures(rows) {
-    const { gas } = this, { scene, from, begun } = gas, times = [], all = [];
+    const { gas } = this, { scene, from } = gas, times = [], all = [];
     const ratio = isEqual(scene) && scene.pairLaw.word === "constant"
       ? this.fluid.ratio(gas.number, scene.radii[0], scene.container, scene.pairLaw.cor) : null;
     const add = (name, colour, dash) => all.push({ name, colour, dash, values: [] }) && all[all.length - 1].values;
@@ -101,8 +101,8 @@ class GasCharts extends Panels {
     const virial = gas.number > 1 ? add("by the virial", "first") : null;
     const ideal = add("ideal gas", "soft", DOTS), disks = ratio === null ? null : add("hard disks", "ink", DASHES);
     for (const row of rows) {
-      if (row.time < begun || !(row.simulated > from.time)) continue;
-      const means = gas.meter.means(from, { ...row, time: row.simulated });
+      if (!(row.time > from.time)) continue;
+      const means = gas.meter.means(from, row);
       times.push(row.time);
       wall?.push(means.wall);
       virial?.push(means.virial);

@@ -3,7 +3,7 @@
 
 const hasWall = ({ container }) => container.shape !== "periodic";
 const wallIs = (...types) => (config) => hasWall(config) && types.includes(wallType(config));
-const sizeKey = ({ container }) => (container.shape === "circle" || !container.shape ? "radius" : "width");
+const isCircle = ({ container }) => (container.shape ?? "circle") === "circle";
 
 // How a key of a config, or of its balls, is read and written.
 const keyOf = (part) => (key) => ({
@@ -88,7 +88,7 @@ const CONTROLS = [
     help: "Coefficient of restitution at the wall.",
     fits: (config) => hasWall(config) && rebounds(config), read: (config) => config.wall_cor ?? config.cor,
     write: (config, value) => { config.wall_cor = value; } },
-  { id: "packing", label: "packing", low: 0.01, high: 0.8, step: 0.01,
+  { id: "packing", label: "packing", low: 0.01, high: 0.75, step: 0.01,
     help: "Area of the balls over the area of the container.",
     fits: ({ balls, container }) => "packing" in balls || "packing" in container,
     read: ({ balls, container }) => balls.packing ?? container.packing,
@@ -97,16 +97,16 @@ const CONTROLS = [
     help: "Mass of the ball that is given by itself.",
     fits: (config) => singleBall(config) !== null, read: (config) => singleBall(config).mass,
     write: (config, value) => { singleBall(config).mass = value; } },
-  { id: "size", label: "container", unit: "m", low: 1, high: 100, log: true,
-    help: "Radius of the circle, or width of the box.",
-    fits: (config) => sizeKey(config) in config.container,
-    read: (config) => config.container[sizeKey(config)],
-    write: (config, value) => { config.container[sizeKey(config)] = value; } },
+  ...["radius", "width"].map((key) => ({
+    id: `container-${key}`, label: `container’s ${key}`, unit: "m", low: 1, high: 100, log: true,
+    help: `Inner ${key} of the container.`, fits: ({ container }) => key in container,
+    ...keyOf(({ container }) => container)(key),
+  })),
   { id: "container-mass", label: "container’s mass", unit: "kg", low: 1, high: 1e8, log: true, none: "fixed",
     help: "Mass of a container that moves; at the right end it is fixed.",
-    fits: (config) => sizeKey(config) === "radius" && wallType(config) === "passive" && config.collapse !== "slide",
+    fits: (config) => isCircle(config) && wallType(config) === "passive" && config.collapse !== "slide",
     read: ({ container }) => container.mass, write: ({ container }, value) => { container.mass = value; } },
-  { id: "wall", label: "wall",
+  { id: "wall", label: "wall", live: true,
     choices: (config) => ({
       passive: "passive", driven: "driven", warm: "with a temperature",
       ...(sidesOf(config).length ? { sides: "sides that differ" } : {}),
@@ -116,13 +116,15 @@ const CONTROLS = [
   ...WALLS.map(({ key, type, ...wall }) => ({ ...wall, fits: wallIs(type), ...ofConfig(key) })),
 ];
 
-// Another type of wall, with values that suit the gas, and without the keys that it does not allow.
-// Sides that differ begin with a hot one on the left and a cold one on the right.
-function setWall(config, type) {
-  const { speed = 10, mass = 1 } = speciesOf(config)[0] ?? {}, temperature = (mass * speed * speed) / 2;
-  config.wall_speed = type === "driven" ? speed / 10 : null;
-  config.wall_temperature = { warm: temperature, sides: { left: 2 * temperature, right: temperature / 2 } }[type] ?? null;
-  if (!rebounds(config)) config.wall_cor = null;
+// Another type of wall: as in the scene's own config if it has this type, else with values that suit the
+// gas. Sides that differ begin with a hot one on the left and a cold one on the right.
+function setWall(config, type, own = config) {
+  const { speed, mass = 1 } = speciesOf(config)[0] ?? {}, usual = speed || 10, energy = (mass * usual * usual) / 2;
+  const temperatures = { warm: energy, sides: { left: 2 * energy, right: energy / 2 } };
+  config.wall_speed = type === "driven" ? usual / 10 : null;
+  config.wall_temperature = temperatures[type] ?? null;
+  if (type === wallType(own)) ({ wall_speed: config.wall_speed, wall_temperature: config.wall_temperature } = own);
+  config.wall_cor = rebounds(config) ? config.wall_cor ?? own.wall_cor : null;
   if (type !== "passive") config.wall_cor_speed = null;
   if (type !== "passive" && config.collapse === "slide") config.collapse = "stop";
 }
@@ -161,14 +163,15 @@ class Controls {
     const slider = element("input", { type: "range", min: 0, max: 1, step: "any" });
     slider.setAttribute("aria-label", label);
     slider.tabIndex = -1; // the number beside it has the keyboard
+    slider.onchange = () => { slider.value = slider.dataset.value; };
     slider.oninput = () => this.change(control, valueOnSlider(control, Number(slider.value)));
-    const number = element("input", { id, type: "number", min: control.low, step: control.step ?? "any" });
+    const number = element("input", { id, type: "number", min: control.log ? 0 : control.low, step: control.step ?? "any" });
     number.placeholder = none ?? "";
     if (control.step) number.max = control.high;
     number.onchange = () => {
       const value = typedValue(control, number);
-      if (Number.isNaN(value)) number.value = number.dataset.value; // an empty field keeps what is
-      else this.change(control, value);
+      if (!Number.isNaN(value)) this.change(control, value);
+      number.value = number.dataset.value; // also where the change was refused, or the field is empty
     };
     number.setAttribute("aria-describedby", described.id);
     row.append(name, slider, number, element("span", { className: "unit", textContent: unit ?? "" }), described);
@@ -182,6 +185,7 @@ class Controls {
       return;
     }
     const part = value === null ? 1 : placeOnSlider(control, value), slider = field.previousSibling;
+    slider.dataset.value = part;
     if (document.activeElement !== slider || part < 0 || part > 1) slider.value = part;
     slider.style.setProperty("--done", `${100 * Math.min(Math.max(part, 0), 1)}%`);
     field.dataset.value = value === null ? "" : brief(value);
@@ -195,12 +199,12 @@ function brief(value) {
   return Math.abs(value) < 1e6 ? text : Number(text).toExponential().replace("+", "");
 }
 
-// What was typed: a number within the limits of the slider, but for logarithmic ones the upper.
+// What was typed: a number within the limits of the slider, or of a logarithmic one any above zero.
 function typedValue({ none, low, high, step }, field) {
   if (field.value === "") return none ? null : NaN;
-  const value = Math.max(Number(field.value), low);
-  if (!step) return value;
-  return step === 1 ? Math.round(Math.min(value, high)) : Math.min(value, high);
+  const typed = Number(field.value), value = Math.min(Math.max(typed, low), high);
+  if (!step) return typed > 0 ? typed : NaN;
+  return step === 1 ? Math.round(value) : value;
 }
 
 function valueOnSlider({ low, high, step, log, none }, part) {

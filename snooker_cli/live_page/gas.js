@@ -4,65 +4,67 @@
 
 const KEPT_CONTACTS = 60;
 const TC = 0.01; // the duration of contacts, in mean free times, that prevents a collapse
+const SLIDING = { slides: true, contactDuration: 0, elasticBelow: 0 }; // of a scene whose balls slide
 
 class Gas {
-  // The first repeat of a config. Throws an error with a sentence for a scene that does not fit.
+  // The first repeat of a config. Throws an error with a sentence for a scene that does not fit. The
+  // gas runs on after the config's number of collisions, but not after its time.
   constructor(config) {
     this.config = config;
-    this.begun = 0; // s, and collisions, before the simulation that runs now
-    this.before = 0;
     this.changed = false; // whether no config describes it any more
     this.time = 0; // s, that is shown
-    this.end = config.collisions === null ? config.time : Infinity; // s; other gases run on
     this.contacts = []; // the last ones: { time, step, x, y, radius }
-    this.start(startingScene(config, 0));
-    this.startEnergy = this.meter.startEnergy;
-    this.series = new Series();
-    this.addRow();
-    this.forgetMeans();
-  }
-
-  start(scene) {
-    this.scene = scene;
-    this.simulation = new Simulation(scene, {}, { hash: true });
+    const scene = startingScene(config, 0);
+    this.simulation = new Simulation(scene, { time: config.time }, { hash: true });
     this.meter = new Meter(scene, this.simulation);
     this.radii = scene.radii;
     this.number = scene.radii.length;
-    this.stop = null;
+    this.series = new Series();
+    this.series.add(() => this.row());
+    this.forgetMeans();
+  }
+
+  get scene() {
+    return this.simulation.scene;
+  }
+
+  get stop() {
+    return this.simulation.stop;
   }
 
   get collisions() {
-    return this.before + this.simulation.wallEvents + this.simulation.pairEvents;
+    return this.simulation.wallEvents + this.simulation.pairEvents;
   }
 
   // Simulates at most a number of collisions, up to a time, s, and a deadline of the computer's clock,
   // ms. Whether it got as far as it was asked to.
   advance(until, most = Infinity, deadline = Infinity) {
-    until = Math.min(until, this.end);
+    const { simulation } = this;
     for (let done = 0; done < most && !this.stop; done++) {
-      this.stop = this.simulation.advance(1, until - this.begun);
-      if (this.simulation.eventCount) this.follow();
-      else if (!this.stop && until === Infinity) return false; // very long without a collision
-      else {
-        this.time = this.stop ? Math.min(until, this.begun + this.stop.time) : until;
-        if (until === this.end) {
-          this.stop ??= { reason: "end", message: `${until} s reached after ${this.collisions} collisions` };
-        }
+      const stop = simulation.advance(1, until), { eventCount, reached } = simulation;
+      // Where no collision can happen any more, balls still move.
+      const isFree = stop?.reason === NOTHING_LEFT && until < simulation.timeLimit;
+      if (isFree) simulation.stop = null;
+      if (isFree || (!stop && !eventCount && reached === until)) {
+        this.time = until;
         return true;
       }
-      if (done % 16 === 15 && Date.now() >= deadline) {
-        this.time = this.begun + this.simulation.time;
+      if (eventCount) this.follow();
+      // A step to the next collision gives up when it is far.
+      const isFar = !eventCount && deadline === Infinity;
+      if (!stop && (isFar || Date.now() >= deadline)) {
+        this.time = Math.max(this.time, reached);
         return false;
       }
     }
-    this.time = Math.max(this.time, this.begun + this.simulation.time);
+    this.time = Math.max(this.time, this.stop?.time ?? simulation.time);
     return true;
   }
 
   // Keeps what the charts need of the event that has just happened.
   follow() {
     this.meter.follow();
-    const { simulation } = this, time = this.begun + simulation.time;
+    const { simulation } = this, { time } = simulation;
     const i = simulation.eventI[0], j = simulation.eventJ[0];
     this.contacts.push({ time, step: this.collisions, ...this.contact(i, j) });
     if (this.contacts.length > KEPT_CONTACTS) this.contacts.shift();
@@ -75,7 +77,7 @@ class Gas {
 
   // Where ball i touches ball j or the wall, m, and the radius of ball i.
   contact(i, j) {
-    const { container } = this.scene, time = this.begun + this.simulation.time, radius = this.radii[i];
+    const { container } = this.scene, { time } = this.simulation, radius = this.radii[i];
     const [x, y] = this.place(i, time), [width, height] = container.size;
     let across, along;
     if (j >= 0) {
@@ -97,12 +99,12 @@ class Gas {
 
   // Where a ball, or as number N the container, is at a time after the last collision, m.
   place(ball, time) {
-    const [x, y] = this.simulation.positionOf(ball, time - this.begun);
+    const [x, y] = this.simulation.positionOf(ball, time);
     return [x, y];
   }
 
   speed(ball) {
-    const [u, v] = this.simulation.velocityOf(ball, this.time - this.begun);
+    const [u, v] = this.simulation.velocityOf(ball, this.time);
     return Math.hypot(u, v);
   }
 
@@ -113,19 +115,26 @@ class Gas {
     return this.course;
   }
 
+  // Adds where the tagged ball is while it slides: then its path is no line between its collisions.
+  followSlide() {
+    const motion = this.course && this.simulation.state.boundary.motions?.[this.tagged];
+    if (motion) this.course.push([this.time, ...this.place(this.tagged, this.time)]);
+  }
+
   row() {
-    const { meter } = this, sums = meter.sums();
-    const energies = { energy: meter.totalEnergy, temperature: meter.energy / this.number };
-    return { ...sums, time: this.begun + sums.time, simulated: sums.time, ...energies };
+    const { meter } = this;
+    return { ...meter.sums(), energy: meter.totalEnergy, temperature: meter.energy / this.number };
   }
 
-  addRow() {
-    this.series.add(() => this.row());
+  // All that has added up until now.
+  get sums() {
+    return this.meter.sums(Math.max(this.time, this.simulation.time));
   }
 
-  // Means, rates and the histogram of speeds begin again: at the start, and when a slider was moved.
+  // Means, rates and the histogram of speeds begin again: at the start, when a slider was moved, when
+  // the gas continues with other rules, and with the button for it.
   forgetMeans() {
-    const sums = this.meter.sums(Math.max(this.time - this.begun, this.simulation.time));
+    const { sums } = this;
     this.from = { ...sums, energy: this.meter.totalEnergy };
     this.counts = new Float64Array(BINS);
     this.sampled = 0;
@@ -136,23 +145,29 @@ class Gas {
   // Adds the speeds over √(2T/m) to the histogram, once in a collision of each ball.
   sampleSpeeds() {
     this.nextSample = this.collisions + Math.max(1, this.number / 2);
-    const double = (2 * this.meter.energy) / this.number;
-    if (!(double > 0)) return;
+    const twiceTemperature = (2 * this.meter.energy) / this.number;
+    if (!(twiceTemperature > 0)) return;
     for (let ball = 0; ball < this.number; ball++) {
       const [u, v] = this.simulation.velocityOf(ball);
-      const reduced = Math.sqrt((this.scene.masses[ball] * (u * u + v * v)) / double);
+      const reduced = Math.sqrt((this.scene.masses[ball] * (u * u + v * v)) / twiceTemperature);
       this.counts[Math.min(Math.floor(reduced / BIN), BINS - 1)]++;
     }
     this.sampled += this.number;
   }
 
+  // The share of the counted speeds above one, over √(2T/m), which is at the edge of a bin.
+  shareAbove(speed) {
+    const above = this.counts.slice(Math.round(speed / BIN)).reduce((sum, count) => sum + count, 0);
+    return this.sampled ? above / this.sampled : 0;
+  }
+
   // Means since they began, or null before the first collision.
   means() {
-    const to = this.meter.sums(Math.max(this.time - this.begun, this.simulation.time));
+    const to = this.sums;
     return to.time > this.from.time ? this.meter.means(this.from, to) : null;
   }
 
-  // Rows since the means began, at most a number of them, the latest one last.
+  // Rows since the start, at most a number of them, the latest one last.
   rows(most = 1000) {
     const rows = this.series.rows, step = Math.ceil(rows.length / most);
     const chosen = rows.filter((_, k) => k % step === 0), last = rows[rows.length - 1];
@@ -160,14 +175,15 @@ class Gas {
     return chosen;
   }
 
-  // k and α (1/s) of the energy since the means began, and the energy (J) and time (s) then.
+  // k and α (1/s) of the energy since the means began, and the energy (J) and time (s) then; null if
+  // the energy does not fall, or is known too shortly.
   decay() {
-    const from = this.begun + this.from.time, energy = this.from.energy;
-    const rows = this.rows().filter(({ time }) => time >= from);
+    const { time: from, energy } = this.from, rows = this.rows().filter(({ time }) => time >= from);
     if (rows.length < 10 || !(energy > 0) || energyKept(this.scene) || isWarm(this.scene)) return null;
     const times = [0, ...rows.map(({ time }) => time - from)];
     const values = [1, ...rows.map((row) => row.energy / energy)];
-    return { from, energy, k: decayRate(times, values, 0), alpha: decayRate(times, values, 2) };
+    const k = decayRate(times, values, 0), alpha = decayRate(times, values, 2);
+    return Number.isFinite(k) && Number.isFinite(alpha) ? { from, energy, k, alpha } : null;
   }
 
   // [number, hash] of the first 1,000, 10,000 … collisions, and at the end of all.
@@ -186,37 +202,21 @@ class Gas {
     this.forgetMeans();
   }
 
-  // Continues after a wall trap or a collapse, from the places and velocities now: the ball slides
-  // along the wall (`slide`), or contacts have a duration (`tc`).
+  // Continues after an end: `on` after its time, or from a wall trap with a ball that slides.
   continueWith(way) {
-    if (way === "on") {
-      this.end = Infinity;
-      this.stop = null;
-      return;
-    }
-    const { scene, simulation, number } = this, { time } = simulation;
-    const positions = new Float64Array(2 * number), velocities = new Float64Array(2 * number);
-    for (let ball = 0; ball < number; ball++) {
-      positions.set(simulation.positionOf(ball, time), 2 * ball);
-      velocities.set(simulation.velocityOf(ball, time), 2 * ball);
-    }
-    const containerPosition = [...simulation.positionOf(number, time)];
-    const containerVelocity = [...simulation.velocityOf(number, time)];
-    const rules = { slides: way === "slide", contactDuration: way === "tc" ? TC : 0, elasticBelow: 0 };
-    this.before = this.collisions;
-    this.begun += time;
-    this.changed = true;
-    this.start({ ...scene, ...rules, positions, velocities, containerPosition, containerVelocity });
-    this.forgetMeans();
+    this.changed ||= way === "slide" || this.simulation.timeLimit < Infinity;
+    this.simulation.continueWith(way === "slide" ? SLIDING : null);
+    if (way === "slide") this.forgetMeans();
   }
 
-  // How a repeat that ended can continue: not at all, `on` after its time, with `slide` or with `tc`.
+  // How a gas that ended can go on: not at all, `on`, with `slide`, or from its start with `tc`. After a
+  // collapse the balls that touch have velocities that differ by roundings, and go on for ever.
   get continuation() {
-    if (this.stop?.reason === "end") return "on";
-    if (!["wall_trap", "collapse"].includes(this.stop?.reason)) return null;
-    const { container, containerMass, wallLaw } = this.scene;
+    const { reason } = this.stop ?? {}, { container, containerMass, contactDuration, wallLaw } = this.scene;
+    if (reason === TIME || reason === NOTHING_LEFT) return "on";
+    if ((reason !== WALL_TRAP && reason !== COLLAPSE) || contactDuration) return null;
     const fixed = container.shape === "circle" && !Number.isFinite(containerMass);
     const slides = fixed && wallLaw.word === "constant" && wallLaw.cor <= 1 - 1e-6;
-    return this.stop.reason === "wall_trap" && slides ? "slide" : "tc";
+    return reason === WALL_TRAP && slides ? "slide" : "tc";
   }
 }

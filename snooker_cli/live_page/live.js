@@ -8,9 +8,14 @@ const LONGEST = 200000; // collisions of a start that is measured: 20 MB
 const CHARTS_EVERY = 50, FIT_EVERY = 300; // ms
 const SPEEDS = { time: [0.125, 0.25, 0.5, 1, 2, 4, 8, 16, 64], events: [1, 5, 20, 100, 1000, 10000, 100000] };
 const NORMAL = { time: 1, events: 5 };
+const CONTINUATIONS = {
+  on: "Continue", slide: "Continue: the ball slides", tc: "Restart: contacts have a duration",
+};
+const FAST = 1.8; // a speed over √(2T/m), at the edge of a bin
 
 function copy(text, done) {
-  navigator.clipboard.writeText(text).then(() => say(done), () => say("The browser does not allow copying here."));
+  const copied = navigator.clipboard?.writeText(text) ?? Promise.reject();
+  copied.then(() => say(done), () => say("The browser does not allow copying here."));
 }
 
 function save(blob, name) {
@@ -57,6 +62,8 @@ class LivePage {
   // Begins with a scene of the page.
   open(scene) {
     this.scene = scene;
+    say("");
+    find("length").value = scene.config.collisions ?? "";
     find("title").textContent = scene.title;
     find("about").textContent = scene.about;
     for (const button of find("scenes").children) {
@@ -72,34 +79,41 @@ class LivePage {
       gas = new Gas(config);
     } catch (error) {
       if (!(error instanceof SceneError)) throw error;
-      this.complain(error.message);
+      this.refuse(error.message);
       if (this.config) this.controls.show(this.config);
       return;
     }
     this.gas = gas;
     this.config = config;
     const { size } = gas.scene.container, speeds = Array.from(gas.radii, (_, ball) => gas.speed(ball));
-    const middle = Math.sqrt(speeds.reduce((sum, speed) => sum + speed * speed, 0) / speeds.length) || 1;
+    const rootMeanSquare = Math.sqrt(speeds.reduce((sum, speed) => sum + speed * speed, 0) / speeds.length) || 1;
     const { wallLaw, masses } = gas.scene, warmest = Math.max(...lawsOfWall(wallLaw).map((law) => law.temperature ?? 0));
     const wall = Math.sqrt((2 * warmest) / masses[0]);
-    this.topSpeed = 2 * Math.max(middle, wall);
+    this.topSpeed = 2 * Math.max(rootMeanSquare, wall);
     this.rate = Math.max(...size) / (Math.max(...speeds) || 1) / CROSSING; // s of the gas in a second
     this.arena = new Arena(find("arena"), viewOf(gas.scene.container), gas);
     if (this.scene.path !== undefined) this.arena.tag(this.scene.path);
     this.charts.show(gas, 6 * this.rate);
     this.controls.show(config);
     find("seed").value = config.seed;
-    find("length").value = config.collisions ?? "";
     find("length").placeholder = config.collisions === null ? `${config.time} s` : "";
-    this.complain("");
+    this.refuse("");
+    this.end("");
+    find("measured").textContent = "";
     this.nameSpeeds();
     this.showConfig();
     this.chartsAt = this.fitAt = 0;
     this.refresh();
   }
 
-  // An error about the scene, or an ending of the gas with what to do next.
-  complain(text, button = "") {
+  // An error about the scene that a user asks for; the gas stays as it is.
+  refuse(text) {
+    find("refusal").hidden = !text;
+    find("refusal").textContent = text;
+  }
+
+  // An ending of the gas, with what to do next.
+  end(text, button = "") {
     find("ending").hidden = !text;
     find("ending-text").textContent = text;
     find("continue").hidden = !button;
@@ -108,14 +122,15 @@ class LivePage {
 
   changed(control, value) {
     const config = structuredClone(this.config);
-    control.write(config, value);
-    const runs = this.gas.collisions > 0 && !this.gas.stop;
+    control.write(config, value, this.scene.config);
+    const runs = this.gas.collisions > 0 && !this.gas.stop && !(control.choices && this.gas.scene.slides);
     if (!control.live || !runs) {
       this.begin(config);
       return;
     }
     this.config = config;
     this.gas.setLaws(config);
+    this.refuse("");
     this.controls.show(config);
     this.showConfig();
     this.refresh();
@@ -124,6 +139,7 @@ class LivePage {
   play(wanted = !this.playing) {
     this.playing = wanted && !this.gas.stop;
     this.last = null;
+    say("");
     this.refresh();
   }
 
@@ -153,7 +169,7 @@ class LivePage {
   }
 
   advance(passed, deadline) {
-    const { gas } = this, speed = this.speeds[this.pace];
+    const { gas, speed } = this;
     if (this.pace === "time") {
       this.inTime = gas.advance(gas.time + passed * speed * this.rate, Infinity, deadline);
     } else {
@@ -164,19 +180,38 @@ class LivePage {
       this.inTime = done >= whole || Boolean(gas.stop);
       this.owed = this.inTime ? this.owed - whole : 0;
     }
+    gas.followSlide();
     if (gas.stop) this.ended();
   }
 
-  // The repeat has ended: says why, and how to continue.
+  // The repeat has ended: says why, and how to continue. The program's sentence also says what is saved.
   ended() {
     this.playing = false;
-    const { message } = this.gas.stop, way = this.gas.continuation;
-    const names = { on: "Continue", slide: "Continue: the ball slides", tc: "Continue: contacts have a duration" };
-    this.complain(`${message[0].toUpperCase()}${message.slice(1)}.`, way ? names[way] : "");
+    const message = this.gas.stop.message.replace(/; [^;]* saved$/, ""), way = this.gas.continuation;
+    this.end(`${message[0].toUpperCase()}${message.slice(1)}.`, way ? CONTINUATIONS[way] : "");
+  }
+
+  continue() {
+    const { gas } = this, way = gas.continuation;
+    if (way === "tc") this.begin({ ...this.config, collapse: { tc: TC } });
+    else {
+      // Where nothing can collide, only time goes on.
+      if (gas.stop.reason === NOTHING_LEFT) document.querySelector("input[name=pace][value=time]").click();
+      gas.continueWith(way);
+      this.end("");
+      this.showConfig();
+    }
+    this.play(true);
+  }
+
+  // The speed of the menu, which for real time depends on the gas.
+  get speed() {
+    const chosen = this.speeds[this.pace];
+    return chosen === "real" ? 1 / this.rate : chosen;
   }
 
   flashes() {
-    const { gas } = this, speed = this.speeds[this.pace], list = [];
+    const { gas, speed } = this, list = [];
     for (const { time, step, x, y, radius } of gas.contacts) {
       const since = this.pace === "time" ? (gas.time - time) / this.rate : gas.collisions - step;
       const age = since / speed / FLASH;
@@ -217,6 +252,7 @@ class LivePage {
       "between balls": `${pairEvents.toLocaleString("en")}, ${rate(means?.pairRate)}`,
       "mean temperature": means ? `${short(means.temperature)} J` : "–",
       "PV/NT": means && Number.isFinite(means.ratio) ? short(means.ratio) : "–",
+      [`speeds above ${FAST} √(2T/m)`]: `${short(100 * gas.shareAbove(FAST))} %`,
       "momentum": `(${small(across, gas)}, ${small(up, gas)}) kg m/s`,
       "angular momentum": `${short(gas.simulation.angularMomentum())} kg m²/s`,
     };
@@ -244,8 +280,7 @@ class LivePage {
     const { gas, config } = this, shown = gas.changed ? [] : gas.hashes, most = shown[shown.length - 1]?.[0];
     if (this.hashed === most) return;
     this.hashed = most;
-    let longer = most > (config.collisions ?? Infinity) ? ` -o collisions=${most}` : "";
-    if (gas.time > (config.time ?? Infinity)) longer = ` -o collisions=${most} -o time=${Math.ceil(gas.time)}`;
+    const longer = most > (config.collisions ?? Infinity) ? ` -o collisions=${most}` : "";
     find("run").textContent = `snooker run gas.yaml${longer}`;
     const rows = shown.flatMap(([count, hash]) => [
       element("dt", { textContent: count.toLocaleString("en") }), element("dd", { textContent: hash }),
@@ -258,17 +293,15 @@ class LivePage {
   // The menu says what each speed is at this pace.
   nameSpeeds() {
     const byStep = this.pace === "events", speeds = SPEEDS[this.pace];
-    const real = 1 / this.rate, names = speeds.map((speed) => {
+    const names = speeds.map((speed) => {
       if (byStep) return `${speed.toLocaleString("en")} collision${speed === 1 ? "" : "s"} per second`;
       return `${fraction(speed)} (${short(speed * this.rate, 2)} s per second)`;
     });
     find("speed").replaceChildren(...names.map((name, k) => new Option(name, String(speeds[k]))));
     if (!byStep) {
-      find("speed").append(new Option("real time", String(real)));
+      find("speed").append(new Option("real time", "real"));
       find("speed").lastChild.dataset.aside = "true";
     }
-    const isThere = [...find("speed").options].some(({ value }) => Number(value) === this.speeds[this.pace]);
-    if (!isThere) this.speeds[this.pace] = NORMAL[this.pace];
     find("speed").value = String(this.speeds[this.pace]);
   }
 
@@ -295,16 +328,11 @@ class LivePage {
     if (!starts) return;
     const config = structuredClone(this.config);
     if (length) Object.assign(config, { collisions: length, time: config.collisions === null ? null : config.time });
-    this.config = { ...this.config, collisions: config.collisions, time: config.time };
-    this.showConfig();
     const source = `${find("engine").textContent}\n(${worker})();`;
-    const url = URL.createObjectURL(new Blob([source], { type: "text/javascript" })), results = [];
-    this.worker = new Worker(url);
+    const results = [], end = (text) => this.endMeasurement(text);
+    this.workerUrl = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
+    this.worker = new Worker(this.workerUrl);
     this.measuring(true);
-    const end = (text) => {
-      URL.revokeObjectURL(url);
-      this.endMeasurement(text);
-    };
     this.worker.onmessage = ({ data }) => {
       if (data.error) {
         end(data.error);
@@ -330,7 +358,7 @@ class LivePage {
     if (!whole) refusal.textContent = "Give 5 to 500 starts.";
     else if (!(text === "" ? this.config.collisions === null : inRange)) {
       refusal.textContent = `Give 10 to ${LONGEST.toLocaleString("en")} collisions.`;
-    } else if (this.config.balls.list) {
+    } else if (this.config.balls.list && this.gas.scene.wallKey === null) {
       refusal.textContent = "All starts are the same, because each ball has a given velocity. Choose another scene.";
     } else return { starts, length };
     return {};
@@ -344,6 +372,7 @@ class LivePage {
 
   endMeasurement(text) {
     this.worker.terminate();
+    URL.revokeObjectURL(this.workerUrl);
     this.measuring(false);
     find("measured").textContent = text;
   }
@@ -385,16 +414,12 @@ class LivePage {
     find("play").onclick = () => this.play();
     find("forth").onclick = () => this.step();
     find("restart").onclick = () => this.restart();
-    find("continue").onclick = () => {
-      this.gas.continueWith(this.gas.continuation);
-      this.complain("");
-      this.showConfig();
-      this.play(true);
-    };
+    find("continue").onclick = () => this.continue();
     find("seed").onchange = () => {
-      const seed = Number(find("seed").value);
-      if (Number.isSafeInteger(seed) && seed >= 0) this.begin({ ...this.config, seed });
-      else say("Give a whole number of 0 or more as the seed.");
+      const text = find("seed").value, seed = Number(text), most = Number.MAX_SAFE_INTEGER.toLocaleString("en");
+      if (text !== "" && Number.isSafeInteger(seed) && seed >= 0) this.begin({ ...this.config, seed });
+      else if (text !== "") this.refuse(`Give a whole number from 0 to ${most} as the seed.`);
+      find("seed").value = this.config.seed;
     };
     find("log").onchange = () => { this.charts.log = find("log").checked; this.redraw(); };
     find("again").onclick = () => { this.gas.forgetMeans(); this.redraw(); };
@@ -403,7 +428,11 @@ class LivePage {
     find("cancel").onclick = () => this.endMeasurement("Cancelled.");
     find("copy-config").onclick = () => copy(find("yaml").textContent, "The config is copied.");
     find("save-config").onclick = () => save(new Blob([find("yaml").textContent], { type: "text/yaml" }), "gas.yaml");
-    find("speed").onchange = () => { this.speeds[this.pace] = Number(find("speed").value); this.refresh(); };
+    find("speed").onchange = () => {
+      const { value } = find("speed");
+      this.speeds[this.pace] = value === "real" ? value : Number(value);
+      this.refresh();
+    };
     find("colours").onchange = () => { this.relative = find("colours").value === "relative"; this.refresh(); };
     for (const button of document.getElementsByName("pace")) button.onchange = () => this.setPace(button.value);
     find("arena").onclick = (event) => {

@@ -31,7 +31,6 @@ class Meter {
     this.time = simulation.time;
     this.energyTime = 0; // J s, the integral of the balls' energy
     this.read();
-    this.startEnergy = this.totalEnergy;
   }
 
   read() {
@@ -183,17 +182,19 @@ const MEASURED = ["temperature", "pressure", "ratio", "k", "alpha", "left"];
 function tableRow(config, results) {
   const scene = startingScene(config, 0), [width] = scene.container.size;
   const law = wallsOf(scene.container) ? scene.wallLaw : {}; // one with a temperature has no CoR
+  const hasOneCor = [scene.pairLaw, law].every(({ word }) => word !== "viscoelastic"); // at all speeds
   const row = {
     title: config.title ?? null, starts: results.length, early: results.filter(({ early }) => early).length,
     N: scene.radii.length, r: scene.radii[scene.radii.length - 1], mass: scene.masses[scene.radii.length - 1],
-    R: scene.container.shape === "circle" ? width / 2 : width,
+    R: scene.container.shape === "circle" ? width / 2 : null, width: scene.container.shape === "circle" ? null : width,
     cor: config.cor, wallCor: law.cor ?? null, container: scene.container,
     packing: packingOf(scene), seed: config.seed,
     wallTemperature: law.temperature ?? null, wallSpeed: law.speed ?? null,
     ...Object.fromEntries(SIDES.flatMap((side) => [
       [`${side}Temperature`, law[side]?.temperature ?? null], [`${side}Speed`, law[side]?.speed ?? null],
     ])),
-    containerMass: scene.containerMass, equal: isEqual(scene), cools: !isWarm(scene) && !energyKept(scene),
+    containerMass: scene.containerMass, hasTheory: isEqual(scene) && hasOneCor,
+    cools: !isWarm(scene) && !energyKept(scene),
   };
   for (const name of MEASURED) {
     [row[name], row[`${name}Error`]] = meanAndError(results.map((result) => result[name]));

@@ -47,7 +47,8 @@ def live_page(loaded: Loaded) -> str:
 
     Raises ``ConfigError`` for a scene that cannot exist, or that the page cannot show.
     """
-    experiment = loaded.points()[0].experiment
+    points = loaded.points()
+    experiment = points[0].experiment
     if experiment.seed > MOST_SEED:
         sentence = f"the live page has seeds up to {MOST_SEED}; give a smaller one"
         raise loaded.error("seed", sentence)
@@ -62,7 +63,9 @@ def live_page(loaded: Loaded) -> str:
     own = {
         "name": "own",
         "title": experiment.title or "own scene",
-        "about": "The scene of the config that this page was made from.",
+        "about": "The scene of the config that this page was made from."
+        if len(points) == 1
+        else f"The first of {len(points):,} points of the config that this page was made from.",
         # A run of it has hashes of its collisions only if they are recorded.
         "config": json.loads(configs.to_json(experiment)) | {"record": "events"},
     }

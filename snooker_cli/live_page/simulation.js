@@ -23,20 +23,26 @@ class Simulation {
   constructor(scene, limits = {}, options = {}) {
     const { collisions, time } = limits;
     this.scene = scene;
+    this.engineName = options.engine;
     this.wanted = collisions ?? NO_LIMIT;
     this.timeLimit = time ?? Infinity;
     this.state = new State(scene, this.timeLimit);
-    const few = options.engine ? options.engine === "allpairs" : usesAllPairs(scene);
-    this.engine = few ? new AllPairs(this.state) : new Cells(scene, this.state);
     this.number = this.state.number;
+    this.predictAll();
     this.epochLength = Math.max(LEAST_EPOCH_EVENTS, EPOCH_EVENTS_PER_BALL * this.number);
     this.time = 0;
+    this.reached = 0; // s; no event is before, if the last call of ``advance`` gave none
     this.stop = null;
-    this.changed = false;
     this.eventCount = 0;
     this.makeRoom(1024);
     this.out = new Float64Array(2);
     this.hash = options.hash ? new EventHash() : null;
+  }
+
+  predictAll() {
+    const { scene, state, engineName } = this;
+    const few = engineName ? engineName === "allpairs" : usesAllPairs(scene);
+    this.engine = few ? new AllPairs(state) : new Cells(scene, state);
   }
 
   makeRoom(events) {
@@ -66,6 +72,7 @@ class Simulation {
       const now = engine.nextEvent(until - sums[EPOCH]);
       if (now === NEVER) return this.end(NOTHING_LEFT);
       if (now > sums[TIME_LIMIT]) return this.end(TIME);
+      this.reached = Math.min(sums[EPOCH] + now, until);
       if (!(sums[EPOCH] + now <= until)) return null;
       if (engine.j < NO_PARTNER) {
         const endless = boundary.periodY < Infinity && this.timeLimit === Infinity;
@@ -128,7 +135,29 @@ class Simulation {
   setLaws(pairLaw, wallLaw) {
     Object.assign(this.scene, { pairLaw, wallLaw });
     this.state.setLaws(lawOf(pairLaw), lawOf(wallLaw));
-    this.changed = true;
+  }
+
+  /** Continue after an end, without a limit of time.
+   *
+   * rules : fields of the scene that differ from now on, such as ``slides``; null for none
+   */
+  continueWith(rules = null) {
+    const { state, number, time } = this;
+    this.stop = null;
+    this.timeLimit = state.sums[TIME_LIMIT] = Infinity;
+    if (rules === null) return;
+    const positions = new Float64Array(2 * number), velocities = new Float64Array(2 * number);
+    for (let ball = 0; ball < number; ball += 1) {
+      positions.set(this.positionOf(ball, time), 2 * ball);
+      velocities.set(this.velocityOf(ball, time), 2 * ball);
+    }
+    const containerPosition = [...this.positionOf(number, time)];
+    const containerVelocity = [...this.velocityOf(number, time)];
+    const now = { ...rules, positions, velocities, containerPosition, containerVelocity };
+    this.scene = { ...this.scene, ...now };
+    this.state = new State(this.scene, Infinity);
+    this.state.takeOver(state);
+    this.predictAll();
   }
 
   // The state at a time, s, that is not before the last event. Ball number N is the container.

@@ -8,7 +8,8 @@ const COLUMNS = [
   { key: "starts", text: "starts" },
   { key: "N", text: "N", axis: true },
   { key: "r", text: "r", unit: "m", axis: true },
-  { key: "R", text: "R", unit: "m", axis: true, help: "radius of the circle, or width" },
+  { key: "R", text: "R", unit: "m", axis: true, rare: true, help: "radius of the container" },
+  { key: "width", text: "width", unit: "m", axis: true, rare: true, help: "width of the container" },
   { key: "cor", text: "CoR", axis: true },
   { key: "packing", text: "packing", axis: true, help: "area of the balls over that of the container" },
   { key: "temperature", text: "T", unit: "J", measured: true, axis: true },
@@ -16,6 +17,8 @@ const COLUMNS = [
   { key: "ratio", text: "PV/NT", measured: true, axis: true },
   { key: "k", text: "k", unit: "1/s", measured: true, axis: true, rare: true, help: "decay constant of the energy" },
   { key: "alpha", text: "α", unit: "1/s", measured: true, axis: true, rare: true, help: "constant of Haff’s law" },
+  { key: "ratioTheory", text: "PV/NT of hard disks", rare: true, help: "theory" },
+  { key: "alphaTheory", text: "α of Haff’s law", unit: "1/s", rare: true, help: "theory, with Enskog’s rates" },
   { key: "early", text: "ended early", rare: true, help: "in a wall trap or a collapse" },
   { key: "wallCor", text: "wall CoR", axis: true, varied: true },
   { key: "wallTemperature", text: "wall T", unit: "J", axis: true, varied: true },
@@ -27,19 +30,20 @@ const COLUMNS = [
   { key: "seed", text: "seed", varied: true },
 ];
 
+const HAFF = "Haff’s law, Enskog’s rates";
 const ALONE = 9; // px: half of the line of a theory that is known at one row only
 
 // The theories of a column: name, colour, dashes, and the value for a row, null where there is none.
 function theoriesOf(key, fluid) {
   const ideal = (row) => (row.N * row.temperature) / areaOf(row.container);
-  const disks = (row) => (row.equal ? fluid.ratio(row.N, row.r, row.container, row.cor) : null);
+  const disks = (row) => (row.hasTheory ? fluid.ratio(row.N, row.r, row.container, row.cor) : null);
   return {
     pressure: [
       ["ideal gas", "soft", DOTS, ideal],
       ["hard disks", "ink", DASHES, (row) => (disks(row) === null ? null : disks(row) * ideal(row))],
     ],
     ratio: [["ideal gas", "soft", DOTS, () => 1], ["hard disks", "ink", DASHES, disks]],
-    alpha: [["Haff’s law, Enskog’s rates", "ink", DASHES, (row) => (row.equal && row.cools ? fluid.haffRate({
+    alpha: [[HAFF, "ink", DASHES, (row) => (row.hasTheory && row.cools ? fluid.haffRate({
       ...row, number: row.N, radius: row.r, temperature: row.startTemperature,
     }) : null)]],
   }[key] ?? [];
@@ -48,7 +52,7 @@ function theoriesOf(key, fluid) {
 // A row between two: its numbers, of which theories are made, are between theirs.
 function between(first, second, part) {
   const mix = (a, b) => a + part * (b - a), row = { ...first };
-  for (const key of ["r", "R", "cor", "wallCor", "packing", "temperature", "startTemperature"]) {
+  for (const key of ["r", "cor", "wallCor", "packing", "temperature", "startTemperature"]) {
     row[key] = mix(first[key], second[key]);
   }
   row.N = Math.round(mix(first.N, second.N));
@@ -76,12 +80,12 @@ class Table {
     this.fluid = fluid;
     this.rows = [];
     this.plot = new Panels(find("plot"), [{ name: "", foot: true }]);
-    for (const [menu, chosen] of [["plot-x", "packing"], ["plot-y", "ratio"]]) {
-      for (const { key, text, unit } of COLUMNS.filter(({ axis }) => axis)) {
-        find(menu).append(new Option(unit ? `${text} (${unit})` : text, key));
-      }
-      find(menu).value = chosen;
-      find(menu).onchange = () => this.draw();
+    this.axes = { "plot-x": "packing", "plot-y": "ratio" };
+    for (const menu of Object.keys(this.axes)) {
+      find(menu).onchange = () => {
+        this.axes[menu] = find(menu).value;
+        this.draw();
+      };
     }
     find("clear-table").onclick = () => {
       this.rows = [];
@@ -94,8 +98,22 @@ class Table {
   }
 
   add(row) {
+    const theory = (key, name) => theoriesOf(key, this.fluid).find(([title]) => title === name)[3](row);
+    row.ratioTheory = theory("ratio", "hard disks");
+    row.alphaTheory = theory("alpha", HAFF);
     this.rows.push(row);
     this.show();
+  }
+
+  // The menus offer the columns that the table has.
+  showAxes() {
+    for (const [menu, chosen] of Object.entries(this.axes)) {
+      const axes = this.columns.filter(({ axis }) => axis);
+      find(menu).replaceChildren(...axes.map(({ key, text, unit }) =>
+        new Option(unit ? `${text} (${unit})` : text, key)));
+      const isThere = axes.some(({ key }) => key === chosen);
+      find(menu).value = isThere ? chosen : axes[0].key;
+    }
   }
 
   get columns() {
@@ -122,6 +140,7 @@ class Table {
     find("table").replaceChildren(element("thead"), element("tbody"));
     find("table").tHead.append(head);
     find("table").tBodies[0].append(...body);
+    this.showAxes();
     this.draw();
   }
 
@@ -131,7 +150,8 @@ class Table {
       const heading = unit ? `${text} (${unit})` : text;
       return measured ? [[heading, key], [`error of ${text}`, `${key}Error`]] : [[heading, key]];
     });
-    const known = (value) => (Number.isFinite(value) || typeof value === "string" ? String(value) : "");
+    const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    const known = (value) => (Number.isFinite(value) || typeof value === "string" ? quoted(String(value)) : "");
     const rows = this.rows.map((row) => columns.map(([, key]) => known(row[key])));
     const lines = [columns.map(([heading]) => heading), ...rows];
     return lines.map((cells) => `${cells.join(comma)}\n`).join("");
@@ -163,11 +183,14 @@ class Table {
     for (const { colour, dash, pieces } of shown) {
       pen.strokeStyle = paint(colour);
       for (const piece of pieces) {
-        pen.setLineDash(piece.length > 1 ? dash.line : []);
+        pen.setLineDash(dash.line);
         pen.beginPath();
         for (const [at, value] of piece) pen.lineTo(across(at), up(value));
         const [[at, value]] = piece; // one alone is a short line
-        if (piece.length === 1) pen.rect(across(at) - ALONE, up(value), 2 * ALONE, 0);
+        if (piece.length === 1) {
+          pen.moveTo(across(at) - ALONE, up(value));
+          pen.lineTo(across(at) + ALONE, up(value));
+        }
         pen.stroke();
       }
     }

@@ -3,7 +3,7 @@
 
 const RIGHT_MARGIN = 12; // px to the right of a curve
 const DASHES = { line: [6, 4], text: "- -" }, DOTS = { line: [1.5, 3], text: "···" };
-const HALO = 4; // px: the paper around a name, so that one can read it on a curve
+const VEIL = 0.8; // how much of a curve the paper behind a name hides
 const BIN = 0.2, BINS = 15; // of speeds over √(2T/m); the last bin has all faster balls
 const MOST_SHARE = 0.25; // of the balls in a bin, at the top of the panel
 
@@ -152,11 +152,13 @@ class Panels {
     pen.textBaseline = low ? "bottom" : "top";
     const down = (0.4 + 1.3 * line) * this.size;
     const y = low ? panel.bottom - down : panel.head + this.gap + down;
-    pen.strokeStyle = paint("paper");
-    pen.lineWidth = HALO;
-    pen.lineJoin = "round";
-    pen.strokeText(text, panel.right, y, panel.right - this.left);
-    pen.fillText(text, panel.right, y, panel.right - this.left);
+    const colour = pen.fillStyle, room = panel.right - this.left, wide = Math.min(pen.measureText(text).width, room);
+    pen.fillStyle = paint("paper");
+    pen.globalAlpha = VEIL;
+    pen.fillRect(panel.right - wide - 3, low ? y - 1.2 * this.size : y - 1, wide + 3, 1.2 * this.size);
+    pen.globalAlpha = 1;
+    pen.fillStyle = colour;
+    pen.fillText(text, panel.right, y, room);
   }
 
   // The steps of a histogram of speeds, filled or as a line.

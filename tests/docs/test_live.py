@@ -33,12 +33,11 @@ rings.map((number) => {
   const config = JSON.parse(JSON.stringify(configOf(scene)));
   Object.assign(config, { cor: 1, wall_cor: 1 });
   config.balls.rings = number;
-  const gas = new Gas(config), first = Math.round(above / BIN);
+  const gas = new Gas(config);
   const percent = (share) => `${short(100 * share, 2)} %`;
   gas.advance(Infinity, collisions);
-  const share = gas.counts.slice(first).reduce((sum, count) => sum + count, 0) / gas.sampled;
   const fixed = (1 - above ** 2 / gas.number) ** (gas.number - 1);
-  return [String(gas.number), percent(share), percent(fixed), percent(Math.exp(-(above ** 2)))];
+  return [String(gas.number), percent(gas.shareAbove(above)), percent(fixed), percent(Math.exp(-(above ** 2)))];
 })
 """
 

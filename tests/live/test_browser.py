@@ -77,11 +77,11 @@ CONTROL = """
   type("radius", "");
   seen.emptied = [field("radius").value, live.gas.radii[0]];
   type("radius", 5);
-  seen.error = [text("ending-text"), find("ending").hidden, live.gas.radii[0]];
+  seen.error = [text("refusal"), find("refusal").hidden, live.gas.radii[0], field("radius").value];
   const slider = field("speed").previousSibling;
   slider.value = 1;
   slider.oninput();
-  seen.slider = [live.config.balls.speed, find("ending").hidden];
+  seen.slider = [live.config.balls.speed, find("refusal").hidden];
   type("container-mass", "");
   seen.fixed = [live.config.container.mass, field("wall").value];
   field("wall").value = "warm";
@@ -121,7 +121,7 @@ def test_sliders_change_the_gas(opened: Opened) -> None:
     assert "radius: 0.9" in seen["yaml"]
     assert seen["emptied"] == ["0.9", 0.9]
     assert seen["error"][0].startswith("rings: 3 with balls of radius 5 m are too large")
-    assert seen["error"][1:] == [False, 0.9]
+    assert seen["error"][1:] == [False, 0.9, "0.9"]
     assert seen["slider"] == [100, True]
     assert seen["fixed"] == [None, "passive"]
     assert seen["warm"] == [5000, "thermal", False]

@@ -174,24 +174,31 @@ def test_galperins_billiard_counts_digits_of_pi(
         })()""",
         mass=mass,
     )
-    assert seen == [digits, 15, "end", "on", True, False]
+    assert seen == [digits, 15, "time", "on", True, True]
 
 
 def test_a_trapped_ball_slides_on(javascript: LiveScripts) -> None:
-    """It keeps the energy that the trap leaves it: that of its motion along the wall."""
-    reason, way, before, after, changed = javascript.value(
+    """It keeps the energy that the trap leaves it: that of its motion along the wall, at r = 9 m."""
+    reason, way, before, after, changed, time, distance, parts = javascript.value(
         """(() => {
           const gas = new Gas(configOf("trap"));
           gas.advance(Infinity);
           const { reason } = gas.stop, way = gas.continuation, { scene } = gas;
           const [x, y] = gas.place(0, gas.time), [u, v] = gas.simulation.velocityOf(0);
           const along = (x * v - y * u) ** 2 / (x * x + y * y) / 2 * scene.masses[0];
+          gas.path(0);
           gas.continueWith(way);
-          gas.advance(60);
-          return [reason, way, along, gas.meter.energy, gas.changed];
+          for (let t = 50; t <= 60; t += 1) {
+            gas.advance(t);
+            gas.followSlide();
+          }
+          const distance = Math.hypot(...gas.place(0, gas.time)), parts = gas.course.slice(-10);
+          return [reason, way, along, gas.meter.energy, gas.changed, gas.time, distance, parts];
         })()"""
     )
-    assert (reason, way, changed) == ("wall_trap", "slide", True)
+    assert (reason, way, changed, time) == ("wall_trap", "slide", True, 60)
+    assert distance == pytest.approx(9.0, rel=1e-12)
+    assert [part[0] for part in parts] == list(range(51, 61))  # its path is along the wall
     assert after == pytest.approx(before, rel=1e-9)
 
 
@@ -212,7 +219,7 @@ def test_a_slider_changes_the_laws_from_then_on(javascript: LiveScripts) -> None
 
 
 def test_a_gas_whose_next_collision_is_far_ahead_can_wait(javascript: LiveScripts) -> None:
-    """Two fast balls in a periodic box meet after 10⁹ s: a call ends before, at the same time."""
+    """Two fast balls in a periodic box meet after 10⁹ s: a call ends at a time before."""
     balls = [
         {"position": [0.0, y], "velocity": [1.0, -1e-9 * y], "radius": 0.1} for y in (-1.0, 1.0)
     ]
@@ -223,14 +230,15 @@ def test_a_gas_whose_next_collision_is_far_ahead_can_wait(javascript: LiveScript
         "collisions": 10,
     }
     complete = json.loads(configs.to_json(configs.load(config).experiment))
-    waiting, place = javascript.value(
+    waiting, time, place = javascript.value(
         """(() => {
           const gas = new Gas(config);
-          const waiting = [gas.advance(Infinity, 1), gas.time, gas.collisions, gas.stop];
-          gas.advance(1);
-          return [waiting, gas.place(0, gas.time)];
+          const waiting = [gas.advance(Infinity, 1), gas.collisions, gas.stop], { time } = gas;
+          gas.advance(time + 1);
+          return [waiting, time, gas.place(0, time)];
         })()""",
         config=complete,
     )
-    assert waiting == [False, 0, 0, None]
-    assert place == pytest.approx([1.0, -1.0], abs=1e-8)
+    assert waiting == [False, 0, None]
+    assert 1e5 < time < 1e9
+    assert place == pytest.approx([(time + 2.5) % 5 - 2.5, -1.0 + 1e-9 * time], abs=1e-8)

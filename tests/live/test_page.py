@@ -104,6 +104,29 @@ def test_the_program_gives_the_hash_of_the_page(name: str, javascript: LiveScrip
     assert event_hashes([events])[-1][1] == shown
 
 
+@pytest.mark.parametrize(
+    ("time", "collapse"),
+    [(5.0, "stop"), (7.0, "stop"), (7.3, "stop"), (7.0, "slide"), (8.0, "slide")],
+)
+def test_a_time_decides_what_is_a_trap(time: float, collapse: str, javascript: LiveScripts) -> None:
+    """A ball is trapped only if its bounces end before: the page ends as the program does."""
+    config = next(scene["config"] for scene in SCENES if scene["name"] == "trap")
+    config = config | {"time": time, "collapse": collapse}
+    seen = javascript.value(
+        """(() => {
+          const gas = new Gas(config);
+          gas.advance(Infinity);
+          return [gas.stop.reason, gas.time, gas.hashes[0]];
+        })()""",
+        config=config,
+    )
+    experiment = configs.validated(config)
+    limits = {"collisions": experiment.collisions, "time": time}
+    trace = simulate(starting_scene(experiment, 0), **limits)
+    assert trace.events is not None
+    assert seen == [trace.stop.reason, trace.stop.time, list(event_hashes([trace.events])[-1])]
+
+
 @pytest.mark.parametrize("name", [scene["name"] for scene in SCENES])
 def test_the_config_on_the_page_is_that_of_the_scene(name: str, javascript: LiveScripts) -> None:
     """Read by `snooker run`, its text gives the same digest; also with numbers of all sizes."""
