@@ -97,7 +97,7 @@ class GasCharts extends Panels {
     const ratio = isEqual(scene) && scene.pairLaw.word === "constant"
       ? this.fluid.ratio(gas.number, scene.radii[0], scene.container, scene.pairLaw.cor) : null;
     const add = (name, colour, dash) => all.push({ name, colour, dash, values: [] }) && all[all.length - 1].values;
-    const wall = wallsOf(scene.container) ? add("at the wall", "third") : null;
+    const wall = hasWalls(scene.container) ? add("at the wall", "third") : null;
     const virial = gas.number > 1 ? add("by the virial", "first") : null;
     const ideal = add("ideal gas", "soft", DOTS), disks = ratio === null ? null : add("hard disks", "ink", DASHES);
     for (const row of rows) {
@@ -148,7 +148,7 @@ class GasCharts extends Panels {
     if (fixed) {
       pen.setLineDash(DOTS.line);
       pen.strokeStyle = paint("first");
-      this.density(pen, panel, fixedEnergyDensity(wallsOf(gas.scene.container) ? gas.number : gas.number - 1));
+      this.density(pen, panel, fixedEnergyDensity(hasWalls(gas.scene.container) ? gas.number : gas.number - 1));
     }
     pen.setLineDash([]);
     this.heading(pen, panel, [[paint("second"), `T = ${short(now.temperature)} J`]]);

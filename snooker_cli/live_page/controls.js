@@ -1,8 +1,7 @@
 // The sliders of the scene: what each reads and changes in a config, and where it fits.
 "use strict";
 
-const hasWall = ({ container }) => container.shape !== "periodic";
-const wallIs = (...types) => (config) => hasWall(config) && types.includes(wallType(config));
+const wallIs = (type) => (config) => hasWalls(config.container) && wallType(config) === type;
 const isCircle = ({ container }) => (container.shape ?? "circle") === "circle";
 
 // How a key of a config, or of its balls, is read and written.
@@ -86,7 +85,7 @@ const CONTROLS = [
     fits: () => true, ...ofConfig("cor") },
   { id: "wall-cor", label: "CoR of the wall", low: 0, high: 1, step: 0.01, live: true,
     help: "Coefficient of restitution at the wall.",
-    fits: (config) => hasWall(config) && rebounds(config), read: (config) => config.wall_cor ?? config.cor,
+    fits: (config) => hasWalls(config.container) && rebounds(config), read: (config) => config.wall_cor ?? config.cor,
     write: (config, value) => { config.wall_cor = value; } },
   { id: "packing", label: "packing", low: 0.01, high: 0.75, step: 0.01,
     help: "Area of the balls over the area of the container.",
@@ -112,7 +111,7 @@ const CONTROLS = [
       ...(sidesOf(config).length ? { sides: "sides that differ" } : {}),
     }),
     help: "A driven wall moves inwards when it is hit. Balls leave a wall with a temperature at random.",
-    fits: (config) => hasWall(config) && config.container.mass === null, read: wallType, write: setWall },
+    fits: ({ container }) => hasWalls(container) && container.mass === null, read: wallType, write: setWall },
   ...WALLS.map(({ key, type, ...wall }) => ({ ...wall, fits: wallIs(type), ...ofConfig(key) })),
 ];
 
@@ -215,8 +214,3 @@ function valueOnSlider({ low, high, step, log, none }, part) {
 
 const placeOnSlider = ({ low, high, log }, value) =>
   log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
-
-// An element with properties.
-function element(tag, properties = {}) {
-  return Object.assign(document.createElement(tag), properties);
-}

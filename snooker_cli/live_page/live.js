@@ -3,7 +3,6 @@
 
 const content = JSON.parse(find("data").textContent);
 const BUDGET = 10; // ms of a frame in which the gas is simulated
-const CROSSING = 6; // s in which a ball crosses the container at speed 1
 const LONGEST = 200000; // collisions of a start that is measured: 20 MB
 const CHARTS_EVERY = 50, FIT_EVERY = 300; // ms
 const SPEEDS = { time: [0.125, 0.25, 0.5, 1, 2, 4, 8, 16, 64], events: [1, 5, 20, 100, 1000, 10000, 100000] };
@@ -40,22 +39,20 @@ function viewOf({ shape, size: [width, height] }) {
     ? Array.from({ length: corners }, (_, k) => [radius * Math.cos(k * angle), radius * Math.sin(k * angle)])
     : [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [(x * width) / 2, (y * height) / 2]);
   const margin = 0.03 * Math.max(width, height), reach = [width / 2 + margin, height / 2 + margin];
-  const periodic = shape === "periodic" || shape === "channel", hasWall = shape !== "periodic";
-  return { outline, periodic, hasWall, size: [width, height],
+  const periodic = shape === "periodic" || shape === "channel";
+  return { outline, periodic, hasWall: shape !== "periodic", size: [width, height],
     extent: [-reach[0], reach[0], -reach[1], reach[1]], follow: true, colours: content.colours };
 }
 
-class LivePage {
+class LivePage extends Showing {
   constructor() {
+    super();
     this.fluid = new Fluid(content.theory);
     this.charts = new GasCharts(find("charts"), this.fluid);
     this.table = new Table(this.fluid);
     this.controls = new Controls(find("controls"), (control, value) => this.changed(control, value));
     this.pace = "time";
     this.speeds = { ...NORMAL };
-    this.relative = false;
-    this.playing = false;
-    this.waiting = false;
     this.listen();
   }
 
@@ -150,26 +147,9 @@ class LivePage {
     this.refresh();
   }
 
-  refresh() {
-    if (this.waiting) return;
-    this.waiting = true;
-    requestAnimationFrame((now) => this.frame(now));
-  }
-
-  // One frame: simulates as far as the time since the last one asks, draws, and asks for the next.
-  frame(now) {
-    this.waiting = false;
-    if (this.playing) {
-      const passed = this.last === null ? 0 : Math.min((now - this.last) / 1000, 0.1);
-      this.last = now;
-      this.advance(passed, Date.now() + BUDGET);
-    }
-    this.draw(now);
-    if (this.playing) this.refresh();
-  }
-
-  advance(passed, deadline) {
-    const { gas, speed } = this;
+  // Simulates as far as the time since the last frame asks.
+  advance(passed) {
+    const { gas, speed } = this, deadline = Date.now() + BUDGET;
     if (this.pace === "time") {
       this.inTime = gas.advance(gas.time + passed * speed * this.rate, Infinity, deadline);
     } else {
@@ -257,7 +237,7 @@ class LivePage {
       "angular momentum": `${short(gas.simulation.angularMomentum())} kg m²/s`,
     };
     if (this.inTime === false) numbers.speed = "as fast as this computer can";
-    if (!wallsOf(gas.scene.container)) delete numbers["collisions at the wall"];
+    if (!hasWalls(gas.scene.container)) delete numbers["collisions at the wall"];
     find("numbers").replaceChildren(...Object.entries(numbers).map(([name, value]) => {
       const group = element("div");
       group.append(element("dt", { textContent: name }), element("dd", { textContent: value }));
@@ -391,9 +371,8 @@ class LivePage {
       starts: "How many random starts are simulated: more give smaller errors.",
       length: "After how many collisions each of them ends.",
       log: "A logarithmic axis shows an exponential decay as a straight line.",
-      colours: "Colours by speed, or by speed over the mean speed of now.",
       speed: "How much time, or how many collisions, pass in a second.",
-      forth: "Goes to the next collision.", play: "Starts or pauses the gas.", full: "Full screen (F).",
+      forth: "Goes to the next collision.", play: "Starts or pauses the gas.",
       measure: "Simulates the scene from several starts and adds a row to the table.",
       cancel: "Ends the measurement.",
       again: "Begins the means, the rates and the histogram of speeds again, for example when a gas is steady.",
@@ -411,7 +390,6 @@ class LivePage {
         if (sentence) find("hint").textContent = sentence;
       });
     }
-    find("play").onclick = () => this.play();
     find("forth").onclick = () => this.step();
     find("restart").onclick = () => this.restart();
     find("continue").onclick = () => this.continue();
@@ -433,8 +411,6 @@ class LivePage {
       this.speeds[this.pace] = value === "real" ? value : Number(value);
       this.refresh();
     };
-    find("colours").onchange = () => { this.relative = find("colours").value === "relative"; this.refresh(); };
-    for (const button of document.getElementsByName("pace")) button.onchange = () => this.setPace(button.value);
     find("arena").onclick = (event) => {
       const ball = this.arena.ballAt(event.offsetX, event.offsetY);
       if (ball === null) this.play();
@@ -446,14 +422,9 @@ class LivePage {
     phone.addEventListener("change", fold);
     fold();
     followScreen(() => this.redraw());
-    listenToKeys({
-      " ": () => this.play(),
+    this.listenToAll({
       ArrowRight: () => this.step(),
-      ArrowUp: () => faster(find("speed"), 1),
-      ArrowDown: () => faster(find("speed"), -1),
       r: () => this.restart(),
-      e: () => document.querySelector("input[name=pace]:not(:checked)").click(),
-      f: () => { if (document.fullscreenEnabled) fullScreen(); },
     }, "select, input, pre, .scroll, button.text");
   }
 

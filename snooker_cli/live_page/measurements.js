@@ -11,13 +11,12 @@ const relaxing = (number, ofABall = RELAXING) => (number > 1 ? Math.ceil((ofABal
 
 const energyKept = ({ pairLaw, wallLaw, container, positions }) => {
   const alone = positions.length === 2;
-  const laws = [...(alone ? [] : [pairLaw]), ...(wallsOf(container) ? [wallLaw] : [])];
+  const laws = [...(alone ? [] : [pairLaw]), ...(hasWalls(container) ? [wallLaw] : [])];
   return laws.every((law) => law.word === "constant" && law.cor === 1);
 };
 
-const isWarm = ({ wallLaw, container }) => wallsOf(container) && givesEnergy(wallLaw);
+const isWarm = ({ wallLaw, container }) => hasWalls(container) && givesEnergy(wallLaw);
 
-const lawsOfWall = (law) => (law.word === "sides" ? SIDES.map((side) => law[side]) : [law]);
 const givesEnergy = (law) => lawsOfWall(law).some(({ word }) => word === "thermal" || word === "driven");
 
 // Follows a simulation, event by event: its energies and what has added up since the start.
@@ -62,7 +61,7 @@ class Meter {
     const wall = (to.wallImpulse - from.wallImpulse) / (this.wallLength * length);
     const virial = (energy + (to.pairVirial - from.pairVirial) / (2 * length)) / this.area;
     const temperature = energy / this.number;
-    const pressure = wallsOf(this.scene.container) ? wall : virial;
+    const pressure = hasWalls(this.scene.container) ? wall : virial;
     return {
       temperature, wall, virial, pressure, length, ideal: energy / this.area, ratio: (pressure * this.area) / energy,
       wallRate: (to.wallEvents - from.wallEvents) / length, pairRate: (to.pairEvents - from.pairEvents) / length,
@@ -141,21 +140,18 @@ function measureRepeat(config, repeat) {
       sums.push(meter.sums());
     }
   }
-  const end = stop.time, calm = stop.reason === "collapse" && times.length > 1 ? -1 : undefined;
+  const end = stop.time, collapses = stop.reason === COLLAPSE && times.length > 1;
   const decay = energies.map((energy) => energy / energies[0]), cools = !energyKept(scene) && !isWarm(scene);
-  const rows = sums.slice(0, calm); // without the collisions of a collapse, which are all at its end
+  const rows = collapses ? sums.slice(0, -1) : sums; // without its collisions, which are all at the end
   const whole = { ...rows[rows.length - 1], time: end };
-  whole.energyTime += calm ? 0 : meter.energy * (end - meter.time);
+  if (!collapses) whole.energyTime += meter.energy * (end - meter.time);
   const skipped = isWarm(scene) ? null : relaxedRow(rows, scene.radii.length);
   const from = isWarm(scene) ? rows.findLast(({ time }) => time <= end / 2) : rows[skipped ?? 0];
   return {
     ...meter.means(from, whole),
-    time: end, collisions: simulation.wallEvents + simulation.pairEvents, relaxed: skipped !== null,
     k: cools ? decayRate(times, decay, 0) : NaN,
     alpha: cools ? decayRate(times, decay, 2) : NaN,
-    left: decay[decay.length - 1],
-    early: ["wall_trap", "collapse"].includes(stop.reason),
-    number: scene.radii.length,
+    early: [WALL_TRAP, COLLAPSE].includes(stop.reason),
   };
 }
 
@@ -176,12 +172,12 @@ function meanAndError(values) {
   return [mean, Math.sqrt(squares / (n - 1) / n)];
 }
 
-const MEASURED = ["temperature", "pressure", "ratio", "k", "alpha", "left"];
+const MEASURED = ["temperature", "pressure", "ratio", "k", "alpha"];
 
 // A row of the table: means and standard errors over the repeats of a config.
 function tableRow(config, results) {
   const scene = startingScene(config, 0), [width] = scene.container.size;
-  const law = wallsOf(scene.container) ? scene.wallLaw : {}; // one with a temperature has no CoR
+  const law = hasWalls(scene.container) ? scene.wallLaw : {}; // one with a temperature has no CoR
   const hasOneCor = [scene.pairLaw, law].every(({ word }) => word !== "viscoelastic"); // at all speeds
   const row = {
     title: config.title ?? null, starts: results.length, early: results.filter(({ early }) => early).length,
@@ -216,6 +212,6 @@ function startTemperature({ velocities, masses, container }) {
     across += m * u;
     along += m * v;
   });
-  if (wallsOf(container) || masses.length === 1) return energy / masses.length;
+  if (hasWalls(container) || masses.length === 1) return energy / masses.length;
   return (energy - (across ** 2 + along ** 2) / (2 * mass)) / (masses.length - 1);
 }

@@ -69,9 +69,10 @@ function startingScene(config, repeat) {
         setAtRest(scene.velocities.subarray(2 * placedBalls.length), ofGas, axes);
       }
     }
-    if (isRandom(scene.wallLaw)) scene.wallKey = wallKey(seed(), repeat);
+    const isRandom = lawsOfWall(scene.wallLaw).some(({ word }) => word === "thermal");
+    if (isRandom) scene.wallKey = wallKey(seed(), repeat);
     check(scene);
-    checkPage(config, scene);
+    checkPage(config);
   } catch (error) {
     if (error instanceof SceneError && error.ball !== null && error.ball < placedBalls.length) {
       error.key = `${config.balls.list ? "balls.list" : "balls"}[${error.ball}]`;
@@ -82,15 +83,16 @@ function startingScene(config, repeat) {
 }
 
 /** Throw ``SceneError`` for what only the program can do. */
-function checkPage(config, scene) {
+function checkPage(config) {
   if (!Number.isSafeInteger(config.seed)) {
-    throw new SceneError("seed", "a page has seeds below 2^53; give a smaller one");
+    throw new SceneError("seed", `the live page has seeds up to ${Number.MAX_SAFE_INTEGER}; give a smaller one`);
   }
 }
 
 function checkNumber(number) {
   if (number > MOST_BALLS) {
-    throw new SceneError("balls", `a page has at most ${MOST_BALLS} balls, not ${grouped(number)}`);
+    const shown = `the live page shows at most ${MOST_BALLS} balls`;
+    throw new SceneError("balls", `${shown}, not ${grouped(number)}; give fewer`);
   }
 }
 
@@ -121,9 +123,9 @@ function lawOfBalls(cor, corSpeed) {
   return corSpeed ? { word: "viscoelastic", cor, corSpeed } : { word: "constant", cor };
 }
 
-function isRandom(law) {
-  const laws = law.word === "sides" ? SIDES.map((side) => law[side]) : [law];
-  return laws.some((part) => part.word === "thermal");
+/** The laws of a wall: of its sides, if they differ. */
+function lawsOfWall(law) {
+  return law.word === "sides" ? SIDES.map((side) => law[side]) : [law];
 }
 
 // The seed of the random streams: a hash of the point's physics

@@ -23,7 +23,7 @@ const COLUMNS = [
   { key: "wallCor", text: "wall CoR", axis: true, varied: true },
   { key: "wallTemperature", text: "wall T", unit: "J", axis: true, varied: true },
   { key: "wallSpeed", text: "wall speed", unit: "m/s", axis: true, varied: true },
-  ...["left", "right", "bottom", "top"].flatMap((side) => [
+  ...SIDES.flatMap((side) => [
     { key: `${side}Temperature`, text: `${side} wall T`, unit: "J", axis: true, varied: true },
     { key: `${side}Speed`, text: `${side} wall speed`, unit: "m/s", axis: true, varied: true },
   ]),

@@ -3,7 +3,7 @@
 // of its wall are in start.js.
 "use strict";
 
-const wallsOf = ({ shape }) => shape !== "periodic";
+const hasWalls = ({ shape }) => shape !== "periodic";
 
 // Area (m²), edge (m) and growth of the edge with the walls of what centres of balls can reach.
 function accessible({ shape, size: [width, height] }, radius) {
@@ -71,7 +71,7 @@ class Fluid {
     const force = bulk * edge - tension * spreading - ofVariance(edge, spreading);
     const work = 2 * bulk * area - tension * edge - ofVariance(2 * area, edge);
     const virialRatio = work / (2 * number);
-    const ratio = wallsOf(container) ? ((force / wallLengthOf(container)) * whole) / number : virialRatio;
+    const ratio = hasWalls(container) ? ((force / wallLengthOf(container)) * whole) / number : virialRatio;
     return { ratio, virialRatio };
   }
 
@@ -83,7 +83,7 @@ class Fluid {
 
   // Haff's α of N equal balls at fixed energy that begin at a temperature, 1/s; null without a theory.
   haffRate({ number, radius, mass, container, containerMass, temperature, cor, wallCor }) {
-    const state = this.state(number, radius, container), walls = wallsOf(container);
+    const state = this.state(number, radius, container), walls = hasWalls(container);
     if (!state) return null;
     const components = walls ? 2 * number : 2 * number - 2, factor = fixedEnergyFactor(components / 2);
     const pairs = (factor * 2 * (state.virialRatio - 1) * Math.sqrt(temperature / (Math.PI * mass))) / radius;

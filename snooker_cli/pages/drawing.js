@@ -1,7 +1,7 @@
 // What the arena and the charts share: colours, texts of numbers, and a sharp canvas.
 "use strict";
 
-// A colour of player.css; it follows the dark mode of the browser.
+// A colour of page.css; it follows the dark mode of the browser.
 const paint = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`);
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 

@@ -32,20 +32,26 @@ def script_of(package: str, *names: str) -> str:
 
 
 def html_page(
-    package: str, name: str, title: str, parts: Mapping[str, str], *, workers: bool = False
+    package: str, name: str, title: str, parts: dict[str, str], *, workers: bool = False
 ) -> str:
     """A page with the body NAME.html and the style NAME.css of a package.
 
-    parts : for each ``{{part}}`` of the body
+    parts : for each ``{{part}}`` of the body that is not in shared.html
     workers : whether its script may start workers, which it makes itself
     """
     around = {
         "more": "; worker-src blob:" if workers else "",
         "title": html.escape(title),
         "style": text_of(PAGES, "page.css") + text_of(package, f"{name}.css"),
-        "body": _filled(text_of(package, f"{name}.html"), parts),
+        "body": _filled(text_of(package, f"{name}.html"), _shared_parts() | parts),
     }
     return _filled(text_of(PAGES, "page.html"), around)
+
+
+def _shared_parts() -> dict[str, str]:
+    """The elements that several pages have, by the names above them in shared.html."""
+    _, *pieces = re.split(r"<!-- (\w+) -->\n(.*)\n", text_of(PAGES, "shared.html"))
+    return dict(zip(pieces[::3], pieces[1::3], strict=True))
 
 
 def _filled(template: str, parts: Mapping[str, str]) -> str:

@@ -1,7 +1,13 @@
 // What the controls of all pages share: elements, sentences, keys, full screen, the legend.
 "use strict";
 
+const CROSSING = 6; // s of showing in which a ball crosses the container at speed 1
+const LONGEST_FRAME = 0.1; // s that a frame continues by at most
+
 const find = (name) => document.getElementById(name);
+
+// A new element with properties.
+const element = (tag, properties = {}) => Object.assign(document.createElement(tag), properties);
 
 // A sentence on the page, which a screen reader reads.
 function say(text) {
@@ -21,6 +27,53 @@ function faster(menu, by) {
   menu.onchange();
 }
 
+// Something that runs on the page: it asks for frames while it plays, and for one after each change.
+// A page's own class has advance(seconds of the computer's clock), draw(now) and speedMenu.
+class Showing {
+  constructor() {
+    this.playing = false;
+    this.waiting = false;
+    this.relative = false; // colours by speed over the mean
+  }
+
+  refresh() {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  // One frame: continues by the time since the last one, draws, and asks for the next.
+  frame(now) {
+    this.waiting = false;
+    if (this.playing) {
+      const passed = this.last === null ? 0 : Math.min((now - this.last) / 1000, LONGEST_FRAME);
+      this.last = now;
+      this.advance(passed);
+    }
+    this.draw(now);
+    if (this.playing) this.refresh();
+  }
+
+  // What buttons, menus and keys of all pages do. keys: what more keys do; fields: a selector of
+  // elements that have the keys for themselves.
+  listenToAll(keys, fields) {
+    find("play").onclick = () => this.play();
+    find("colours").onchange = () => {
+      this.relative = find("colours").value === "relative";
+      this.refresh();
+    };
+    for (const button of document.getElementsByName("pace")) button.onchange = () => this.setPace(button.value);
+    listenToKeys({
+      " ": () => this.play(),
+      ArrowUp: () => faster(find("speed"), 1),
+      ArrowDown: () => faster(find("speed"), -1),
+      e: () => document.querySelector("input[name=pace]:not(:checked)").click(),
+      f: () => { if (document.fullscreenEnabled) fullScreen(); },
+      ...keys,
+    }, fields);
+  }
+}
+
 // keys: what each key does; fields: a selector of elements that have the keys for themselves.
 function listenToKeys(keys, fields) {
   const acts = (event) => !(event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.(fields));
@@ -30,6 +83,11 @@ function listenToKeys(keys, fields) {
     event.preventDefault();
     act(event);
   });
+  // What was clicked would keep the focus, and the keys.
+  document.addEventListener("pointerup", () => setTimeout(() => {
+    const { activeElement } = document;
+    if (activeElement?.matches("button, :is([type=radio], [type=checkbox], [type=range])")) activeElement.blur();
+  }));
   // Else it would press the button that was clicked last, too.
   document.addEventListener("keyup", (event) => { if (event.key === " " && acts(event)) event.preventDefault(); });
 }

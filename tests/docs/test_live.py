@@ -37,7 +37,8 @@ rings.map((number) => {
   const percent = (share) => `${short(100 * share, 2)} %`;
   gas.advance(Infinity, collisions);
   const fixed = (1 - above ** 2 / gas.number) ** (gas.number - 1);
-  return [String(gas.number), percent(gas.shareAbove(above)), percent(fixed), percent(Math.exp(-(above ** 2)))];
+  const shares = [gas.shareAbove(above), fixed, Math.exp(-(above ** 2))];
+  return [String(gas.number), ...shares.map(percent)];
 })
 """
 

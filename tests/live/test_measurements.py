@@ -178,7 +178,7 @@ def test_galperins_billiard_counts_digits_of_pi(
 
 
 def test_a_trapped_ball_slides_on(javascript: LiveScripts) -> None:
-    """It keeps the energy that the trap leaves it: that of its motion along the wall, at r = 9 m."""
+    """It keeps the energy that the trap leaves it, of its motion along the wall, at r = 9 m."""
     reason, way, before, after, changed, time, distance, parts = javascript.value(
         """(() => {
           const gas = new Gas(configOf("trap"));

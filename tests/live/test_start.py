@@ -136,7 +136,7 @@ def test_what_does_not_fit_is_refused_with_the_same_sentence(engine, changes):
     ("changes", "sentence"),
     [
         ({"balls": {"count": 201, "radius": 0.1, "speed": 1.0}}, "at most 200 balls, not 201"),
-        ({"seed": 2**60}, "seeds below 2^53"),
+        ({"seed": 2**60}, "seeds up to 9007199254740991"),
     ],
 )
 def test_what_only_the_program_can_do_is_refused(engine, changes, sentence):

@@ -57,8 +57,8 @@ class Charts extends Panels {
         at: (course, row) => course.temperature(row), law: "Maxwell’s law" },
     ]);
     this.courses = courses;
-    this.axes = document.createElement("canvas");
-    this.curves = document.createElement("canvas");
+    this.axes = element("canvas");
+    this.curves = element("canvas");
     for (const panel of this.panels) panel.top = panel.percent ? MOST_SHARE : 1.08 * panel.most || 1;
   }
 
@@ -154,7 +154,7 @@ class Charts extends Panels {
 
   // Dashed curves: Haff's law of films that cool, and Maxwell's; with their names.
   laws(pen, energy, speeds, byStep) {
-    pen.setLineDash([5, 4]);
+    pen.setLineDash(DASHES.line);
     pen.lineWidth = 1.4;
     const cooling = this.courses.filter(({ film }) => film.haffRate !== null);
     for (const course of cooling) {
@@ -174,7 +174,7 @@ class Charts extends Panels {
     pen.fillStyle = paint("ink");
     const rate = this.courses.length > 1 ? "" : `: α = ${short(cooling[0]?.film.haffRate ?? 0)} 1/s`;
     for (const panel of cooling.length ? [energy, speeds] : [speeds]) {
-      this.note(pen, panel, `- - ${panel.law}${panel === energy ? rate : ""}`);
+      this.note(pen, panel, `${DASHES.text} ${panel.law}${panel === energy ? rate : ""}`);
     }
   }
 }

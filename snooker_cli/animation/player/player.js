@@ -1,16 +1,15 @@
 // The controls: what is shown, how fast it continues, and what keys, buttons and links do.
 "use strict";
 
-const content = JSON.parse(document.getElementById("film").textContent);
+const content = JSON.parse(find("film").textContent);
 const LONGEST = 60; // s that a film takes at speed 1 unless the page gives a length
-const CROSSING = 6; // s in which a ball crosses the container then
 const LINK_AFTER = 400; // ms of rest until the link is that of the moment: browsers limit changes
 
 // One of the films side by side: its balls, its moment, its arena and the text below.
 class Screen {
   constructor(film) {
-    const figure = document.createElement("figure"), canvas = document.createElement("canvas");
-    this.caption = document.createElement("figcaption");
+    const figure = element("figure"), canvas = element("canvas");
+    this.caption = element("figcaption");
     figure.append(canvas, this.caption);
     find("arenas").append(figure);
     canvas.setAttribute("role", "img");
@@ -33,17 +32,15 @@ class Screen {
   }
 }
 
-class Player {
+class Player extends Showing {
   constructor() {
+    super();
     this.screens = content.films.map((film) => new Screen(film));
     this.reels = this.screens.map(({ reel }) => reel);
     this.several = this.screens.length > 1;
     this.charts = new Charts(find("charts"), this.screens.map(({ film, motion }) => new Course(film, motion)));
     this.pace = content.pace;
-    this.playing = false;
-    this.waiting = false;
     this.speed = 1;
-    this.relative = false;
     const films = content.films, largest = (value) => Math.max(...films.map(value));
     this.start = films[0].start;
     this.end = largest(({ end }) => end);
@@ -79,22 +76,11 @@ class Player {
     this.refresh();
   }
 
-  // One frame: continues by the time since the last, draws, and asks for the next.
-  frame(now) {
-    this.waiting = false;
-    if (this.playing) {
-      const passed = this.last === null ? 0 : Math.min((now - this.last) / 1000, 0.1);
-      this.last = now;
-      this.advance(passed * this.speed);
-      if (this.ended) this.playing = false;
-    }
-    this.draw();
-    if (this.playing) this.refresh();
-  }
-
-  advance(seconds) {
+  advance(passed) {
+    const seconds = passed * this.speed;
     if (this.pace === "time") this.goToTime(this.time + seconds * this.rate.time);
     else this.goToStep(this.step + seconds * this.rate.events);
+    if (this.ended) this.playing = false;
   }
 
   goToTime(time) {
@@ -169,12 +155,6 @@ class Player {
     this.refresh();
   }
 
-  refresh() {
-    if (this.waiting) return;
-    this.waiting = true;
-    requestAnimationFrame((now) => this.frame(now));
-  }
-
   draw() {
     for (const screen of this.screens) {
       const { motion, reel, arena } = screen;
@@ -199,8 +179,7 @@ class Player {
     find("count").textContent = this.several ? "" : this.screens[0].count;
     this.screens.forEach((screen, k) => {
       if (!this.several) return;
-      const name = document.createElement("b");
-      name.textContent = screen.film.subtitle;
+      const name = element("b", { textContent: screen.film.subtitle });
       name.style.color = `var(--${FILM_COLOURS[k]})`;
       const early = screen.reel.time >= screen.film.end && !this.ended;
       screen.arena.canvas.style.opacity = early ? 0.4 : 1;
@@ -241,7 +220,6 @@ class Player {
   }
 
   listen() {
-    find("play").onclick = () => this.play();
     for (const { arena } of this.screens) {
       arena.canvas.onclick = (event) => {
         const ball = arena.ballAt(event.offsetX, event.offsetY);
@@ -257,26 +235,14 @@ class Player {
     find("forth").onclick = () => this.stepBy(1);
     find("scrub").oninput = (event) => this.goTo(Number(event.target.value));
     find("speed").onchange = () => { this.nameSpeeds(); this.refresh(); };
-    find("colours").onchange = (event) => {
-      this.relative = event.target.value === "relative";
-      this.refresh();
-    };
-    for (const button of document.getElementsByName("pace")) {
-      button.checked = button.value === this.pace;
-      button.onchange = () => this.setPace(button.value);
-    }
+    for (const button of document.getElementsByName("pace")) button.checked = button.value === this.pace;
     window.addEventListener("hashchange", () => this.readLink());
     followScreen(() => this.refresh());
-    listenToKeys({
-      " ": () => this.play(),
+    this.listenToAll({
       ArrowRight: ({ shiftKey }) => this.stepBy(shiftKey ? 10 : 1),
       ArrowLeft: ({ shiftKey }) => this.stepBy(shiftKey ? -10 : -1),
       Home: () => { this.playing = false; this.goTo(0); },
       End: () => { this.playing = false; this.goTo(1); },
-      ArrowUp: () => faster(find("speed"), 1),
-      ArrowDown: () => faster(find("speed"), -1),
-      e: () => document.querySelector("input[name=pace]:not(:checked)").click(),
-      f: () => { if (document.fullscreenEnabled) fullScreen(); },
     }, "select, #tagged");
   }
 }
