@@ -8,7 +8,10 @@ bodies touch up to then, and what the new velocities are. Circles and boxes, con
 
 from __future__ import annotations
 
+import json
+import sys
 from fractions import Fraction
+from pathlib import Path
 from typing import Any, NamedTuple
 
 UNIT = 2048
@@ -91,6 +94,8 @@ class Check:
 
     def __init__(self, scene: Any) -> None:
         shape = scene["container"]
+        if shape["shape"] not in ("circle", "box"):
+            raise CheckError(f"this program checks circles and boxes, not shape: {shape['shape']}")
         self.sides = None
         if shape["shape"] == "box":
             self.sides = [number(Fraction(shape[key]) / 2) for key in ("width", "height")]
@@ -175,3 +180,17 @@ def check(certificate: Any) -> int:
     for i, j, middle, radius, exponent in certificate["events"]:
         checked.event(i, j, int(middle, 16), int(radius, 16), exponent)
     return len(certificate["events"])
+
+
+def main(path: Path) -> str:
+    """What a certificate's file shows, or why it does not."""
+    try:
+        return f"{check(json.loads(path.read_text(encoding='utf-8')))} events are shown."
+    except CheckError as error:
+        return f"Not shown: {error}."
+
+
+if __name__ == "__main__":
+    sentence = main(Path(sys.argv[1]))
+    print(sentence)
+    sys.exit(sentence.startswith("Not"))

@@ -144,6 +144,7 @@ def _show_hashes(opened: Run, point: int | None, repeat: int | None, as_json: bo
             status.accept()
         # Repeats of one file follow each other, so each file is read once.
         for path, of_file in groupby(there, key=attrgetter("path")):
+            store.check(path)
             events = store.read_events(path, [status.repeat for status in of_file])
             for number, pieces in groupby(events, key=itemgetter(0)):
                 found.append(

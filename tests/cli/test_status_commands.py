@@ -154,6 +154,18 @@ def test_a_replay_finds_one_bit(part: str, column: str, finished: Path, snooker:
     assert bad["error"].startswith(f"{path}: simulating repeat 2 again gives other bits; ")
 
 
+def test_a_damaged_file_has_no_hash(finished: Path, snooker: Snooker) -> None:
+    """Else it would be the hash of collisions that never happened."""
+    path = Path("runs/small/point-0001/repeats-0000-0002.h5")
+    impulses = store.read(path)[0][0].events.impulse.tobytes()
+    image = bytearray(path.read_bytes())
+    image[image.index(impulses[:64]) + 5] ^= 1
+    path.write_bytes(image)
+    ended = snooker("show", "small", "--hash", "--point", "1")
+    assert (ended.code, ended.out) == (1, "")
+    assert "its content has changed since it was written" in ended.err
+
+
 @pytest.mark.parametrize("record", ["events", "summary"])
 def test_every_end_can_be_replayed(record: str, tmp_path: Path, small_config: str) -> None:
     """An end at a time, and at an interrupt."""

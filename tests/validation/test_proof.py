@@ -150,6 +150,18 @@ def test_another_program_can_check_a_certificate(scene: Scene) -> None:
             certificates.check(proof | {"events": wrong})
 
 
+def test_the_checker_says_what_it_shows(tmp_path: Path) -> None:
+    """As a program: of a circle all events; a periodic box is refused."""
+    path = tmp_path / "certificate.json"
+    said = []
+    for shape in ("circle", "periodic"):
+        scene = gas(shape, 5, 0.05)
+        path.write_text(json.dumps(prove(simulate(scene, collisions=20), 20)), "utf-8")
+        said.append(certificates.main(path))
+    refused = "Not shown: this program checks circles and boxes, not shape: periodic."
+    assert said == ["20 events are shown.", refused]
+
+
 def test_a_certificate_is_kept_beside_the_repeat(
     finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
