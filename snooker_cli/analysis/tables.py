@@ -1,7 +1,7 @@
 """Rows of fits and comparisons as tables, and as sentences on what holds."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
@@ -33,9 +33,13 @@ def usual(rows: Records) -> Records:
 
 def named(rows: Records, field: str, parts: Sequence[str]) -> Records:
     """Rows or notes with one of these parts in a name of files or tables, or without a name."""
-    names = [row[field] and f"{row[field]} {shown_name(row[field])}".lower() for row in rows]
-    both = zip(rows, names, strict=True)
-    return [row for row, name in both if not name or any(part.lower() in name for part in parts)]
+
+    def has_part(row: Mapping[str, Any]) -> bool:
+        """With its unit, as tables have it."""
+        name = f"{row[field]} {shown_name(row[field])}, {row.get('unit', '')}".lower()
+        return any(part.lower() in name for part in parts)
+
+    return [row for row in rows if not row[field] or has_part(row)]
 
 
 def shown_name(name: str) -> str:

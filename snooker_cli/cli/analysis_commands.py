@@ -98,10 +98,11 @@ def _print_analysis(
     rows, notes = analysis.rows, analysis.notes
     for field, parts in {"quantity": quantity or [""], "model": model or [""]}.items():
         names = dict.fromkeys(f"'{shown_name(row[field])}'" for row in rows)  # some have commas
+        for part in parts:
+            if names and not named(rows, field, [part]):
+                problem = f"--{field} {part}: no {field} contains this"
+                raise UserError(f"{problem}; there are {listed([*names])}")
         rows, notes = named(rows, field, parts), named(notes, field, parts)
-        if names and not rows:
-            given, present = " ".join(parts), listed([*names])
-            raise UserError(f"--{field} {given}: no {field} contains this; there are {present}")
     lines = table_lines(rows if every else usual(rows) or rows, every, brief)
     if where or quantity or model or not lines:
         footer = []

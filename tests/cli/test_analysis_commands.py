@@ -68,6 +68,10 @@ def test_rows_for_few_readers_are_those_of_all(finished: Path, snooker: Snooker)
     assert [("source report," in text) for text in (usual, every)] == [False, True]
     constants = snooker("compare", "small", "--model", "source report").out
     assert "decay constant of energy" in constants
+    pressure = snooker("compare", "small", "--quantity", "pressure, Pa m").out  # as tables have it
+    assert "\npressure, Pa m  " in pressure
+    second = ("--quantity", "temperature", "--quantity", "nonsense")
+    assert "--quantity nonsense: no quantity contains this" in snooker("fit", "small", *second).err
     names = snooker("fit", "small", "--quantity", "nonsense").err
     assert names.count("pressure") == 2  # the names of tables
     assert not re.search("[_1]", names)
