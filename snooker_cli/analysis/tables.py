@@ -93,13 +93,14 @@ def compare_cells(row: dict[str, Any], every: bool = False) -> list[str]:
     error = None if in_errors is None else row["difference_error"]
     plus = "" if difference is None or difference < 0 else "+"
     known = in_errors is not None and (row["samples"] or row["repeats"] > 2)
+    shows_error = every or row["predicted"] is None  # else the difference has one
     quantity, model = row["quantity"], row["model"]
     if not every:
         quantity, model = shown_name(quantity), shown_name(model)
     return [
         quantity + ("" if row["unit"] == "1" else f", {row['unit']}"),
         model,
-        with_error(row["measured"], row["error"]) if every else short(row["measured"], 4),
+        with_error(row["measured"], row["error"]) if shows_error else short(row["measured"], 4),
         short(row["predicted"], 4),
         f"{plus}{with_error(difference, error)}",
         f"{in_errors:+.1f}".replace("-", "−") if known else "–",
@@ -127,6 +128,9 @@ def note_lines(notes: Records, points: int) -> Iterator[str]:
 
 # What holds for a point or a run, as a sentence.
 
+BALANCE = "energy from the walls"
+MOST_ERRORS = 3.0  # of the balance of energy in a gas that is called steady
+
 _SYMBOLS = {"Haff's α": ("α", "1/s"), "PV/NT": ("PV/NT", "")}
 """The comparisons that a finding may have: symbol and unit. The last one of each point counts."""
 
@@ -137,11 +141,11 @@ def finding(fits: Records, compared: Records) -> str:
     fits, compared : the point's rows of fits and comparisons; either may be empty
 
     A gas that cools has the law that its energy follows longest, and Haff's α beside theory.
-    Another gas has PV/NT beside theory.
+    Another gas has PV/NT beside theory, and one that walls keep warm whether it may not be steady.
     """
     laws, beside = [row for row in fits if _cools(row)], _compared(compared)
     if not laws:
-        return _beside(beside[-1]) if beside else ""
+        return "; ".join([*map(_beside, beside[-1:]), *_imbalance(compared)])
     law = max(laws, key=lambda row: (row["holds_to"] or 0.0, row["model"] == "haff"))
     if law["value"] is None:
         return "The energy has no fit"
@@ -149,6 +153,15 @@ def finding(fits: Records, compared: Records) -> str:
     if law["model"] == "haff" and beside and beside[-1]["quantity"] == "Haff's α":
         constant = _beside(beside[-1])
     return f"{_holds(law)}; {constant}"
+
+
+def _imbalance(compared: Records) -> Iterator[str]:
+    """A sentence if the walls do not give what collisions take: then a gas is hardly steady."""
+    for row in compared:
+        errors = row["difference_in_errors"]
+        if row["quantity"] == BALANCE and errors is not None and abs(errors) > MOST_ERRORS:
+            less = "more" if errors > 0 else "less"
+            yield f"the walls give {less} than collisions take ({abs(errors):.1f} errors)"
 
 
 def overview(fits: Records, compared: Records) -> str:

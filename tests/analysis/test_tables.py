@@ -57,6 +57,19 @@ def test_a_gas_that_cools_has_its_law_and_theory() -> None:
     assert finding([law()], []).endswith("; α = 0.697 ± 0.021 1/s")
 
 
+def test_walls_that_do_not_give_what_collisions_take_are_named() -> None:
+    """Within 3 errors there is no reason to doubt that the gas is steady."""
+    about = {"quantity": "energy from the walls", "model": "taken by collisions"}
+    said = [
+        finding([], [state(), state(**about, difference_in_errors=errors)])
+        for errors in (-2.9, None, -3.9, 4.2)
+    ]
+    first, unknown, less, more = said
+    assert first == unknown == finding([], [state()])
+    assert less == f"{first}; the walls give less than collisions take (3.9 errors)"
+    assert more == f"{first}; the walls give more than collisions take (4.2 errors)"
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
