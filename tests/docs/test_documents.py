@@ -372,3 +372,15 @@ def test_haffs_law_depends_on_the_start_and_the_error_of_a_single_fit_is_too_sma
     assert f"for {held['mixed', 0.8].holds_to:.2g} s at CoR 0.8" in text
     factor = f"{min(factors):.0f} to {max(factors):.0f} times too small"
     assert factor in sentences_of(README)
+
+
+def test_200_repeats_refuse_haffs_law_where_10_do_not(tmp_path: Path) -> None:
+    """The sentences in docs/student.md on the cooling gas."""
+    text = templates()["report"].read_text("utf-8")
+    assert "200 refuse it" in sentences_of(STUDENT)
+    for repeats, is_refused in ((10, False), (200, True)):
+        run = repeating.made(tmp_path / str(repeats), text, "cor=0.85", f"repeats={repeats}")
+        repeating.done(run)
+        (point,) = run.points
+        haff = decays(run.traces(point), ("kinetic_energy",))[1]
+        assert (haff.goodness.probability < 0.01) == is_refused
