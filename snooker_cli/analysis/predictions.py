@@ -28,12 +28,15 @@ EQUILIBRIUM |= {"wall rate of a ball": "1/s", "ball-ball rate of a ball": "1/s"}
 EQUILIBRIUM |= {"mean free path": "m", "mean speed": "m/s", "kurtosis of speeds": "1"}
 """Units of the quantities that are measured after the relaxation."""
 
+GIVEN = "energy from the walls"
+"""The power of the walls; in a steady gas collisions take as much."""
+
 NO_THEORY = "no theory"
 """The model of a row that has a measured value only."""
 
 UNITS = dict.fromkeys(("Haff's α", "decay constant of energy", "decay constant of pressure"), "1/s")
 UNITS |= EQUILIBRIUM
-UNITS |= {"pressure by the virial": "Pa m", "energy from the walls": "J/s"}
+UNITS |= {"pressure by the virial": "Pa m", GIVEN: "J/s"}
 UNITS |= {"energy taken by a collision": "J"}
 UNITS |= dict.fromkeys((f"energy from the {side} wall" for side in Box.sides), "J/s")
 

@@ -16,7 +16,7 @@ from snooker_cli.analysis import predictions
 from snooker_cli.analysis.decay import Note
 from snooker_cli.analysis.fitting import LEAST_PROBABILITY, equal_means
 from snooker_cli.analysis.measurement import MEANS, WINDOWS, Averages, Measurements
-from snooker_cli.analysis.predictions import NO_THEORY, Row
+from snooker_cli.analysis.predictions import GIVEN, NO_THEORY, Row
 from snooker_cli.containers import Channel, Circle
 from snooker_cli.formatting import probability, short
 from snooker_cli.laws import Constant, Law, Sides, Thermal
@@ -198,7 +198,7 @@ def rows(measured: Measurements, first: int) -> Iterator[Row]:
         yield from _beside("mean free path", pooled_ratio(steady.mean_speed, pairs), paths)
     if number > 1 and scene.restitution < 1:
         given, taken = steady.wall_energy / length, steady.lost_energy / length
-        yield "energy from the walls", "taken by collisions", given, taken
+        yield GIVEN, "taken by collisions", given, taken
         share = theory.mean_loss(scene.pair_law, float(warm.mean()), mass)
         losses = {"Maxwell-Boltzmann": share} if equal else {}
         loss = pooled_ratio(steady.lost_energy, steady.pair_events)

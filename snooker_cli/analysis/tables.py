@@ -8,6 +8,7 @@ from typing import Any
 from snooker_cli.analysis.comparison import CHI_SQUARE
 from snooker_cli.analysis.decay import FURTHER, range_held
 from snooker_cli.analysis.fitting import LAWS
+from snooker_cli.analysis.predictions import GIVEN
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.formatting import point_label, probability, ratio, short, text_table, with_error
 
@@ -128,7 +129,6 @@ def note_lines(notes: Records, points: int) -> Iterator[str]:
 
 # What holds for a point or a run, as a sentence.
 
-BALANCE = "energy from the walls"
 MOST_ERRORS = 3.0  # of the balance of energy in a gas that is called steady
 
 _SYMBOLS = {"Haff's α": ("α", "1/s"), "PV/NT": ("PV/NT", "")}
@@ -159,7 +159,7 @@ def _imbalance(compared: Records) -> Iterator[str]:
     """A sentence if the walls do not give what collisions take: then a gas is hardly steady."""
     for row in compared:
         errors = row["difference_in_errors"]
-        if row["quantity"] == BALANCE and errors is not None and abs(errors) > MOST_ERRORS:
+        if row["quantity"] == GIVEN and errors is not None and abs(errors) > MOST_ERRORS:
             less = "more" if errors > 0 else "less"
             yield f"the walls give {less} than collisions take ({abs(errors):.1f} errors)"
 

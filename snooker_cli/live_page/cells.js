@@ -129,6 +129,7 @@ function neverMeet(ball, other, distance, period) {
 class NoMargin {
   constructor() {
     this.until = NEVER;
+    this.width = 0;
     this.brink = new Set(); // balls whose hit has been predicted exactly since the last push
   }
 
@@ -199,7 +200,7 @@ class Cells {
     this.mesh = newMesh(scene);
     this.margin = free ? new Margin(MARGIN * this.mesh.width) : new NoMargin();
     this.renewedAt = state.sums[NOW];
-    this.atWall = cellsAtWall(scene, this.mesh, free ? this.margin.width : 0);
+    this.atWall = cellsAtWall(scene, this.mesh, this.margin.width);
     this.occupancy = new Int32Array(this.atWall.length);
     const groups = Math.ceil(number / GROUP);
     this.contactTime = new Float64Array(number);

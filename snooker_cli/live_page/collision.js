@@ -433,7 +433,7 @@ function lawOf(plain) {
   if (word === "viscoelastic") return new Viscoelastic(cor, plain.corSpeed);
   if (word === "driven") return new Driven(cor, plain.speed);
   if (word === "thermal") return new Thermal(plain.temperature);
-  return new Sides(...["left", "right", "bottom", "top"].map((side) => lawOf(plain[side])));
+  return new Sides(...SIDES.map((side) => lawOf(plain[side])));
 }
 
 /** Give ball i a random velocity away from a wall towards (x, y); its impulse, kg m/s. */

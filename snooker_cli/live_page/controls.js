@@ -46,7 +46,7 @@ function controlsOf(config) {
     fits: (now) => isBySide(now[key]) && Boolean(now[key][side]),
     ...keyOf((now) => now[key])(side),
   })));
-  return [...CONTROLS.slice(0, 2), ...species, ...CONTROLS.slice(2), ...sides].filter(({ fits }) => fits(config));
+  return [...CORS, ...species, ...CONTROLS, ...sides].filter(({ fits }) => fits(config));
 }
 
 // The controls of one of several species.
@@ -79,7 +79,7 @@ const WALLS = [
 
 // A control has a label, a unit, a sentence, `low` and `high`, `step` or `log`, `live` if it changes
 // a gas that runs. `read` and `write` know the config, `fits` says whether a config has it.
-const CONTROLS = [
+const CORS = [
   { id: "cor", label: "CoR of balls", low: 0, high: 1, step: 0.01, live: true,
     help: "Coefficient of restitution between balls: 1 keeps all energy, 0 has no rebound.",
     fits: () => true, ...ofConfig("cor") },
@@ -87,6 +87,9 @@ const CONTROLS = [
     help: "Coefficient of restitution at the wall.",
     fits: (config) => hasWalls(config.container) && rebounds(config), read: (config) => config.wall_cor ?? config.cor,
     write: (config, value) => { config.wall_cor = value; } },
+];
+
+const CONTROLS = [
   { id: "packing", label: "packing", low: 0.01, high: 0.75, step: 0.01,
     help: "Area of the balls over the area of the container.",
     fits: ({ balls, container }) => "packing" in balls || "packing" in container,

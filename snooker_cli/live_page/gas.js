@@ -2,7 +2,6 @@
 // it for the arena and the charts. It has no part of the page, so that tests can run it.
 "use strict";
 
-const KEPT_CONTACTS = 60;
 const TC = 0.01; // the duration of contacts, in mean free times, that prevents a collapse
 const SLIDING = { slides: true, contactDuration: 0, elasticBelow: 0 }; // of a scene whose balls slide
 
@@ -67,7 +66,7 @@ class Gas {
     const { simulation } = this, { time } = simulation;
     const i = simulation.eventI[0], j = simulation.eventJ[0];
     this.contacts.push({ time, step: this.collisions, ...this.contact(i, j) });
-    if (this.contacts.length > KEPT_CONTACTS) this.contacts.shift();
+    if (this.contacts.length > MOST_FLASHES) this.contacts.shift();
     if (this.course && (i === this.tagged || j === this.tagged)) {
       this.course.push([time, ...this.place(this.tagged, time)]);
     }

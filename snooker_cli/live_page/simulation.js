@@ -39,6 +39,7 @@ class Simulation {
     this.hash = options.hash ? new EventHash() : null;
   }
 
+  /** Begin with an engine that has predicted everything from now on. */
   predictAll() {
     const { scene, state, engineName } = this;
     const few = engineName ? engineName === "allpairs" : usesAllPairs(scene);

@@ -49,12 +49,11 @@ function theoriesOf(key, fluid) {
   }[key] ?? [];
 }
 
-// A row between two: its numbers, of which theories are made, are between theirs.
+// A row between two: all numbers that both have are between theirs.
 function between(first, second, part) {
   const mix = (a, b) => a + part * (b - a), row = { ...first };
-  for (const key of ["r", "cor", "wallCor", "packing", "temperature", "startTemperature"]) {
-    row[key] = mix(first[key], second[key]);
-  }
+  const areKnown = (key) => Number.isFinite(first[key]) && Number.isFinite(second[key]);
+  for (const key of Object.keys(first).filter(areKnown)) row[key] = mix(first[key], second[key]);
   row.N = Math.round(mix(first.N, second.N));
   const size = first.container.size.map((side, k) => mix(side, second.container.size[k]));
   row.container = { ...first.container, size };

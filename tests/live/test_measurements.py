@@ -242,3 +242,14 @@ def test_a_gas_whose_next_collision_is_far_ahead_can_wait(javascript: LiveScript
     assert waiting == [False, 0, None]
     assert 1e5 < time < 1e9
     assert place == pytest.approx([(time + 2.5) % 5 - 2.5, -1.0 + 1e-9 * time], abs=1e-8)
+
+
+def test_between_two_rows_is_what_a_plot_has_across(javascript: LiveScripts) -> None:
+    """Whichever column that is: a size, a wall's temperature, a measured value."""
+    names = ("r", "R", "cor", "wallTemperature", "leftTemperature", "temperature")
+    first, second = ({**dict.fromkeys(names, value), "N": 7, "width": None} for value in (1, 3))
+    for row in (first, second):
+        row["container"] = plain(Circle(row["R"]))
+    row = javascript.value("between(first, second, 0.25)", first=first, second=second)
+    assert [row[name] for name in names] == [1.5] * len(names)
+    assert (row["N"], row["width"], row["container"]["size"]) == (7, None, [3, 3])
