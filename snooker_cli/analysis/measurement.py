@@ -104,7 +104,8 @@ class Measurements:
     by_side : (*repeats*, WINDOWS, *sides*) as in `observables.wall_energies`, J; nan unless the
         laws of straight walls differ
     windows, whole, relaxed : averages over ``WINDOWS`` windows of time; over all of it; after the
-        relaxation, nan where there is none
+        relaxation, nan in repeats that are too short
+    skipped : collisions between balls in the relaxation, see `relaxation`
     first_energy, last_energy, calm_energy : J, of balls and container at the start, at the end and
         before a collapse
     collision_speed : mean speed of the balls after collisions, m/s; nan unless complete
@@ -137,6 +138,7 @@ class Measurements:
     time: Array
     endings: "NDArray[Any]"
     scene: Scene
+    skipped: int | None
 
     def chosen(self, repeats: NDArray[np.bool_]) -> "Measurements":
         """The measurements of some of the repeats."""
@@ -160,12 +162,46 @@ def relaxing(number: int, of_a_ball: int = RELAXING) -> int:
     return math.ceil(of_a_ball * number / 2) if number > 1 else 0
 
 
-def relaxed_at(trace: Trace) -> float | None:
-    """Time (s) after ``relaxing(N)`` ball-ball collisions, or half of all; ``None`` if too few."""
-    number, half = trace.start.number, trace.pair_events // 2
-    if half < relaxing(number, LEAST_RELAXING):
+def typical_pairs(repeats: Iterable[tuple[int, bool]]) -> float:
+    """Mean number of collisions between balls of the complete repeats, or of all if none is.
+
+    repeats : for each, its collisions between balls and whether it is complete; nan without any
+    """
+    ended = list(repeats)
+    complete = [pairs for pairs, whole in ended if whole]
+    counted = complete or [pairs for pairs, _ in ended]
+    return sum(counted) / len(counted) if counted else math.nan
+
+
+def pairs_of(traces: Iterable[Trace]) -> float:
+    """The `typical_pairs` of repeats."""
+    return typical_pairs((trace.pair_events, trace.stop.reason.complete) for trace in traces)
+
+
+def relaxation(number: int, pairs: float) -> int | None:
+    """Collisions between balls that all repeats of a point skip; ``None`` if there are too few.
+
+    number, pairs : balls; the `typical_pairs` of the point
+
+    The same for all repeats, because one that chose its own would choose by its result. They are 15
+    of each ball, but at most half; with fewer than 5, speeds are not mixed.
+    """
+    if math.isnan(pairs):
         return None
-    skipped = min(half, relaxing(number))
+    skipped = min(relaxing(number), math.floor(pairs / 2))
+    return skipped if skipped >= relaxing(number, LEAST_RELAXING) else None
+
+
+def relaxed_at(trace: Trace, skipped: int | None) -> float | None:
+    """Time (s) after the skipped collisions between balls; ``None`` for a repeat that is too short.
+
+    A repeat that ended early needs 5 more collisions of each ball.
+    """
+    if skipped is None:
+        return None
+    after = 0 if trace.stop.reason.complete else relaxing(trace.start.number, LEAST_RELAXING)
+    if trace.pair_events < skipped + after:
+        return None
     if trace.events is None or trace.summary is not None or trace.start.slides:
         columns = observables.series(trace)
         time = float(columns.time[np.searchsorted(columns.pair_events, skipped)])
@@ -175,10 +211,16 @@ def relaxed_at(trace: Trace) -> float | None:
     return time if time < trace.stop.time else None
 
 
-def measure(traces: Iterable[Trace], since: float = 0.0, until: float = math.inf) -> Measurements:
+def measure(
+    traces: Iterable[Trace],
+    since: float = 0.0,
+    until: float = math.inf,
+    pairs: float = math.nan,
+) -> Measurements:
     """What analyses need of the repeats of a point, one or more.
 
     since, until : times (s) between which curves have points
+    pairs : the `typical_pairs` of the point; without it, there is nothing after the relaxation
 
     The kernels run in threads without Python's lock, while the next repeats are read.
     """
@@ -187,7 +229,7 @@ def measure(traces: Iterable[Trace], since: float = 0.0, until: float = math.inf
     most = processors()
     with ThreadPoolExecutor(most) as pool:
         for together in _together(traces):
-            waiting.append(pool.submit(_measured, together, since, until))
+            waiting.append(pool.submit(_measured, together, since, until, pairs))
             if not parts and len(waiting) == 1:
                 waiting[0].exception()  # waits: only one thread compiles the kernels
             while len(waiting) > most:
@@ -221,15 +263,16 @@ def _together(traces: Iterable[Trace]) -> Iterator[list[Trace]]:
         yield together
 
 
-def _measured(traces: Sequence[Trace], since: float, until: float) -> Measurements:
+def _measured(traces: Sequence[Trace], since: float, until: float, pairs: float) -> Measurements:
     """`measure` of repeats that fit in memory together."""
     scene, repeats = traces[0].start, len(traces)
     container, number = scene.container, scene.number
     calm = [observables.before_collapse(trace) for trace in traces]
-    relaxed = [relaxed_at(trace) for trace in calm]
+    skipped = relaxation(number, pairs)
+    relaxed = [relaxed_at(trace, skipped) for trace in calm]
     if all(map(is_short, traces)):
-        pairs = zip(calm, relaxed, strict=True)
-        times = [np.empty(0) if at is None else sampling_times(trace, at) for trace, at in pairs]
+        both = zip(calm, relaxed, strict=True)
+        times = [np.empty(0) if at is None else sampling_times(trace, at) for trace, at in both]
         rows, speeds = batch_series(traces, times)
         held, collisions = np.ones(repeats, dtype=bool), rows
         ends = rows.starts[:-1] + [trace.collisions + 1 for trace in calm]
@@ -298,6 +341,7 @@ def _measured(traces: Sequence[Trace], since: float, until: float) -> Measuremen
         time=lasts,
         endings=np.array([trace.stop.reason.value for trace in traces]),
         scene=scene,
+        skipped=skipped,
     )
 
 

@@ -9,6 +9,7 @@ import json
 import logging
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias, get_args, get_type_hints
 
@@ -17,7 +18,7 @@ import numpy as np
 from snooker_cli.analysis.comparison import Comparison, measured_comparisons
 from snooker_cli.analysis.decay import Decay, Note, fit_notes, measured_decays
 from snooker_cli.analysis.fitting import LAWS, Goodness, RepeatMean
-from snooker_cli.analysis.measurement import WINDOWS, Measurements, measure
+from snooker_cli.analysis.measurement import WINDOWS, Measurements, measure, typical_pairs
 from snooker_cli.analysis.steady_state import measured_part
 from snooker_cli.config import Point
 from snooker_cli.errors import UNREADABLE, RunError, UserError
@@ -153,10 +154,12 @@ def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict
     if not any(map(run.present, points)):
         next(run.traces(points[0]))  # raises the error
     for point in points:
-        repeats = _hash(sources_hash(*SOURCES), *_fingerprints(run.statuses(point.index)))
+        statuses = run.statuses(point.index)
+        repeats = _hash(sources_hash(*SOURCES), *_fingerprints(statuses))
         entry: Any = saved.get(str(point.index))
         if not (_is_sound(entry) and entry["hash"] == _hash(repeats, entry["results"])):
-            entry = {"results": _made(run, point, _all_results, counting)}
+            make = partial(_all_results, pairs=typical_pairs(_ended(statuses)))
+            entry = {"results": _made(run, point, make, counting)}
             entry["hash"], new = _hash(repeats, entry["results"]), True
         saved[str(point.index)] = entry
         entries.append(entry["results"])
@@ -192,6 +195,13 @@ def _fingerprints(statuses: Sequence[RepeatStatus]) -> Iterator[str]:
         if status.state is not RepeatState.MISSING:
             status.accept()
             yield f"{status.repeat} {status.header.fingerprint if status.header else ''}"
+
+
+def _ended(statuses: Sequence[RepeatStatus]) -> Iterator[tuple[int, bool]]:
+    """Collisions between balls of each repeat that is there, and whether it is complete."""
+    for status in statuses:
+        if status.header is not None:
+            yield status.header.pair_events, status.header.stop.reason.complete
 
 
 def _hash(*parts: Any) -> str:
@@ -241,9 +251,9 @@ def _made(
     return make(counting(run.traces(point, present), label, len(present)))
 
 
-def _all_results(traces: Iterator[Trace]) -> dict[str, Any]:
-    """Fits, comparisons and table of a point."""
-    measured = measure(traces)
+def _all_results(traces: Iterator[Trace], pairs: float) -> dict[str, Any]:
+    """Fits, comparisons and table of a point with these `typical_pairs`."""
+    measured = measure(traces, pairs=pairs)
     constants = measured_decays(measured)
     compared, notes = measured_comparisons(measured, constants)
     return {

@@ -163,7 +163,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
             for e in map(float, grid)
         )
         alpha = np.array([theory.haff_rate(loss) for loss in losses])
-        build.lines.append(Line(grid, alpha, "α, kinetic theory", alpha_series, "solid"))
+        build.lines.append(Line(grid, alpha, "α, Enskog rates at the start", alpha_series, "solid"))
     for law_name, model in LAWS.items():
         name, errors = f"{model.symbol}, {model.label} fitted", column[f"{model.key}_error"]
         build.lines.append(Points(cors, column[model.key], errors, name, _SERIES[law_name]))

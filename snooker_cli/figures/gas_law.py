@@ -34,7 +34,7 @@ from snooker_cli.scene import Scene
 
 IDEAL = "ideal gas"
 IDEAL_RATIO = Reference("y", 1.0, IDEAL, "dashed")
-THEORY = "hard-disk theory"
+THEORY = theory.FINITE
 CURVE = 120  # vertices of a curve of theory
 SAME = 1e-9  # packings or temperatures are the same within this share
 

@@ -91,7 +91,7 @@ def pressure(build: FigureBuilder) -> FigureData:
         drift = scene.number * (scene.kinetic_energy / scene.number - met)
         state = predictions.scene_state(scene, met)
         if state and (value := state.pressure + drift / scene.container.area) not in expected:
-            name = None if expected else "hard-disk theory, CoR 1"
+            name = None if expected else f"{theory.FINITE}, CoR 1"
             build.lines.append(Reference("y", value, name, "dotted"))
             expected.append(value)
     top = max(expected, default=0.0)

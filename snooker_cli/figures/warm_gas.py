@@ -331,9 +331,8 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
             scene = build.start(point)
             packing, e = scene.packing_fraction, scene.restitution
             numbers: dict[str, Any] = {"theory": theory.granular_compressibility(packing, e)}
-            here = predictions.fluid(scene.number, 1.0, float(scene.radii[0]), scene.container)
-            if here is not None:  # impulses are (1 + e)/2 of those of elastic balls
-                numbers["theory_here"] = 1 + (1 + e) / 2 * (here.virial_ratio - 1)
+            if (here := predictions.disk_ratios(scene).get(theory.FINITE)) is not None:
+                numbers["theory_here"] = here.virial
             rows.append((packing, *inner, *outer))
             numbers |= {"temperature": warm, "virial": inner, "wall": outer}
             build.record(point, packing=packing, **numbers)

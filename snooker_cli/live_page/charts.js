@@ -94,12 +94,14 @@ class GasCharts extends Panels {
   // Mean pressures since the means began, after each row: at the wall, by the virial, and by theory.
   pressures(rows) {
     const { gas } = this, { scene, from } = gas, times = [], all = [];
-    const ratio = isEqual(scene) && scene.pairLaw.word === "constant"
-      ? this.fluid.ratio(gas.number, scene.radii[0], scene.container, scene.pairLaw.cor) : null;
+    const { pairLaw, container } = scene, N = gas.number, drift = driftEnergy(scene);
+    const ratio = isEqual(scene) && pairLaw.word === "constant"
+      ? this.fluid.ratio(N, scene.radii[0], container, pairLaw.cor) : null;
     const add = (name, colour, dash) => all.push({ name, colour, dash, values: [] }) && all[all.length - 1].values;
     const wall = hasWalls(scene.container) ? add("at the wall", "third") : null;
     const virial = gas.number > 1 ? add("by the virial", "first") : null;
-    const ideal = add("ideal gas", "soft", DOTS), disks = ratio === null ? null : add("hard disks", "ink", DASHES);
+    const ideal = add(THEORY.ideal, "soft", DOTS);
+    const disks = ratio === null ? null : add(THEORY.finite, "ink", DASHES);
     for (const row of rows) {
       if (!(row.time > from.time)) continue;
       const means = gas.meter.means(from, row);
@@ -107,7 +109,7 @@ class GasCharts extends Panels {
       wall?.push(means.wall);
       virial?.push(means.virial);
       ideal.push(means.ideal);
-      disks?.push(means.ideal * ratio);
+      disks?.push(means.ideal * asMet(ratio, { ...means, N, container, drift }));
     }
     return { times, all };
   }
@@ -153,9 +155,9 @@ class GasCharts extends Panels {
     pen.setLineDash([]);
     this.heading(pen, panel, [[paint("second"), `T = ${short(now.temperature)} J`]]);
     pen.fillStyle = paint("ink");
-    this.note(pen, panel, `${DASHES.text} Maxwell’s law`);
+    this.note(pen, panel, `${DASHES.text} ${THEORY.maxwell}`);
     pen.fillStyle = paint("first");
-    if (fixed) this.note(pen, panel, `${DOTS.text} ${gas.number} balls at fixed energy`, 1);
+    if (fixed) this.note(pen, panel, `${DOTS.text} ${THEORY.fixed}`, 1);
   }
 
   // A line through points [time, value]; if it holds its values, with steps.

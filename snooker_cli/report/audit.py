@@ -10,7 +10,7 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.analysis.decay import Decay, decays, reported_constant
 from snooker_cli.analysis.fitting import LEAST_PROBABILITY
-from snooker_cli.analysis.measurement import relaxed_at
+from snooker_cli.analysis.measurement import pairs_of, relaxation, relaxed_at
 from snooker_cli.analysis.observables import (
     ROUNDING,
     at_collisions,
@@ -127,8 +127,9 @@ def stated_results(runs: Runs) -> StatedResults:
         return single[number.quantity] if sample is None else sample.our_value(number)
 
     numbers = {name: ours(number) for name, number in SOURCE_VALUES.items()}
+    skipped = relaxation(scene.number, pairs_of(elastic))
     paths = [
-        (mean_free_path(trace), mean_free_path(trace, relaxed_at(trace) or math.nan))
+        (mean_free_path(trace), mean_free_path(trace, relaxed_at(trace, skipped) or math.nan))
         for trace in elastic
     ]
     whole, relaxed = (OurValue(*mean_and_error(column)) for column in np.array(paths).T)

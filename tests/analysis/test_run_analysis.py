@@ -33,8 +33,8 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """The number of repeats of each measurement from now on."""
     numbers: list[int] = []
 
-    def counted(traces: Any, *span: float) -> Any:
-        found = measure(traces, *span)
+    def counted(traces: Any, *span: float, **more: float) -> Any:
+        found = measure(traces, *span, **more)
         numbers.append(len(found.time))
         return found
 

@@ -45,7 +45,7 @@ def beside(**changes: Any) -> dict[str, Any]:
 
 
 def state(**changes: Any) -> dict[str, Any]:
-    given = {"quantity": "PV/NT", "unit": "1", "model": "hard disks with a wall"}
+    given = {"quantity": "PV/NT", "unit": "1", "model": "hard disks, finite N"}
     numbers = {"measured": 1.01, "error": 0.0021, "predicted": 1.0, "difference": 0.01}
     return beside(**given, **numbers) | changes
 
@@ -113,5 +113,5 @@ def test_a_run_has_the_range_over_its_points() -> None:
     assert overview([*laws, *others], theories) == (
         "Haff's law holds to the end at 1 of 2 points that cool; "
         "Haff's α differs from Enskog by −4 to 10 %; "
-        "PV/NT differs from theory for hard disks with a wall by 1 %"
+        "PV/NT differs from theory for hard disks, finite N by 1 %"
     )
