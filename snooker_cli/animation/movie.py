@@ -48,8 +48,9 @@ FLASH = 0.3  # how long a contact flashes, s of showing; as in the player's scri
 MOST_FLASHES = 60  # the latest ones: more would hide the balls; as in the player's script
 
 # As in the player's charts: bins of speeds over √(2T/m), the last with all faster balls, and the
-# share of the balls at the top of the panel.
-BIN, BINS, MOST_SHARE = 0.2, 15, 0.25
+# share of the balls at the top of the panel. A speed this little below an edge (in bins) is above
+# it, so that equal speeds are in one bin.
+BIN, BINS, MOST_SHARE, EDGE = 0.2, 15, 0.25, 1e-9
 
 MP4_OPTIONS = ["-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart", "-f", "mp4"]
 """For ffmpeg: colours for every player, little loss, and the index at the front."""
@@ -172,7 +173,7 @@ class Screen:
             text.set_text(f"{short(value, 4)} {unit}")
         temperature = energy / scene.number
         reduced = frame.speeds * np.sqrt(scene.masses / (2 * temperature or 1.0))
-        bins = np.minimum(reduced / BIN, BINS - 1).astype(int)
+        bins = np.minimum(reduced / BIN + EDGE, BINS - 1).astype(int)
         self.bars.set_data(np.bincount(bins, minlength=BINS) / scene.number)
         self.temperature.set_text(f"T = {short(temperature, 4)} J")
         self.canvas.restore_region(self.still)
@@ -247,7 +248,7 @@ class Screen:
         law = BIN * 2 * speeds * np.exp(-(speeds**2))
         axes.plot(speeds, law, "--", color=INK, linewidth=0.8, label="Maxwell’s law")
         axes.legend(loc="upper right")
-        axes.set_xlabel("speed ÷ √(2T/m)")
+        axes.set_xlabel(f"speed ÷ √(2T/m); last bar: {BIN * (BINS - 1):.1f} and more")
 
     def _panel(self, bottom: float, name: str, shade: str, top: float) -> tuple[Axes, Any]:
         """Axes below their name, and the text of the current value there."""

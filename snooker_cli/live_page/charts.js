@@ -40,14 +40,16 @@ class GasCharts extends Panels {
     const late = Math.max(curves.times.findIndex((time) => time > settled), 0);
     const seen = curves.all.flatMap(({ values }) => values.slice(late)).filter(Number.isFinite);
     pressure.top = roomy(Math.max(...seen, 0));
+    const shares = gas.shares;
+    speeds.top = speedsTop(shares);
     this.layOut(pen, width, height, size);
     this.across = (time) => this.left + (time / this.high) * this.wide;
     this.grid(pen);
     this.footer(pen, pressure, this.across, 0, this.high, 0, "time (s)");
-    this.footer(pen, speeds, (v) => this.reduced(v), 0, BIN * BINS, 0, "speed ÷ √(2T/m)");
+    this.footer(pen, speeds, (v) => this.reduced(v), 0, BIN * BINS, 0, SPEED_AXIS);
     this.drawEnergy(pen, energy, rows, now);
     this.drawPressures(pen, pressure, curves);
-    this.drawSpeeds(pen, speeds, now);
+    this.drawSpeeds(pen, speeds, shares, now);
     this.canvas.setAttribute("aria-label", this.sentence(now, curves));
   }
 
@@ -135,12 +137,10 @@ class GasCharts extends Panels {
     });
   }
 
-  drawSpeeds(pen, panel, now) {
+  drawSpeeds(pen, panel, shares, now) {
     const { gas } = this;
-    if (gas.sampled) {
-      pen.fillStyle = paint("second");
-      this.bars(pen, panel, Array.from(gas.counts, (count) => count / gas.sampled), true);
-    }
+    pen.fillStyle = paint("second");
+    this.bars(pen, panel, shares, true);
     pen.setLineDash(DASHES.line);
     pen.lineWidth = 1.4;
     pen.strokeStyle = paint("ink");
@@ -191,6 +191,9 @@ class GasCharts extends Panels {
     return `Now: ${texts.join(", ")}`;
   }
 }
+
+// The top of the axis of shares: high enough for a gas that moves, and more where all balls have one speed.
+const speedsTop = (shares) => Math.min(1, Math.max(MOST_SHARE, roomy(Math.max(...shares))));
 
 // The top of an axis above a value: a number with one digit or 1.5, so that it changes rarely.
 function roomy(value) {

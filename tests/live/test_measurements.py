@@ -204,6 +204,22 @@ def test_the_running_gas_measures_as_a_repeat_does(javascript: LiveScripts) -> N
         assert decay[name] == pytest.approx(measured[name], rel=0.02)  # other weights of the times
 
 
+@pytest.mark.parametrize("scene", ["trap", "report"])
+def test_balls_of_one_speed_are_one_bar_that_is_as_high_as_it_says(
+    scene: str, javascript: LiveScripts
+) -> None:
+    """The speed over √(2T/m) is 1 but for rounding, at an edge; the axis ends at 100 %."""
+    shares, top = javascript.value(
+        """(() => {
+          const { shares } = new Gas(configOf(scene));
+          return [shares, speedsTop(shares)];
+        })()""",
+        scene=scene,
+    )
+    assert shares == [0.0] * 5 + [1.0] + [0.0] * 9
+    assert top == 1
+
+
 @pytest.mark.parametrize(("mass", "digits"), [(1, 3), (100, 31), (1e4, 314), (1e6, 3141)])
 def test_galperins_billiard_counts_digits_of_pi(
     mass: float, digits: int, javascript: LiveScripts
