@@ -91,11 +91,19 @@ def disk_ratios(scene: Scene) -> dict[str, DiskRatio]:
     if not isinstance(law, Constant):
         return {}
     large = theory.granular_compressibility(packing, law.cor)
-    ratios = {INFINITE: DiskRatio(large, large)}
-    if (state := scene_state(scene, 1.0)) is not None:
-        state, ideal = state.inelastic(law.cor), scene.number / scene.container.area
-        ratios[FINITE] = DiskRatio(state.pressure / ideal, state.virial_ratio)
-    return ratios
+    balls = scene.number, float(scene.radii[0]), scene.container
+    finite = None if isinstance(scene.container, Channel) else finite_ratio(*balls, law.cor)
+    return {INFINITE: DiskRatio(large, large)} | ({FINITE: finite} if finite else {})
+
+
+def finite_ratio(
+    number: float, radius: float, container: Container, restitution: float
+) -> DiskRatio | None:
+    """PV/NT of N equal hard disks in a container; ``None`` if they are too dense to be a fluid."""
+    if (state := fluid(number, 1.0, radius, container)) is None:
+        return None
+    state = state.inelastic(restitution)
+    return DiskRatio(state.pressure * container.area / number, state.virial_ratio)
 
 
 def scene_rates(scene: Scene, temperature: float) -> theory.CollisionRates | None:

@@ -14,6 +14,7 @@ from snooker_cli.analysis.observables import (
     ideal_gas_ratio,
     mean_and_error,
     mean_temperature,
+    meeting_temperature,
     series,
     so_far,
     standard_errors,
@@ -21,14 +22,12 @@ from snooker_cli.analysis.observables import (
     virial_ratio,
     wall_energies,
 )
-from snooker_cli.analysis.structure import values
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.engine import replay
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
-    NEUTRAL,
     Array,
     FigureData,
     Line,
@@ -46,7 +45,7 @@ from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
 BINS, COARSE_BINS = 20, 10  # of profiles, and of those whose slope is taken
-MOST_BALLS = 4_000_000  # balls times states of a point's profiles, which take seconds
+MOST_BALLS = 4_000_000  # balls times states of a point's profiles, which take a second or two
 TIMES = 200  # times at which repeats are compared
 CURVE = 100  # vertices of a curve of theory
 
@@ -153,23 +152,19 @@ def _profile(build: FigureBuilder, steady: _Steady, bins: int) -> tuple[Array, A
     area = scene.container.accessible(float(scene.radii.min())).area / bins
     most = max(2, MOST_BALLS // scene.number // len(build.repeats(point)))
 
-    def sums(positions: Array, velocities: Array, state: Scene) -> Array:
-        """Balls, and m v² across and along, in each bin: (3, *b*)."""
-        places, moving = positions - state.container_position, velocities
-        where = places[:, 0]
-        if circle:
-            where = np.hypot(*places.T)
-            outward = places / np.where(where > 0, where, 1.0)[:, None]
-            turned = outward[:, 0] * moving[:, 1] - outward[:, 1] * moving[:, 0]
-            moving = np.column_stack([np.sum(outward * moving, axis=1), turned])
-        where = np.clip(where, edges[0], edges[-1])
-        weights = np.ones(len(where)), *(state.masses * moving.T**2)
-        return np.array([np.histogram(where, edges, weights=weight)[0] for weight in weights])
-
     rows = []
     for trace, since in steady.traces(point):
         states = replay(trace, np.linspace(since, trace.stop.time, most))
-        balls, *squares = sum(values(sums, trace.start, states))
+        centres = states.container_positions[:, np.newaxis]
+        places = (states.positions - centres).reshape(-1, 2)
+        where, (u, v) = places[:, 0], states.velocities.reshape(-1, 2).T
+        if circle:
+            where = np.hypot(*places.T)
+            x, y = places.T / np.where(where > 0, where, 1.0)
+            u, v = x * u + y * v, x * v - y * u
+        where, masses = np.clip(where, edges[0], edges[-1]), np.tile(trace.start.masses, most)
+        weights = np.ones(len(where)), masses * u**2, masses * v**2
+        balls, *squares = (np.histogram(where, edges, weights=weight)[0] for weight in weights)
         known = np.where(balls, balls, np.nan)
         rows.append((balls / (most * area), *(square / known for square in squares)))
     density, across, along = np.swapaxes(np.array(rows), 0, 1)
@@ -204,6 +199,10 @@ def profiles(build: FigureBuilder) -> FigureData:
         across=across.mean(axis=0),
         along=along.mean(axis=0),
         mean_temperature=mean_and_error(warm),
+        first_temperature=mean_and_error(temperature[:, 0]),
+        last_temperature=mean_and_error(temperature[:, -1]),
+        first_density=mean_and_error(density[:, 0] / density.mean()),
+        last_density=mean_and_error(density[:, -1] / density.mean()),
     )
     ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
     return build.figure(
@@ -320,36 +319,52 @@ def heat_flux(build: FigureBuilder) -> FigureData:
 
 
 def equation_of_state(build: FigureBuilder) -> FigureData:
-    """PV/NT in the steady state against packing, a series for each CoR, with theory."""
+    """PV/NT − 1 by the virial of the balls, over the packing, in the steady state, with theory.
+
+    It is (1 + e) χ in a very large gas. PV/NT itself differs little between dilute gases.
+    """
     names, steady = [group[0] for group in build.groups], _Steady(build)
     for index, group in enumerate(build.groups):
-        rows = []
-        for point in group:
+        rows, scenes = [], [build.start(point) for point in group]
+        for point, scene in zip(group, scenes, strict=True):
             measures = virial_ratio, ideal_gas_ratio, mean_temperature
             table = np.array([[f(*part) for f in measures] for part in steady.traces(point)])
             inner, outer, warm = map(mean_and_error, table.T)
-            scene = build.start(point)
-            packing, e = scene.packing_fraction, scene.restitution
-            numbers: dict[str, Any] = {"theory": theory.granular_compressibility(packing, e)}
-            if (here := predictions.disk_ratios(scene).get(theory.FINITE)) is not None:
-                numbers["theory_here"] = here.virial
-            rows.append((packing, *inner, *outer))
+            packing, disks = scene.packing_fraction, predictions.disk_ratios(scene)
+            # Without walls balls meet at a temperature of their own.
+            met = meeting_temperature(scene.kinetic_energy, scene) * scene.number
+            share = met / scene.kinetic_energy * packing
+            rows.append((packing, (inner[0] - 1) / share, inner[1] / share))
+            theories = {"theory": theory.INFINITE, "theory_here": theory.FINITE}
+            numbers: dict[str, Any] = {
+                key: disks[name].virial for key, name in theories.items() if name in disks
+            }
             numbers |= {"temperature": warm, "virial": inner, "wall": outer}
             build.record(point, packing=packing, **numbers)
-        packings, inside, inside_error, at_wall, wall_error = np.array(rows).T
-        grid = np.linspace(0.0, packings.max(), CURVE)
+            result = f"{with_error(*inner)} and {with_error(*outer)}"
+        first = scenes[0]
+        packings, added, errors = np.array(rows).T
         label = build.label(group[0], names) or "simulation"
-        curve = theory.granular_compressibility(grid, e)
-        build.lines += [
-            Line(grid, curve, None, index, "dotted"),
-            Points(packings, inside, inside_error, label, index),
-            Points(packings, at_wall, wall_error, None, index, filled=False),
-        ]
-        build.result(build.label(group[0], names), f"{short(inside[-1])} and {short(at_wall[-1])}")
-    build.lines.append(legend_line("large gas, 1 + (1 + e) η χ", "dotted"))
-    for text, filled in (("by the virial of the balls", True), ("by the wall", False)):
-        empty = np.empty(0)
-        build.lines.append(Points(empty, empty, None, text, NEUTRAL, filled))
+        build.lines.append(Points(packings, added, errors, label, index))
+        if theory.INFINITE in predictions.disk_ratios(first):
+            grid = np.linspace(packings.max() / CURVE, packings.max(), CURVE)
+            large = theory.granular_compressibility(grid, first.restitution)
+            build.lines.append(Line(grid, (large - 1) / grid, None, index, "dotted"))
+            here = [_of_scene(first, float(packing)) for packing in grid]
+            if len({scene.number for scene in scenes}) == 1 and np.isfinite(here).any():
+                build.lines.append(Line(grid, (np.array(here) - 1) / grid, None, index, "solid"))
+        build.result(build.label(group[0], names), result)
+    drawn = {line.style for line in build.lines if isinstance(line, Line)}
+    legend = {"solid": theory.FINITE, "dotted": theory.INFINITE}
+    build.lines += [legend_line(legend[style], style) for style in legend if style in drawn]
     return build.figure(
-        f"{steady.text} At the largest packing, by virial and wall: {build.results_text}."
+        f"{steady.text} PV/NT at the largest packing, by virial and wall: {build.results_text}."
     )
+
+
+def _of_scene(scene: Scene, packing: float) -> float:
+    """PV/NT by the virial of as many balls in the container at another packing; nan without it."""
+    container, number = scene.container, scene.number
+    radius = container.ball_radius(packing, number)
+    found = predictions.finite_ratio(number, radius, container, scene.restitution)
+    return math.nan if found is None else found.virial

@@ -15,9 +15,14 @@ import yaml
 from snooker_cli import theory
 from snooker_cli.analysis.decay import decays, number_complete, range_held
 from snooker_cli.analysis.fitting import LAWS, LEAST_PROBABILITY
-from snooker_cli.analysis.predictions import finite_haff_rate, haff_rate, scene_rates
+from snooker_cli.analysis.predictions import (
+    finite_haff_rate,
+    haff_rate,
+    scene_rates,
+    scene_state,
+)
 from snooker_cli.analysis.run_analysis import fits
-from snooker_cli.config import Point, load
+from snooker_cli.config import Experiment, Point, load
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
@@ -111,6 +116,7 @@ def values(
             if entry["figure"] == "decay-against-cor"
         },
         "steady": steady_pressures(pictures["steady"].numbers["points"]),
+        "bulk_share": _bulk_share(experiments["profiles"]),
         "last_rates": last_rates(pictures["haff-time"].numbers["points"]),
         "lord": 2 * LORD,
         "experiments": experiments,
@@ -265,18 +271,38 @@ def last_rates(points: Sequence[Record]) -> list[dict[str, Any]]:
 def steady_pressures(points: Sequence[Record]) -> list[dict[str, Any]]:
     """The points of figure 27 by radius, with falling CoR.
 
-    Keys: those of a point; ``cor``, ``radius``; ``colder`` and ``weaker``, what T and PV/NT at the
-    wall of elastic balls of this radius exceed its own by, as factors.
+    Keys: those of a point; ``cor``, ``radius``; ``colder`` and ``weaker`` with their errors, what T
+    and PV/NT of elastic balls of this radius exceed its own by, as factors; ``excess`` of PV/NT
+    over theory for N disks, its error and its ``size``, as shares.
     """
     rows: list[dict[str, Any]] = []
     for record in reversed(points):
         cor, radius = (record["parameters"][key] for key in ("cor", "balls.radius"))
         row = {**record, "cor": cor, "radius": radius}
         elastic = row if cor == 1 else next(other for other in rows if other["radius"] == radius)
-        row["colder"] = elastic["temperature"] / row["temperature"]
-        row["weaker"] = elastic["wall"] / row["wall"]
+        for name, column in (("colder", "temperature"), ("weaker", "virial")):
+            row[name], row[f"{name}_error"] = _factor(column, elastic, row)
+        row["excess"] = row["virial"] / row["theory_here"] - 1
+        row["excess_error"] = row["virial_error"] / row["theory_here"]
+        row["size"] = abs(row["excess"])
         rows.append(row)
     return sorted(rows, key=lambda row: float(row["radius"]))
+
+
+def _factor(column: str, above: Record, below: Record) -> tuple[float, float]:
+    """The ratio of a column of two points, whose repeats are independent, and its error."""
+    ratio = above[column] / below[column]
+    shares = [one[f"{column}_error"] / one[column] for one in (above, below)]
+    return ratio, ratio * math.hypot(*shares)
+
+
+def _bulk_share(experiment: Experiment) -> float:
+    """Density of elastic disks far from the wall, over the mean one of their centres, by theory."""
+    scene = starting_scene(experiment, 0)
+    state, radius = scene_state(scene, 1.0), float(scene.radii[0])
+    assert state is not None
+    covered = scene.number * math.pi * radius**2
+    return state.bulk_packing * scene.container.accessible(radius).area / covered
 
 
 MEASUREMENTS = ("error", "hard", "billion", "physics", "certain")
