@@ -798,7 +798,7 @@ By the expansion to fourth order; Gass 1971 has 1.029.
 def thermal_conductivity(
     packing: Real, ball_radius: float, temperature: Real, mass: float = 1.0
 ) -> Real:
-    """Conductivity of elastic disks after Enskog, 1/(m s) with k_B = 1 (Gass 1971).
+    """Conductivity of elastic disks after Enskog, 1/s with k_B = 1 (Gass 1971).
 
     λ = (2/d)√(T/(πm)) [s (1 + 3ηχ/2)²/χ + (4/π) η² χ], where s = `SONINE_CONDUCTIVITY` corrects
     the first Sonine approximation (J. Chem. Phys. 54, 1898). The last term is the direct transfer

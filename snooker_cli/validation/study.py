@@ -131,11 +131,11 @@ def lattice_gas(
     keys: Mapping[str, Any] | None = None,
     **balls: Any,
 ) -> Experiment:
-    """Equal balls on a lattice with Maxwell's speeds, 10 m/s (root mean square).
+    """Equal balls on a lattice with Maxwell's speeds, 10 m/s (root mean square) by default.
 
     keys : further keys of the config
     """
-    balls |= {"speed": 10.0, "speeds": "maxwell"}
+    balls = {"speed": 10.0, "speeds": "maxwell"} | balls
     known = {"container": dict(container), "balls": balls, "cor": cor, "collisions": 1, "seed": 1}
     return load(known | dict(keys or {})).experiment
 
