@@ -2,7 +2,11 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from decimal import Decimal
 from typing import Any
+
+MOST_PLACES, LARGE = 8, 1e7  # decimal places and size of a value without a power of ten
+DIGITS_OF_DOUBLE = 15
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -24,15 +28,25 @@ def exact(value: float) -> str:
 
 
 def with_error(value: float | None, error: float | None, unit: str = "") -> str:
-    """``1.234 ± 0.012 s⁻¹``: the error to two digits, the value to the same place."""
+    """``1.234 ± 0.012 s⁻¹``: the error to two digits, the value to the same place.
+
+    Very large and very small numbers share a power of ten: ``(2.056 ± 0.035) × 10⁹``.
+    """
     unit = f" {unit}" if unit else ""
-    if value is None or error is None or not math.isfinite(error) or error <= 0:
+    if value is None or error is None or not math.isfinite(value + error) or error <= 0:
         return f"{short(value, 4)}{unit}"
     places = 1 - math.floor(math.log10(error))
-    if 0 <= places <= 8 and abs(value) < 1e7:
+    if 0 <= places <= MOST_PLACES and abs(value) < LARGE:
         text = f"{value:.{places}f} ± {error:.{places}f}"
-        return f"{text.replace('-', '−')}{unit}"
-    return f"({short(value, 4)} ± {short(error, 2)}){unit}"
+    else:
+        largest = max(abs(value), error)
+        digits = places + math.floor(math.log10(largest))
+        if digits > DIGITS_OF_DOUBLE:  # the error is below the rounding of the value
+            return f"({short(value, 4)} ± {short(error, 2)}){unit}"
+        power = int(f"{largest:.{digits}e}".partition("e")[2])  # 9.996 may be rounded to 10
+        pair = (f"{Decimal(number).scaleb(-power):.{places + power}f}" for number in (value, error))
+        text = f"({' ± '.join(pair)}) × 10{str(power).translate(_RAISED)}"
+    return f"{text.replace('-', '−')}{unit}"
 
 
 def printable(text: str, kept: str = "") -> str:

@@ -389,6 +389,14 @@ def at_collisions(trace: Trace, most: int = 2000) -> States:
     return replay(trace, np.concatenate([[0.0], trace.events.time])[rows])
 
 
+def at_equal_steps(trace: Trace, steps: int) -> States:
+    """The states in the middle of steps of time that are equally long, over the whole repeat.
+
+    Raises ``ValueError`` without events.
+    """
+    return replay(trace, (np.arange(steps) + 0.5) * (trace.stop.time / steps))
+
+
 def central_distances(states: States) -> Array:
     """Distances of the balls from the container's centre; (*t* *N*,), m."""
     offsets = states.positions - states.container_positions[:, None]

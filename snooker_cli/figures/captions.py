@@ -23,6 +23,7 @@ from snooker_cli.figures.figure_data import (
     Line,
     LineStyle,
     Points,
+    Reference,
     bands,
     legend_line,
     more_than_a_decade,
@@ -40,6 +41,7 @@ from snooker_cli.figures.selection import (
     value_at,
     varying,
 )
+from snooker_cli.formatting import with_error
 from snooker_cli.memory import MEMORY
 from snooker_cli.runs import Run
 from snooker_cli.scene import Scene
@@ -50,6 +52,7 @@ SPREAD = "mean ± standard deviation of a repeat"  # what a band shows
 MEAN_SPREAD = "mean ± standard error of it"  # the same around a mean over the repeats
 LOG_SPREAD = "mean ± standard deviation of logarithms"  # what a band shows on a logarithmic axis
 BARS = "Bars: standard errors over the repeats."  # of all markers with errors
+ABOVE_THEORY = "above theory (%)"  # the y label of a panel of residuals
 
 
 @dataclass
@@ -60,6 +63,7 @@ class FigureBuilder:
     fields : fields of ``FigureData`` that do not depend on the run
     shows : the sentence that begins the caption
     lines, bands : layers; bands are behind lines
+    panel : layers of the panel below
     records : the numbers of each point, as JSON
     results : a phrase of the caption for each series
     means : whether lines are means over the repeats and bands their standard errors
@@ -75,6 +79,7 @@ class FigureBuilder:
     shows: str = ""
     lines: list[Layer] = field(default_factory=list)
     bands: list[Band] = field(default_factory=list)
+    panel: list[Layer] = field(default_factory=list)
     records: list[dict[str, Any]] = field(default_factory=list)
     results: list[str] = field(default_factory=list)
     means: bool = False
@@ -159,6 +164,16 @@ class FigureBuilder:
         noun = "repeat" if max(used) == 1 else "repeats, evenly chosen,"
         return f"{points} The figure uses {number} {noun} of each point.".lstrip()
 
+    def _largest_residual(self) -> dict[str, Any]:
+        """The largest residual of the panel and its error, %, and the number of residuals."""
+        layers = [layer for layer in self.panel if isinstance(layer, Points)]
+        if not layers:
+            return {}
+        y = np.concatenate([layer.y for layer in layers])
+        error = np.concatenate([layer.y_error for layer in layers if layer.y_error is not None])
+        at = int(np.argmax(np.abs(y)))
+        return {"residuals": len(y), "largest_residual": y[at], "largest_residual_error": error[at]}
+
     @property
     def title(self) -> str:
         """The title, with the swept keys that have one value here."""
@@ -199,15 +214,27 @@ class FigureBuilder:
         name, errors = self.label(point) or "simulation", standard_errors(rows)
         self.lines.append(Points(x, rows.mean(axis=0), errors, name, index))
 
+    def add_residuals(self, index: int, x: Array, y: Array, error: Array, theory: Array) -> None:
+        """Add markers to the panel below: (y − theory)/theory in %, where both are known."""
+        known = np.isfinite(theory) & np.isfinite(y)
+        x, y, error, theory = (column[known] for column in (x, y, error, theory))
+        if len(x):
+            self.panel.append(Points(x, 100 * (y / theory - 1), 100 * error / theory, None, index))
+
     @property
     def covers_decades(self) -> bool:
         """Whether the lines cover more than a decade."""
         return more_than_a_decade(line.y for line in self.lines if isinstance(line, Line))
 
-    def add_histogram(self, index: int, point: Point, edges: Array, heights: Array) -> None:
-        """Add the outline of bins between edges (*n* + 1,)."""
-        x, y = np.append(edges[0], edges), np.pad(heights, 1)
+    def add_histogram(
+        self, index: int, point: Point, edges: Array, heights: Array, errors: Array
+    ) -> None:
+        """Add the outline of bins between edges (*n* + 1,), and the band of their errors."""
+        self.means = True
+        x, y, error = np.append(edges[0], edges), np.pad(heights, 1), np.pad(errors, 1)
         self.lines.append(Line(x, y, self.label(point), index, steps=True))
+        if np.isfinite(errors).all():
+            self.bands.append(Band(x, y - error, y + error, None, index, steps=True))
 
     def figure(
         self,
@@ -233,6 +260,9 @@ class FigureBuilder:
         if unnamed and not self.means:
             legend.insert(0, legend_line(f"line: {shown}", "solid"))
         layers: list[Any] = [*self.bands, *self.lines, *legend]
+        if self.panel:
+            panel = (Reference("y", 0.0), *self.panel)
+            others = {"panel": panel, "panel_label": ABOVE_THEORY} | others
         owners = {getattr(layer, "series", NEUTRAL) for layer in layers} - {NEUTRAL}
         series = [group[0] for group in self.groups] if self.groups[1:] else self.groups[0]
         if owners == set(range(len(series))):
@@ -241,11 +271,17 @@ class FigureBuilder:
             for number, layer in enumerate(layers):
                 if np.size(getattr(layer, "x", 0)) == 0:
                     layers[number] = replace(layer, series=min(owners))
+        residuals, largest = self._largest_residual(), ""
+        if residuals:
+            number, value, error = residuals.values()
+            which = f"Largest of {number} differences" if number > 1 else "Difference"
+            largest = f"{which} from theory: {with_error(value, error, '%')}."
         errors = [layer.y_error for layer in layers if isinstance(layer, Points)]
         sentences = [
             self.shows,
             caption,
             "Theory fails where the mean free path exceeds the container." if self.thin else "",
+            largest,
             BARS if any(error is not None and np.isfinite(error).any() for error in errors) else "",
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
             setting(self.run, self.points, self.selection),
@@ -254,7 +290,11 @@ class FigureBuilder:
         return FigureData(
             layers=tuple(layers),
             caption=" ".join(filter(None, sentences)),
-            numbers={**(numbers or {}), **({"points": self.records} if self.records else {})},
+            numbers={
+                **(numbers or {}),
+                **residuals,
+                **({"points": self.records} if self.records else {}),
+            },
             **{**self.fields, "title": self.title, **others},
         )
 

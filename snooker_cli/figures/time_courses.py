@@ -78,7 +78,7 @@ def momentum_component(name: str, build: FigureBuilder) -> FigureData:
         f"{short(worst / EPSILON, 2)} roundings, at "
         f"{max(record['states'] for record in build.records)} times.",
         numbers={"largest_deviation": worst},
-        inset=(*deviation.bands, Reference("y", 0.0), *deviation.lines),
+        panel=(*deviation.bands, Reference("y", 0.0), *deviation.lines),
     )
 
 
