@@ -65,7 +65,8 @@ def point_label(parameters: Mapping[str, object]) -> str:
     """A point's swept keys and values, as in ``cor=0.8, balls.radius=1.0``."""
     nulls = {"container.mass": "∞", "wall_cor": "cor"}  # what they stand for
     values = ((key, nulls.get(key) if v is None else v) for key, v in parameters.items())
-    return printable(", ".join(f"{key}={value}" for key, value in values)) or "all"
+    yaml = ((key, str(v).lower() if isinstance(v, bool) else v) for key, v in values)
+    return printable(", ".join(f"{key}={value}" for key, value in yaml)) or "all"
 
 
 def listed(words: Sequence[str]) -> str:

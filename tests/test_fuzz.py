@@ -71,7 +71,7 @@ BASES = [
     """\
 title: demo
 container: {shape: circle, radius: 10.0, mass: 1.0e7}
-balls: {rings: 2, radius: 1.0, mass: 1, speed: 10, ring_extent: 0.8}
+balls: {rings: 2, radius: 1.0, mass: 1, speed: 10, ring_extent: 0.8, common_rotation: false}
 cor: 0.8
 wall_cor: null
 collapse: {tc: 0.01}

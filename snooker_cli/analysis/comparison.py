@@ -150,7 +150,7 @@ def _in_steady_state(
     with np.errstate(divide="ignore", invalid="ignore"):
         rows = steady_state.rows(complete, part.first)
         comparisons = list(_compared(rows, len(complete.time), notes))
-    return _of_repeats(comparisons, measured), [*notes, *steady_state.notes(complete)]
+    return _of_repeats(comparisons, measured), [*notes, *steady_state.notes(complete, part.first)]
 
 
 def _of_repeats(comparisons: Iterable[Comparison], measured: Measurements) -> list[Comparison]:

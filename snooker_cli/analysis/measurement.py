@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from snooker_cli.analysis import observables
 from snooker_cli.analysis.observables import INSTANT, sampling_times
+from snooker_cli.containers import Circle
 from snooker_cli.engine import Rows, batch_series, is_short
 from snooker_cli.engine.jit import helper, inlined, kernel
-from snooker_cli.laws import Sides
+from snooker_cli.laws import Driven, Sides
 from snooker_cli.runs.execution import processors
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BINS, StopReason, Trace
@@ -103,6 +104,8 @@ class Measurements:
     across : (*repeats*, WINDOWS) as in `observables.shares_across`
     by_side : (*repeats*, WINDOWS, *sides*) as in `observables.wall_energies`, J; nan unless the
         laws of straight walls differ
+    rotation_energy : J, as in `observables.rotation_energy`; nan unless the wall is a driven circle
+        with two balls or more, whose rotation it keeps
     windows, whole, relaxed : averages over ``WINDOWS`` windows of time; over all of it; after the
         relaxation, nan in repeats that are too short
     skipped : collisions between balls in the relaxation, see `relaxation`
@@ -123,6 +126,7 @@ class Measurements:
     numbers: Integers
     across: Array
     by_side: Array
+    rotation_energy: Array
     windows: Averages
     whole: Averages
     relaxed: Averages
@@ -308,6 +312,9 @@ def _measured(traces: Sequence[Trace], since: float, until: float, pairs: float)
     if isinstance(scene.wall_law, Sides):
         windows = zip(traces, edges, strict=True)
         by_side = np.stack([observables.wall_energies(trace, row) for trace, row in windows])
+    rotating = np.full(repeats, math.nan)
+    if number > 1 and isinstance(container, Circle) and isinstance(scene.wall_law, Driven):
+        rotating[:] = [observables.rotation_energy(trace) for trace in traces]
     points = np.zeros((repeats, 3, 3, POINTS))
     samples = np.full((repeats, 3, 2, SAMPLES), math.nan)
     numbers, collision_speed = np.zeros((repeats, 3), np.int64), np.full(repeats, math.nan)
@@ -326,6 +333,7 @@ def _measured(traces: Sequence[Trace], since: float, until: float, pairs: float)
         numbers,
         across=np.stack([observables.shares_across(trace, WINDOWS) for trace in traces]),
         by_side=by_side,
+        rotation_energy=rotating,
         windows=averages(edges, rows.starts[1:]),
         whole=averages(np.stack([0 * lasts, lasts], axis=1), rows.starts[1:]),
         relaxed=averages(np.stack([later, calm_lasts], axis=1), np.asarray(ends)),

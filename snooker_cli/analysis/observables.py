@@ -232,6 +232,18 @@ def total_angular_momentum(scene: Scene) -> float:
     return total
 
 
+def rotation_energy(trace: Trace) -> float:
+    """Energy of a rigid rotation with the balls' angular momentum at the start, J.
+
+    The places are those in the end, about the centre of the container. See
+    `theory.rotation_energy`.
+    """
+    start, finish = trace.start, trace.finish  # the centre starts at the origin
+    places = finish.positions - finish.container_position
+    inertia = float(start.masses @ np.sum(places**2, axis=1))
+    return theory.rotation_energy(total_angular_momentum(start), inertia)
+
+
 def complete_repeats(traces: Iterable[Trace]) -> list[Trace]:
     """The repeats that reached their requested end, for averages over events.
 

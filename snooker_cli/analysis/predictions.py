@@ -181,10 +181,7 @@ def floor(trace: Trace) -> float:
         return drift_energy(scene) / scene.kinetic_energy
     if not isinstance(container, Circle) or not _heavy(scene):
         return math.nan
-    turning = observables.total_angular_momentum(scene)  # the centre starts at the origin
-    places = trace.finish.positions - trace.finish.container_position
-    inertia = float(scene.masses @ np.sum(places**2, axis=1))
-    return theory.rotation_energy(turning, inertia) / scene.kinetic_energy
+    return observables.rotation_energy(trace) / scene.kinetic_energy
 
 
 def _heavy(scene: Scene) -> bool:

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import theory
-from snooker_cli.analysis import predictions
+from snooker_cli.analysis import observables, predictions
 from snooker_cli.analysis.decay import Note
 from snooker_cli.analysis.fitting import LEAST_PROBABILITY, equal_means
 from snooker_cli.analysis.measurement import MEANS, WINDOWS, Averages, Measurements
 from snooker_cli.analysis.predictions import GIVEN, NO_THEORY, Row
 from snooker_cli.containers import Channel, Circle
-from snooker_cli.formatting import probability, short
+from snooker_cli.formatting import probability, short, with_error
 from snooker_cli.laws import Constant, Law, Sides, Thermal
 from snooker_cli.scene import Scene
 from snooker_cli.theory import FINITE, IDEAL
@@ -26,6 +26,9 @@ from snooker_cli.theory import FINITE, IDEAL
 Array = NDArray[np.float64]
 
 WALLS, BALANCE = "temperature of the wall", "balance of energy"
+
+MOST_ROTATION = 0.01
+"""Share of the energy in a common rotation above which a note says how to start without it."""
 
 LEAST_REPEATS = 5
 """Complete repeats that the test needs: three differences, and two degrees of freedom more."""
@@ -221,8 +224,8 @@ def _beside(
         yield quantity, model, measured, value * scale
 
 
-def notes(measured: Measurements) -> Iterator[Note]:
-    """What a reader of the rows has to know."""
+def notes(measured: Measurements, first: int) -> Iterator[Note]:
+    """What a reader of the rows from a window on has to know."""
     scene, parts = measured.scene, "T across/T along"
     yield Note("the kurtosis of speeds is 2 (1 + a2)", "kurtosis of speeds")
     if np.all(np.isfinite(measured.across)):
@@ -234,3 +237,18 @@ def notes(measured: Measurements) -> Iterator[Note]:
     if BALANCE in expected_temperatures(scene):
         text = f"{BALANCE}: for a uniform gas that loses little on the way across"
         yield Note(text, "temperature", BALANCE)
+    if np.all(np.isfinite(measured.rotation_energy)):
+        yield Note(_rotation(measured, first))
+
+
+def _rotation(measured: Measurements, first: int) -> str:
+    """A sentence on the share of the energy that a smooth driven circle keeps in a rotation."""
+    energy = averages_from(measured.windows, first).kinetic_energy
+    share, error = observables.mean_and_error(measured.rotation_energy / energy)
+    if share < observables.ROUNDING:
+        return "common rotation: none, and a smooth circle adds none"
+    part = f"{with_error(100 * share, 100 * error)} % of the energy"
+    if share <= MOST_ROTATION:
+        return f"common rotation: {part}; a smooth circle keeps it"
+    why = "a smooth circle keeps it, so T depends on the start"
+    return f"common rotation: {part}; {why} (`common_rotation: false` starts without it)"

@@ -132,6 +132,10 @@ class Model(BaseModel):
     )
 
 
+_USUAL = (("shape", Circle.name), ("common_rotation", True))
+"""Values that mean the same as an absent key."""
+
+
 class _Sparse(Model):
     """Written without absent keys, so that digests are the same as before these keys existed."""
 
@@ -141,7 +145,7 @@ class _Sparse(Model):
         return {
             key: value
             for key, value in data.items()
-            if value is not None and (key, value) != ("shape", Circle.name)
+            if value is not None and (key, value) not in _USUAL
         }
 
 
@@ -204,7 +208,17 @@ class TemperatureBySide(_BySide[Amount]):
     """The temperature of some straight walls, J."""
 
 
-class Rings(Model):
+CommonRotation = Annotated[
+    Switch | None,
+    Field(
+        description="Whether random velocities keep their common rotation about the centre of a "
+        "circle (the default). false: the start has the same energy and no angular momentum, and "
+        "a smooth fixed circle keeps it at zero. One of several species can give it for all."
+    ),
+]
+
+
+class Rings(_Sparse):
     """Equal balls on concentric rings, one at the centre: 1 + 3n(n+1) balls for n rings.
 
     Ring k of n holds 6k balls at radius k/n · ring_extent · container.radius.
@@ -220,6 +234,12 @@ class Rings(Model):
     """Speed of every ball at the start, m/s."""
     ring_extent: Fraction = 0.8
     """Radius of the outermost ring, as a fraction of the container radius."""
+    common_rotation: CommonRotation = None
+
+    @property
+    def number(self) -> int:
+        """Number of balls."""
+        return 1 + 3 * self.rings * (self.rings + 1)
 
 
 class Ball(Model):
@@ -260,6 +280,7 @@ class Species(_Sparse):
     start: Literal["lattice", "random"] | None = None
     """Places at the start: a hexagonal lattice over the whole container (the default), or random.
     One of several species can give it for all."""
+    common_rotation: CommonRotation = None
 
 
 class BallCount(Species):
@@ -472,6 +493,12 @@ class Experiment(Model):
         return next((kind.start for kind in self.species if kind.start), "lattice")
 
     @property
+    def common_rotation(self) -> bool:
+        """Whether random velocities keep their common rotation."""
+        groups = (self.balls,) if isinstance(self.balls, Rings) else self.species
+        return all(group.common_rotation is not False for group in groups)
+
+    @property
     def packing(self) -> tuple[str, float] | None:
         """The key that gives the packing, and its value."""
         for key, home in (("container", self.container), ("balls", self.balls)):
@@ -496,6 +523,8 @@ def _faults(experiment: Experiment) -> Iterator[Problem]:
         yield from _faults_of_places(container, balls)
     else:
         yield from _faults_of_species(experiment)
+    if not experiment.common_rotation:
+        yield from _faults_of_rotation(experiment)
     fixed_circle = issubclass(container.shape_class, Circle) and math.isinf(container.mass)
     if experiment.collapse == "slide" and not fixed_circle:
         sentence = (
@@ -629,6 +658,27 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
             f"but {listed(given) or 'none'} {are} given; {advice}"
         )
         yield Problem(("balls",), sentence)
+
+
+def _faults_of_rotation(experiment: Experiment) -> Iterator[Problem]:
+    """Two balls or more in a circle can be without a common rotation, all of them alike."""
+    balls, shape = experiment.balls, experiment.container.shape_class
+    groups = balls if isinstance(balls, tuple) else (balls,)
+    number = sum(kind.count for kind in experiment.species)
+    if isinstance(balls, Rings):
+        number = balls.number
+    for k, group in enumerate(groups):
+        path: KeyPath = ("balls", k) if isinstance(balls, tuple) else ("balls",)
+        rotates = getattr(group, "common_rotation", None)
+        if rotates:
+            sentence = "true is given where another species has false; give one for all"
+        elif rotates is False and not issubclass(shape, Circle):
+            sentence = f"a {shape.title} keeps no rotation; remove this key, or set shape: circle"
+        elif rotates is False and number == 1:
+            sentence = "one ball has no common rotation; remove this key, or add balls"
+        else:
+            continue
+        yield Problem((*path, "common_rotation"), sentence, about_key=not rotates)
 
 
 def _faults_of_placed(experiment: Experiment) -> Iterator[Problem]:

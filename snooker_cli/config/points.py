@@ -169,7 +169,8 @@ def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
     """SHA-256, in hexadecimal, of what determines the physics of a point.
 
     It is of JSON with sorted keys and shortest decimals. It covers all keys except title, repeats
-    and sweep. wall_cor and start are resolved. Later keys are left out at their defaults.
+    and sweep. wall_cor, start and common_rotation are resolved. Later keys are left out at their
+    defaults.
 
     without : more keys to leave out
     """
@@ -181,9 +182,12 @@ def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
         if getattr(experiment, key) == Experiment.model_fields[key].default:
             physics.pop(key, None)
     if experiment.species:
-        species = [kind.model_copy(update={"start": None}) for kind in experiment.species]
+        for_all = {"start": None, "common_rotation": None}
+        species = [kind.model_copy(update=for_all) for kind in experiment.species]
         physics["balls"] = [group.model_dump() for group in (*experiment.placed, *species)]
         physics["start"] = experiment.start
+        if not experiment.common_rotation:
+            physics["common_rotation"] = False
     text = json.dumps(physics, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
 

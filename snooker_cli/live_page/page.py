@@ -131,7 +131,7 @@ def _defaults() -> dict[str, Any]:
 def _number_of_balls(experiment: Experiment) -> int:
     balls = experiment.balls
     if isinstance(balls, Rings):
-        return 1 + 3 * balls.rings * (balls.rings + 1)
+        return balls.number
     if isinstance(balls, BallList):
         return len(balls.list)
     return len(experiment.placed) + sum(species.count for species in experiment.species)

@@ -63,11 +63,18 @@ function startingScene(config, repeat) {
       const positions = startingPlaces(config, species, sizes, places, radii, seed(), repeat);
       const velocities = [...moving, ...startingVelocities(species, seed(), repeat)];
       put(positions, velocities, [...radii, ...gasRadii], [...masses, ...ofGas]);
-      const axes = { periodic: [0, 1], channel: [1] }[sizes.container.shape] ?? [];
-      if (axes.length) {
-        checkSpeeds(scene);
-        setAtRest(scene.velocities.subarray(2 * placedBalls.length), ofGas, axes);
+    }
+    const axes = species.length ? { periodic: [0, 1], channel: [1] }[sizes.container.shape] ?? [] : [];
+    const rotates = hasCommonRotation(config);
+    if (axes.length || !rotates) {
+      checkSpeeds(scene);
+      const first = placedBalls.length, gasMasses = Array.from(scene.masses.subarray(first));
+      if (!rotates && gasMasses.length === 1) { // after a slider
+        const problem = "one ball has no common rotation; remove this key, or add balls";
+        throw new SceneError("balls.common_rotation", problem);
       }
+      const [velocities, positions] = [scene.velocities, scene.positions].map((pairs) => pairs.subarray(2 * first));
+      setAtRest(velocities, gasMasses, positions, axes, !rotates);
     }
     const isRandom = lawsOfWall(scene.wallLaw).some(({ word }) => word === "thermal");
     if (isRandom) scene.wallKey = wallKey(seed(), repeat);
@@ -146,8 +153,9 @@ function streamSeed(config, groups) {
     if (physics[key] === value) delete physics[key];
   }
   if (groups.length) {
-    physics.balls = groups.map(({ start, ...others }) => others);
+    physics.balls = groups.map(({ start, common_rotation: _, ...others }) => others);
     physics.start = startOf(groups);
+    if (!hasCommonRotation(config)) physics.common_rotation = false;
   }
   return BigInt(config.seed) | (BigInt(`0x${hashOfText(pythonJson(physics))}`) << 64n);
 }
@@ -339,14 +347,31 @@ function startingVelocities(species, seed, repeat) {
   return velocities;
 }
 
-/** Take the momentum along some axes from velocities, in place; one factor restores the energy. */
-function setAtRest(velocities, masses, axes) {
+/** Whether random velocities keep their common rotation. */
+function hasCommonRotation(config) {
+  return [config.balls].flat().every((group) => group.common_rotation !== false);
+}
+
+/** Take the momentum along some axes, or the angular momentum, from velocities, in place.
+ *
+ * One factor restores the energy.
+ */
+function setAtRest(velocities, masses, positions, axes, turning) {
   const roots = masses.map(Math.sqrt), mass = preciseSum(masses);
   const energy = () => sumOfSquares(Array.from(velocities, (part, k) => roots[k >> 1] * part));
   const before = energy();
   for (const axis of axes) {
     const mean = preciseSum(masses.map((m, k) => m * velocities[2 * k + axis])) / mass;
     for (let k = axis; k < velocities.length; k += 2) velocities[k] -= mean;
+  }
+  if (turning) {
+    const sum = (part) => preciseSum(masses.map((m, k) => m * part(2 * k, 2 * k + 1)));
+    const momentum = sum((x, y) => positions[x] * velocities[y] - positions[y] * velocities[x]);
+    const rate = momentum / sum((x, y) => positions[x] * positions[x] + positions[y] * positions[y]);
+    for (let x = 0, y = 1; x < velocities.length; x += 2, y += 2) {
+      velocities[x] += rate * positions[y];
+      velocities[y] -= rate * positions[x];
+    }
   }
   const left = energy();
   if (left > 0) {

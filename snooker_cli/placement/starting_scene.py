@@ -70,10 +70,12 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
             velocities = np.concatenate([velocities, drawn], axis=1)
             radii = np.append(radii, np.repeat(sizes, counts))
             masses = np.append(masses, of_gas)
-            if container.period is not None:
-                check_speeds(Scene(positions[0], velocities[0], radii, masses, **same), velocities)
-                axes = np.flatnonzero(container.periodic).tolist()
-                _set_at_rest(velocities[:, len(placed) :], of_gas, axes)
+        axes = np.flatnonzero(container.periodic).tolist() if experiment.species else []
+        if axes or not experiment.common_rotation:
+            check_speeds(Scene(positions[0], velocities[0], radii, masses, **same), velocities)
+            first = len(placed)
+            gas = masses[first:], [places[first:] for places in positions]
+            _set_at_rest(velocities[:, first:], *gas, axes, not experiment.common_rotation)
         keys: list[int | None] = [None] * len(repeats)
         if is_random(same["wall_law"]):
             keys = [wall_key(stream_seed(experiment), repeat) for repeat in repeats]
@@ -205,17 +207,33 @@ def _velocities(experiment: Experiment, repeats: Sequence[int]) -> Floats:
     return velocities
 
 
-def _set_at_rest(velocities: Floats, masses: Floats, axes: Sequence[int]) -> None:
-    """Take the momentum along some axes from velocities, (*repeats*, *N*, 2), m/s, in place.
+def _set_at_rest(
+    velocities: Floats,
+    masses: Floats,
+    positions: Sequence[Floats],
+    axes: Sequence[int],
+    turning: bool,
+) -> None:
+    """Take common motions from velocities, (*repeats*, *N*, 2), m/s, in place.
 
     One factor restores the energy.
+
+    positions : of each repeat, (*N*, 2), m
+    axes : along which the momentum is taken
+    turning : whether the angular momentum L about the origin is taken, as a rigid rotation at L/I
     """
     roots = np.sqrt(masses)[:, None]
     mass = math.fsum(masses.tolist())
-    for velocity in velocities:
+    for velocity, (x, y) in zip(velocities, (places.T for places in positions), strict=True):
         energy = _sum_of_squares(roots * velocity)
         for axis in axes:
             velocity[:, axis] -= math.fsum((masses * velocity[:, axis]).tolist()) / mass
+        if turning:
+            u, v = velocity.T
+            momentum = math.fsum((masses * (x * v - y * u)).tolist())
+            rate = momentum / math.fsum((masses * (x * x + y * y)).tolist())
+            u += rate * y
+            v -= rate * x
         left = _sum_of_squares(roots * velocity)
         if left > 0:
             velocity *= math.sqrt(energy / left)

@@ -27,14 +27,17 @@ import repeating
 import yaml
 
 from snooker_cli import __version__
+from snooker_cli.analysis.comparison import compare
 from snooker_cli.analysis.decay import decays
 from snooker_cli.cli.app import COMMANDS, loaded
 from snooker_cli.cli.config_commands import templates
 from snooker_cli.config import digest, load, parse
+from snooker_cli.engine.simulation import simulate_batch
 from snooker_cli.errors import ExitCode
 from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.figure_data import Band
-from snooker_cli.formatting import rough, short
+from snooker_cli.formatting import rough, short, with_error
+from snooker_cli.placement.starting_scene import starting_scenes
 from snooker_cli.report.content import measurement
 from snooker_cli.report.explanations import COMBINATIONS, LIKELY, TARGETS, explain
 from snooker_cli.report.source_values import SOURCE_VALUES
@@ -372,6 +375,33 @@ def test_haffs_law_depends_on_the_start_and_the_error_of_a_single_fit_is_too_sma
     assert f"for {held['mixed', 0.8].holds_to:.2g} s at CoR 0.8" in text
     factor = f"{min(factors):.0f} to {max(factors):.0f} times too small"
     assert factor in sentences_of(README)
+
+
+def test_only_without_a_common_rotation_a_driven_gas_forgets_its_start() -> None:
+    """The sentence in docs/how-it-works.md; errors are standard errors of independent means."""
+    found = {}
+    for rotates in ("true", "false"):
+        for speed in (10, 40):
+            balls = f"{{rings: 3, radius: 1, speed: {speed}, common_rotation: {rotates}}}"
+            text = f"container: {{radius: 10}}\nballs: {balls}\ncor: 0.9\nwall_cor: 1\n"
+            gas = parse(f"{text}wall_speed: 1\ncollisions: 10000\n").experiment
+            starts = starting_scenes(gas, range(100))
+            rows, notes = compare(simulate_batch(starts, collisions=10_000, summary=True))
+            (warm,) = (row for row in rows if row.quantity == "temperature")
+            found[rotates, speed] = warm
+            (note,) = (note.note for note in notes if note.note.startswith("common rotation: "))
+            assert ("`common_rotation: false`" in note) == (rotates == "true")
+    (slow, fast), (slower, faster) = (
+        [found[rotates, speed] for speed in (10, 40)] for rotates in ("true", "false")
+    )
+    assert abs(fast.measured - slow.measured) > 4 * math.hypot(fast.error, slow.error)
+    assert abs(faster.measured - slower.measured) < 3 * math.hypot(faster.error, slower.error)
+    for turning, still in ((slow, slower), (fast, faster)):
+        assert turning.measured - still.measured > 4 * math.hypot(turning.error, still.error)
+    values = [with_error(row.measured, row.error) for row in (slow, fast, slower, faster)]
+    text = sentences_of(DOCS / "how-it-works.md")
+    assert "reach {} J from 10 m/s and {} J from 40 m/s (100 repeats)".format(*values) in text
+    assert "Then they reach {} J and {} J".format(*values[2:]) in text
 
 
 def test_200_repeats_refuse_haffs_law_where_10_do_not(tmp_path: Path) -> None:
