@@ -108,9 +108,12 @@ class Executor(AbstractContextManager["Executor"]):
                 return
             if not pending:
                 return
-            with suppress(Empty):
+            try:
                 future = ended.get(timeout=POLL_INTERVAL)
-                yield self._result(future, pending.pop(future))
+            except Empty:
+                self._give_up(pending)
+                continue
+            yield self._result(future, pending.pop(future))
 
     def counted(
         self, function: Callable[[Batch], Results], batches: Iterable[Batch], watcher: Watcher
@@ -119,6 +122,9 @@ class Executor(AbstractContextManager["Executor"]):
         for results in self.results(function, batches):
             watcher.events(sum(result.collisions for result in results or ()))
             yield results
+
+    def _give_up(self, pending: Iterable[Future[Any]]) -> None:
+        """End the futures that can have no result any more."""
 
     @abstractmethod
     def _stop_and_ask(self, pending: Iterable[Any]) -> bool:
