@@ -26,7 +26,7 @@ from snooker_cli.config import Point
 from snooker_cli.containers import Container
 from snooker_cli.engine import States
 from snooker_cli.errors import FigureError, RunError, UserError, check_name
-from snooker_cli.files import write_text
+from snooker_cli.files import own_folder, write_text
 from snooker_cli.formatting import counted, plain, point_label
 from snooker_cli.pages.html_page import in_notebook
 from snooker_cli.placement.starting_scene import starting_scene
@@ -161,7 +161,7 @@ class Repeat:
         """
         from snooker_cli.animation import film, page
 
-        write_text(Path(out), page(film(self.trace, self._name, **span)))
+        write_text(Path(out), page(film(self.trace, self._name, **span)), given=True)
         return Path(out)
 
     def _repr_html_(self) -> str | None:
@@ -358,7 +358,8 @@ class Run(runs.Run):
         """
         from snooker_cli.report.run_report import run_report
 
-        return run_report([self], Path(out or self.directory / "report"), lambda _: None)
+        folder = own_folder(self.directory / "report") if out is None else Path(out)
+        return run_report([self], folder, lambda _: None)
 
     def export(self, out: str | PathLike[str], **where: Any) -> Path:
         """Write ``table`` as CSV, or as .parquet; its file. Raises as ``table``."""
@@ -462,7 +463,7 @@ class LivePage:
 
     def save(self, out: str | PathLike[str]) -> Path:
         """Write the page; its file."""
-        write_text(Path(out), self.html)
+        write_text(Path(out), self.html, given=True)
         return Path(out)
 
 

@@ -87,19 +87,6 @@ class SceneError(SnookerError):
         self.ball = ball
 
 
-UNREADABLE = (
-    OSError,
-    LookupError,
-    ValueError,
-    TypeError,
-    RuntimeError,
-    ArithmeticError,
-    MemoryError,
-    SceneError,
-)
-"""What reading a damaged file can raise: as HDF5, JSON, or as data of another kind."""
-
-
 class JammedError(Exception):
     """Random places that could not be found; ``packing`` is the packing fraction reached."""
 
@@ -132,12 +119,17 @@ class AbsentError(StoreError):
 
 
 class DeniedError(StoreError):
-    """A file that this user may not read; no command replaces it."""
+    """A file that cannot be read now, but may be sound; no command replaces it."""
 
     exit_code = ExitCode.USAGE
 
-    def __init__(self, path: Path) -> None:
-        super().__init__(path, "cannot be read (permission denied)", "check its permissions")
+    def __init__(
+        self,
+        path: Path,
+        reason: str = "cannot be read (permission denied)",
+        advice: str = "check its permissions",
+    ) -> None:
+        super().__init__(path, reason, advice)
 
 
 class RunError(SnookerError):

@@ -45,7 +45,7 @@ DEFLATED = {"shuffle": True, "compression": "gzip", "compression_opts": 1}
 def _exported(path: Path) -> Iterator[Path]:
     """A temporary path that becomes the file. Raises ``UserError`` if it cannot be written."""
     try:
-        with atomic_write(path) as part:
+        with atomic_write(path, given=True) as part:
             yield part
     except hdf5.UNWRITABLE as error:
         raise UserError(

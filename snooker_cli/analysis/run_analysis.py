@@ -21,8 +21,8 @@ from snooker_cli.analysis.fitting import LAWS, Goodness, RepeatMean
 from snooker_cli.analysis.measurement import WINDOWS, Measurements, measure, typical_pairs
 from snooker_cli.analysis.steady_state import measured_part
 from snooker_cli.config import Point
-from snooker_cli.errors import UNREADABLE, RunError, UserError
-from snooker_cli.files import sources_hash, write_text
+from snooker_cli.errors import RunError, UserError
+from snooker_cli.files import read_text, sources_hash, write_text
 from snooker_cli.formatting import plain
 from snooker_cli.runs import Run
 from snooker_cli.runs.run import ANALYSIS, RepeatState, RepeatStatus
@@ -35,6 +35,8 @@ Counting = Callable[[Iterator[Trace], str, int], Iterator[Trace]]
 Records: TypeAlias = list[dict[str, Any]]
 
 SOURCES = ("analysis/*.py", "engine/*.py", "*.py")  # they decide what an analysis finds
+
+BYTES_OF_POINT = 100_000  # of its results with up to 100 repeats; they take a fifth of it
 
 FIT_TYPES = {
     **dict.fromkeys(("quantity", "model", "amplitude", "unit"), str),
@@ -150,7 +152,8 @@ def _joined(
 
 def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict[str, Any]]:
     """All results of points: from the file, where that has those of these very repeats, or made."""
-    saved, entries, new = _saved(run.directory / ANALYSIS), list[dict[str, Any]](), False
+    most = BYTES_OF_POINT * len(run.points) * (1 + run.experiment.repeats // 100)
+    saved, entries, new = _saved(run.directory / ANALYSIS, most), list[dict[str, Any]](), False
     if not any(map(run.present, points)):
         next(run.traces(points[0]))  # raises the error
     for point in points:
@@ -172,12 +175,15 @@ def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict
     return entries
 
 
-def _saved(path: Path) -> dict[str, Any]:
-    """What a file of analyses holds by point, not yet checked; nothing if it is not such a file."""
+def _saved(path: Path, most: int) -> dict[str, Any]:
+    """What a file of analyses holds by point, not yet checked; nothing if it is not such a file.
+
+    most : bytes of such a file
+    """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path, most)
         content = json.loads(text, parse_float=_finite, parse_constant=_finite)
-    except UNREADABLE:
+    except Exception:
         return {}
     return content if isinstance(content, dict) else {}
 

@@ -316,10 +316,17 @@ def check_film_file(path: Path, number: int) -> None:
 
 
 def save_films(
-    path: Path, films: Sequence[Film], *, pace: Pace, seconds: float | None, rate: int
+    path: Path,
+    films: Sequence[Film],
+    *,
+    pace: Pace,
+    seconds: float | None,
+    rate: int,
+    given: bool = True,
 ) -> None:
     """Write films as a page, or one film as a GIF or MP4, by the ending of the path.
 
+    given : whether a user gave the path, as of `atomic_write`
     seconds : length [12; of a page the player's choice]
     rate : frames per second of a GIF or MP4
 
@@ -327,7 +334,7 @@ def save_films(
     """
     check_film_file(path, len(films))
     if path.suffix.lower() == ".html":
-        write_text(path, page(*films, pace=pace, seconds=seconds))
+        write_text(path, page(*films, pace=pace, seconds=seconds), given)
         return
     from snooker_cli.animation.movie import save_movie  # loads matplotlib
 

@@ -302,7 +302,7 @@ def save_movie(film: Film, path: Path, *, pace: Pace, seconds: float, rate: int)
             shown = sheet.figimage(np.zeros((round(HEIGHT * DPI), round(WIDTH * DPI), 3), np.uint8))
             writer = FFMpegWriter(fps=rate, codec="libx264", extra_args=MP4_OPTIONS)
             try:
-                with atomic_write(path) as part, writer.saving(sheet, str(part), DPI):
+                with atomic_write(path, given=True) as part, writer.saving(sheet, str(part), DPI):
                     for image in images:
                         shown.set_data(image)
                         writer.grab_frame()
@@ -320,5 +320,5 @@ def save_movie(film: Film, path: Path, *, pace: Pace, seconds: float, rate: int)
             Image.fromarray(image).quantize(palette=palette, dither=Image.Dither.NONE)
             for image in images
         )
-    with atomic_write(path) as part:
+    with atomic_write(path, given=True) as part:
         first.save(part, "GIF", save_all=True, append_images=others, duration=1000 / rate, loop=0)

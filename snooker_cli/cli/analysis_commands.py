@@ -13,7 +13,7 @@ from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import RunAnalysis, comparisons, fits
 from snooker_cli.analysis.tables import PAIRED, named, note_lines, shown_name, table_lines, usual
 from snooker_cli.cli.options import RUN, AsJson, Names, RunName, Where, conditions, flag, option
-from snooker_cli.cli.output import make_folder, print_line, print_result
+from snooker_cli.cli.output import make_folder, make_own_folder, print_line, print_result
 from snooker_cli.cli.run_command import run as simulate
 from snooker_cli.config import EXAMPLES
 from snooker_cli.errors import RunError, UserError, check_name
@@ -127,7 +127,7 @@ def report(
     opened = [open_run(name) for name in dict.fromkeys(runs)]
     from snooker_cli.report.run_report import run_report  # takes a second to load
 
-    folder = out or opened[0].directory / "report"
+    folder = out or make_own_folder(opened[0].directory / "report")
     make_folder(folder)
     for path in run_report(opened, folder, notice, asked):
         print_line(str(path))

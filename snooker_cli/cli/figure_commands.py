@@ -12,7 +12,7 @@ from snooker_cli import api
 from snooker_cli.analysis.run_analysis import shorter_note
 from snooker_cli.animation import MOST_COLLISIONS, check_film_file, save_films
 from snooker_cli.cli.options import RUN, RunName, Where, conditions, flag, option
-from snooker_cli.cli.output import first, print_line, print_table, print_wrapped
+from snooker_cli.cli.output import first, make_own_folder, print_line, print_table, print_wrapped
 from snooker_cli.errors import FigureError, UserError, check_name
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import unfinished
@@ -69,6 +69,8 @@ def plot(
             continue
         drawn[name] = None
         if not list_figures:
+            if out is None:
+                make_own_folder(opened.figures_folder)
             _save(figure, (out or opened.figures_folder) / stem, image_formats, inches, dpi)
             if figures:
                 print_wrapped([figure.caption], indent=0)
@@ -187,12 +189,11 @@ def animate(
     numbers = sorted(set(repeats or [0]))
     given = dict(opened.chosen(point or 0, numbers[-1]).parameters)
     chosen = conditions(where, opened) or given
-    if out is None:
-        parts = chosen | ({"repeat": tuple(numbers)} if repeats else {})
-        out = opened.directory / f"{file_stem('film', Selection(parts))}.html"
-    if fps is not None and out.suffix.lower() == ".html":
+    parts = chosen | ({"repeat": tuple(numbers)} if repeats else {})
+    path = out or opened.directory / f"{file_stem('film', Selection(parts))}.html"
+    if fps is not None and path.suffix.lower() == ".html":
         raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
-    check_film_file(out, len(opened.matching(**chosen)) * len(numbers))
+    check_film_file(path, len(opened.matching(**chosen)) * len(numbers))
     most = collisions or MOST_COLLISIONS
     films = opened.films(numbers, since=since, until=until, most=most, **chosen)
     for shown in films if collisions is None else ():
@@ -201,7 +202,7 @@ def animate(
                 f"the film of {shown.subtitle} ends after {len(shown):,} collisions, at "
                 f"{shown.end:.6g} s; --from, --until and --collisions choose others"
             )
-    save_films(out, films, pace=pace, seconds=seconds, rate=fps or 20)
-    print_line(str(out))
-    if open_film and not webbrowser.open(out.resolve().as_uri()):
-        notice(f"no browser could be started; open {out} yourself")
+    save_films(path, films, given=out is not None, pace=pace, seconds=seconds, rate=fps or 20)
+    print_line(str(path))
+    if open_film and not webbrowser.open(path.resolve().as_uri()):
+        notice(f"no browser could be started; open {path} yourself")

@@ -25,9 +25,7 @@ def live(
             help="A YAML experiment [the source report's scene].",
         ),
     ] = None,
-    out: Annotated[Path, option("FILE", "The page [gas.html].", show_default=False)] = Path(
-        "gas.html"
-    ),
+    out: Annotated[Path | None, option("FILE", "The page [gas.html].")] = None,
     overrides: Overrides = None,
     open_page: Annotated[bool, flag("--open", "Show it in the browser.")] = False,
 ) -> None:
@@ -38,8 +36,9 @@ def live(
     so you can mail it. Of a sweep it shows the first point. The name of the written file is
     printed.
     """
-    if out.suffix.lower() != ".html":
-        raise UserError(f"--out {out}: give a name that ends in .html")
+    path = out or Path("gas.html")
+    if path.suffix.lower() != ".html":
+        raise UserError(f"--out {path}: give a name that ends in .html")
     given = configs.load(report_scene() if config is None else config, overrides or ())
     page = live_page(given)
     points = given.points()
@@ -48,7 +47,7 @@ def live(
         notice(
             f"the page shows the first of {counted(len(points), 'point')}, {first}; -o sets others"
         )
-    write_text(out, page)
-    print_line(str(out))
-    if open_page and not webbrowser.open(out.resolve().as_uri()):
-        notice(f"no browser could be started; open {out} yourself")
+    write_text(path, page, given=out is not None)
+    print_line(str(path))
+    if open_page and not webbrowser.open(path.resolve().as_uri()):
+        notice(f"no browser could be started; open {path} yourself")

@@ -13,6 +13,7 @@ from typing import Any
 
 import typer
 
+from snooker_cli.files import own_folder
 from snooker_cli.formatting import printable, text_table
 from snooker_cli.runs.folder import writing
 
@@ -22,6 +23,12 @@ def make_folder(folder: Path) -> None:
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         TemporaryFile(dir=folder).close()
+
+
+def make_own_folder(folder: Path) -> Path:
+    """Make a folder in that of a run. Raises ``RunError`` if it cannot be made, or is a link."""
+    with writing(folder.parent):
+        return own_folder(folder)
 
 
 @contextmanager

@@ -257,7 +257,7 @@ def _prove(
     for number in chosen:
         proof = proven(run, number, repeat, collisions, counting)
         if out is not None:
-            write_text(out, json.dumps(proof) + "\n")
+            write_text(out, json.dumps(proof) + "\n", given=True)
         records.append(
             {key: proof[key] for key in proof if key not in ("scene", "events", "versions")}
         )

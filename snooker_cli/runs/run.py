@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 from snooker_cli import store
 from snooker_cli.config import Experiment, Point, digest, extends, to_json, validated
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import UNREADABLE, AbsentError, RunError, StoreError, UserError
-from snooker_cli.files import discard
+from snooker_cli.errors import AbsentError, RunError, StoreError, UserError
+from snooker_cli.files import discard, read_text
 from snooker_cli.formatting import point_label, printable
 from snooker_cli.memory import MEMORY
 from snooker_cli.store import RepeatHeader
@@ -24,6 +24,7 @@ from snooker_cli.trace import StopReason, Trace
 
 MANIFEST = "run.json"
 ANALYSIS = "analysis.json"  # what ``fit``, ``compare`` and ``table`` keep
+FIGURES = "figures"  # the folder where ``plot`` saves them
 REMEMBERED_SIZE = 32_000_000  # bytes of a file up to which its repeats stay in memory
 REPLACES = "run the config again, which replaces it"
 
@@ -284,14 +285,14 @@ class Run:
     @property
     def figures_folder(self) -> Path:
         """Where ``plot`` saves figures."""
-        return self.directory / "figures"
+        return self.directory / FIGURES
 
     def figures(self) -> list[Path]:
         """The figure files that ``plot`` saved, known by the JSON beside each figure."""
         paths = []
         for path in sorted(self.figures_folder.glob("*.json")):
-            with suppress(*UNREADABLE):
-                content = json.loads(path.read_text("utf-8", "replace"))
+            with suppress(Exception):
+                content = json.loads(read_text(path))
                 if isinstance(content, dict) and content.keys() >= FIGURE_KEYS:
                     paths += [path, *map(path.with_suffix, (".svg", ".png", ".pdf"))]
         return [path for path in paths if path.is_file()]
@@ -311,7 +312,7 @@ def _extension(source: store.Provenance, experiment: Experiment) -> int:
     """-1 if an experiment continues the one of a file's provenance, 1 for the opposite, else 0."""
     try:
         stored = validated(json.loads(source.config))
-    except UNREADABLE:
+    except Exception:
         return 0
     if digest(stored) != source.digest:
         return 0

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import LEAST_TIME, SHAPES, Circle
-from snooker_cli.errors import UNREADABLE, AbsentError, DeniedError, StoreError, error_text
+from snooker_cli.errors import AbsentError, DeniedError, StoreError, error_text
 from snooker_cli.laws import Sides, is_random
 from snooker_cli.scene import EPSILON, Scene, check_speeds, sizes_are_possible
 from snooker_cli.store import file_format as layout
@@ -32,6 +32,14 @@ from snooker_cli.trace import (
     Trace,
     series_units,
 )
+
+LOCKED = (
+    "is locked: a program such as HDFView, MATLAB or h5py has it open for writing, or ended "
+    "without closing it",
+    "close it there; if none has it open, unlock it with `h5clear -s FILE`, or delete it and run "
+    "again",
+)
+"""The reason and the advice for a file that another program may be changing."""
 
 EVENTS_AT_A_TIME = 1 << 20  # events that are read at a time where they are not kept
 
@@ -133,7 +141,13 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         ) from None
     except PermissionError:
         raise DeniedError(path) from None
-    except UNREADABLE as error:
+    except MemoryError:
+        raise DeniedError(path, "needs more memory than there is", "close other programs") from None
+    except StoreError:
+        raise
+    except Exception as error:  # whatever HDF5, JSON or a value raises is damage
+        if hdf5.is_marked(path):
+            raise DeniedError(path, *LOCKED) from None
         reason = f"not a readable result of snooker ({error_text(error)})"
         if path.is_dir():
             reason = "is a folder where a result's file should be"

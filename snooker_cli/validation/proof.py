@@ -19,8 +19,8 @@ from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.engine.conversion import origin_of
 from snooker_cli.engine.replay import Replay
-from snooker_cli.errors import UNREADABLE, UserError
-from snooker_cli.files import sources_hash, user_hash, write_text
+from snooker_cli.errors import UserError
+from snooker_cli.files import own_folder, read_text, sources_hash, user_hash, write_text
 from snooker_cli.formatting import counted, duration, plain
 from snooker_cli.laws import Sides, WallLaw, word_of
 from snooker_cli.runs import Run
@@ -261,8 +261,8 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
     path = status.path.with_name(f"exact-{repeat:04d}.json")
     fingerprint = status.header.fingerprint if status.header else ""
     origin = json.dumps([fingerprint, collisions, sources_hash(*SOURCES), flint])
-    with suppress(*UNREADABLE, KeyError, TypeError):
-        kept = json.loads(path.read_text(encoding="utf-8"))
+    with suppress(Exception):
+        kept = json.loads(read_text(path))
         if kept["hash"] == user_hash(origin + json.dumps(kept["proof"])).hexdigest():
             return dict(kept["proof"])
     if trace.events is None:
@@ -279,5 +279,6 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
     if proof["verdict"] != "interrupted":
         with suppress(OSError):  # a run that another user owns
             text = user_hash(origin + json.dumps(proof)).hexdigest()
+            own_folder(path.parent)
             write_text(path, json.dumps({"hash": text, "proof": proof}) + "\n")
     return proof
