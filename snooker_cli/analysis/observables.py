@@ -184,7 +184,8 @@ def time_mean(trace: Trace, values: Array, since: float = 0.0) -> float:
 
 def has_all(trace: Trace) -> bool:
     """Whether the series has a row for every collision."""
-    return trace.events is not None and len(series(trace).time) == len(trace.events) + 1
+    rows = 1 + trace.start.slides  # the start, and the end where balls may slide
+    return trace.events is not None and len(series(trace).time) == len(trace.events) + rows
 
 
 # A trace -> energy, temperature and pressure, over time and as means.

@@ -7,7 +7,7 @@ from typing import Any
 
 from snooker_cli.analysis.comparison import CHI_SQUARE
 from snooker_cli.analysis.decay import FURTHER, range_held
-from snooker_cli.analysis.fitting import LAWS
+from snooker_cli.analysis.fitting import ENOUGH_REPEATS, FEW_REPEATS, LAWS, holding
 from snooker_cli.analysis.predictions import GIVEN
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.formatting import point_label, probability, ratio, short, text_table, with_error
@@ -62,6 +62,7 @@ def table_lines(rows: Records, every: bool, brief: bool = False) -> list[str]:
         tables += [title, head, *table]
         if sentence := finding(same * is_fit, same * (not is_fit)):
             holds.append(f"{point_label(same[0]['parameters'])}: {sentence}")
+    holds += few_repeats(rows * is_fit)
     return holds if brief else [*holds, *[""] * bool(holds), *tables]
 
 
@@ -164,11 +165,20 @@ def _imbalance(compared: Records) -> Iterator[str]:
             yield f"the walls give {less} than collisions take ({abs(errors):.1f} errors)"
 
 
+def few_repeats(fits: Records) -> list[str]:
+    """``FEW_REPEATS`` if few repeats do not refuse one of these laws, up to some time."""
+    judged = (row for row in fits if row["probability"] is not None)
+    few = (row for row in judged if row["judged_repeats"] < ENOUGH_REPEATS)
+    return [FEW_REPEATS] if any(row["holds_to"] > row["judged_from"] for row in few) else []
+
+
 def overview(fits: Records, compared: Records) -> str:
     """What holds for the points of a run, in a sentence like that of ``finding``."""
     haff = [row for row in fits if _cools(row) and row["model"] == "haff"]
-    held = [row["holds_to"] == row["judged_to"] for row in haff if row["probability"] is not None]
-    parts = [f"Haff's law holds to the end at {sum(held)} of {len(held)} points that cool"]
+    judged = [row for row in haff if row["probability"] is not None]
+    held = [row["holds_to"] == row["judged_to"] for row in judged]
+    verb = holding(min((row["judged_repeats"] for row in judged), default=0))
+    parts = [f"Haff's law {verb} to the end at {sum(held)} of {len(held)} points that cool"]
     groups: dict[str, list[float]] = {}
     for row in _compared(compared):
         name = f"{row['quantity']} differs from {_theory(row)} by"
@@ -199,8 +209,13 @@ def _holds(law: dict[str, Any]) -> str:
     chance = f"p {'' if p < 0.001 else '= '}{probability(p)}"
     if end == law["judged_from"]:
         return f"{name} does not hold ({chance})"
-    rest = "" if end == law["judged_to"] else f", not to {short(law['judged_to'])} s"
-    return f"{name} holds to {short(end)} s{rest} ({chance})"
+    of, repeats = short(law["judged_to"]), law["judged_repeats"]
+    if repeats >= ENOUGH_REPEATS:
+        rest = "" if end == law["judged_to"] else f", not to {of} s"
+        return f"{name} {holding(repeats)} to {short(end)} s{rest} ({chance})"
+    if end < law["judged_to"]:
+        return f"{name} is refused after {short(end)} of {of} s ({chance})"
+    return f"{name} {holding(repeats)} in {of} s by {repeats} repeats ({chance})"
 
 
 def _beside(row: dict[str, Any]) -> str:

@@ -9,7 +9,14 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
 from snooker_cli.analysis.decay import QUANTITIES, curve, decays, reported_constant
-from snooker_cli.analysis.fitting import LAWS, fitted_curve
+from snooker_cli.analysis.fitting import (
+    ENOUGH_REPEATS,
+    FEW_REPEATS,
+    LAWS,
+    LEAST_PROBABILITY,
+    fitted_curve,
+    holding,
+)
 from snooker_cli.analysis.observables import (
     before_collapse,
     energy_ratio,
@@ -95,6 +102,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     build.lines.append(Line(time, value, label, steps=not known.is_mean, broad=True))
     fine = np.linspace(time[0], time[-1], 300)
     numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": number, "fits": []}
+    few = ""
     for decay in fitted:
         converged = [fit for fit in decay.fits if fit.converged]
         if not converged:
@@ -107,9 +115,14 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
             logs = np.log([fitted_curve(fit, fine) for fit in converged])
         name = f"{model.label}, {repeats}: {text}"
         build.lines.append(Line(fine, np.exp(logs.mean(axis=0)), name, _SERIES[decay.law]))
-        holds = f", holds until {short(good.holds_to)} of {short(good.judged_to)} s"
+        verb, of = holding(good.judged_repeats), f"{short(good.judged_to)} s"
+        holds = f", {verb.removeprefix('is ')} in {of}"
+        if good.probability < LEAST_PROBABILITY:
+            holds = f", refused after {short(good.holds_to)} of {of}"
         if good.holds_to == good.judged_from:
             holds = ", refused from the start"
+        elif good.degrees_of_freedom and good.judged_repeats < ENOUGH_REPEATS:
+            few = f" {FEW_REPEATS}"
         build.result(None, f"{model.label}, {text}{holds if good.degrees_of_freedom else ''}")
         numbers[model.key] = decay.fits[row].value
         numbers["fits"].append(decay.as_json())
@@ -117,7 +130,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     least = min(values.min() for _, values in started) / 10 if log else 0.0
     lower = not log or any(line.y.min() < least for line in build.lines if isinstance(line, Line))
     return build.figure(
-        f"Fits of each repeat, their mean: {build.results_text}.",
+        f"Fits of each repeat, their mean: {build.results_text}.{few}",
         numbers=numbers,
         logarithmic=log,
         y_limits=(float(least) if lower else None, None),

@@ -12,7 +12,7 @@ from snooker_cli import __version__, theory
 from snooker_cli.analysis import tables
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
-from snooker_cli.analysis.tables import finding, overview
+from snooker_cli.analysis.tables import few_repeats, finding, overview
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
@@ -97,6 +97,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         "scene": scene,
         "points": [(status["ledger"][p.index], starts.get(p.index)) for p in shown],
         "finding": overview(fitted.rows, compared.rows) if shown[1:] else what[shown[0]],
+        "few": " ".join(few_repeats(fitted.rows)),
         "findings": [(point_label(p.as_json()), text or "–") for p, text in what.items()],
         "key_figures": files[:KEY_FIGURES],
         "figures": files[KEY_FIGURES:],

@@ -402,3 +402,15 @@ def test_means_of_windows_agree_with_the_pass_of_all_analyses_where_balls_slide(
     energy = columns.kinetic_energy + columns.container_energy
     windows = measurement.measure([trace]).windows.total_energy[0]
     assert observables.time_means(trace, energy, edges) == pytest.approx(windows, rel=1e-12)
+
+
+def test_a_window_has_whole_hits_where_balls_may_slide(in_circle: Trace) -> None:
+    """Such a series has one more row, at the end; hits are not spread between rows for that."""
+    sliding = simulate(replace(in_circle.start, slides=True), time=20.0)
+    assert len(series(sliding).time) == len(series(in_circle).time) + 1
+    edges = np.linspace(0.0, 20.0, 6)
+    expected = observables.pressures(in_circle, edges).tolist()
+    assert observables.pressures(sliding, edges).tolist() == expected
+    for trace in (in_circle, sliding):
+        energy = series(trace).kinetic_energy
+        assert observables.time_means(trace, energy, edges).tolist()[:2] == [1.25, 0.5]

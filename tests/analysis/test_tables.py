@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from snooker_cli.analysis.tables import finding, overview
+from snooker_cli.analysis.fitting import ENOUGH_REPEATS
+from snooker_cli.analysis.tables import few_repeats, finding, overview
 
 
 def law(model: str = "haff", **changes: Any) -> dict[str, Any]:
@@ -18,7 +19,7 @@ def law(model: str = "haff", **changes: Any) -> dict[str, Any]:
         "value": 0.697,
         "error": 0.021,
         "elastic": False,
-        "judged_repeats": 10,
+        "judged_repeats": 30,
         "judged_from": 0.01,
         "judged_to": 3.0,
         "holds_to": 3.0,
@@ -83,6 +84,23 @@ def test_walls_that_do_not_give_what_collisions_take_are_named() -> None:
 )
 def test_a_law_holds_as_far_as_the_test_says(changes: dict[str, Any], words: str) -> None:
     assert finding([law(**changes)], []).startswith(f"Haff's law {words}; α = ")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, "is not refused in 3 s by 5 repeats (p = 0.58)"),
+        ({"holds_to": 1.5, "probability": 1e-7}, "is refused after 1.5 of 3 s (p <0.001)"),
+        ({"holds_to": 0.01, "probability": 0.002}, "does not hold (p = 0.002)"),
+    ],
+)
+def test_few_repeats_do_not_show_that_a_law_holds(changes: dict[str, Any], words: str) -> None:
+    few = law(judged_repeats=5, **changes)
+    assert finding([few], []).startswith(f"Haff's law {words}; α = ")
+    assert bool(few_repeats([few])) == ("does not hold" not in words)
+    enough = {**few, "judged_repeats": ENOUGH_REPEATS}
+    assert few_repeats([enough]) == few_repeats([{**few, "probability": None}]) == []
+    assert overview([law(), few], []).startswith("Haff's law is not refused to the end at ")
 
 
 def test_the_law_that_holds_longest_is_named() -> None:
