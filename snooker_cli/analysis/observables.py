@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from snooker_cli import engine, theory
 from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replay
-from snooker_cli.engine.kernel_state import X, Y
 from snooker_cli.engine.replay import Replay
 from snooker_cli.memory import MEMORY
 from snooker_cli.scene import TINY, Scene
@@ -429,10 +428,9 @@ def wall_energies(trace: Trace, edges: Array) -> Array:
     events, gain = trace.events, np.diff(series(trace).kinetic_energy)
     late = (events.time > edges[0]) | (edges[0] == 0)  # collisions at time zero count
     hits = np.flatnonzero(events.at_wall & late)
-    balls, places, run = events.i[hits], np.empty((len(hits), 2)), Replay(trace)
-    for place, hit, ball in zip(places, hits.tolist(), balls.tolist(), strict=True):
-        run.advance(hit + 1)
-        place[:] = run.state.balls[[X, Y], ball]  # at its own clock, which is that of the hit
+    balls = events.i[hits].astype(np.int64)
+    after = Replay(trace).states(hits + 1, events.time[hits], balls[:, np.newaxis])[0]
+    places = after[:, :2, 0]
     reach = np.array(scene.container.size) / 2 - scene.radii[balls, None]
     gaps = np.hstack([reach + places, reach - places])[:, [0, 2, 1, 3]]  # left, right, bottom, top
     window = np.clip(np.searchsorted(edges, events.time[hits]) - 1, 0, len(edges) - 2)

@@ -15,6 +15,7 @@ from snooker_cli.cli.options import RunName, Where, conditions, flag, option
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
 from snooker_cli.config.axes import MAX_POINTS, option_values
 from snooker_cli.config.problems import PathError
+from snooker_cli.engine import replayed
 from snooker_cli.errors import UserError
 from snooker_cli.runs.folder import holds_results
 
@@ -89,7 +90,7 @@ def export(
         ((trace, header),) = store.read(status.path, [repeat])
         moments = _times(times, frames, trace.stop.time)
         try:
-            batches = exporting.frames(trace, moments)
+            batches = replayed(trace, moments)
         except ValueError as error:
             raise UserError(f"--times: {error}") from None
         if out is not None and ending in exporting.STATES_FORMATS:

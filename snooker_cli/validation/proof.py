@@ -65,12 +65,11 @@ def own_events(trace: Trace) -> Iterator[OwnEvent]:
     events, start = trace.events, trace.start
     assert events is not None
     run, origin = Replay(trace), origin_of(start)
-    balls, container = np.empty((4, start.number)), np.zeros(4)
+    everything = np.arange(start.number)[np.newaxis]
     rest = np.zeros(len(events)) if events.residual is None else events.residual
     columns = (column.tolist() for column in (events.time, rest, events.i, events.j))
     for done, (moment, residual, i, j) in enumerate(zip(*columns, strict=True), start=1):
-        run.advance(done)
-        run.write_state(moment, balls, container)
+        (balls,), (container,) = run.states(np.array([done]), np.array([moment]), everything)
         state = replace(
             start,
             positions=balls[:2].T + origin,
