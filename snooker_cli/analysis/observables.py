@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from snooker_cli import engine, theory
 from snooker_cli.containers import Circle
-from snooker_cli.engine import States, replay
+from snooker_cli.engine import States, replay, replayed
 from snooker_cli.engine.replay import Replay
 from snooker_cli.memory import MEMORY
+from snooker_cli.neighbours import near_pairs
 from snooker_cli.scene import TINY, Scene
 from snooker_cli.theory import Real
 from snooker_cli.trace import (
@@ -373,6 +374,7 @@ def virial_ratio(trace: Trace, since: float = 0.0) -> float:
 
 MOST_BALLS = 2**22  # balls times states in memory at once, some hundred megabytes
 STATES_IN_WINDOW = 5
+FIRST_GAP = 0.05  # mean spacings between surfaces, half of the first up to which pairs are searched
 COLLISIONS_BETWEEN = 5.0  # collisions of a ball between two times at which its speed counts
 
 
@@ -446,6 +448,28 @@ def pair_distances(states: States, scene: Scene) -> Array:
     return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).ravel())
 
 
+def closest(states: States, scene: Scene) -> tuple[float, float]:
+    """The least distance of two balls in any of the states, and the farthest that two overlap, m.
+
+    The overlap is negative if none do. Neighbours are found with cells, so that many balls cost
+    little; in a periodic box the balls have to be many.
+    """
+    container, radii = scene.container, scene.radii
+    least, overlap, smallest = math.inf, -math.inf, float(radii.min())
+    first_gap = FIRST_GAP * math.sqrt(container.area / scene.number)
+    for places, centre in zip(states.positions, states.container_positions, strict=True):
+        here, gap = math.inf, first_gap
+        # Small balls farther apart may have nearer centres than large ones that touch.
+        while here - 2 * smallest > gap:
+            gap = 2 * gap if here == math.inf else here - 2 * smallest
+            for i, j, distances in near_pairs(places - centre, radii, gap, container.period):
+                here = min(here, float(distances.min(initial=math.inf)))
+                gaps = distances - radii[i] - radii[j]
+                overlap = max(overlap, -float(gaps.min(initial=math.inf)))
+        least = min(least, here)
+    return least, overlap
+
+
 def sampling_times(trace: Trace, since: float = 0.0) -> Array:
     """Fixed times after ``since`` (s), ``COLLISIONS_BETWEEN`` collisions of a ball apart.
 
@@ -470,9 +494,11 @@ def reduced_speed_counts(trace: Trace, since: float = 0.0) -> NDArray[np.int64]:
     if trace.summary is not None:
         rows = np.searchsorted(trace.summary.series.time, times, side="right") - 1
         return np.asarray(trace.summary.speed_histogram[np.unique(rows)].sum(axis=0))
-    velocities = replay(trace, times).velocities
-    energies = 0.5 * trace.start.masses * np.sum(velocities**2, axis=2)
-    means = energies.mean(axis=1, keepdims=True)
-    reduced = np.sqrt(energies / np.where(means > 0, means, 1.0))
-    bins = np.fmin(reduced / SPEED_BIN, SPEED_BINS - 1).astype(int)  # also of inf and nan
-    return np.bincount(bins.ravel(), minlength=SPEED_BINS)
+    counts = np.zeros(SPEED_BINS, dtype=np.int64)
+    for states in replayed(trace, times):
+        energies = 0.5 * trace.start.masses * np.sum(states.velocities**2, axis=2)
+        means = energies.mean(axis=1, keepdims=True)
+        reduced = np.sqrt(energies / np.where(means > 0, means, 1.0))
+        bins = np.fmin(reduced / SPEED_BIN, SPEED_BINS - 1).astype(int)  # also of inf and nan
+        counts += np.bincount(bins.ravel(), minlength=SPEED_BINS)
+    return counts

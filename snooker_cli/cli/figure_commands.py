@@ -3,6 +3,7 @@
 import re
 import webbrowser
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,16 +14,18 @@ from snooker_cli.analysis.run_analysis import shorter_note
 from snooker_cli.animation import MOST_COLLISIONS, check_film_file, save_films
 from snooker_cli.cli.options import RUN, RunName, Where, conditions, flag, option
 from snooker_cli.cli.output import first, print_line, print_table, print_wrapped
+from snooker_cli.config import Point
 from snooker_cli.errors import FigureError, UserError, check_name
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import unfinished
-from snooker_cli.figures.registry import figures_of
-from snooker_cli.figures.selection import file_stem
-from snooker_cli.formatting import point_label, text_table, with_error
+from snooker_cli.figures.registry import figures_of, possible
+from snooker_cli.figures.selection import MOST_SERIES, begun, file_stem, matching
+from snooker_cli.formatting import listed, point_label, text_table, with_error
 from snooker_cli.runs import Run, open_run
 from snooker_cli.runs.folder import writing
-from snooker_cli.runs.progress import notice
+from snooker_cli.runs.progress import notice, reporting
 
+LISTED = "The list follows from the config. A figure may still need more collisions than there are."
 GIVEN = "temperature", "area", "packing"  # in tables only where they differ between points
 MOST_PIXELS = 10_000  # of a side of a PNG, which then takes 400 MB of memory
 
@@ -43,7 +46,8 @@ def plot(
     """Draw figures of RUN as SVG, PNG and JSON.
 
     The JSON file has the numbers that a figure shows. Without names, all possible figures are
-    drawn; RUN --list prints why others are not. Figures of single points are drawn for each point.
+    drawn; RUN --list prints why others are not. Figures of single points are drawn for each point;
+    without names and --where for 16 points at most.
     The command prints the names of the written files, and the captions of figures that you name.
     """
     image_formats = list(dict.fromkeys(formats.lower().split(",")))
@@ -60,32 +64,64 @@ def plot(
         check_name(name, FIGURES, "figure", "snooker plot --list")
     names = list(dict.fromkeys(figures or FIGURES))
     selection = Selection(conditions(where, opened), repeat)
+    if list_figures:
+        _print_possible(names, begun(opened, selection))
+        return
     _warn_of_missing(opened, selection)
+    most = None if figures or where else MOST_SERIES
     drawn: dict[str, None] = {}
     impossible: Counter[tuple[str, str]] = Counter()
-    for name, stem, figure in figures_of(opened, names, selection, sample=list_figures):
+    for name, stem, figure in _with_progress(opened, names, selection, most):
         if isinstance(figure, FigureError):
             impossible[name, str(figure)] += 1
             continue
         drawn[name] = None
-        if not list_figures:
-            _save(figure, (out or opened.figures_folder) / stem, image_formats, inches, dpi)
-            if figures:
-                print_wrapped([figure.caption], indent=0)
-                for line in _table(figure):
-                    print_line(line)
-    reasons = []
-    for (name, reason), times in impossible.items():
-        at = f" at {times} of {len(opened.points)} points" if name in drawn else ""
-        reasons.append(f"{name} left out{at}: {reason}")
-    if list_figures:
-        print_wrapped([*(f"{name}: {FIGURES[name].title}" for name in drawn), *reasons])
-    elif figures or not drawn:
-        for reason in reasons:
-            notice(reason)
+        _save(figure, (out or opened.figures_folder) / stem, image_formats, inches, dpi)
+        if figures:
+            print_wrapped([figure.caption], indent=0)
+            for line in _table(figure):
+                print_line(line)
+    single = [name for name in drawn if FIGURES[name].each_point]
+    if most and single and len(opened.points) > most:
+        notice(
+            f"{listed(single)}: drawn for {most} of {len(opened.points):,} points, evenly chosen; "
+            "--where or names of figures draw the others"
+        )
+    if figures or not drawn:
+        for (name, reason), times in impossible.items():
+            notice(_left_out(name, reason, times, len(opened.points), name in drawn))
     missing = [name for name in names if name not in drawn]
     if missing and (figures or not drawn):
         raise UserError(f"{opened.name} cannot give {', '.join(missing)}; see the reasons above")
+
+
+def _with_progress(
+    run: Run, names: list[str], selection: Selection, most: int | None
+) -> Iterator[tuple[str, str, FigureData | FigureError]]:
+    """``figures_of``, while a terminal shows which repeat is read."""
+    figures = figures_of(run, names, selection, lambda text: show(text), most)
+    while True:
+        with reporting() as show:  # not while lines are printed
+            figure = next(figures, None)
+        if figure is None:
+            return
+        yield figure
+
+
+def _left_out(name: str, reason: str, times: int, total: int, others: bool) -> str:
+    """Why a figure is missing; ``others`` if it is there for other points."""
+    return f"{name} left out{f' at {times:,} of {total:,} points' if others else ''}: {reason}"
+
+
+def _print_possible(names: Sequence[str], points: Sequence[Point]) -> None:
+    """Print which figures points can give by their config, and why not the others."""
+    fitting, reasons = [], []
+    for name, fits, why in possible(names, points):
+        fitting += [f"{name}: {FIGURES[name].title}"] * fits
+        reasons += [_left_out(name, *reason, len(points), fits) for reason in why.items()]
+    print_wrapped([*fitting, *reasons])
+    if fitting:
+        print_wrapped([LISTED])
 
 
 def _save(figure: FigureData, stem: Path, *how: Any) -> None:
@@ -112,6 +148,11 @@ def _print_registry() -> None:
 
 def _warn_of_missing(run: Run, selection: Selection) -> None:
     """Print how many repeats are missing, and how many are shorter than the extended run."""
+    wanted = matching(run, selection)
+    with reporting() as show:
+        for number, point in enumerate(wanted, 1):
+            show(f"reading the files of point {number:,} of {len(wanted):,}")
+            run.statuses(point.index)  # which stay in memory
     points = selected(run, selection)
     if missing := unfinished(run, selection):
         notice(f"{missing}; run the config again for the rest")

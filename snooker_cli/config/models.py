@@ -467,6 +467,15 @@ class Experiment(Model):
         return tuple(group for group in groups if isinstance(group, Ball))
 
     @property
+    def number(self) -> int:
+        """Number of balls."""
+        if isinstance(self.balls, Rings):
+            return 1 + 3 * self.balls.rings * (self.balls.rings + 1)
+        if isinstance(self.balls, BallList):
+            return len(self.balls.list)
+        return len(self.placed) + sum(species.count for species in self.species)
+
+    @property
     def start(self) -> str:
         """Places of balls given by count at the start, "lattice" or "random"."""
         return next((kind.start for kind in self.species if kind.start), "lattice")

@@ -70,7 +70,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     (point,), known = build.points, QUANTITIES[quantity]
     number, chosen = build.repeats(point)[0], build.selection.repeat is not None
     build.selection = Selection(build.selection.where)  # the means are over all repeats
-    row, traces = build.repeats(point).index(number), build.moving(point)
+    row, traces = build.repeats(point).index(number), list(build.traces(point))
     fitted = decays(traces, (quantity,))
     if not any(decay.fits[row].converged for decay in fitted):
         raise FigureError(f"repeat {number} cannot be fitted: {fitted[0].fits[row].message}")
@@ -121,7 +121,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     """The decay constants of the energy against the CoR; with the source report's k if wanted."""
     points = build.points
     for point in points:
-        traces = build.moving(point)
+        traces = list(build.traces(point))
         fitted = build.energy_decays(point, traces)
         means = {LAWS[decay.law].key: decay.over_repeats for decay in fitted}
         constants = {key: (mean.value, mean.error) for key, mean in means.items()}
@@ -177,7 +177,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
 def haff_time(build: FigureBuilder) -> FigureData:
     """The local decay rate −d ln E/dt against time, with Haff's law and one constant."""
     for index, point in enumerate(build.points):
-        traces = build.moving(point)
+        traces = list(build.traces(point))
         scene = traces[0].start
         edges, rates, errors, left = _local_rates(traces)
         fitted = build.energy_decays(point, traces)
@@ -262,10 +262,8 @@ def event_decay(build: FigureBuilder) -> FigureData:
     """The energy against collisions, where kinetic theory has an exponential at any density."""
     floor_drawn = False
     for index, point in enumerate(build.points):
-        traces = build.moving(point)
+        traces = list(build.traces(point))
         scene = traces[0].start
-        if scene.number < 2:
-            raise FigureError("kinetic theory does not cover one ball; it needs two or more")
         calm = [before_collapse(trace) for trace in traces]
         shortest = min(trace.collisions for trace in calm)
         if shortest == 0:
