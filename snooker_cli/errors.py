@@ -3,11 +3,13 @@
 import difflib
 import errno
 import os
+import shlex
 import signal
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
@@ -15,6 +17,9 @@ from typing import Any, ClassVar, NoReturn
 from snooker_cli.formatting import printable
 
 STOPPING = (signal.SIGINT, signal.SIGTERM)  # Ctrl-C, and what `kill` and batch systems send
+
+IN_COMMAND: ContextVar[bool] = ContextVar("in_command", default=False)
+"""Whether a command runs, so that errors name its options, and not the arguments of Python."""
 
 TRACEBACK = "SNOOKER_TRACEBACK"  # in the environment: show tracebacks of unexpected errors
 
@@ -44,6 +49,18 @@ def room_advice(error: Exception) -> str:
     """What a user can do where a file cannot be written."""
     full = getattr(error, "errno", None) in (None, errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
     return "make room" if full else "check the folder and its permissions"
+
+
+def install_advice(extra: str) -> str:
+    """What a user can do about a library that an extra of the package needs."""
+    from importlib.metadata import PackageNotFoundError, requires  # takes a while to load
+
+    with suppress(PackageNotFoundError):
+        lines = (line.partition(";") for line in requires("snooker-cli") or ())
+        marks = (f"extra == '{extra}'", f'extra == "{extra}"')
+        names = [shlex.quote(name.strip()) for name, _, when in lines if when.strip() in marks]
+        return f"install it with `pip install {' '.join(names)}`"
+    return f"install it with `pip install '.[{extra}]'` in the folder of snooker"
 
 
 class SnookerError(Exception):
@@ -234,6 +251,7 @@ def bug_message(error: str, trace: str) -> str:
 
 def guarded(app: Callable[..., Any]) -> None:
     """Run the application; print its errors as sentences and end with their exit codes."""
+    before = IN_COMMAND.set(True)
     try:
         with raising() as interrupts:
             app()
@@ -256,3 +274,5 @@ def guarded(app: Callable[..., Any]) -> None:
             message = bug_message(f"{type(end).__name__}: {end}", trace)
         print(printable(f"snooker: {message}", "\n"), file=sys.stderr)
         raise SystemExit(int(code)) from None
+    finally:
+        IN_COMMAND.reset(before)

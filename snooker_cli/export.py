@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from snooker_cli import __version__
 from snooker_cli.engine import States
-from snooker_cli.errors import UserError, error_text, room_advice
+from snooker_cli.errors import UserError, error_text, install_advice, room_advice
 from snooker_cli.files import atomic_write
 from snooker_cli.scene import Scene
 from snooker_cli.store import RepeatHeader, hdf5
@@ -131,7 +131,7 @@ def write_parquet(
     except ImportError:
         raise UserError(
             "a Parquet file needs pyarrow",
-            "install it with `pip install 'snooker-cli[parquet]'`, or export as CSV",
+            f"{install_advice('parquet')}, or export as CSV",
         ) from None
     tables = iter(tables)
     first = next(tables)

@@ -12,8 +12,8 @@ import typer
 from snooker_cli import api
 from snooker_cli.analysis.run_analysis import shorter_note
 from snooker_cli.animation import MOST_COLLISIONS, check_film_file, save_films
-from snooker_cli.cli.options import RUN, RunName, Where, conditions, flag, option
-from snooker_cli.cli.output import first, print_line, print_table, print_wrapped
+from snooker_cli.cli.options import RUN, Replace, RunName, Where, conditions, flag, option
+from snooker_cli.cli.output import check_free, first, print_line, print_table, print_wrapped
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError, UserError, check_name
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
@@ -212,6 +212,7 @@ def animate(
         float | None, option("S", "Length [12; a page: by its content].", min=0.1, max=3600)
     ] = None,
     fps: Annotated[int | None, option("N", "GIF, MP4: frames/s [20].", min=1, max=60)] = None,
+    replace: Replace = False,
     open_film: Annotated[bool, flag("--open", "Show it in the browser.")] = False,
 ) -> None:
     """Make a film of a repeat: HTML page, GIF or MP4.
@@ -220,7 +221,8 @@ def animate(
     in any browser without a network. The balls are exactly where the stored collisions put them;
     those of a summary are simulated again. A page shows up to 4 repeats side by side, as with
     `--where cor=0.8,1` or `--repeat 0 --repeat 1`. The link film.html#t=3&ball=5 begins at 3 s
-    with the path of ball 5. The name of the written file is printed.
+    with the path of ball 5. A page of snooker under the same name is replaced, another file is
+    not. The name of the written file is printed.
     """
     opened = api.open(run)
     if where and point is not None:
@@ -234,6 +236,7 @@ def animate(
     if fps is not None and out.suffix.lower() == ".html":
         raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
     check_film_file(out, len(opened.matching(**chosen)) * len(numbers))
+    check_free(out, replace)
     most = collisions or MOST_COLLISIONS
     films = opened.films(numbers, since=since, until=until, most=most, **chosen)
     for shown in films if collisions is None else ():

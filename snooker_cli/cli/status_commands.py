@@ -11,8 +11,8 @@ from typing import Annotated, Any
 import typer
 
 from snooker_cli import store
-from snooker_cli.cli.options import AsJson, Jobs, RunName, flag, option
-from snooker_cli.cli.output import first, print_result
+from snooker_cli.cli.options import AsJson, Jobs, Replace, RunName, flag, option
+from snooker_cli.cli.output import check_free, first, print_result
 from snooker_cli.errors import ExitCode, RunError, StoreError, UserError
 from snooker_cli.files import write_text
 from snooker_cli.formatting import (
@@ -188,6 +188,7 @@ def verify(
     repeat: Annotated[int, option("N", "With --exact: this repeat of a point.", min=0)] = 0,
     collisions: Annotated[int, option("N", "With --exact: at most these.", min=1)] = 10_000,
     out: Annotated[Path | None, option("FILE", "With --exact: write the certificate.")] = None,
+    replace: Replace = False,
     jobs: Jobs = None,
     as_json: AsJson = False,
 ) -> None:
@@ -205,6 +206,8 @@ def verify(
     result is kept beside the repeat. It needs the extra `reference`.
     """
     opened = open_run(run)
+    if out is not None:
+        check_free(out, replace)
     if exact:
         _prove(opened, point, repeat, collisions, out, as_json)
         return

@@ -352,7 +352,7 @@ class Experiment(Model):
     wall_speed: (
         Annotated[
             WallSpeed | SpeedBySide,
-            _needs("a number of 0 or more, or one for some sides, as {left: 1, right: 1},", False),
+            _needs("a number of 0 or more, or one for some sides, as {left: 1, right: 1},"),
         ]
         | None
     ) = None
@@ -361,7 +361,7 @@ class Experiment(Model):
     wall_temperature: (
         Annotated[
             Amount | TemperatureBySide,
-            _needs("a number above 0, or one for some sides, as {left: 20, right: 80},", False),
+            _needs("a number above 0, or one for some sides, as {left: 20, right: 80},"),
         ]
         | None
     ) = None

@@ -63,15 +63,14 @@ class FigureSpec:
     def fitting(self, points: Sequence[Point]) -> tuple[list[Point], Counter[str]]:
         """The points that the figure can show by their config; why it cannot show the others.
 
-        It may still lack collisions. The reasons count the points.
+        It may still lack collisions. The reasons count the points; the last one is that of the
+        points that nearly fit.
         """
-        fitting, reasons, conditions = list[Point](), Counter[str](), self.conditions
-        for point in points:
-            reason = next(filter(None, (condition(point) for condition in conditions)), "")
-            if reason:
-                reasons[reason] += 1
-            else:
-                fitting.append(point)
+        fitting, reasons = list(points), Counter[str]()
+        for condition in self.conditions:
+            judged = [(point, condition(point)) for point in fitting]
+            fitting = [point for point, reason in judged if not reason]
+            reasons.update(reason for _, reason in judged if reason)
         return fitting, reasons
 
     def groups(self, points: Sequence[Point]) -> list[list[Point]]:
@@ -90,7 +89,7 @@ class FigureSpec:
         """
         points, reasons = self.fitting(selected(run, selection))
         if not points:
-            raise FigureError(next(iter(reasons)))
+            raise FigureError([*reasons][-1])
         total = len(points)
         points = points[:1] if self.each_point and first else points
         if self.each_point and len(points) > 1:

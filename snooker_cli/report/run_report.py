@@ -119,13 +119,14 @@ def trivial(
     given = (p.experiment.placed or getattr(p.experiment.balls, "list", ()) for p in points)
     lossy_starts = [scene for scene in starts if scene.restitution < 1]
     ratios = [theory.critical_ratio(scene, scene.restitution) for scene in lossy_starts]
+    clusters = any(ratio is not None and ratio > 1 for ratio in ratios)
     conditions = {
         "always": True,
         "lossless": gases == {"elastic"},
         "lossy": gases == {"cooling"},
         "cold": "warm" not in gases,
         "untagged": not any(given),
-        "dilute": all(scene.packing_fraction < DENSE for scene in starts),
+        "dilute": not clusters and all(scene.packing_fraction < DENSE for scene in starts),
         "calm": all(ratio is not None and ratio <= 1 for ratio in ratios),
     }
     reasons = ((name, *reason) for name, given in RELEVANCE.items() for reason in given.items())

@@ -19,7 +19,7 @@ from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.engine.conversion import origin_of
 from snooker_cli.engine.replay import Replay
-from snooker_cli.errors import UNREADABLE, UserError
+from snooker_cli.errors import UNREADABLE, UserError, install_advice
 from snooker_cli.files import sources_hash, user_hash, write_text
 from snooker_cli.formatting import counted, duration, plain
 from snooker_cli.laws import Sides, WallLaw, word_of
@@ -255,8 +255,7 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
     try:
         flint = import_module("flint").__version__
     except ModuleNotFoundError:
-        advice = "install it with `pip install 'snooker-cli[reference]'`"
-        raise UserError("python-flint is not installed", advice) from None
+        raise UserError("python-flint is not installed", install_advice("reference")) from None
     path = status.path.with_name(f"exact-{repeat:04d}.json")
     fingerprint = status.header.fingerprint if status.header else ""
     origin = json.dumps([fingerprint, collisions, sources_hash(*SOURCES), flint])
