@@ -235,14 +235,17 @@ def raising() -> Iterator[list[int]]:
         sys.unraisablehook = before
 
 
-def bug_message(error: str, trace: str) -> str:
-    """The sentence for an internal error; its traceback is printed if the environment asks."""
+def bug_message(error: str, trace: str, less: str = "use fewer balls") -> str:
+    """The sentence for an internal error; its traceback is printed if the environment asks.
+
+    less : what takes less memory
+    """
     where = f"; set {TRACEBACK}=1 to see where it happened"
     if os.environ.get(TRACEBACK, "") not in ("", "0"):
         print(trace, file=sys.stderr)
         where = ""
     if "MemoryError" in error.partition(":")[0]:
-        return f"there is too little memory ({error}); use fewer balls, or a smaller --jobs{where}"
+        return f"there is too little memory ({error}); {less}{where}"
     return (
         f"unexpected {error}; this is a bug in snooker, please report it with the command and the "
         f"config{where}"

@@ -24,6 +24,7 @@ from snooker_cli.formatting import listed, point_label, text_table, with_error
 from snooker_cli.runs import Run, open_run
 from snooker_cli.runs.folder import writing
 from snooker_cli.runs.progress import notice, reporting
+from snooker_cli.runs.status import early_warning
 
 LISTED = "The list follows from the config. A figure may still need more collisions than there are."
 GIVEN = "temperature", "area", "packing"  # in tables only where they differ between points
@@ -159,6 +160,8 @@ def _warn_of_missing(run: Run, selection: Selection) -> None:
     present = sum(len(run.present(point)) for point in points)
     if note := shorter_note(sum(map(run.shorter, points)), present):
         notice(note)
+    if warning := early_warning(run, points):
+        notice(warning)
 
 
 def _table(figure: FigureData) -> list[str]:

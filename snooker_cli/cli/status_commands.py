@@ -26,7 +26,7 @@ from snooker_cli.formatting import (
 )
 from snooker_cli.runs import RepeatState, Run, open_run, runs_in
 from snooker_cli.runs.execution import processors
-from snooker_cli.runs.progress import counting, notice
+from snooker_cli.runs.progress import counting, notice, reporting
 from snooker_cli.runs.status import COUNTS, ended, run_status
 from snooker_cli.runs.verification import verify as verdicts
 from snooker_cli.trace import event_hashes
@@ -49,7 +49,9 @@ def ls(
     statuses: list[dict[str, Any]] = []
     for path in runs_in(directory):
         try:
-            status = run_status(open_run(path))
+            opened = open_run(path)
+            with reporting() as show_text:
+                status = run_status(opened, show_text)
             del status["ledger"]
         except (RunError, StoreError) as error:
             notice(str(error))
@@ -95,7 +97,9 @@ def show(
         return
     if point is not None or repeat is not None:
         raise UserError("--point and --repeat choose repeats for --hash", "add --hash")
-    content = run_status(opened) | {
+    with reporting() as show_text:
+        status = run_status(opened, show_text)
+    content = status | {
         "title": opened.experiment.title,
         "common_random": opened.experiment.common_random,
         "figures": [path.name for path in opened.figures()],

@@ -133,10 +133,10 @@ class FigureBuilder:
     def traces(self, point: Point) -> Iterator[Trace]:
         """The selected repeats of a point that are there. Raises ``StoreError``."""
         repeats = self.repeats(point)
-        points = f" of point {point.index + 1} of {len(self.run.points)}"
+        number = len(self.run.points)
+        where = f"point {point.index + 1:,} of {number:,}, " if number > 1 else ""
         for k, trace in enumerate(self.run.traces(point, repeats), start=1):
-            where = points if self.run.points[1:] else ""
-            self.reading(f"{self.fields['kind']}: repeat {k} of {len(repeats)}{where}")
+            self.reading(f"{self.fields['kind']}: {where}repeat {k:,} of {len(repeats):,}")
             yield trace
 
     def energy_decays(self, point: Point, traces: Sequence[Trace]) -> list[Decay]:

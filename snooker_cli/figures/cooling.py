@@ -109,8 +109,14 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
         numbers["fits"].append(decay.as_json())
     # An exponential leaves slower decays by many decades.
     lowest = min(values.min() for _, values in started) / 10 if log else 0.0
+    drawn, judged = float(time[-1]), [decay.goodness for decay in fitted]
+    later = max((good.judged_to for good in judged if good.degrees_of_freedom), default=drawn)
+    short_curve = (
+        f" The curve ends at {short(drawn)} s; the laws are judged on the "
+        f"{judged[0].judged_repeats} complete repeats."
+    )
     return build.figure(
-        f"Fits of each repeat, their mean: {build.results_text}.",
+        f"Fits of each repeat, their mean: {build.results_text}.{short_curve * (later > drawn)}",
         numbers=numbers,
         logarithmic=log,
         y_limits=(float(lowest), None),

@@ -23,11 +23,13 @@ from snooker_cli.figures.selection import (
     evenly,
     file_stem,
     selected,
+    spread,
     varying,
 )
 from snooker_cli.formatting import listed
 from snooker_cli.runs import Run
 
+MOST_ALONG = 200  # points of a series along x; the eye cannot separate more
 MOST_COLLISIONS = 10_000_000  # of a figure that takes a choice of the repeats; they take seconds
 
 
@@ -75,7 +77,9 @@ class FigureSpec:
 
     def groups(self, points: Sequence[Point]) -> list[list[Point]]:
         """Points that fit, as ``FigureBuilder`` has them. Raises ``FigureError``."""
-        return along(points, self.along, self.by) if self.along else [evenly(points, self.most)]
+        if not self.along:
+            return [evenly(points, self.most)]
+        return [spread(group, MOST_ALONG) for group in along(points, self.along, self.by)]
 
     def make(
         self, run: Run, selection: Selection, *, first: bool = False, reading: Reading = silent

@@ -204,7 +204,8 @@ def profiles(build: FigureBuilder) -> FigureData:
         along=along.mean(axis=0),
         mean_temperature=mean_and_error(warm),
     )
-    ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
+    with np.errstate(divide="ignore", invalid="ignore"):  # balls that move along one line
+        ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
     return build.figure(
         f"{steady.text} T is {with_error(*mean_and_error(warm), 'J')} on average; its first part "
         f"over the second is {with_error(*ratio)}.{' Open: the wall.' if walls else ''}",

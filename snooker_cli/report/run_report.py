@@ -23,7 +23,7 @@ from snooker_cli.formatting import point_label, printable
 from snooker_cli.report.document import Pages, packaged
 from snooker_cli.runs import Run
 from snooker_cli.runs.progress import counting
-from snooker_cli.runs.status import ended, run_status
+from snooker_cli.runs.status import early_warning, ended, run_status
 from snooker_cli.scene import Scene
 
 RELEVANCE: dict[str, dict[str, str]] = yaml.safe_load(packaged("relevance.yaml"))
@@ -97,6 +97,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         "scene": scene,
         "points": [(status["ledger"][p.index], starts.get(p.index)) for p in shown],
         "finding": overview(fitted.rows, compared.rows) if shown[1:] else what[shown[0]],
+        "warning": early_warning(run, points),
         "findings": [(point_label(p.as_json()), text or "–") for p, text in what.items()],
         "key_figures": files[:KEY_FIGURES],
         "figures": files[KEY_FIGURES:],

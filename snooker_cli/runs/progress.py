@@ -115,7 +115,8 @@ class RunProgress(Watcher):
         if result.error is None or self._failures > MOST_FAILURES:
             return
         trace = result.traceback
-        error = bug_message(result.error, trace) if trace else result.error
+        less = "use fewer balls, or a smaller --jobs"
+        error = bug_message(result.error, trace, less) if trace else result.error
         notice(f"point {result.point}, repeat {result.repeat} failed: {error}")
         if self._failures == MOST_FAILURES:
             notice("more failures are counted, without a message")
