@@ -184,6 +184,16 @@ def floor(trace: Trace) -> float:
     return observables.rotation_energy(trace) / scene.kinetic_energy
 
 
+def _on_rings(scene: Scene) -> bool:
+    """Whether two or more balls are on even rings, 6k on the k-th, as `balls.rings` places them."""
+    rings = round((math.sqrt(12 * scene.number - 3) - 3) / 6)
+    if rings < 1 or 1 + 3 * rings * (rings + 1) != scene.number:
+        return False
+    distances = np.sort(np.hypot(*(scene.positions - scene.container_position).T))
+    ranks = np.repeat(np.arange(rings + 1), [1, *(6 * k for k in range(1, rings + 1))])
+    return np.allclose(distances, distances[-1] * ranks / rings, rtol=observables.ROUNDING)
+
+
 def _heavy(scene: Scene) -> bool:
     """Whether the container is fixed, or too heavy to take much angular momentum."""
     return scene.container_mass >= HEAVY * float(np.sum(scene.masses))
@@ -391,7 +401,8 @@ EQUAL_SPEEDS = (
 
 def notes(scene: Scene) -> Iterator[Note]:
     """What walls and their absence change; which rows are missing for these balls, and why."""
-    if isinstance(scene.container, Circle) and scene.number > 1 and _heavy(scene):
+    in_circle = isinstance(scene.container, Circle) and scene.number > 1
+    if in_circle and _heavy(scene) and _on_rings(scene):
         yield Note(TURNING, model=FINITE)
     if not scene.container.has_wall:
         yield Note(NO_WALLS, "pressure, temperature, PV/NT by the virial")

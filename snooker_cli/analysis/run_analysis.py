@@ -145,7 +145,7 @@ def _joined(
         missing = f"{are} there; run the config again for the rest" if there < wanted else ""
         texts = missing, shorter_note(run.shorter(point), there), *run.common_random_notes
         own = [Note(text)._asdict() for text in texts if text]
-        rows += [parameters | row for row in entry[name]["rows"]]
+        rows += [parameters | row | {"requested": wanted} for row in entry[name]["rows"]]
         notes += [parameters | note for note in own + entry[name]["notes"]]
     return RunAnalysis(rows, notes)
 

@@ -146,14 +146,16 @@ def finding(fits: Records, compared: Records) -> str:
     """
     laws, beside = [row for row in fits if _cools(row)], _compared(compared)
     if not laws:
-        return "; ".join([*map(_beside, beside[-1:]), *_imbalance(compared)])
+        known = [*map(_beside, beside[-1:]), *_imbalance(compared)]
+        return "; ".join([*known, *_reservations(beside[-1:])])
     law = max(laws, key=lambda row: (row["holds_to"] or 0.0, row["model"] == "haff"))
     if law["value"] is None:
         return "The energy has no fit"
     constant = f"{LAWS[law['model']].symbol} = {with_error(law['value'], law['error'], '1/s')}"
     if law["model"] == "haff" and beside and beside[-1]["quantity"] == "Haff's α":
         constant = _beside(beside[-1])
-    return f"{_holds(law)}; {constant}"
+    rest = "; ".join([constant, *_reservations([law])])
+    return f"{_holds(law)}; {rest}"
 
 
 def _imbalance(compared: Records) -> Iterator[str]:
@@ -186,7 +188,24 @@ def overview(fits: Records, compared: Records) -> str:
     for name, shares in groups.items():
         ends = dict.fromkeys(short(share, 2) for share in (min(shares), max(shares)))
         parts.append(f"{name} {' to '.join(ends)} %")
-    return "; ".join(parts[not held :])
+    return "; ".join([*parts[not held :], *_reservations([*haff, *_compared(compared)])])
+
+
+def _reservations(rows: Records) -> Iterator[str]:
+    """How many repeats behind rows ended early or are missing, each point counted once."""
+    points = {point_label(row["parameters"]): row for row in rows}.values()
+    total, early, requested = 0, 0, 0
+    for row in points:
+        repeats = row["simulated"] if "simulated" in row else row["repeats"] + row["failed"]
+        total, early = total + repeats, early + repeats - row["complete"]
+        requested += row["requested"]
+    if early:
+        of_all = f"all {total}" if early == total else f"{early} of {total}"
+        sentence = "the repeat ended early" if total == 1 else f"{of_all} repeats ended early"
+        judged = [row.get("judged_repeats") for row in points] == [total - early]
+        yield f"{sentence}, and the law is judged on the others" if judged else sentence
+    if total < requested:
+        yield f"only {total} of {requested} repeats are there"
 
 
 def _cools(fit: dict[str, Any]) -> bool:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.analysis.observables import integrals, series
-from snooker_cli.engine import States, replay, simulate
+from snooker_cli.engine import States, replay, replayed, simulate
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, printable
@@ -216,11 +216,10 @@ def _at_collisions(trace: Trace, time: Floats, i: Integers, j: Integers) -> Floa
 
     Collisions at the same instant all have the state after the last of them.
     """
-    scene, step = trace.start, max(1, BATCH // trace.start.number)
-    table = np.empty((len(time), 8))
-    for first in range(0, len(time), step):
-        chunk = slice(first, first + step)
-        states, ball, other = replay(trace, time[chunk]), i[chunk], j[chunk]
+    scene, first, table = trace.start, 0, np.empty((len(time), 8))
+    for states in replayed(trace, time, BATCH):
+        chunk = slice(first, first + len(states.time))
+        ball, other, first = i[chunk], j[chunk], chunk.stop
         row, at_wall = np.arange(len(states.time)), other <= CONTAINER
         place, moving = states.positions[row, ball], states.velocities[row, other]
         moving[at_wall] = states.container_velocities[at_wall]

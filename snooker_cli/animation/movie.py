@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from snooker_cli.animation.film import BATCH, Film, Pace
-from snooker_cli.engine import replay
+from snooker_cli.engine import replayed
 from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
 from snooker_cli.files import atomic_write
@@ -92,21 +92,20 @@ def frames(film: Film, pace: Pace, count: int, seconds: float) -> Iterator[Frame
     collisions = np.searchsorted(film.time, times, side="right")
     hit, flash = knots[1:-1], FLASH / seconds
     recent = np.searchsorted(hit, shown - flash, side="right")
-    step = max(1, BATCH // film.trace.start.number)
-    for first in range(0, count, step):
-        states = replay(film.trace, times[first : first + step])
-        for row, frame in enumerate(range(first, first + len(states.time))):
-            done = collisions[frame]
-            flashes = np.arange(max(min(recent[frame], done), done - MOST_FLASHES), done)
-            yield Frame(
-                time=float(times[frame]),
-                collisions=int(done),
-                positions=states.positions[row],
-                speeds=np.hypot(*states.velocities[row].T),
-                container=states.container_positions[row],
-                flashes=flashes,
-                ages=np.clip((shown[frame] - hit[flashes]) / flash, 0.0, 1.0),
-            )
+    batches = replayed(film.trace, times, BATCH)
+    rows = ((states, row) for states in batches for row in range(len(states.time)))
+    for frame, (states, row) in enumerate(rows):
+        done = collisions[frame]
+        flashes = np.arange(max(min(recent[frame], done), done - MOST_FLASHES), done)
+        yield Frame(
+            time=float(times[frame]),
+            collisions=int(done),
+            positions=states.positions[row],
+            speeds=np.hypot(*states.velocities[row].T),
+            container=states.container_positions[row],
+            flashes=flashes,
+            ages=np.clip((shown[frame] - hit[flashes]) / flash, 0.0, 1.0),
+        )
 
 
 class Screen:

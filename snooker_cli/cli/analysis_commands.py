@@ -22,7 +22,7 @@ from snooker_cli.figures.selection import Selection, matching
 from snooker_cli.formatting import listed
 from snooker_cli.runs import open_run
 from snooker_cli.runs.progress import counting, notice
-from snooker_cli.runs.status import run_status
+from snooker_cli.runs.status import early_warning, run_status
 
 All = Annotated[bool, flag("--all", "Print more columns and rows.")]
 Brief = Annotated[bool, flag("--brief", "Print what holds for each point, without tables.")]
@@ -107,6 +107,8 @@ def _print_analysis(
     if where or quantity or model or not lines:
         footer = []
     below = [*footer, *note_lines(notes if every else usual(notes), len(points))]
+    if warning := early_warning(run, points):
+        notice(warning)
     print_result(rows, as_json, lines, [] if brief else below)
 
 

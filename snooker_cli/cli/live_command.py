@@ -7,8 +7,8 @@ from typing import Annotated
 import typer
 
 from snooker_cli import config as configs
-from snooker_cli.cli.options import Overrides, flag, option
-from snooker_cli.cli.output import print_line
+from snooker_cli.cli.options import Overrides, Replace, flag, option
+from snooker_cli.cli.output import check_free, print_line
 from snooker_cli.errors import UserError
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label
@@ -27,18 +27,20 @@ def live(
     ] = None,
     out: Annotated[Path | None, option("FILE", "The page [gas.html].")] = None,
     overrides: Overrides = None,
+    replace: Replace = False,
     open_page: Annotated[bool, flag("--open", "Show it in the browser.")] = False,
 ) -> None:
     """Make an HTML page in which a gas runs, with sliders.
 
     The page simulates up to 200 balls in the browser, with the same bits as `snooker run`. It has
     more scenes, charts, and measurements with errors. It works from a file and without a network,
-    so you can mail it. Of a sweep it shows the first point. The name of the written file is
-    printed.
+    so you can mail it. Of a sweep it shows the first point. A page of snooker under the same name
+    is replaced, another file is not. The name of the written file is printed.
     """
     path = out or Path("gas.html")
     if path.suffix.lower() != ".html":
         raise UserError(f"--out {path}: give a name that ends in .html")
+    check_free(path, replace)
     given = configs.load(report_scene() if config is None else config, overrides or ())
     page = live_page(given)
     points = given.points()

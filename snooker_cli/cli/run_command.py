@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 import threading
@@ -28,14 +27,12 @@ from snooker_cli.formatting import (
     size,
     text_table,
 )
-from snooker_cli.laws import Constant
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import processors, share_of
 from snooker_cli.runs.plan import LAW, checked, is_excessive, run_plan
 from snooker_cli.runs.progress import execute_watched, notice, run_summary, share_done
-from snooker_cli.runs.status import ended
-from snooker_cli.trace import StopReason
+from snooker_cli.runs.status import continuing, ended
 
 if TYPE_CHECKING:
     from snooker_cli.runs.dask_executor import DaskExecutor  # loaded only if it is needed
@@ -233,18 +230,6 @@ def _summary_lines(
 
 def _collapse_hints(run: Run, results: Sequence[RepeatResult]) -> list[str]:
     """How the config can be changed so that collapsed repeats continue, each way once."""
-    ways = []
     reasons = {(result.point, result.stop.reason) for result in results if result.stop}
-    for point, reason in sorted(reasons):
-        experiment = run.points[point].experiment
-        lossy = min(experiment.cor, experiment.effective_wall_cor) < 1.0
-        if reason is StopReason.WALL_TRAP and experiment.collapse == "stop":
-            way = "`collapse: slide` (exact, fixed container) or `collapse: {tc: 0.01}`"
-            if not isinstance(experiment.wall_law, Constant):
-                way = "`collapse: {tc: 0.01}`"
-            elif math.isinf(experiment.container.mass):
-                way = "`collapse: slide` (exact)"
-            ways.append(way)
-        if reason is StopReason.COLLAPSE and experiment.collapse in ("stop", "slide") and lossy:
-            ways.append("`collapse: {tc: 0.01}`")
-    return [f"To continue such repeats, set {way}." for way in dict.fromkeys(ways)]
+    ways = (continuing(run.points[point].experiment, reason) for point, reason in sorted(reasons))
+    return [f"To continue such repeats, set {way}." for way in dict.fromkeys(filter(None, ways))]

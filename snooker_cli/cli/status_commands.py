@@ -11,8 +11,8 @@ from typing import Annotated, Any
 import typer
 
 from snooker_cli import store
-from snooker_cli.cli.options import AsJson, Jobs, RunName, flag, option
-from snooker_cli.cli.output import first, print_result
+from snooker_cli.cli.options import AsJson, Jobs, Replace, RunName, flag, option
+from snooker_cli.cli.output import check_free, first, print_result
 from snooker_cli.errors import ExitCode, RunError, StoreError, UserError
 from snooker_cli.files import write_text
 from snooker_cli.formatting import (
@@ -26,7 +26,7 @@ from snooker_cli.formatting import (
 )
 from snooker_cli.runs import RepeatState, Run, open_run, runs_in
 from snooker_cli.runs.execution import processors
-from snooker_cli.runs.progress import counting, notice
+from snooker_cli.runs.progress import counting, notice, reporting
 from snooker_cli.runs.status import COUNTS, ended, run_status
 from snooker_cli.runs.verification import verify as verdicts
 from snooker_cli.trace import event_hashes
@@ -49,7 +49,9 @@ def ls(
     statuses: list[dict[str, Any]] = []
     for path in runs_in(directory):
         try:
-            status = run_status(open_run(path))
+            opened = open_run(path)
+            with reporting() as show_text:
+                status = run_status(opened, show_text)
             del status["ledger"]
         except (RunError, StoreError) as error:
             notice(str(error))
@@ -95,7 +97,9 @@ def show(
         return
     if point is not None or repeat is not None:
         raise UserError("--point and --repeat choose repeats for --hash", "add --hash")
-    content = run_status(opened) | {
+    with reporting() as show_text:
+        status = run_status(opened, show_text)
+    content = status | {
         "title": opened.experiment.title,
         "common_random": opened.experiment.common_random,
         "figures": [path.name for path in opened.figures()],
@@ -188,6 +192,7 @@ def verify(
     repeat: Annotated[int, option("N", "With --exact: this repeat of a point.", min=0)] = 0,
     collisions: Annotated[int, option("N", "With --exact: at most these.", min=1)] = 10_000,
     out: Annotated[Path | None, option("FILE", "With --exact: write the certificate.")] = None,
+    replace: Replace = False,
     jobs: Jobs = None,
     as_json: AsJson = False,
 ) -> None:
@@ -205,6 +210,8 @@ def verify(
     result is kept beside the repeat. It needs the extra `reference`.
     """
     opened = open_run(run)
+    if out is not None:
+        check_free(out, replace)
     if exact:
         _prove(opened, point, repeat, collisions, out, as_json)
         return

@@ -143,6 +143,9 @@ def _misfit(path: KeyPath, value: Any, needs: str, advice: str = "") -> Problem:
 
 
 def _advice_on_number(value: Any, path: KeyPath) -> str:
+    if isinstance(value, Mapping):  # a number for each side
+        texts = [number for number in value.values() if isinstance(number, str)]
+        return _advice_on_number(texts[0], path) if texts else "give one"
     if isinstance(value, tuple | list):
         key = rendered(path)
         return f"to run several values, list them under sweep, or write -o {key}=VALUE,VALUE"
@@ -161,5 +164,16 @@ def _advice_on_number(value: Any, path: KeyPath) -> str:
     if is_number(value.replace("_", "")):
         return "remove the underscores"
     if re.match(r"[-+]?[0-9.]", value):
-        return "write the number alone, without a unit or anything else"
+        unit = _unit(path)
+        return f"write the number{f' in {unit}' if unit else ''} alone, without a unit"
     return "give one"
+
+
+def _unit(path: KeyPath) -> str:
+    """The unit in the description of the innermost key that has one; empty without one."""
+    for key in reversed([part for part in path if isinstance(part, str)]):
+        fields = (model.model_fields.get(key) for model in _MODELS.values())
+        texts = (field.description or "" for field in fields if field)
+        if units := [unit for text in texts for unit in re.findall(r", (m/s|kg|[msJ])\b", text)]:
+            return str(units[0])
+    return ""

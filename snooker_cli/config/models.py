@@ -373,7 +373,7 @@ class Experiment(Model):
     wall_speed: (
         Annotated[
             WallSpeed | SpeedBySide,
-            _needs("a number of 0 or more, or one for some sides, as {left: 1, right: 1},", False),
+            _needs("a number of 0 or more, or one for some sides, as {left: 1, right: 1},"),
         ]
         | None
     ) = None
@@ -382,7 +382,7 @@ class Experiment(Model):
     wall_temperature: (
         Annotated[
             Amount | TemperatureBySide,
-            _needs("a number above 0, or one for some sides, as {left: 20, right: 80},", False),
+            _needs("a number above 0, or one for some sides, as {left: 20, right: 80},"),
         ]
         | None
     ) = None
@@ -486,6 +486,15 @@ class Experiment(Model):
         """The single balls with a position among species; balls 0, 1, … of the scene."""
         groups = self.balls if isinstance(self.balls, tuple) else ()
         return tuple(group for group in groups if isinstance(group, Ball))
+
+    @property
+    def number(self) -> int:
+        """Number of balls."""
+        if isinstance(self.balls, Rings):
+            return 1 + 3 * self.balls.rings * (self.balls.rings + 1)
+        if isinstance(self.balls, BallList):
+            return len(self.balls.list)
+        return len(self.placed) + sum(species.count for species in self.species)
 
     @property
     def start(self) -> str:

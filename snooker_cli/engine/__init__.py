@@ -7,6 +7,7 @@ from snooker_cli.engine.replay import (
     batch_series,
     is_short,
     replay,
+    replayed,
     series,
     times_within,
 )
@@ -20,6 +21,7 @@ __all__ = [
     "batch_series",
     "is_short",
     "replay",
+    "replayed",
     "series",
     "simulate",
     "simulate_batch",

@@ -17,7 +17,6 @@ from snooker_cli.engine.boundaries import (
     PeriodicSides,
     StraightWalls,
 )
-from snooker_cli.engine.jit import by_class
 from snooker_cli.engine.kernel_state import EqualBalls, Floats, Setup, Sizes, State, UnequalBalls
 from snooker_cli.engine.sampling import EnergyAccount
 from snooker_cli.engine.sliding import FLIES, SLIDES, SlidingCircle
@@ -123,11 +122,6 @@ def origin_of(scene: Scene) -> Floats:
 # Back to scenes
 
 
-@by_class
-def write_curved(boundary: Any, time: float, settling: int, state: State, out: Floats) -> None:
-    """Write places and velocities (4, *N*) of balls that slide; also of one that begins to next."""
-
-
 def flown(columns: Floats, clocks: Floats) -> Floats:
     """Places (m) and velocities (m/s), (..., 4, *N*), on straight ways when clocks show a time, s.
 
@@ -146,7 +140,8 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
     if scenes[0].slides:
         for repeat, clock in enumerate(clocks.tolist()):
             state = ks.state_of(states, repeat)
-            write_curved(state.boundary, clock, ks.NO_PARTNER, state, columns[repeat])
+            for ball in range(scenes[0].number):
+                columns[repeat][:, ball] = ks.flight(state.boundary, ball, clock, False, state)
     if scenes[0].container.period is not None:
         period = np.array(scenes[0].container.period)[:, np.newaxis]
         columns[:, :2] -= period * np.rint(columns[:, :2] / period)

@@ -238,6 +238,25 @@ def place(boundary: Any, i: int, now: float, balls: Floats) -> tuple[float, floa
 
 
 @by_class
+def flight(
+    boundary: Any, i: int, now: float, settles: bool, state: State
+) -> tuple[float, float, float, float]:
+    """Place (m) and velocity (m/s) of ball i at a time, s: on a straight way, unless it slides.
+
+    settles : whether its next event sums up the bounces before it slides
+    """
+    balls = state.balls
+    x, y = position(i, now, balls)
+    return x, y, balls[U, i], balls[V, i]
+
+
+@by_class
+def container_flight(boundary: Any, now: float) -> tuple[float, float, float, float]:
+    """Place (m) and velocity (m/s) of a free container at a time, s; zeros for a fixed one."""
+    return 0.0, 0.0, 0.0, 0.0
+
+
+@by_class
 def take_off_wall(boundary: Any, i: int) -> bool:
     """Whether ball i slid up to its collision; it slides no longer."""
     return False

@@ -1,9 +1,9 @@
 """``FigureBuilder`` collects the layers, numbers and caption of a figure of several points."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -43,7 +43,7 @@ from snooker_cli.figures.selection import (
 )
 from snooker_cli.formatting import with_error
 from snooker_cli.memory import MEMORY
-from snooker_cli.runs import Run
+from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
@@ -51,8 +51,17 @@ MOST_RESULTS = 3  # a caption with the results of more series has the first and 
 SPREAD = "mean ± standard deviation of a repeat"  # what a band shows
 MEAN_SPREAD = "mean ± standard error of it"  # the same around a mean over the repeats
 LOG_SPREAD = "mean ± standard deviation of logarithms"  # what a band shows on a logarithmic axis
+FEWEST_STATES = 2  # of a repeat that a figure over time or space can have
 BARS = "Bars: standard errors over the repeats."  # of all markers with errors
 ABOVE_THEORY = "above theory (%)"  # the y label of a panel of residuals
+
+
+Reading: TypeAlias = Callable[[str], None]
+"""Gets a text about what a figure reads now, for a display of progress."""
+
+
+def silent(_text: str) -> None:
+    """Shows no progress."""
 
 
 @dataclass
@@ -70,6 +79,7 @@ class FigureBuilder:
     thin : whether theory is left out for a mean free path that exceeds the container
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
+    reading : is called for each repeat that is read
     """
 
     run: Run
@@ -86,26 +96,53 @@ class FigureBuilder:
     thin: bool = False
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
+    reading: Reading = silent
+    _statuses: dict[tuple[int, int | None], list[RepeatStatus]] = field(default_factory=dict)
 
     @property
     def points(self) -> list[Point]:
         """All points."""
         return [point for group in self.groups for point in group]
 
+    def statuses(self, point: Point) -> list[RepeatStatus]:
+        """The selected repeats of a point that have a file; the files are looked at once."""
+        key = point.index, self.selection.repeat
+        if key not in self._statuses:
+            self._statuses[key] = statuses(self.run, point, self.selection)
+        return self._statuses[key]
+
     def limit(self, point: Point, most: int) -> None:
         """Use an even choice of at most this many repeats of a point, which the caption counts."""
         self.most[point.index] = max(1, min(most, self.most.get(point.index, most)))
 
+    def states(
+        self, point: Point, wanted: int, most: int, *, each: int = 0, fewest: int = FEWEST_STATES
+    ) -> int:
+        """How many states of each repeat a figure can afford, at most ``wanted``; it takes seconds.
+
+        most : balls times states of the figure; a state counts as ``each`` balls more
+        fewest : states that a repeat has before there are fewer repeats
+
+        If even one repeat has too many, it has fewer states. Raises ``FigureError`` if those are
+        too many.
+        """
+        number = self.start(point).number
+        share = most // len(self.points) // (number + each)
+        self.limit(point, share // fewest)
+        states = min(wanted, share // len(self.repeats(point)))
+        least = min(FEWEST_STATES, fewest)
+        if states < least and least * number > most:
+            raise FigureError(f"it takes too long for more than {most // least:,} balls")
+        return max(states, least)
+
     def traces(self, point: Point) -> Iterator[Trace]:
         """The selected repeats of a point that are there. Raises ``StoreError``."""
-        return self.run.traces(point, self.repeats(point))
-
-    def moving(self, point: Point) -> list[Trace]:
-        """These repeats; ``FigureError`` if nothing moves, so that no ratio to the start exists."""
-        traces = list(self.traces(point))
-        if traces[0].start.kinetic_energy == 0:
-            raise FigureError("nothing moves at the start, so there is no ratio to it")
-        return traces
+        repeats = self.repeats(point)
+        number = len(self.run.points)
+        where = f"point {point.index + 1:,} of {number:,}, " if number > 1 else ""
+        for k, trace in enumerate(self.run.traces(point, repeats), start=1):
+            self.reading(f"{self.fields['kind']}: {where}repeat {k:,} of {len(repeats):,}")
+            yield trace
 
     def energy_decays(self, point: Point, traces: Sequence[Trace]) -> list[Decay]:
         """The decay of the energy of a point, over these repeats of it; several figures need it."""
@@ -114,7 +151,7 @@ class FigureBuilder:
 
     def repeats(self, point: Point) -> list[int]:
         """The numbers of these repeats."""
-        numbers = [status.repeat for status in statuses(self.run, point, self.selection)]
+        numbers = [status.repeat for status in self.statuses(point)]
         return spread(numbers, self.most.get(point.index, len(numbers)))
 
     def too_thin(self, scene: Scene) -> bool:
@@ -158,7 +195,7 @@ class FigureBuilder:
         """Sentences if there are more points or repeats than the figure uses."""
         shown, used = len(self.points), [len(self.repeats(point)) for point in self.points]
         points = f"{shown} of {self.total} points; choose with --where." * (shown < self.total)
-        if used == [len(statuses(self.run, point, self.selection)) for point in self.points]:
+        if used == [len(self.statuses(point)) for point in self.points]:
             return points
         number = " to ".join(map(str, sorted({min(used), max(used)})))
         noun = "repeat" if max(used) == 1 else "repeats, evenly chosen,"
@@ -327,8 +364,7 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
 def _constants(points: Sequence[Point]) -> Iterator[str]:
     experiment = points[0].experiment
     if isinstance(experiment.balls, tuple):
-        number = len(experiment.placed) + sum(species.count for species in experiment.species)
-        yield f"N = {number} of several species"
+        yield f"N = {experiment.number} of several species"
     elif balls := getattr(experiment.balls, "list", None):
         yield f"N = {len(balls)}"
     wall = any(point.experiment.container.shape_class.has_wall for point in points)

@@ -83,7 +83,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     (point,), known = build.points, QUANTITIES[quantity]
     number, chosen = build.repeats(point)[0], build.selection.repeat is not None
     build.selection = Selection(build.selection.where)  # the means are over all repeats
-    row, traces = build.repeats(point).index(number), build.moving(point)
+    row, traces = build.repeats(point).index(number), list(build.traces(point))
     fitted = decays(traces, (quantity,))
     if not any(decay.fits[row].converged for decay in fitted):
         raise FigureError(f"repeat {number} cannot be fitted: {fitted[0].fits[row].message}")
@@ -129,8 +129,15 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     # An exponential leaves slower decays by many decades.
     least = min(values.min() for _, values in started) / 10 if log else 0.0
     lower = not log or any(line.y.min() < least for line in build.lines if isinstance(line, Line))
+    drawn, judged = float(time[-1]), [decay.goodness for decay in fitted]
+    later = max((good.judged_to for good in judged if good.degrees_of_freedom), default=drawn)
+    short_curve = (
+        f" The curve ends at {short(drawn)} s; the laws are judged on the "
+        f"{judged[0].judged_repeats} complete repeats."
+    )
+    ends = short_curve * (later > drawn)
     return build.figure(
-        f"Fits of each repeat, their mean: {build.results_text}.{few}",
+        f"Fits of each repeat, their mean: {build.results_text}.{ends}{few}",
         numbers=numbers,
         logarithmic=log,
         y_limits=(float(least) if lower else None, None),
@@ -141,7 +148,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     """The decay constants of the energy against the CoR; with the source report's k if wanted."""
     points = build.points
     for point in points:
-        traces = build.moving(point)
+        traces = list(build.traces(point))
         fitted = build.energy_decays(point, traces)
         means = {LAWS[decay.law].key: decay.over_repeats for decay in fitted}
         constants = {key: (mean.value, mean.error) for key, mean in means.items()}
@@ -266,7 +273,7 @@ def haff_time(build: FigureBuilder) -> FigureData:
 
 def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
     """The local decay of a point. Raises ``FigureError`` if it has too few collisions."""
-    traces = build.moving(point)
+    traces = list(build.traces(point))
     edges, rates, errors, left = _local_rates(traces)
     rate = {decay.law: decay.over_repeats.value for decay in build.energy_decays(point, traces)}
     k, alpha = rate["exponential"], rate["haff"]
@@ -330,10 +337,8 @@ def event_decay(build: FigureBuilder) -> FigureData:
     """The energy against collisions, where kinetic theory has an exponential at any density."""
     floor_drawn = False
     for index, point in enumerate(build.points):
-        traces = build.moving(point)
+        traces = list(build.traces(point))
         scene = traces[0].start
-        if scene.number < 2:
-            raise FigureError("kinetic theory does not cover one ball; it needs two or more")
         calm = [before_collapse(trace) for trace in traces]
         shortest = min(trace.collisions for trace in calm)
         if shortest == 0:

@@ -19,7 +19,7 @@ import yaml
 
 from snooker_cli.animation import film, page
 from snooker_cli.config import Point
-from snooker_cli.errors import FigureError, UserError
+from snooker_cli.errors import FigureError, UserError, install_advice
 from snooker_cli.figures import FigureData
 from snooker_cli.figures.drawing import save
 from snooker_cli.files import atomic_write, own_folder, write_text
@@ -66,7 +66,7 @@ def require_libraries() -> None:
         if find_spec(library) is None:
             raise UserError(
                 f"{library} is not installed",
-                "install it with `pip install 'snooker-cli[report]'`",
+                install_advice("report"),
                 code="missing library",
             )
 

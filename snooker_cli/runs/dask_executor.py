@@ -17,7 +17,7 @@ from typing import Any
 
 from snooker_cli import __version__, store
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import RunError, StoreError, error_text
+from snooker_cli.errors import RunError, StoreError, error_text, install_advice
 from snooker_cli.files import discard
 from snooker_cli.formatting import listed
 from snooker_cli.runs.batch import (
@@ -159,9 +159,7 @@ class DaskExecutor(Executor):
             import distributed
             from distributed.utils import silence_logging_cmgr
         except ImportError:
-            raise RunError(
-                "--executor dask needs dask", "install it with `pip install 'snooker-cli[cluster]'`"
-            ) from None
+            raise RunError("--executor dask needs dask", install_advice("cluster")) from None
         self.address = address
         self._name = secrets.token_hex(8)
         self._lost = False

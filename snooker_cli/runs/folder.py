@@ -23,12 +23,14 @@ from snooker_cli.files import (
     write_json,
 )
 from snooker_cli.formatting import listed, plain, printable
-from snooker_cli.runs.run import ANALYSIS, FIGURES, MANIFEST, RepeatState, Run
+from snooker_cli.runs.run import ANALYSIS, FIGURES, MANIFEST, RepeatState, Run, named
 
 if sys.platform != "win32":
     import fcntl
 
 RUNS = Path("runs")
+
+LOST = f"its {MANIFEST} is lost"
 
 FAILURES = "failures.jsonl"  # the repeats that failed in the last attempt, a line of JSON each
 MADE = ("repeats-*.h5", "exact-*.json")  # in a point's folder
@@ -76,6 +78,9 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
     until its first repeat is done.
     """
     directory = run.directory
+    # A run has its manifest before its repeats.
+    if _repeats_in(directory) and not _is_run(directory):
+        return "" if fresh else _restored(run)
     if not _is_run(directory):
         other = directory.is_dir() and any(path.suffix != ".part" for path in directory.iterdir())
         if other and not _is_run(directory):  # another process may just have made the run
@@ -123,6 +128,27 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
         used = f"this config uses {wanted} of them; the other files stay"
         return f"{directory} has {present} repeats, and {used}"
     return change if more else ""
+
+
+def _restored(run: Run) -> str:
+    """What ``planned_change`` returns where the manifest is lost. Raises ``RunError``."""
+    for path in _repeats_in(run.directory):
+        reason = "belongs to a longer sweep"
+        if named(path)[0] < len(run.points):
+            others = (s for s in run.file_statuses(path) if s.state is RepeatState.UNUSABLE)
+            reason = next((s.error.reason for s in others if s.header and s.error), "")
+        if reason:
+            raise RunError(
+                f"{run.directory}: {LOST}, and {path.relative_to(run.directory)} {reason}",
+                "give --fresh to replace the repeats or --out for another folder",
+                code="other_config",
+            )
+    return f"{run.directory}: {LOST}; it is made again, and the repeats are kept"
+
+
+def _repeats_in(directory: Path) -> list[Path]:
+    """The files of repeats in a folder."""
+    return [path for path in directory.glob("point-*/repeats-*-*.h5") if named(path)[1]]
 
 
 def _physics(point: Point) -> tuple[dict[str, Any], str]:
@@ -174,6 +200,9 @@ def open_run(name: str | Path) -> Run:
             advice = f"give one of the runs in it: {listed(inside[:MOST_NAMED] + more)}"
         elif near:
             advice = f"the nearest is {Path(name).with_name(near[0])}, and `snooker ls` lists all"
+        if _repeats_in(lost := Path(name)) or _repeats_in(lost := RUNS / name):
+            advice = f"run its config again with --out {lost}, which keeps the repeats"
+            raise RunError(f"{lost}: {LOST}", advice)
         raise RunError(f"{name}: there is no run here (no {MANIFEST})", advice)
     manifest = directory / MANIFEST
     try:
@@ -205,15 +234,19 @@ def open_run(name: str | Path) -> Run:
 
 
 def runs_in(directory: Path) -> list[Path]:
-    """The folders of runs in a folder, or itself if it is a run. Raises ``RunError``."""
-    if _is_run(directory):
+    """The folders of runs in a folder, or itself if it is a run. Raises ``RunError``.
+
+    With those that have lost their manifest, so that no repeat is hidden.
+    """
+    if _is_run(directory) or _repeats_in(directory):
         return [directory]
     if not directory.is_dir():
         raise RunError(
             f"{directory}: there is no such folder",
             f"`snooker run CONFIG` makes {RUNS}, or name a folder that has runs in it",
         )
-    return sorted(path.parent for path in directory.glob(f"*/{MANIFEST}"))
+    lost = {path.parents[1] for path in directory.glob("*/point-*/repeats-*-*.h5")}
+    return sorted(lost | {path.parent for path in directory.glob(f"*/{MANIFEST}")})
 
 
 def holds_results(path: Path) -> bool:

@@ -5,7 +5,7 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import Any, TypeVar
@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import rich.progress
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.text import Text
 
 from snooker_cli.errors import STOPPING, bug_message, handling
 from snooker_cli.formatting import counted, printable
@@ -114,7 +115,8 @@ class RunProgress(Watcher):
         if result.error is None or self._failures > MOST_FAILURES:
             return
         trace = result.traceback
-        error = bug_message(result.error, trace) if trace else result.error
+        less = "use fewer balls, or a smaller --jobs"
+        error = bug_message(result.error, trace, less) if trace else result.error
         notice(f"point {result.point}, repeat {result.repeat} failed: {error}")
         if self._failures == MOST_FAILURES:
             notice("more failures are counted, without a message")
@@ -126,6 +128,16 @@ def counting(repeats: Iterable[Item], label: str, total: int) -> Iterator[Item]:
     yield from rich.progress.track(
         repeats, label, total, console=console, transient=True, disable=hidden
     )
+
+
+@contextmanager
+def reporting() -> Iterator[Callable[[str], None]]:
+    """Inside, a terminal shows the last text that the given function got."""
+    if not sys.stderr.isatty():
+        yield lambda _text: None
+        return
+    with Console(stderr=True).status("") as status:
+        yield lambda text: status.update(Text(text))
 
 
 def share_done(outcomes: Sequence[RepeatResult], wanted: int) -> str:

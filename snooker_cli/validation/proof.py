@@ -19,7 +19,7 @@ from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.engine.conversion import origin_of
 from snooker_cli.engine.replay import Replay
-from snooker_cli.errors import UserError
+from snooker_cli.errors import UserError, install_advice
 from snooker_cli.files import own_folder, read_text, sources_hash, user_hash, write_text
 from snooker_cli.formatting import counted, duration, plain
 from snooker_cli.laws import Sides, WallLaw, word_of
@@ -65,12 +65,11 @@ def own_events(trace: Trace) -> Iterator[OwnEvent]:
     events, start = trace.events, trace.start
     assert events is not None
     run, origin = Replay(trace), origin_of(start)
-    balls, container = np.empty((4, start.number)), np.zeros(4)
+    everything = np.arange(start.number)[np.newaxis]
     rest = np.zeros(len(events)) if events.residual is None else events.residual
     columns = (column.tolist() for column in (events.time, rest, events.i, events.j))
     for done, (moment, residual, i, j) in enumerate(zip(*columns, strict=True), start=1):
-        run.advance(done)
-        run.write_state(moment, balls, container)
+        (balls,), (container,) = run.states(np.array([done]), np.array([moment]), everything)
         state = replace(
             start,
             positions=balls[:2].T + origin,
@@ -256,8 +255,7 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
     try:
         flint = import_module("flint").__version__
     except ModuleNotFoundError:
-        advice = "install it with `pip install 'snooker-cli[reference]'`"
-        raise UserError("python-flint is not installed", advice) from None
+        raise UserError("python-flint is not installed", install_advice("reference")) from None
     path = status.path.with_name(f"exact-{repeat:04d}.json")
     fingerprint = status.header.fingerprint if status.header else ""
     origin = json.dumps([fingerprint, collisions, sources_hash(*SOURCES), flint])

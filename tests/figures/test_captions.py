@@ -115,7 +115,7 @@ def test_many_collisions_are_those_of_few_repeats(
     decaying: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each repeat has 200: two fit. Means of pressures and fits use all repeats."""
-    monkeypatch.setattr(registry, "MOST_COLLISIONS", 599)
+    monkeypatch.setattr(registry, "MOST_COLLISIONS", 3 * 599)
     found = FIGURES["energy"].make(decaying, Selection())
     assert [row["repeats"] for row in found.numbers["points"]] == [2, 2, 2]
     assert found.caption.endswith("The figure uses 2 repeats, evenly chosen, of each point.")

@@ -180,7 +180,7 @@ def test_without_dask_its_extra_is_named(
     monkeypatch.setitem(sys.modules, "distributed", None)
     ended = snooker("run", "small.yaml", "--executor", "dask=tcp://127.0.0.1:8786")
     assert (ended.code, ended.out) == (2, "")
-    assert "pip install 'snooker-cli[cluster]'" in ended.err
+    assert "pip install 'dask[distributed]>=" in ended.err
 
 
 def test_workers_with_another_engine_are_refused(
