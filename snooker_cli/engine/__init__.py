@@ -28,5 +28,5 @@ __all__ = [
 ]
 
 
-ENGINE_VERSION = 8
+ENGINE_VERSION = 9
 """Goes up when the same config may give other bits; results of two versions are never mixed."""

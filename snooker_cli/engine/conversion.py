@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
+from snooker_cli.engine import clock
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.boundaries import (
     ChannelSides,
@@ -22,7 +23,7 @@ from snooker_cli.engine.kernel_state import EqualBalls, Floats, Setup, Sizes, St
 from snooker_cli.engine.sampling import EnergyAccount
 from snooker_cli.engine.sliding import FLIES, SLIDES, SlidingCircle
 from snooker_cli.engine.wall_laws import SideLaws, ThermalWall
-from snooker_cli.laws import Sides, Thermal, WallLaw
+from snooker_cli.laws import Constant, Sides, Thermal, WallLaw
 from snooker_cli.scene import Scene
 
 LARGE = 1e100  # large but finite, so that times zero it is zero
@@ -49,6 +50,7 @@ def new_states(
     counts = np.zeros((repeats, ks.COUNTS + len(keys[0])), dtype=np.int64)
     counts[:, ks.COUNTS :] = np.array(keys, dtype=np.int64)
     counts[:, [ks.FIRST, ks.SECOND]] = ks.NO_PARTNER
+    counts[:, ks.INVOLVED] = number  # any may collide at once, and all clocks show that time
     scratch_rows = ks.BALL_ROWS if first.slides else 1 if first.contact_duration else 0
     return State(
         setup=setup_of(first),
@@ -66,7 +68,10 @@ def new_states(
 def setup_of(scene: Scene) -> Setup:
     """What collisions do in a scene."""
     law, lasts = scene.wall_law, scene.contact_duration
-    always_loses = law.cor < 1.0 and not law.gains and not lasts and scene.elastic_below == 0.0
+    no_rule = not lasts and scene.elastic_below == 0.0
+    always_loses = law.cor < 1.0 and not law.gains and no_rule
+    masses = [*scene.masses, scene.container_mass] if scene.free else scene.masses
+    slow_cor = scene.restitution if isinstance(scene.pair_law, Constant) and no_rule else 1.0
     return Setup(
         pair_law=kernel_law(scene.pair_law),
         wall_law=kernel_law(law),
@@ -74,6 +79,7 @@ def setup_of(scene: Scene) -> Setup:
         elastic_below=float(scene.elastic_below),
         traps=bool(isinstance(scene.container, Circle) and always_loses),
         patience=ks.NO_LIMIT if scene.free or scene.slides else PATIENCE,
+        settling=clock.settling(float(max(masses)), float(min(masses)), slow_cor),
     )
 
 
@@ -221,7 +227,7 @@ def check_restored(states: State, fresh: State) -> None:
     require(np.array_equal(np.sort(order), np.arange(number)))
     for mine, its in zip(states.sizes, fresh.sizes, strict=True):
         require(np.array_equal(mine, its if np.ndim(its) == 0 else its[order]))
-    require(counts[:, : ks.COUNTS] >= [0, 0, ks.NO_PARTNER, ks.NO_PARTNER, 0])
+    require(counts[:, : ks.COUNTS] >= [0, 0, ks.NO_PARTNER, ks.NO_PARTNER, 0, 1])
     require(counts[:, ks.COUNTS :] == fresh.counts[:, ks.COUNTS :])
     require(counts[:, [ks.FIRST, ks.SECOND]] < number)
     known = np.delete(sums, ks.TIME_LIMIT, axis=1)
