@@ -1,6 +1,6 @@
 """The simulator: arrays and floats in, a trace out. It knows no config, files or plots."""
 
-from snooker_cli.engine.conversion import CheckpointError
+from snooker_cli.engine.conversion import CheckpointError, stands_still
 from snooker_cli.engine.replay import (
     Rows,
     States,
@@ -24,6 +24,7 @@ __all__ = [
     "simulate",
     "simulate_batch",
     "specialisation",
+    "stands_still",
     "times_within",
 ]
 

@@ -76,13 +76,21 @@ def begin_event(i: int, j: int, now: float, state: State) -> None:
         sums[ks.STILL_SINCE] = now
         counts[ks.STALLED], counts[ks.INVOLVED] = 0, 1 + (j >= 0)
     else:
-        # A ball whose own clock is earlier has not collided since the clock last moved.
         since = sums[ks.STILL_SINCE]
         counts[ks.STALLED] += 1
-        counts[ks.INVOLVED] += clocks[i] < since
-        counts[ks.INVOLVED] += j >= 0 and clocks[j] < since
+        counts[ks.INVOLVED] += is_before(clocks[i], since)
+        counts[ks.INVOLVED] += j >= 0 and is_before(clocks[j], since)
     counts[ks.FIRST], counts[ks.SECOND] = i, j
     sums[ks.NOW] = now
+
+
+@inlined
+def is_before(clock: float, since: float) -> bool:
+    """Whether a ball's own clock is earlier: it has not collided since then.
+
+    Clocks start at minus zero, so that balls that collide at time zero count too.
+    """
+    return bool(clock < since or math.copysign(1.0, clock) < 0.0)
 
 
 # A few balls that collapse keep the clock still, however many others there are. So the limit is for
@@ -98,13 +106,27 @@ def begin_event(i: int, j: int, now: float, state: State) -> None:
 # Near the border of the last, finite numbers grow without a bound. But the limit is 20 to 60 times
 # the numbers above, and by then a loss has reduced the relative speeds to far less than rounding.
 @inlined
+def most_stalled(involved: int, settling: float) -> float:
+    """Events of so many balls in a row that may leave the clock unmoved, without a collapse."""
+    return STALL_LIMIT + settling * ((involved - 1) * (involved + STALL_LIMIT))
+
+
+@inlined
 def has_collapsed(state: State) -> bool:
     """Whether more events have not moved the clock than a finite rack of these balls needs."""
-    stalled, others = state.counts[ks.STALLED], state.counts[ks.INVOLVED] - 1
+    stalled = state.counts[ks.STALLED]
     if stalled <= STALL_LIMIT:
         return False
-    rack = others * (others + 1 + STALL_LIMIT)
-    return bool(stalled > STALL_LIMIT + state.setup.settling * rack)
+    return bool(stalled > most_stalled(state.counts[ks.INVOLVED], state.setup.settling))
+
+
+def still_events(events: Events) -> Events:
+    """The last of a repeat's events: the one that moved the clock last, and those after it."""
+    gaps = np.diff(events.time, prepend=-1.0)
+    if events.residual is not None:
+        gaps += np.diff(events.residual, prepend=0.0)
+    moving = np.flatnonzero(gaps > CLOCK_DIGITS * events.time)
+    return events[slice(moving[-1] if len(moving) else 0, None)]
 
 
 def settling(heaviest: float, lightest: float, cor: float) -> float:

@@ -25,6 +25,7 @@ from snooker_cli.engine.sliding import FLIES, SLIDES, SlidingCircle
 from snooker_cli.engine.wall_laws import SideLaws, ThermalWall
 from snooker_cli.laws import Constant, Sides, Thermal, WallLaw
 from snooker_cli.scene import Scene
+from snooker_cli.trace import Events
 
 LARGE = 1e100  # large but finite, so that times zero it is zero
 PATIENCE = 64  # ``Setup.patience`` in a fixed container: two balls may be trapped in step
@@ -43,6 +44,7 @@ def new_states(
     positions = np.stack([scene.positions for scene in scenes])
     positions -= np.stack([origin_of(scene) for scene in scenes])[:, np.newaxis]
     balls[:, [ks.X, ks.Y]] = positions.transpose(0, 2, 1)
+    balls[:, ks.CLOCK] = -0.0  # see ``clock.is_before``
     balls[:, [ks.U, ks.V]] = np.stack([scene.velocities for scene in scenes]).transpose(0, 2, 1)
     sums = np.zeros((repeats, ks.SUMS))
     sums[:, ks.TIME_LIMIT] = time_limit
@@ -50,7 +52,6 @@ def new_states(
     counts = np.zeros((repeats, ks.COUNTS + len(keys[0])), dtype=np.int64)
     counts[:, ks.COUNTS :] = np.array(keys, dtype=np.int64)
     counts[:, [ks.FIRST, ks.SECOND]] = ks.NO_PARTNER
-    counts[:, ks.INVOLVED] = number  # any may collide at once, and all clocks show that time
     scratch_rows = ks.BALL_ROWS if first.slides else 1 if first.contact_duration else 0
     return State(
         setup=setup_of(first),
@@ -81,6 +82,16 @@ def setup_of(scene: Scene) -> Setup:
         patience=ks.NO_LIMIT if scene.free or scene.slides else PATIENCE,
         settling=clock.settling(float(max(masses)), float(min(masses)), slow_cor),
     )
+
+
+def stands_still(scene: Scene, events: Events) -> bool:
+    """Whether the last of a repeat's events leave the clock unmoved, as only a collapse does.
+
+    Engines before version 9 had a limit for all balls of a scene, and recorded such events.
+    """
+    still = clock.still_events(events)
+    involved = len(np.union1d(still.i, still.j[still.j >= 0]))
+    return len(still) - 1 > clock.most_stalled(involved, setup_of(scene).settling)
 
 
 def kernel_law(law: WallLaw) -> Any:
@@ -227,7 +238,7 @@ def check_restored(states: State, fresh: State) -> None:
     require(np.array_equal(np.sort(order), np.arange(number)))
     for mine, its in zip(states.sizes, fresh.sizes, strict=True):
         require(np.array_equal(mine, its if np.ndim(its) == 0 else its[order]))
-    require(counts[:, : ks.COUNTS] >= [0, 0, ks.NO_PARTNER, ks.NO_PARTNER, 0, 1])
+    require(counts[:, : ks.COUNTS] >= [0, 0, ks.NO_PARTNER, ks.NO_PARTNER, 0, 0])
     require(counts[:, ks.COUNTS :] == fresh.counts[:, ks.COUNTS :])
     require(counts[:, [ks.FIRST, ks.SECOND]] < number)
     known = np.delete(sums, ks.TIME_LIMIT, axis=1)

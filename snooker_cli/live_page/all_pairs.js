@@ -66,6 +66,7 @@ class State {
     const [width, height] = container.size, free = containerMass < Infinity;
     this.number = number;
     for (const name of ["x", "y", "u", "v", "clock"]) this[name] = new Float64Array(number);
+    this.clock.fill(-0); // see isBefore
     this.radii = Float64Array.from(scene.radii);
     this.masses = Float64Array.from(scene.masses);
     for (let k = 0; k < number; k += 1) {
@@ -78,7 +79,6 @@ class State {
     this.sums[TIME_LIMIT] = timeLimit;
     this.counts = new Float64Array(COUNTS);
     this.counts[FIRST] = this.counts[SECOND] = NO_PARTNER;
-    this.counts[INVOLVED] = number;
     this.key = scene.wallKey;
     const { contactDuration, elasticBelow } = scene;
     this.setup = {

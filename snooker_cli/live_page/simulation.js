@@ -13,6 +13,11 @@ function nextDown(value) {
   return new Float64Array(bits.buffer)[0];
 }
 
+/** Whether a ball's own clock is earlier: clocks start at minus zero. */
+function isBefore(clock, since) {
+  return clock < since || clock < 0 || Object.is(clock, -0);
+}
+
 class Simulation {
   /** A repeat at its start.
    *
@@ -113,8 +118,8 @@ class Simulation {
       counts[INVOLVED] = j >= 0 ? 2 : 1;
     } else {
       counts[STALLED] += 1;
-      if (clock[i] < sums[STILL_SINCE]) counts[INVOLVED] += 1;
-      if (j >= 0 && clock[j] < sums[STILL_SINCE]) counts[INVOLVED] += 1;
+      if (isBefore(clock[i], sums[STILL_SINCE])) counts[INVOLVED] += 1;
+      if (j >= 0 && isBefore(clock[j], sums[STILL_SINCE])) counts[INVOLVED] += 1;
     }
     counts[FIRST] = i;
     counts[SECOND] = j;
@@ -123,9 +128,9 @@ class Simulation {
 
   /** Whether more events have not moved the clock than a finite rack needs, see clock.py. */
   hasCollapsed() {
-    const { counts, setup } = this.state, stalled = counts[STALLED], others = counts[INVOLVED] - 1;
+    const { counts, setup } = this.state, stalled = counts[STALLED], involved = counts[INVOLVED];
     if (stalled <= STALL_LIMIT) return false;
-    return stalled > STALL_LIMIT + setup.settling * (others * (others + 1 + STALL_LIMIT));
+    return stalled > STALL_LIMIT + setup.settling * ((involved - 1) * (involved + STALL_LIMIT));
   }
 
   /** Write an event into the record; of two balls, the lesser first. */
