@@ -94,7 +94,8 @@ def measured_comparisons(
         return [], notes
     if scene.number > 1:
         fewest = 2 * relaxing(scene.number, LEAST_RELAXING)
-        few = f"; left out: {used - settled} of {used} repeats, with fewer than {fewest}"
+        few = f"; left out: {used - settled} of {used} repeats, with fewer than {fewest} of them"
+        few += " before the end or a collapse"
         skipped = f"the first {relaxing(scene.number)} ball-ball collisions, at most half"
         note = f"pressures, rates and speeds skip {skipped} (relaxation)" + few * (settled < used)
         notes.append(Note(note, ", ".join((*EQUILIBRIUM, CHI_SQUARE))))

@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 
-from snooker_cli import config as configs
 from snooker_cli.cli.options import Overrides, flag, option
 from snooker_cli.cli.output import print_line
 from snooker_cli.errors import UserError
@@ -14,6 +13,7 @@ from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label
 from snooker_cli.live_page import live_page, report_scene
 from snooker_cli.runs.progress import notice
+from snooker_cli.runs.starting_state import load
 
 
 def live(
@@ -40,7 +40,7 @@ def live(
     """
     if out.suffix.lower() != ".html":
         raise UserError(f"--out {out}: give a name that ends in .html")
-    given = configs.load(report_scene() if config is None else config, overrides or ())
+    given = load(report_scene() if config is None else config, overrides or ())
     page = live_page(given)
     points = given.points()
     if len(points) > 1:

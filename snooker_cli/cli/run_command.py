@@ -17,7 +17,6 @@ import typer
 from snooker_cli import runs, theory
 from snooker_cli.cli.options import AsJson, ConfigPath, Jobs, Overrides, flag, option
 from snooker_cli.cli.output import first, print_result
-from snooker_cli.config import load
 from snooker_cli.errors import ExitCode, UserError
 from snooker_cli.formatting import (
     counted,
@@ -34,6 +33,7 @@ from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import processors, share_of
 from snooker_cli.runs.plan import LAW, checked, is_excessive, run_plan
 from snooker_cli.runs.progress import execute_watched, notice, run_summary, share_done
+from snooker_cli.runs.starting_state import load
 from snooker_cli.runs.status import ended
 from snooker_cli.trace import StopReason
 

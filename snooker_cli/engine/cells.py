@@ -340,7 +340,7 @@ def predict(i: int, j: int, happened: bool, now: float, state: State, cells: Cel
 @kernel
 def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid | None, limit: int) -> int:
     """Simulate at most ``limit`` events; why it stopped. Ties go by time and ball."""
-    balls, counts, tree = state.balls, state.counts, cells.tree
+    balls, tree = state.balls, cells.tree
     large, chains = balls.shape[1] >= LARGE, no_chains(tree.bits)
     crossings = filled = 0
     sample_time = NEVER

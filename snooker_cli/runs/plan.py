@@ -85,12 +85,13 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
     for same in alike(points).values():
         experiment = same[0].experiment
         try:
-            if experiment.repeats > 1 and isinstance(experiment.balls, BallList):
+            repeats, listed = experiment.repeats, "start" if experiment.start else "balls.list"
+            if repeats > 1 and isinstance(experiment.balls, BallList):
                 raise SceneError(
                     "repeats",
-                    f"{experiment.repeats} repeats of balls.list would be {experiment.repeats} "
-                    "copies of the same bits, since its velocities are given; set repeats: 1, or "
-                    "give balls.rings or balls.count, whose directions are random",
+                    f"{repeats} repeats of {listed} would be {repeats} copies of the same bits, "
+                    "since its velocities are given; set repeats: 1, or give balls.rings or "
+                    "balls.count, whose directions are random",
                 )
             scene = first_scene(experiment, 0)
             models = specialisation(scene, engine=engine)

@@ -138,7 +138,9 @@ def test_a_repeat_is_relaxed_with_as_many_collisions_again(elastic: list[Trace])
     assert row_of(compare([relaxed, too_short]), "pressure", "ideal gas law").repeats == 1
     note, _ = compare([relaxed, too_short])[1]
     assert "143 ball-ball collisions, at most half" in note
-    assert note.endswith("left out: 1 of 2 repeats, with fewer than 96")
+    assert note.endswith(
+        "left out: 1 of 2 repeats, with fewer than 96 of them before the end or a collapse"
+    )
     assert compare([too_short])[0] == []
 
 
