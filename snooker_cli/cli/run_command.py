@@ -219,6 +219,12 @@ def _summary_lines(
     ]
     yield from first(collapsed, 3, " such repeats")
     yield from _collapse_hints(run, results)
+    if number := summary["simultaneous"]:
+        verb = "has" if number == 1 else "have"
+        yield (
+            f"{counted(number, 'collision')} {verb} exactly the time of another of the same ball. "
+            "They happen one after the other, in a fixed order (docs/how-it-works.md)."
+        )
     done = []
     if summary["events"]:
         compiling = summary["compiling_seconds"]
