@@ -14,7 +14,7 @@ from snooker_cli.containers import Circle, Container
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
-from snooker_cli.laws import Constant, Sides, word_of
+from snooker_cli.laws import Constant, Sides, is_random, word_of
 from snooker_cli.memory import MEMORY
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.run import RepeatState, Run
@@ -86,7 +86,8 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
         experiment = same[0].experiment
         try:
             repeats, listed = experiment.repeats, "start" if experiment.start else "balls.list"
-            if repeats > 1 and isinstance(experiment.balls, BallList):
+            given = isinstance(experiment.balls, BallList) and not is_random(experiment.wall_law)
+            if repeats > 1 and given:
                 raise SceneError(
                     "repeats",
                     f"{repeats} repeats of {listed} would be {repeats} copies of the same bits, "

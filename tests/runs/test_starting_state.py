@@ -162,6 +162,16 @@ def test_all_points_of_a_sweep_start_from_the_state(here: Path) -> None:
         assert np.array_equal(repeat.scene.velocities, state.velocities)
 
 
+def test_repeats_differ_by_the_random_numbers_of_walls(here: Path) -> None:
+    done(FREE | {"container": {"radius": 10.0}}, "source")
+    config = {"start": {"run": "source"}, "cor": 0.9, "collisions": 20, "repeats": 2}
+    with pytest.raises(SnookerError, match="2 repeats of start would be 2 copies"):
+        done(config, "again")
+    first, second = done(config | {"wall_temperature": 20.0}, "again")
+    assert np.array_equal(first.scene.velocities, second.scene.velocities)
+    assert not np.array_equal(first.events.impulse, second.events.impulse)
+
+
 def test_a_summary_has_its_ends(here: Path) -> None:
     repeat = done(FREE | {"record": "summary", "collisions": 2000}, "source")[0, 0]
     end = repeat.stop.time
