@@ -38,6 +38,7 @@ from snooker_cli.files import own_folder, write_text
 from snooker_cli.formatting import counted, plain, point_label
 from snooker_cli.pages.html_page import in_notebook
 from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.runs import starting_state
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.plan import checked
 from snooker_cli.runs.progress import counting, execute_watched, share_done, showing_notices
@@ -460,7 +461,7 @@ def run(
     failed when all others are stored.
     """
     texts = [_override(key, value) for key, value in (overrides or {}).items()]
-    loaded = configs.load(config, texts)
+    loaded = starting_state.load(config, texts)
     points, _ = checked(loaded)
     made = Run(Path(), loaded.experiment, points)
     name = made.identity if isinstance(config, Mapping) else Path(config).stem
@@ -530,7 +531,9 @@ def live(
     from snooker_cli.live_page import live_page, report_scene
 
     texts = [_override(key, value) for key, value in (overrides or {}).items()]
-    return LivePage(live_page(configs.load(report_scene() if config is None else config, texts)))
+    return LivePage(
+        live_page(starting_state.load(report_scene() if config is None else config, texts))
+    )
 
 
 def new_scene(

@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 
-from snooker_cli import config as configs
 from snooker_cli.cli.options import Overrides, Replace, flag, option
 from snooker_cli.cli.output import check_free, print_line
 from snooker_cli.errors import UserError
@@ -14,6 +13,7 @@ from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label
 from snooker_cli.live_page import live_page, report_scene
 from snooker_cli.runs.progress import notice
+from snooker_cli.runs.starting_state import load
 
 
 def live(
@@ -41,7 +41,7 @@ def live(
     if path.suffix.lower() != ".html":
         raise UserError(f"--out {path}: give a name that ends in .html")
     check_free(path, replace)
-    given = configs.load(report_scene() if config is None else config, overrides or ())
+    given = load(report_scene() if config is None else config, overrides or ())
     page = live_page(given)
     points = given.points()
     if len(points) > 1:

@@ -16,7 +16,6 @@ import typer
 from snooker_cli import runs, theory
 from snooker_cli.cli.options import AsJson, ConfigPath, Jobs, Overrides, flag, option
 from snooker_cli.cli.output import first, print_result
-from snooker_cli.config import load
 from snooker_cli.errors import ExitCode, UserError
 from snooker_cli.formatting import (
     counted,
@@ -32,6 +31,7 @@ from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import processors, share_of
 from snooker_cli.runs.plan import LAW, checked, is_excessive, run_plan
 from snooker_cli.runs.progress import execute_watched, notice, run_summary, share_done
+from snooker_cli.runs.starting_state import load
 from snooker_cli.runs.status import continuing, ended
 
 if TYPE_CHECKING:
@@ -216,6 +216,12 @@ def _summary_lines(
     ]
     yield from first(collapsed, 3, " such repeats")
     yield from _collapse_hints(run, results)
+    if number := summary["simultaneous"]:
+        verb = "has" if number == 1 else "have"
+        yield (
+            f"{counted(number, 'collision')} {verb} exactly the time of another of the same ball. "
+            "They happen one after the other, in a fixed order (docs/how-it-works.md)."
+        )
     done = []
     if summary["events"]:
         compiling = summary["compiling_seconds"]

@@ -27,6 +27,7 @@ from snooker_cli.formatting import (
 from snooker_cli.runs import RepeatState, Run, open_run, runs_in
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.progress import counting, notice, reporting
+from snooker_cli.runs.run import hidden_collapses
 from snooker_cli.runs.status import COUNTS, ended, run_status
 from snooker_cli.runs.verification import verify as verdicts
 from snooker_cli.trace import event_hashes
@@ -104,6 +105,10 @@ def show(
         "common_random": opened.experiment.common_random,
         "figures": [path.name for path in opened.figures()],
     }
+    hidden = hidden_collapses(opened)
+    for of_point, number in hidden:
+        remark = f"has collapsed, which engine version {opened.engine_version} did not recognise"
+        content["ledger"][of_point]["remarks"].append({"repeat": number, "remark": remark})
     title = f" ({printable(content['title'])})" if content["title"] else ""
     state = f"{content['run']}: {content['state']}{title}"
     points = content["ledger"]
@@ -123,6 +128,7 @@ def show(
         f"{state}; engine {_engine(content)}, config {content['config']}",
         *first(text_table(["point", *COUNT_HEADINGS, "ended"], rows)),
         *first([*remarks], 10, "; --json prints all"),
+        *["Run the config with --fresh to end such repeats at the collapse."][: len(hidden)],
         listed(contents),
     ]
     if content["command"]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from snooker_cli.config.models import BALLS, Ball, ContainerConfig, Experiment, Species
+from snooker_cli.config.models import BALLS, Ball, ContainerConfig, Experiment, Species, Start
 from snooker_cli.config.problems import (
     MOST_FOUND,
     ConfigError,
@@ -23,6 +23,7 @@ from snooker_cli.config.yaml_document import is_number
 _MODELS: dict[tuple[str, ...], type[BaseModel]] = {
     (): Experiment,
     ("container",): ContainerConfig,
+    ("start",): Start,
     **{("balls", tag): model for tag, model in BALLS.items()},
     ("balls", "list", "list"): Ball,
     ("balls", "species", "count"): Species,
@@ -33,15 +34,15 @@ _MODELS: dict[tuple[str, ...], type[BaseModel]] = {
 _SYNONYMS = {"restitution": "cor", "e": "cor", "number": "count", "n": "count", "square": "box"}
 
 
-def config_error(error: ValidationError) -> ConfigError:
-    """The problems of an Experiment's validation error, without positions."""
+def config_error(error: ValidationError, outer: tuple[str, ...] = ()) -> ConfigError:
+    """The problems of a validation error, of an Experiment or its part `outer`; no positions."""
     problems: list[Problem] = []
     suggested: set[KeyPath] = set()
     missing: list[Problem] = []
     for fault in error.errors(include_url=False):
         if max(len(problems), len(missing) - len(suggested)) >= MOST_FOUND:
             break
-        location, value = fault["loc"], fault["input"]
+        location, value = (*outer, *fault["loc"]), fault["input"]
         # The tag of a variant follows balls, and the index of a group.
         path = location[:1] + location[2:] if location[:1] == ("balls",) else location
         if location[:2] == ("balls", "species"):
@@ -75,7 +76,9 @@ def config_error(error: ValidationError) -> ConfigError:
             case "tuple_type":
                 problems.append(_misfit(path, value, "a list"))
             case name if name != "too_short":
-                problems.append(_misfit(path, value, "a mapping of keys to values"))
+                advice = "write {run: NAME, time: 10}; lattice and random belong to balls"
+                advice *= path == ("start",)
+                problems.append(_misfit(path, value, "a mapping of keys to values", advice))
     problems += (problem for problem in missing if problem.path not in suggested)
     return ConfigError(problems)
 

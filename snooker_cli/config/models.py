@@ -91,10 +91,15 @@ Restitution = Annotated[float, Field(ge=0, le=1), _ZERO, _needs("a number from 0
 Count = Annotated[
     int, Field(ge=1, le=MAX_INTEGER), _WHOLE, _needs("a whole number of 1 or more (below 2^63)")
 ]
-Seed = Annotated[
+Switch = Annotated[bool, _needs("true or false", False)]
+Index = Annotated[
     int, Field(ge=0, le=MAX_INTEGER), _WHOLE, _needs("a whole number of 0 or more (below 2^63)")
 ]
-Switch = Annotated[bool, _needs("true or false", False)]
+RunPath = Annotated[
+    str,
+    Field(min_length=1, max_length=1000),
+    _needs("the name or the folder of a run", False),
+]
 RingNumber = Annotated[int, Field(ge=0, le=1000), _WHOLE, _needs("a whole number from 0 to 1000")]
 Number = Annotated[
     int, Field(ge=1, le=1_000_000), _WHOLE, _needs("a whole number from 1 to 1,000,000")
@@ -166,6 +171,8 @@ class ContainerConfig(_Sparse):
     container's size and the balls' radii are given; the third follows."""
     mass: WallMass = math.inf
     """Mass of a circle, kg; .inf (the default), or null, is a fixed wall. Boxes are fixed."""
+    velocity: Pair | None = None
+    """Velocity [u, v] of a circle with a mass at the start, m/s; absent: at rest."""
 
     @property
     def shape_class(self) -> type[Container]:
@@ -327,6 +334,24 @@ Balls = Annotated[
 ]
 
 
+class Start(_Sparse):
+    """A state of a stored run, from which balls and container start."""
+
+    run: RunPath
+    """The run: its folder, or its name under runs/."""
+    point: Index = 0
+    """The number of its point, from 0."""
+    repeat: Index = 0
+    """The number of the repeat at that point, from 0."""
+    time: Annotated[float, Field(ge=0), _needs("a finite number of 0 or more")] | None = None
+    """Time of the state, s; absent: the end of the repeat."""
+    content: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$"), _needs("a hash", False)] | None = None
+    """Written by snooker: the hash of the repeat. Container and balls are then those of the
+    state."""
+    rounding: Annotated[float, Field(ge=0), _needs("a finite number of 0 or more")] | None = None
+    """Written by snooker: how far balls may overlap by the rounding of the run, m."""
+
+
 class Regularisation(_Sparse):
     """A change of the collisions that prevents a collapse; exactly one of the keys is given."""
 
@@ -360,6 +385,8 @@ class Experiment(Model):
     balls: Balls
     """Balls at the start: a count of equal balls, a list of several such species (after any
     single balls with a position), rings of equal balls, or a list of single balls."""
+    start: Start | None = None
+    """A state of a stored run to start from, instead of balls and container."""
     cor: Restitution
     """Coefficient of restitution between balls, 0 (no rebound) to 1 (elastic)."""
     wall_cor: Restitution | None = None
@@ -399,7 +426,7 @@ class Experiment(Model):
     """Stop at this time, s; with `collisions`, whichever comes first."""
     repeats: Count = 1
     """Repeats of every point: simulations with their own random start."""
-    seed: Seed = 1
+    seed: Index = 1
     """Seed of the random starts."""
     common_random: Switch = False
     """Whether all points have the same random starts, for paired comparisons. By default each point
@@ -497,7 +524,7 @@ class Experiment(Model):
         return len(self.placed) + sum(species.count for species in self.species)
 
     @property
-    def start(self) -> str:
+    def arrangement(self) -> str:
         """Places of balls given by count at the start, "lattice" or "random"."""
         return next((kind.start for kind in self.species if kind.start), "lattice")
 
@@ -606,6 +633,8 @@ def _faults_of_container(container: ContainerConfig) -> Iterator[Problem]:
             yield fault(key, f"with a {key} needs a {first} too; add {first}")
     if math.isfinite(container.mass) and not shape.can_move:
         yield fault("mass", "is fixed and has no mass; remove it, or set shape: circle")
+    if container.velocity is not None and math.isinf(container.mass):
+        yield fault("velocity", "without a mass is fixed; remove the velocity, or give a mass")
 
 
 def _faults_of_places(container: ContainerConfig, balls: Rings | BallList) -> Iterator[Problem]:
@@ -643,8 +672,8 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
         sentence = f"one ball in a {shape.title} meets nothing; give two or more"
         yield Problem((*paths[0], "count"), sentence)
     for path, kind in zip(paths, species, strict=True):
-        if kind.start not in (None, experiment.start):
-            sentence = f"{kind.start} is given where another species has {experiment.start}"
+        if kind.start not in (None, experiment.arrangement):
+            sentence = f"{kind.start} is given where another species has {experiment.arrangement}"
             yield Problem((*path, "start"), f"{sentence}; give one for all")
     without = [path for path, kind in zip(paths, species, strict=True) if kind.radius is None]
     there = {

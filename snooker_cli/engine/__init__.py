@@ -1,6 +1,6 @@
 """The simulator: arrays and floats in, a trace out. It knows no config, files or plots."""
 
-from snooker_cli.engine.conversion import CheckpointError
+from snooker_cli.engine.conversion import CheckpointError, stands_still
 from snooker_cli.engine.replay import (
     Rows,
     States,
@@ -26,9 +26,10 @@ __all__ = [
     "simulate",
     "simulate_batch",
     "specialisation",
+    "stands_still",
     "times_within",
 ]
 
 
-ENGINE_VERSION = 8
+ENGINE_VERSION = 9
 """Goes up when the same config may give other bits; results of two versions are never mixed."""

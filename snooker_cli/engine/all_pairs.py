@@ -334,7 +334,7 @@ def simulate_repeat(
             return clock.TIME
         if grid is not None and now > sample_time:
             sample_time = sample_until(now, grid, state)
-        clock.begin_event(i, j, now, sums, counts)
+        clock.begin_event(i, j, now, state)
         slider, begins, size = carry_out_slide(state.boundary, i, j, now, state)
         if slider != ks.NO_PARTNER:
             i, j = slider, SLIDE
@@ -352,7 +352,7 @@ def simulate_repeat(
                 return clock.WALL_TRAP
         else:
             after_pair(i, j, now, state, agenda)
-        if counts[ks.STALLED] > clock.STALL_LIMIT * state.balls.shape[1]:
+        if clock.has_collapsed(state):
             return clock.COLLAPSE
     return clock.FULL
 

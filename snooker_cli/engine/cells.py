@@ -340,7 +340,7 @@ def predict(i: int, j: int, happened: bool, now: float, state: State, cells: Cel
 @kernel
 def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid | None, limit: int) -> int:
     """Simulate at most ``limit`` events; why it stopped. Ties go by time and ball."""
-    balls, counts, tree = state.balls, state.counts, cells.tree
+    balls, tree = state.balls, cells.tree
     large, chains = balls.shape[1] >= LARGE, no_chains(tree.bits)
     crossings = filled = 0
     sample_time = NEVER
@@ -371,7 +371,7 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid | None, l
         if happens:
             if grid is not None and now > sample_time:
                 sample_time = sample_until(now, grid, state)
-            clock.begin_event(i, j, now, state.sums, counts)
+            clock.begin_event(i, j, now, state)
             size = collide(state.account, i, j, now, state)
             count(i, j, size, state)
             if grid is None:
@@ -381,6 +381,6 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid | None, l
         predict(i, j, happens, now, state, cells)
         if trapped:
             return clock.WALL_TRAP
-        if counts[ks.STALLED] > clock.STALL_LIMIT * balls.shape[1]:
+        if clock.has_collapsed(state):
             return clock.COLLAPSE
     return clock.FULL

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
+from snooker_cli.engine import clock
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.boundaries import (
     ChannelSides,
@@ -21,8 +22,9 @@ from snooker_cli.engine.kernel_state import EqualBalls, Floats, Setup, Sizes, St
 from snooker_cli.engine.sampling import EnergyAccount
 from snooker_cli.engine.sliding import FLIES, SLIDES, SlidingCircle
 from snooker_cli.engine.wall_laws import SideLaws, ThermalWall
-from snooker_cli.laws import Sides, Thermal, WallLaw
+from snooker_cli.laws import Constant, Sides, Thermal, WallLaw
 from snooker_cli.scene import Scene
+from snooker_cli.trace import Events
 
 LARGE = 1e100  # large but finite, so that times zero it is zero
 PATIENCE = 64  # ``Setup.patience`` in a fixed container: two balls may be trapped in step
@@ -41,6 +43,7 @@ def new_states(
     positions = np.stack([scene.positions for scene in scenes])
     positions -= np.stack([origin_of(scene) for scene in scenes])[:, np.newaxis]
     balls[:, [ks.X, ks.Y]] = positions.transpose(0, 2, 1)
+    balls[:, ks.CLOCK] = -0.0  # see ``clock.is_before``
     balls[:, [ks.U, ks.V]] = np.stack([scene.velocities for scene in scenes]).transpose(0, 2, 1)
     sums = np.zeros((repeats, ks.SUMS))
     sums[:, ks.TIME_LIMIT] = time_limit
@@ -65,7 +68,10 @@ def new_states(
 def setup_of(scene: Scene) -> Setup:
     """What collisions do in a scene."""
     law, lasts = scene.wall_law, scene.contact_duration
-    always_loses = law.cor < 1.0 and not law.gains and not lasts and scene.elastic_below == 0.0
+    no_rule = not lasts and scene.elastic_below == 0.0
+    always_loses = law.cor < 1.0 and not law.gains and no_rule
+    masses = [*scene.masses, scene.container_mass] if scene.free else scene.masses
+    slow_cor = scene.restitution if isinstance(scene.pair_law, Constant) and no_rule else 1.0
     return Setup(
         pair_law=kernel_law(scene.pair_law),
         wall_law=kernel_law(law),
@@ -73,7 +79,18 @@ def setup_of(scene: Scene) -> Setup:
         elastic_below=float(scene.elastic_below),
         traps=bool(isinstance(scene.container, Circle) and always_loses),
         patience=ks.NO_LIMIT if scene.free or scene.slides else PATIENCE,
+        settling=clock.settling(float(max(masses)), float(min(masses)), slow_cor),
     )
+
+
+def stands_still(scene: Scene, events: Events) -> bool:
+    """Whether the last of a repeat's events leave the clock unmoved, as only a collapse does.
+
+    Engines before version 9 had a limit for all balls of a scene, and recorded such events.
+    """
+    still = clock.still_events(events)
+    involved = len(np.union1d(still.i, still.j[still.j >= 0]))
+    return len(still) - 1 > clock.most_stalled(involved, setup_of(scene).settling)
 
 
 def kernel_law(law: WallLaw) -> Any:
@@ -216,7 +233,7 @@ def check_restored(states: State, fresh: State) -> None:
     require(np.array_equal(np.sort(order), np.arange(number)))
     for mine, its in zip(states.sizes, fresh.sizes, strict=True):
         require(np.array_equal(mine, its if np.ndim(its) == 0 else its[order]))
-    require(counts[:, : ks.COUNTS] >= [0, 0, ks.NO_PARTNER, ks.NO_PARTNER, 0])
+    require(counts[:, : ks.COUNTS] >= [0, 0, ks.NO_PARTNER, ks.NO_PARTNER, 0, 0])
     require(counts[:, ks.COUNTS :] == fresh.counts[:, ks.COUNTS :])
     require(counts[:, [ks.FIRST, ks.SECOND]] < number)
     known = np.delete(sums, ks.TIME_LIMIT, axis=1)

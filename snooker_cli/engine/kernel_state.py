@@ -30,15 +30,17 @@ NOT_SEARCHED = -3  # nothing has been searched yet
 X, Y, U, V, CLOCK, BALL_ROWS = range(6)
 
 # Elements of ``sums``: how long a contact lasts, the time at which clocks show zero, the clock at
-# the last event, and what clocks show when the repeat ends (s); the impulse on the wall (kg m/s),
-# the virial of the ball-ball collisions (kg m^2/s), and what rounding has cut off from these two.
-CONTACT_LASTS, EPOCH, NOW, TIME_LIMIT = range(4)
-WALL_IMPULSE, PAIR_VIRIAL, WALL_IMPULSE_REST, PAIR_VIRIAL_REST, SUMS = range(4, 9)
+# the last event, at the last event that moved it, and at the end of the repeat (s); the impulse on
+# the wall (kg m/s), the virial of the ball-ball collisions (kg m^2/s), and what rounding has cut
+# off from these two.
+CONTACT_LASTS, EPOCH, NOW, STILL_SINCE, TIME_LIMIT = range(5)
+WALL_IMPULSE, PAIR_VIRIAL, WALL_IMPULSE_REST, PAIR_VIRIAL_REST, SUMS = range(5, 10)
 REST = WALL_IMPULSE_REST - WALL_IMPULSE
 
 # Elements of ``counts``: events at the wall and between balls; the balls of the last event; events
-# in a row that did not move the clock. With a thermal wall one more: the key of its random numbers.
-WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED, COUNTS = range(6)
+# in a row that did not move the clock, and the balls that collided since it last moved. With a
+# thermal wall one more: the key of its random numbers.
+WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED, INVOLVED, COUNTS = range(7)
 KEY = COUNTS
 
 # Rows of all pairs' ``Agenda.times``, s: a ball's earliest contact with another, that with the
@@ -56,6 +58,8 @@ class Setup(NamedTuple):
     elastic_below : m/s, relative normal speed below which collisions are elastic; zero for never
     traps : whether every hit of a circle loses its share, so that infinitely many may follow
     patience : bounces in a row after which a ball that no other can reach counts as trapped
+    settling : how many more collisions balls that touch may need in an instant than equal ones, see
+        ``clock.has_collapsed``
     """
 
     pair_law: Law
@@ -64,6 +68,7 @@ class Setup(NamedTuple):
     elastic_below: float
     traps: bool
     patience: int
+    settling: float
 
 
 class State(NamedTuple):
@@ -99,7 +104,7 @@ class State(NamedTuple):
         """Set all clocks back by a shift, s; the epoch is the time at which they then show zero."""
         self.balls[CLOCK] -= shift
         set_back(self.boundary, shift)
-        self.sums[[NOW, TIME_LIMIT]] -= shift
+        self.sums[[NOW, STILL_SINCE, TIME_LIMIT]] -= shift
         self.sums[EPOCH] = epoch
 
 

@@ -31,7 +31,8 @@ function startingScene(config, repeat) {
     container: sizes.container,
     containerMass: config.container.mass ?? Infinity,
     containerPosition: [0, 0],
-    containerVelocity: [0, 0],
+    containerVelocity: config.container.velocity ?? [0, 0],
+    rounding: config.start?.rounding ?? 0,
     ...collisionRules(config),
     wallKey: null,
   };
@@ -139,7 +140,7 @@ function lawsOfWall(law) {
 
 const WHOLE = new Set(["rings", "count"]); // keys whose numbers Python writes without a point
 const NOT_IN_STREAMS =
-  ["title", "repeats", "sweep", "collisions", "time", "seed", "common_random", "record"];
+  ["title", "repeats", "sweep", "start", "collisions", "time", "seed", "common_random", "record"];
 const LATER_KEYS = {
   collapse: "stop", cor_speed: null, wall_cor_speed: null, wall_speed: null, wall_temperature: null,
 };
@@ -445,8 +446,15 @@ function gapsOf(x, y, radius, { shape, size: [width, height] }) {
   return [Math.min(across, up), Math.min(across, up)];
 }
 
-function checkPlaces({ positions, radii, container }) {
-  const { shape, size } = container, slack = 2 * EPSILON * Math.max(...size);
+/** How far balls may overlap or stick out, m: as a state of a simulation may, see scene.py. */
+function placeRounding({ radii, container, rounding }) {
+  const diameter = 2 * Math.max(...radii);
+  const slack = 8 * EPSILON * (Math.max(...container.size) + diameter);
+  return Math.max(slack + 1e-9 * 2 * Math.min(...radii), rounding);
+}
+
+function checkPlaces({ positions, radii, container, rounding }) {
+  const { shape, size } = container, slack = placeRounding({ radii, container, rounding });
   const gaps = Array.from(radii, (radius, k) =>
     gapsOf(positions[2 * k], positions[2 * k + 1], radius, container));
   const least = gaps.map(([wall, edge]) => Math.min(wall, edge));
@@ -488,8 +496,8 @@ function checkSpeeds({ velocities, radii, masses, container }) {
 }
 
 /** Throw ``SceneError`` for the two balls that overlap most. */
-function checkPairs({ positions, radii, container }) {
-  let deepest = -2 * EPSILON * Math.max(...container.size), first = -1, second = -1;
+function checkPairs({ positions, radii, container, rounding }) {
+  let deepest = -placeRounding({ radii, container, rounding }), first = -1, second = -1;
   for (let i = 0; i < radii.length; i += 1) {
     for (let j = i + 1; j < radii.length; j += 1) {
       const gap = distanceOf(positions, i, j, container) - radii[i] - radii[j];

@@ -45,16 +45,17 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
         "container": container,
         "container_mass": experiment.container.mass,
         "container_position": np.zeros(2),
-        "container_velocity": np.zeros(2),
+        "container_velocity": np.array(experiment.container.velocity or (0.0, 0.0)),
         **collision_rules(experiment),
     }
+    rounding = (experiment.start and experiment.start.rounding) or 0.0
     placed = balls.list if isinstance(balls, BallList) else experiment.placed
     names = ("position", "velocity", "radius", "mass")
     places, moving, radii, masses = (np.array([getattr(b, name) for b in placed]) for name in names)
     places, moving = places.reshape(-1, 2), moving.reshape(-1, 2)
     try:
         if placed:  # before others are placed around them
-            check(Scene(places, moving, radii, masses, **same))
+            check(Scene(places, moving, radii, masses, **same), rounding)
         positions = [places] * len(repeats)
         velocities = np.repeat(moving[np.newaxis], len(repeats), axis=0)
         if isinstance(balls, Rings):
@@ -86,7 +87,7 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
         ]
         for k, scene in enumerate(scenes):
             if k == 0 or scene.positions is not scenes[k - 1].positions:
-                check(scene)
+                check(scene, rounding)
         check_speeds(scenes[0], velocities)
     except SceneError as error:
         if error.ball is not None and error.ball < len(placed):
@@ -169,7 +170,7 @@ def _positions(
         container.check_radii(all_radii)
     seed = stream_seed(experiment)
     streams = (stream(seed, repeat, PLACES) for repeat in repeats)
-    if experiment.start == "random":
+    if experiment.arrangement == "random":
         try:
             return [
                 random_places(container, radii, counts, packing, bits, placed) for bits in streams
@@ -252,7 +253,7 @@ def _too_dense(
     reached: float,
 ) -> SceneError:
     """The error about balls that do not fit; a packing of ``reached`` would."""
-    placed, start = len(experiment.placed), experiment.start
+    placed, start = len(experiment.placed), experiment.arrangement
     number = placed + sum(species.count for species in experiment.species)
     problem = (
         f"{number:,} balls with start: {start} in a {container.title} reach a packing of "

@@ -177,6 +177,7 @@ def run_summary(run: Run, results: Sequence[RepeatResult], progress: RunProgress
         "seconds": round(seconds, 3),
         "compiling_seconds": round(progress.compiling, 3),
         "events_per_second": round(progress.simulated / seconds) if seconds > 0 else 0,
+        "simultaneous": sum(result.simultaneous for result in results),
         "points": points,
     }
 

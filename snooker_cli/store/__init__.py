@@ -15,5 +15,6 @@ from snooker_cli.store.reader import read as read
 from snooker_cli.store.reader import read_checkpoint as read_checkpoint
 from snooker_cli.store.reader import read_events as read_events
 from snooker_cli.store.reader import read_headers as read_headers
+from snooker_cli.store.reader import read_last_events as read_last_events
 from snooker_cli.store.writer import Recorder as Recorder
 from snooker_cli.store.writer import write as write
