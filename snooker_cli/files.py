@@ -8,7 +8,7 @@ import platform
 import re
 import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, chdir, contextmanager, nullcontext, suppress
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -85,6 +85,14 @@ def sources_hash(*patterns: str) -> str:
         for source in sorted(package.glob(pattern)):
             total.update(source.read_bytes())
     return total.hexdigest()
+
+
+def out_of_sight(name: str) -> AbstractContextManager[None]:
+    """Inside, the current folder has no file of this name, which a library would read there.
+
+    Anyone may have made it. The current folder changes only if there is such a file.
+    """
+    return chdir(Path(__file__).parent) if os.path.lexists(name) else nullcontext()
 
 
 def user_hash(content: str) -> hmac.HMAC:
