@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import errno
 import json
+import os
 from pathlib import Path
 
 import pytest
 
-from snooker_cli.files import atomic_write, write_json
+from snooker_cli import files
+from snooker_cli.files import atomic_write, user_key, write_json
 
 
 def test_what_goes_wrong_leaves_the_old_file(tmp_path: Path) -> None:
@@ -39,3 +41,28 @@ def test_a_failed_write_names_the_file_and_follows_a_link(tmp_path: Path) -> Non
         part.write_text("new")
     assert (path.read_text(), link.is_symlink()) == ("new", True)
     assert set(tmp_path.iterdir()) == {path, link}
+
+
+def test_a_key_is_whole_and_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two processes that make it at the same time have the same one."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    user_key.cache_clear()
+    path, link = tmp_path / "snooker" / "key", os.link
+
+    def after_another(part: Path, key: Path) -> None:
+        assert not path.exists()
+        path.write_bytes(b"a" * files.KEY_BYTES)
+        link(part, key)
+
+    monkeypatch.setattr(files.os, "link", after_another)
+    assert user_key() == path.read_bytes() == b"a" * files.KEY_BYTES
+    path.unlink()
+    monkeypatch.undo()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    user_key.cache_clear()
+    mine = user_key()
+    user_key.cache_clear()
+    assert user_key() == mine == path.read_bytes()
+    assert path.stat().st_mode & 0o777 == 0o600
+    assert list(path.parent.iterdir()) == [path]
+    user_key.cache_clear()
