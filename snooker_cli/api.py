@@ -309,6 +309,8 @@ class Run(runs.Run):
         points = self.matching(**where)
         tables: list[dict[str, list[Any]]] = []
         for point, columns in zip(points, results(self, points, counting), strict=True):
+            if not columns:
+                continue
             own = {"repeat": self.present(point)} | columns
             number = len(own["repeat"])
             swept = {

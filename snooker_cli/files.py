@@ -10,7 +10,7 @@ import re
 import secrets
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, chdir, contextmanager, nullcontext, suppress
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -132,6 +132,14 @@ def sources_hash(*patterns: str) -> str:
     return total.hexdigest()
 
 
+def out_of_sight(name: str) -> AbstractContextManager[None]:
+    """Inside, the current folder has no file of this name, which a library would read there.
+
+    Anyone may have made it. The current folder changes only if there is such a file.
+    """
+    return chdir(Path(__file__).parent) if os.path.lexists(name) else nullcontext()
+
+
 def user_hash(content: str) -> hmac.HMAC:
     """A SHA-256 of a text, and of what is added to it, that only this user can make (RFC 2104).
 
@@ -140,22 +148,41 @@ def user_hash(content: str) -> hmac.HMAC:
     return hmac.new(user_key(), content.encode(), "sha256")
 
 
+def signature(*content: Any) -> str:
+    """The `user_hash` of values that JSON can have. Raises ``OSError`` if no key can be kept."""
+    return user_hash(json.dumps(content)).hexdigest()
+
+
 @cache
 def user_key() -> bytes:
     """Random bytes that no other user can read; they are made at their first use.
 
-    Raises ``OSError`` if they cannot be kept.
+    Raises ``OSError``, whose text names the file, if they cannot be kept or read.
     """
     try:
         folder = Path(os.environ.get("XDG_STATE_HOME") or "~/.local/state").expanduser()
     except RuntimeError as error:
         raise OSError(str(error)) from None
     path = folder / "snooker" / "key"
-    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    mine = partial(os.open, mode=0o600)
-    with suppress(FileExistsError), open(path, "xb", opener=mine) as file:
-        file.write(secrets.token_bytes(KEY_BYTES))
-    key = path.read_bytes()
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not path.exists():
+            _make_key(path)
+        key = path.read_bytes()
+    except OSError as error:
+        raise OSError(f"{path}: {error.strerror}") from None
     if len(key) != KEY_BYTES:
-        raise OSError(f"{path} is not a key; delete it")
+        raise OSError(f"{path} has {len(key)} bytes, but a key has {KEY_BYTES}; delete it")
     return key
+
+
+def _make_key(path: Path) -> None:
+    """Make a key, whole or not at all, unless another process has just made one."""
+    part = temporary_path(path)
+    try:
+        with open(part, "xb", opener=partial(os.open, mode=0o600)) as file:
+            file.write(secrets.token_bytes(KEY_BYTES))
+        with suppress(FileExistsError):
+            os.link(part, path)
+    finally:
+        discard(part)

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import errno
 import json
+import os
 import sys
 from pathlib import Path
 
 import pytest
 from hostile import endless, fifo, folder
 
+from snooker_cli import files
 from snooker_cli.files import (
     append_text,
     atomic_write,
     own_folder,
     read_text,
+    user_key,
     write_json,
     write_text,
 )
@@ -83,3 +86,28 @@ def test_only_a_file_of_bounded_size_is_read(tmp_path: Path) -> None:
         if damage is folder:
             path.rmdir()
         path.unlink(missing_ok=True)
+
+
+def test_a_key_is_whole_and_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two processes that make it at the same time have the same one."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    user_key.cache_clear()
+    path, link = tmp_path / "snooker" / "key", os.link
+
+    def after_another(part: Path, key: Path) -> None:
+        assert not path.exists()
+        path.write_bytes(b"a" * files.KEY_BYTES)
+        link(part, key)
+
+    monkeypatch.setattr(files.os, "link", after_another)
+    assert user_key() == path.read_bytes() == b"a" * files.KEY_BYTES
+    path.unlink()
+    monkeypatch.undo()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    user_key.cache_clear()
+    mine = user_key()
+    user_key.cache_clear()
+    assert user_key() == mine == path.read_bytes()
+    assert path.stat().st_mode & 0o777 == 0o600
+    assert list(path.parent.iterdir()) == [path]
+    user_key.cache_clear()

@@ -168,6 +168,45 @@ def test_little_memory_is_taken(command: str, finished: Path) -> None:
     assert 1024 * kilobytes < BYTES
 
 
+@pytest.mark.parametrize("command", ["run small.yaml --fresh --no-progress", "compare small"])
+def test_settings_of_numba_in_the_folder_are_refused(
+    command: str, finished: Path, snooker: Snooker
+) -> None:
+    """They lead Numba to compiled code, which it runs; nothing is deleted before."""
+    settings, planted = Path(".numba_config.yaml"), Path("planted")
+    settings.write_text(f"cache_dir: {planted}\n")
+    before = sorted(finished.rglob("*"))
+    in_new_process = [sys.executable, "-m", "snooker_cli", *command.split()]
+    done = subprocess.run(in_new_process, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert f"{finished.parents[1]}: contains {settings}, which" in done.stderr
+    assert sorted(finished.rglob("*")) == before
+    assert not planted.exists()
+
+
+@pytest.mark.parametrize("kind", ["text", "bytes", "pipe"])
+def test_settings_of_matplotlib_in_the_folder_are_not_read(kind: str, finished: Path) -> None:
+    """A pipe would block, and text that is no text end the command."""
+    settings = Path("matplotlibrc")
+    if kind == "pipe":
+        os.mkfifo(settings)
+    else:
+        settings.write_bytes(b"savefig.dpi: 7\n" if kind == "text" else bytes(range(256)))
+    program = "from snooker_cli.figures import drawing; import matplotlib"
+    program += "; print(matplotlib.rcParams['savefig.dpi'])"
+    found = [
+        subprocess.run(
+            [sys.executable, "-c", f"{first}; {program}"],
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=60,
+        ).stdout
+        for first in ("pass", "from snooker_cli.animation import movie")
+    ]
+    assert found == ["figure\n", "figure\n"]
+
+
 def test_a_wrong_checkpoint_concerns_only_run(
     here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -9,13 +9,6 @@ from pathlib import Path
 from typing import Any, TypeAlias, cast
 
 import numpy as np
-from matplotlib.animation import FFMpegWriter
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
-from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -23,9 +16,18 @@ from snooker_cli.animation.film import BATCH, Film, Pace
 from snooker_cli.engine import replayed
 from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
-from snooker_cli.files import atomic_write
+from snooker_cli.files import atomic_write, out_of_sight
 from snooker_cli.formatting import short
 from snooker_cli.pages.html_page import SPEED_COLOURS
+
+with out_of_sight("matplotlibrc"):
+    from matplotlib.animation import FFMpegWriter
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Polygon
 
 Floats: TypeAlias = NDArray[np.float64]
 Pixels: TypeAlias = NDArray[np.uint8]

@@ -3,6 +3,7 @@
 import hashlib
 import logging
 import os
+import pickle
 import platform
 import stat
 import sys
@@ -15,6 +16,8 @@ from tempfile import TemporaryFile, gettempdir
 from typing import IO, Any, TypeVar, cast
 
 import numpy as np
+
+from snooker_cli.errors import UserError
 
 if sys.platform != "win32":
     import fcntl
@@ -45,6 +48,11 @@ UNUSABLE = (
     "the cache folder for compiled code cannot be used (%s), so %s; "
     "set NUMBA_CACHE_DIR to a folder that only you can write to"
 )
+DAMAGED = "stored compiled code in %s is damaged and is compiled again"
+
+NUMBA_SETTINGS = ".numba_config.yaml"
+"""Numba takes settings from this file of the current folder, whoever made it: also the folder of
+its cache, and so code that it runs."""
 
 WRITABLE_BY_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
@@ -76,12 +84,15 @@ class Kernel:
             _unknown.pop()(numba.extending)
         if numba.config.DISABLE_JIT:
             return np.errstate(all="ignore")(self.function)  # without warnings of 0 * inf
-        folder, users = cache_folder(), numba.config.CACHE_DIR
-        try:
-            numba.config.CACHE_DIR = str(folder or users)
-            return numba.njit(cache=folder is not None, **OPTIONS)(self.function)
-        finally:
-            numba.config.CACHE_DIR = users
+        dispatcher = numba.njit(**OPTIONS)(self.function)
+        if folder := cache_folder():
+            users = numba.config.CACHE_DIR
+            numba.config.CACHE_DIR = str(folder)
+            try:
+                dispatcher._cache = _cache_class()(self.function)
+            finally:
+                numba.config.CACHE_DIR = users
+        return dispatcher
 
 
 def kernel(function: Function) -> Function:
@@ -143,7 +154,7 @@ def cache_folder() -> Path | None:
     others = (here.with_name(name) for name in ("laws.py", "trace.py"))
     for source in (*sorted(here.glob("*.py")), *others):
         digest.update(source.read_bytes())
-    name, chosen = f"engine-{digest.hexdigest()[:16]}", numba.config.CACHE_DIR
+    name, chosen = f"engine-{digest.hexdigest()[:16]}", os.environ.get("NUMBA_CACHE_DIR")
     try:
         user = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
         parent = Path(chosen) if chosen else user.expanduser() / "snooker"
@@ -187,6 +198,15 @@ def _private_folder(parent: Path, name: str, *, shared: bool) -> Path:
         return folder
 
 
+def check_current_folder() -> None:
+    """Raise ``UserError`` in a folder with settings for Numba."""
+    if Path(NUMBA_SETTINGS).is_file():
+        raise UserError(
+            f"{Path.cwd()}: contains {NUMBA_SETTINGS}, which can make Numba run any code",
+            "use another folder, or delete that file and set Numba's environment variables",
+        )
+
+
 @cache
 def give_notice() -> None:
     """Explain the wait, once in a process."""
@@ -194,8 +214,15 @@ def give_notice() -> None:
 
 
 @cache
+def _warn(text: str, *values: object) -> None:
+    """Warn of something, once in a process."""
+    _log.warning(text, *values)
+
+
+@cache
 def _numba() -> Any:
-    """Import Numba, which takes half a second, and set it up."""
+    """Import Numba, which takes half a second, and set it up. Raises ``UserError``."""
+    check_current_folder()
     import numba
     from llvmlite import binding
     from numba import types
@@ -245,6 +272,53 @@ def _numba() -> Any:
         return types.Dispatcher(kernel.compiled)
 
     return numba
+
+
+@cache
+def _cache_class() -> Any:
+    """The class of the cache of a kernel."""
+    from numba.core.caching import CompileResultCacheImpl, FunctionCache
+    from numba.core.serialize import dumps
+
+    class Hashed(CompileResultCacheImpl):  # type: ignore[misc]  # Numba has no types
+        """Stores compiled code with its hash: damaged code could run and give other bits."""
+
+        def reduce(self, compiled: Any) -> tuple[bytes, bytes]:
+            content = dumps(super().reduce(compiled))
+            return hashlib.sha256(content).digest(), content
+
+        def rebuild(self, context: Any, stored: tuple[bytes, bytes]) -> Any:
+            digest, content = stored
+            if digest != hashlib.sha256(content).digest():
+                raise ValueError("damaged")
+            return super().rebuild(context, pickle.loads(content))
+
+    class KernelCache(FunctionCache):  # type: ignore[misc]
+        """The files of a kernel. Damaged ones are made again, and no error of them ends a run."""
+
+        _impl_class = Hashed
+
+        def load_overload(self, signature: Any, context: Any) -> Any:
+            with suppress(Exception):  # pickle and LLVM raise many
+                found = super().load_overload(signature, context)
+                # The index, which has no hash, can name the code of other arguments.
+                if found is None or found.signature.args == tuple(signature):
+                    return found
+            _warn(DAMAGED, self.cache_path)
+            self._written(self.flush)
+            return None
+
+        def save_overload(self, signature: Any, compiled: Any) -> None:
+            self._written(super().save_overload, signature, compiled)
+
+        def _written(self, write: Callable[..., None], *arguments: Any) -> None:
+            try:
+                write(*arguments)
+            except OSError as error:  # such as a full disk
+                _warn(UNUSABLE, error.strerror, "every process compiles again")
+                self.disable()
+
+    return KernelCache
 
 
 @cache

@@ -9,15 +9,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-import matplotlib.style
 import numpy as np
-from matplotlib import ticker
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
@@ -28,8 +20,18 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
 )
-from snooker_cli.files import atomic_write, write_text
+from snooker_cli.files import atomic_write, out_of_sight, write_text
 from snooker_cli.formatting import plain
+
+with out_of_sight("matplotlibrc"):
+    import matplotlib
+    import matplotlib.style
+    from matplotlib import ticker
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.colors import to_hex
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 WIDTH = 3.4  # width of a figure, inches: a column of a two-column page
 HEIGHT = 2.4  # height of a figure with a title of one line and nothing else around the axes, inches

@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
+from snooker_cli.engine.jit import check_current_folder
 from snooker_cli.errors import STOPPING, bug_message, handling
 from snooker_cli.formatting import counted, printable
 from snooker_cli.runs.batch import RepeatResult
@@ -199,9 +200,9 @@ def execute_watched(
     bar : whether a terminal or a notebook shows a progress bar
     how : further arguments of ``execute``
 
-    Raises ``RunError`` as ``create`` and ``execute`` do.
+    Raises ``RunError`` as ``create`` and ``execute`` do, and ``UserError`` where Numba is not safe.
     """
-
+    check_current_folder()  # before a folder is deleted or made
     saving = "saving the current repeats"
     if run.experiment.repeats > 1 and batch_size(run.points[0].experiment, run.engine) > 1:
         saving = "unfinished batches of short repeats are not saved"

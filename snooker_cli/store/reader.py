@@ -99,8 +99,13 @@ def read_checkpoint(path: Path) -> dict[str, NDArray[Any]] | None:
             name: hdf5.read_rows(file, f"{layout.CHECKPOINT}/{name}", None) for name in names
         }
         written = hdf5.read_attribute(file, layout.CHECKPOINT, "content")
-        if layout.checkpoint_hash(checkpoint, _parameter(file, "content")) != written:
-            reason = "its checkpoint is damaged, or of another user, machine or version"
+        content, reason = _parameter(file, "content"), ""
+        try:
+            if layout.checkpoint_hash(checkpoint, content) != written:
+                reason = "its checkpoint is damaged, or of another user, machine or version"
+        except OSError as error:
+            reason = f"its checkpoint cannot be checked without your key ({error_text(error)})"
+        if reason:
             raise StoreError(path, reason, "run it again")
         return checkpoint
 

@@ -19,8 +19,8 @@ from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.engine.conversion import origin_of
 from snooker_cli.engine.replay import Replay
-from snooker_cli.errors import UserError, install_advice
-from snooker_cli.files import own_folder, read_text, sources_hash, user_hash, write_text
+from snooker_cli.errors import UNREADABLE, UserError, install_advice
+from snooker_cli.files import own_folder, read_text, signature, sources_hash, write_text
 from snooker_cli.formatting import counted, duration, plain
 from snooker_cli.laws import Sides, WallLaw, word_of
 from snooker_cli.runs import Run
@@ -258,10 +258,10 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
         raise UserError("python-flint is not installed", install_advice("reference")) from None
     path = status.path.with_name(f"exact-{repeat:04d}.json")
     fingerprint = status.header.fingerprint if status.header else ""
-    origin = json.dumps([fingerprint, collisions, sources_hash(*SOURCES), flint])
-    with suppress(Exception):
+    origin = [fingerprint, collisions, sources_hash(*SOURCES), flint]
+    with suppress(*UNREADABLE, KeyError, TypeError):
         kept = json.loads(read_text(path))
-        if kept["hash"] == user_hash(origin + json.dumps(kept["proof"])).hexdigest():
+        if kept["hash"] == signature(origin, kept["proof"]):
             return dict(kept["proof"])
     if trace.events is None:
         limits, most = chosen.experiment, chosen.experiment.collisions or collisions
@@ -276,7 +276,7 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
     proof = {"point": point, "repeat": repeat, **prove(trace, collisions, counting)}
     if proof["verdict"] != "interrupted":
         with suppress(OSError):  # a run that another user owns
-            text = user_hash(origin + json.dumps(proof)).hexdigest()
+            content = {"hash": signature(origin, proof), "proof": proof}
             own_folder(path.parent)
-            write_text(path, json.dumps({"hash": text, "proof": proof}) + "\n")
+            write_text(path, json.dumps(content) + "\n")
     return proof

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import os
 import shutil
@@ -52,11 +53,10 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def set_folder(chosen: Path | str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What NUMBA_CACHE_DIR does, which Numba reads when it is imported; "" if it is not set."""
-    import numba
-
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(chosen))
+    """Set NUMBA_CACHE_DIR; "" if it is not set."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(chosen))
     jit.cache_folder.cache_clear()
+    jit._warn.cache_clear()
 
 
 def test_a_kernel_gives_what_its_function_does(cache: Path) -> None:
@@ -69,6 +69,11 @@ def test_a_kernel_gives_what_its_function_does(cache: Path) -> None:
     assert len([*cache.rglob("*.nbc")]) == 3
 
 
+def hits_of(kernel: Any) -> int:
+    """How many kernels came from the cache; the others were compiled."""
+    return sum(kernel.compiled.stats.cache_hits.values())
+
+
 def test_a_kernel_is_loaded_from_the_cache(cache: Path) -> None:
     """And other functions of the user keep the cache folder that they had."""
     import numba
@@ -76,9 +81,70 @@ def test_a_kernel_is_loaded_from_the_cache(cache: Path) -> None:
     expected = jit.kernel(sum_of)(*arguments())
     again = jit.kernel(sum_of)
     assert again(*arguments()) == expected
-    stats = again.compiled.stats
-    assert (sum(stats.cache_hits.values()), sum(stats.cache_misses.values())) == (1, 0)
+    assert hits_of(again) == 1
     assert str(cache) == numba.config.CACHE_DIR
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def changed(path: Path) -> None:
+    """Flip a bit in the middle, which is compiled code."""
+    image = bytearray(path.read_bytes())
+    image[len(image) // 2] ^= 1
+    path.write_bytes(image)
+
+
+def exchanged(path: Path) -> None:
+    """Give it the code of other arguments, as a wrong number in the index would."""
+    other = path.with_name(path.name.replace(".1.nbc", ".2.nbc"))
+    path.write_bytes(other.read_bytes())
+
+
+DAMAGES: dict[str, tuple[str, Callable[[Path], object]]] = {
+    "empty index": ("nbi", lambda path: path.write_bytes(b"")),
+    "half an index": ("nbi", cut),
+    "another index": ("nbi", lambda path: path.write_bytes(b"text")),
+    "empty code": ("1.nbc", lambda path: path.write_bytes(b"")),
+    "half of the code": ("1.nbc", cut),
+    "a changed bit": ("1.nbc", changed),
+    "other arguments": ("1.nbc", exchanged),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_damaged_code_is_compiled_again(
+    damage: str, cache: Path, warnings_of: Callable[[], list[str]]
+) -> None:
+    """With one warning; a changed bit could otherwise give other results."""
+    for order in "CF":
+        jit.kernel(sum_of)(*arguments(order))
+    ending, change = DAMAGES[damage]
+    (path,) = cache.rglob(f"*.{ending}")
+    change(path)
+    assert jit.kernel(sum_of)(*arguments()) == sum_of(*arguments())
+    (warning,) = warnings_of()
+    assert str(path.parent) in warning
+    repaired = jit.kernel(sum_of)
+    assert repaired(*arguments()) == sum_of(*arguments())
+    assert hits_of(repaired) == 1
+
+
+def test_an_error_while_code_is_stored_ends_nothing(
+    cache: Path, monkeypatch: pytest.MonkeyPatch, warnings_of: Callable[[], list[str]]
+) -> None:
+    """As of a full disk: the rest of the process runs what it has compiled."""
+
+    def full(*_arguments: Any) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("numba.core.caching.IndexDataCacheFile.save", full)
+    kernel = jit.kernel(sum_of)
+    for order in "CF":
+        assert kernel(*arguments(order)) == sum_of(*arguments())
+    (warning,) = warnings_of()
+    assert "No space left" in warning
 
 
 def test_a_kernel_leaves_reference_counts_as_they_were() -> None:
