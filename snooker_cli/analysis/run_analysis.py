@@ -20,7 +20,7 @@ from snooker_cli.analysis.decay import Decay, Note, fit_notes, measured_decays
 from snooker_cli.analysis.measurement import WINDOWS, Measurements, measure, typical_pairs
 from snooker_cli.analysis.steady_state import measured_part
 from snooker_cli.config import Point
-from snooker_cli.errors import UNREADABLE, RunError, UserError, error_text
+from snooker_cli.errors import RunError, UserError, error_text
 from snooker_cli.files import read_text, signature, sources_hash, write_text
 from snooker_cli.formatting import plain
 from snooker_cli.runs import Run
@@ -144,7 +144,7 @@ def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict
         entry: Any = saved.get(name)
         try:
             mine = entry["hash"] == signature(origin, entry["results"])
-        except UNREADABLE:
+        except Exception:
             mine = False
         if not mine:
             make = partial(_all_results, pairs=typical_pairs(_ended(statuses)))
@@ -169,7 +169,7 @@ def _saved(path: Path, most: int) -> dict[str, Any]:
     """
     try:
         content = json.loads(read_text(path, most))
-    except UNREADABLE:
+    except Exception:
         return {}
     return content if isinstance(content, dict) else {}
 

@@ -19,7 +19,7 @@ from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.engine.conversion import origin_of
 from snooker_cli.engine.replay import Replay
-from snooker_cli.errors import UNREADABLE, UserError, install_advice
+from snooker_cli.errors import UserError, install_advice
 from snooker_cli.files import own_folder, read_text, signature, sources_hash, write_text
 from snooker_cli.formatting import counted, duration, plain
 from snooker_cli.laws import Sides, WallLaw, word_of
@@ -259,7 +259,7 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
     path = status.path.with_name(f"exact-{repeat:04d}.json")
     fingerprint = status.header.fingerprint if status.header else ""
     origin = [fingerprint, collisions, sources_hash(*SOURCES), flint]
-    with suppress(*UNREADABLE, KeyError, TypeError):
+    with suppress(Exception):
         kept = json.loads(read_text(path))
         if kept["hash"] == signature(origin, kept["proof"]):
             return dict(kept["proof"])
