@@ -80,7 +80,7 @@ time: 10.0
 repeats: 3
 seed: 1
 record: events
-sweep: {cor: [0.8, 0.9], balls.rings: 'range(3)'}
+sweep: {cor: [0.8, 0.9], balls.rings: 'range(1, 3)'}
 """,
     """\
 container: {radius: 10.0, mass: .inf}
