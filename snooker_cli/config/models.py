@@ -393,8 +393,7 @@ class Experiment(Model):
     """Coefficient of restitution at the wall, 0 to 1; absent or null: as cor."""
     cor_speed: Positive | None = None
     """Relative normal speed v₀, m/s, below which collisions between balls become more elastic:
-    e(v) = 1 − (1 − cor)(v/v₀)^¾. Absent: cor at all speeds. Balls among themselves then no longer
-    collapse."""
+    e(v) = 1 − (1 − cor)(v/v₀)^¾. Absent: cor at all speeds."""
     wall_cor_speed: Positive | None = None
     """The same at the wall, with wall_cor; absent: one CoR at all speeds."""
     wall_speed: (
@@ -418,8 +417,7 @@ class Experiment(Model):
     collapse: Collapse = "stop"
     """What to do about infinitely many collisions in finite time. stop (the default): end the
     repeat and report it. slide: let the ball slide along a circle's fixed wall. tc: contacts have
-    a duration; elastic_below: slow collisions are elastic; with either there is no collapse. With
-    cor_speed balls do not collapse among themselves either."""
+    a duration; elastic_below: slow collisions are elastic; with either there is no collapse."""
     collisions: Count | None = None
     """Stop after this many collisions; with `time`, whichever comes first."""
     time: Duration | None = None

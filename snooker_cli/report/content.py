@@ -65,6 +65,7 @@ from snooker_cli.runs import Run, open_run
 from snooker_cli.runs.progress import counting
 from snooker_cli.trace import SLIDE, StopReason
 from snooker_cli.validation.accuracy_study import error_against_cost, error_growth
+from snooker_cli.validation.physics_study import walls
 from snooker_cli.validation.study import machine
 
 Runs = Mapping[str, "Run"]
@@ -172,6 +173,7 @@ def values(
         "numbers": {file: picture.numbers for file, picture in pictures.items()},
         "measured": {name: measurement(name) for name in MEASUREMENTS},
         "machine": machine,
+        "walls": walls,
         "at_each": at_each_coefficient,
         "ours": lambda name: audit.row(name).ours,
         "value": value_text,
