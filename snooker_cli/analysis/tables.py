@@ -234,7 +234,7 @@ def _holds(law: dict[str, Any]) -> str:
         return f"{name} {holding(repeats)} to {short(end)} s{rest} ({chance})"
     if end < law["judged_to"]:
         return f"{name} is refused after {short(end)} of {of} s ({chance})"
-    return f"{name} {holding(repeats)} in {of} s by {repeats} repeats ({chance})"
+    return f"{name} {holding(repeats)} up to {of} s by {repeats} repeats ({chance})"
 
 
 def _beside(row: dict[str, Any]) -> str:

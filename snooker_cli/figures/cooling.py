@@ -116,7 +116,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
         name = f"{model.label}, {repeats}: {text}"
         build.lines.append(Line(fine, np.exp(logs.mean(axis=0)), name, _SERIES[decay.law]))
         verb, of = holding(good.judged_repeats), f"{short(good.judged_to)} s"
-        holds = f", {verb.removeprefix('is ')} in {of}"
+        holds = f", {verb.removeprefix('is ')} up to {of}"
         if good.probability < LEAST_PROBABILITY:
             holds = f", refused after {short(good.holds_to)} of {of}"
         if good.holds_to == good.judged_from:

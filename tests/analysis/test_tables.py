@@ -89,7 +89,7 @@ def test_a_law_holds_as_far_as_the_test_says(changes: dict[str, Any], words: str
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({}, "is not refused in 3 s by 5 repeats (p = 0.58)"),
+        ({}, "is not refused up to 3 s by 5 repeats (p = 0.58)"),
         ({"holds_to": 1.5, "probability": 1e-7}, "is refused after 1.5 of 3 s (p <0.001)"),
         ({"holds_to": 0.01, "probability": 0.002}, "does not hold (p = 0.002)"),
     ],
