@@ -41,7 +41,7 @@ def trace(finished: Path) -> Trace:
 
 def exported(snooker: Snooker, out: str, *options: str) -> Path:
     """The written file, whose name alone is printed."""
-    ended = snooker("export", *POINT, "--out", out, *options)
+    ended = snooker("export", *POINT, "--out", out, "--replace", *options)
     assert (ended.code, ended.out, ended.err) == (0, f"{out}\n", "")
     assert list(Path().glob(f"{out}*")) == [Path(out)]
     return Path(out)

@@ -18,6 +18,7 @@ from snooker_cli.cli.run_command import run as simulate
 from snooker_cli.config import EXAMPLES
 from snooker_cli.errors import RunError, UserError, check_name
 from snooker_cli.figures import FIGURES
+from snooker_cli.figures.captions import unfinished
 from snooker_cli.figures.selection import Selection, matching
 from snooker_cli.formatting import listed
 from snooker_cli.runs import open_run
@@ -93,7 +94,8 @@ def _print_analysis(
     brief : only what holds for each point
     """
     run = open_run(name)
-    points = matching(run, Selection(conditions(where, run)))
+    selection = Selection(conditions(where, run))
+    points = matching(run, selection)
     analysis = analyse(run, points=points, counting=counting)
     rows, notes = analysis.rows, analysis.notes
     for field, parts in {"quantity": quantity or [""], "model": model or [""]}.items():
@@ -107,6 +109,9 @@ def _print_analysis(
     if where or quantity or model or not lines:
         footer = []
     below = [*footer, *note_lines(notes if every else usual(notes), len(points))]
+    missing = unfinished(run, selection) if brief else ""  # else it is among the notes
+    if missing:
+        notice(f"{missing}; run the config again for the rest")
     if warning := early_warning(run, points):
         notice(warning)
     print_result(rows, as_json, lines, [] if brief else below)

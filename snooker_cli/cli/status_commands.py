@@ -216,10 +216,8 @@ def verify(
     result is kept beside the repeat. It needs the extra `reference`.
     """
     opened = open_run(run)
-    if out is not None:
-        check_free(out, replace)
     if exact:
-        _prove(opened, point, repeat, collisions, out, as_json)
+        _prove(opened, point, repeat, collisions, out, replace, as_json)
         return
     if point is not None or repeat or out is not None:
         raise UserError("--point, --repeat and --out need --exact")
@@ -258,7 +256,13 @@ def verify(
 
 
 def _prove(
-    run: Run, point: int | None, repeat: int, collisions: int, out: Path | None, as_json: bool
+    run: Run,
+    point: int | None,
+    repeat: int,
+    collisions: int,
+    out: Path | None,
+    replace: bool,
+    as_json: bool,
 ) -> None:
     """Print how many events of repeats are certain; write the certificate of a single one."""
     from snooker_cli.validation.proof import proven
@@ -266,6 +270,8 @@ def _prove(
     chosen = [*range(len(run.points))] if point is None else [point]
     if out is not None and len(chosen) > 1:
         raise UserError("--out writes the certificate of one repeat", "give --point too")
+    if out is not None:
+        check_free(out, replace)
     records, lines = [], []
     for number in chosen:
         proof = proven(run, number, repeat, collisions, counting)

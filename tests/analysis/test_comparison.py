@@ -498,3 +498,19 @@ def test_a_gas_whose_restitution_depends_on_speed_cools_as_predicted(
     assert abs(row.difference) < 4 * row.difference_error
     assert row.difference_error < 0.015 * row.predicted
     assert "Haff's α" not in quantities(found)
+
+
+@pytest.mark.parametrize(
+    ("start", "said"),
+    [
+        ("{rings: 1, radius: 1, speed: 5}", True),
+        ("{rings: 3, radius: 0.5, speed: 5, ring_extent: 0.6}", True),
+        ("{count: 7, radius: 1, speed: 5}", False),
+        ("{count: 37, radius: 0.5, speed: 5, start: random}", False),
+        ("{count: 2, radius: 1, speed: 5}", False),
+    ],
+)
+def test_the_note_on_rings_is_for_balls_that_start_on_them(start: str, said: bool) -> None:
+    text = f"container: {{radius: 10}}\nballs: {start}\ncor: 1\ncollisions: 1\n"
+    scene = starting_scene(parse(text).experiment, 0)
+    assert (predictions.TURNING in {note.note for note in predictions.notes(scene)}) is said

@@ -19,6 +19,10 @@ def law(model: str = "haff", **changes: Any) -> dict[str, Any]:
         "value": 0.697,
         "error": 0.021,
         "elastic": False,
+        "repeats": 30,
+        "failed": 0,
+        "complete": 30,
+        "requested": 30,
         "judged_repeats": 30,
         "judged_from": 0.01,
         "judged_to": 3.0,
@@ -41,6 +45,9 @@ def beside(**changes: Any) -> dict[str, Any]:
         "difference": -0.029,
         "difference_in_errors": -2.1,
         "repeats": 10,
+        "complete": 10,
+        "simulated": 10,
+        "requested": 10,
     }
     return row | changes
 
@@ -133,3 +140,32 @@ def test_a_run_has_the_range_over_its_points() -> None:
         "Haff's α differs from Enskog by −4 to 10 %; "
         "PV/NT differs from theory for hard disks, finite N by 1 %"
     )
+
+
+EARLY = "repeats ended early"
+
+
+def test_a_result_names_the_repeats_that_ended_early_or_are_missing() -> None:
+    plain, judged = finding([law()], []), {"complete": 6, "judged_repeats": 6}
+    for changes, words in (
+        (judged, f"4 of 10 {EARLY}, and the law is judged on the others"),
+        ({"complete": 2}, f"8 of 10 {EARLY}"),
+        ({"complete": 0}, f"all 10 {EARLY}"),
+        ({"requested": 20}, "only 10 of 20 repeats are there"),
+        ({"repeats": 1, "complete": 0, "requested": 1}, "the repeat ended early"),
+    ):
+        assert finding([law(**changes)], []) == f"{plain}; {words}"
+    assert finding([], [state(complete=3)]).endswith(f"; 7 of 10 {EARLY}")
+    cors = [{"cor": cor} for cor in (0.7, 0.8)]
+    laws = [law(parameters=cor, complete=4) for cor in cors]
+    compared = [beside(parameters=cor, complete=4) for cor in cors]
+    assert overview(laws, compared).endswith(f"; 12 of 20 {EARLY}")
+    assert overview([], compared).endswith(f"; 12 of 20 {EARLY}")
+
+
+def test_the_ideal_gas_is_no_theory_of_balls_with_a_size() -> None:
+    """A mixture, for example, has no other row: 69.8 errors would say nothing."""
+    ideal = {"model": "ideal gas law", "measured": 1.2347, "error": 0.0034}
+    assert finding([], [state(**ideal)]) == "PV/NT = 1.2347 ± 0.0034 (an ideal gas has 1)"
+    others = [state(**ideal, parameters={"cor": 1.0}), state(**ideal | {"measured": 1.31})]
+    assert overview([], others) == "PV/NT is 1.23 to 1.31 (an ideal gas has 1)"

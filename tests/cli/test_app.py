@@ -43,7 +43,7 @@ def test_bash_completes_commands_and_options(
     snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("_SNOOKER_COMPLETE", "complete_bash")
-    for words, offer in (("snooker va", "validate"), ("snooker verify --repl", "--replay")):
+    for words, offer in (("snooker va", "validate"), ("snooker verify --ex", "--exact")):
         monkeypatch.setenv("COMP_WORDS", words.replace(" ", "\n"))
         monkeypatch.setenv("COMP_CWORD", str(words.count(" ")))
         ended = snooker()

@@ -11,7 +11,15 @@ from figure_runs import ADRIFT, layers, made, shown, traces
 from snooker_cli import theory
 from snooker_cli.analysis import observables, predictions
 from snooker_cli.engine import replay
-from snooker_cli.figures import FigureData, Line, Points, Reference
+from snooker_cli.figures import (
+    FIGURES,
+    FigureData,
+    Line,
+    Points,
+    Reference,
+    Selection,
+    distributions,
+)
 from snooker_cli.figures.captions import MEAN_SPREAD
 from snooker_cli.figures.figure_data import NEUTRAL, Band
 from snooker_cli.runs import Run
@@ -133,3 +141,16 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: Run) -> None:
     (band, _) = layers(found, Band)
     assert f"Lines: means over the repeats; bands: {MEAN_SPREAD}." in found.caption
     np.testing.assert_allclose((band.low + band.high) / 2, line.y, atol=1e-12)
+
+
+def test_distances_of_many_balls_are_those_of_a_choice(
+    decaying: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All pairs of 100,000 balls would need 37 GiB. The smallest distance stays that of all."""
+    whole = FIGURES["pair-distances"].make(decaying, Selection({"cor": 1.0}))
+    monkeypatch.setattr(distributions, "PAIRED", 9)
+    found = FIGURES["pair-distances"].make(decaying, Selection({"cor": 1.0}))
+    key = "smallest_distance"
+    assert found.numbers[key] == pytest.approx(whole.numbers[key], rel=4 * EPSILON)
+    assert "Of 19 balls, the histogram has 9, chosen at random" in found.caption
+    assert "chosen at random" not in whole.caption
