@@ -3,7 +3,6 @@
 import hashlib
 import logging
 import os
-import pickle
 import platform
 import stat
 import sys
@@ -74,6 +73,16 @@ class Kernel:
         self.function = function
 
     def __call__(self, *arguments: Any) -> Any:
+        try:
+            return self.compiled(*arguments)
+        except Exception as error:  # kernels raise nothing, but loading damaged code raises many
+            folder = None if "numba" not in sys.modules else cache_folder()
+            if folder is None or isinstance(error, sys.modules["numba"].errors.NumbaError):
+                raise
+            _warn(DAMAGED, folder)
+            for path in folder.rglob("*.nb[ci]"):
+                path.unlink(missing_ok=True)
+            del self.compiled
         return self.compiled(*arguments)
 
     @cached_property
@@ -84,15 +93,12 @@ class Kernel:
             _unknown.pop()(numba.extending)
         if numba.config.DISABLE_JIT:
             return np.errstate(all="ignore")(self.function)  # without warnings of 0 * inf
-        dispatcher = numba.njit(**OPTIONS)(self.function)
-        if folder := cache_folder():
-            users = numba.config.CACHE_DIR
-            numba.config.CACHE_DIR = str(folder)
-            try:
-                dispatcher._cache = _cache_class()(self.function)
-            finally:
-                numba.config.CACHE_DIR = users
-        return dispatcher
+        folder, users = cache_folder(), numba.config.CACHE_DIR
+        try:
+            numba.config.CACHE_DIR = str(folder or users)
+            return numba.njit(cache=folder is not None, **OPTIONS)(self.function)
+        finally:
+            numba.config.CACHE_DIR = users
 
 
 def kernel(function: Function) -> Function:
@@ -272,53 +278,6 @@ def _numba() -> Any:
         return types.Dispatcher(kernel.compiled)
 
     return numba
-
-
-@cache
-def _cache_class() -> Any:
-    """The class of the cache of a kernel."""
-    from numba.core.caching import CompileResultCacheImpl, FunctionCache
-    from numba.core.serialize import dumps
-
-    class Hashed(CompileResultCacheImpl):  # type: ignore[misc]  # Numba has no types
-        """Stores compiled code with its hash: damaged code could run and give other bits."""
-
-        def reduce(self, compiled: Any) -> tuple[bytes, bytes]:
-            content = dumps(super().reduce(compiled))
-            return hashlib.sha256(content).digest(), content
-
-        def rebuild(self, context: Any, stored: tuple[bytes, bytes]) -> Any:
-            digest, content = stored
-            if digest != hashlib.sha256(content).digest():
-                raise ValueError("damaged")
-            return super().rebuild(context, pickle.loads(content))
-
-    class KernelCache(FunctionCache):  # type: ignore[misc]
-        """The files of a kernel. Damaged ones are made again, and no error of them ends a run."""
-
-        _impl_class = Hashed
-
-        def load_overload(self, signature: Any, context: Any) -> Any:
-            with suppress(Exception):  # pickle and LLVM raise many
-                found = super().load_overload(signature, context)
-                # The index, which has no hash, can name the code of other arguments.
-                if found is None or found.signature.args == tuple(signature):
-                    return found
-            _warn(DAMAGED, self.cache_path)
-            self._written(self.flush)
-            return None
-
-        def save_overload(self, signature: Any, compiled: Any) -> None:
-            self._written(super().save_overload, signature, compiled)
-
-        def _written(self, write: Callable[..., None], *arguments: Any) -> None:
-            try:
-                write(*arguments)
-            except OSError as error:  # such as a full disk
-                _warn(UNUSABLE, error.strerror, "every process compiles again")
-                self.disable()
-
-    return KernelCache
 
 
 @cache
