@@ -13,6 +13,7 @@ import typer
 from snooker_cli import store
 from snooker_cli.cli.options import AsJson, Jobs, Replace, RunName, flag, option
 from snooker_cli.cli.output import check_free, first, print_result
+from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import ExitCode, RunError, StoreError, UserError
 from snooker_cli.files import write_text
 from snooker_cli.formatting import (
@@ -204,7 +205,8 @@ def verify(
 ) -> None:
     """Read and check every file of RUN, in other processes.
 
-    The check covers the hash of the content, and whether the file belongs to the run. A file may
+    The check covers the hash of the content, and whether the file has the run's config and starts
+    as the config says. A file may
     crash a process or take too much time or memory. A line is printed for each bad file, and the
     exit code is then 1. Missing, interrupted and too short
     repeats are reported, but they are no error.
@@ -212,8 +214,9 @@ def verify(
     --exact reads no other files than those of one repeat of each point, and computes it again with
     intervals that contain the true numbers. The result is the number of events that are certainly
     those of the scene, and bounds of their errors. Chaos ends this after some hundred events; that
-    is no error. The exit code is 1 if an event is wrong for another reason than rounding. The
-    result is kept beside the repeat. It needs the extra `reference`.
+    is no error. The exit code is 1 if an event is wrong for another reason than rounding, or if the
+    stored end or finish does not follow from the events. The result is kept beside the repeat. It
+    needs the extra `reference`.
     """
     opened = open_run(run)
     if exact:
@@ -265,7 +268,7 @@ def _prove(
     as_json: bool,
 ) -> None:
     """Print how many events of repeats are certain; write the certificate of a single one."""
-    from snooker_cli.validation.proof import proven
+    from snooker_cli.validation.proof import ERRORS, proven
 
     chosen = [*range(len(run.points))] if point is None else [point]
     if out is not None and len(chosen) > 1:
@@ -280,20 +283,30 @@ def _prove(
         records.append(
             {key: proof[key] for key in proof if key not in ("scene", "events", "versions")}
         )
-        certain, compared = proof["certain"], counted(proof["compared"], "event")
+        certain, stored = proof["certain"], counted(proof["stored"], "event")
         label = point_label(run.points[number].as_json())
-        share = f"all {compared}" if certain == proof["compared"] else f"{certain:,} of {compared}"
-        lines.append(f"{run.name}, point {label}, repeat {repeat}: {share} are certain")
+        share = "all" if certain == proof["stored"] else f"the first {certain:,} of"
+        again = ", simulated again" if proof["summary"] else ""
+        lines.append(
+            f"{run.name}, point {label}, repeat {repeat}{again}: {share} {stored} are certain"
+        )
         lines += [proof["reason"]] if proof["reason"] else []
         cells = [
-            [f"{bound['events']:,}", short(bound["time"], 2), short(bound["place"], 2)]
+            [f"{bound['events']:,}", *(short(bound[name], 2) for name in ERRORS)]
             for bound in proof["bounds"]
         ]
         if cells:
-            lines += text_table([">up to event", ">times within, s", ">places within, m"], cells)
+            within = [f">{name}s within, {unit}" for name, unit in ERRORS.items()]
+            lines += text_table([">up to event", *within], cells)
         if proof["verdict"] == "interrupted":
             break
-    print_result({"run": str(run.directory), "exact": records}, as_json, lines)
     verdicts = {record["verdict"] for record in records}
+    if not verdicts & {"interrupted", "wrong"}:
+        start = "the config's" if run.engine_version == ENGINE_VERSION else "the stored"
+        lines.append(f"The bodies and the order of these events are certain, from {start} start.")
+        summary = "The stored summary is not compared; `--replay` does that."
+        finish = "The stored end and finish follow from all stored events."
+        lines.append(summary if any(record["summary"] for record in records) else finish)
+    print_result({"run": str(run.directory), "exact": records}, as_json, lines)
     if verdicts & {"interrupted", "wrong"}:
         raise typer.Exit(ExitCode.UNSOUND if "wrong" in verdicts else ExitCode.INTERRUPTED)

@@ -259,7 +259,7 @@ def _checked(
             _check_summary(trace.summary, trace, most)
         if fingerprint.content(trace) != headers[k].fingerprint:
             raise _changed(path)
-        yield trace, headers[k]
+        yield trace, headers[k]._replace(start=layout.scene_hash(trace.start))
 
 
 class _Limits(NamedTuple):
