@@ -70,7 +70,7 @@ def check(snooker: Snooker, command: tuple[str, ...], text: str, *overrides: str
 BASES = [
     """\
 title: demo
-container: {shape: circle, radius: 10.0, mass: 1.0e7}
+container: {shape: circle, radius: 10.0, mass: 1.0e7, velocity: [1, 0]}
 balls: {rings: 2, radius: 1.0, mass: 1, speed: 10, ring_extent: 0.8, common_rotation: false}
 cor: 0.8
 wall_cor: null
@@ -87,6 +87,9 @@ container: {radius: 10.0, mass: .inf}
 balls:
   list:
     - {position: [0, 0], velocity: [1, 0], radius: 1, mass: 2}
+start:
+  {run: a, point: 0, repeat: 1, time: 2.5, rounding: 1e-12,
+   content: 0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef}
 cor: 1
 collapse: slide
 collisions: 500

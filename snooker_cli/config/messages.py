@@ -97,6 +97,7 @@ def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str]:
     if "." in key:
         return f"{named} is given, but dotted keys are for sweep and -o only; {choice}", ""
     homes = [place for place, home in _MODELS.items() if key in home.model_fields]
+    homes.sort(key=lambda place: place == ())  # `start` of balls, before that of a state
     if homes and model is Experiment:
         parts = dict.fromkeys(place[0] for place in homes)
         dotted = " or ".join(f"{part}.{key}" for part in parts)

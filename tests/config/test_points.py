@@ -59,6 +59,7 @@ CHANGES = """
 container.radius=10.000000000000002 container.mass=.inf balls.rings=2 balls.radius=0.9 balls.mass=2
 balls.speed=9 balls.ring_extent=0.7 cor=0.9 wall_cor=0.9 collapse={"tc":0.1} collisions=501 time=10
 seed=2 record=summary common_random=true cor_speed=1 wall_cor_speed=1 balls.common_rotation=false
+container.velocity=[1,0]
 """
 
 
