@@ -1,6 +1,8 @@
 """Numbers, lists and tables as text, the same in tables, figures and the report."""
 
 import math
+import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from typing import Any
@@ -59,6 +61,62 @@ def printable(text: str, kept: str = "") -> str:
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() or c in kept else ascii(c)[1:-1] for c in text)
+
+
+_WORDS = str.maketrans(
+    {
+        **dict(zip("−–—‐‑━╸╺‘’“”⟨⟩×·÷⁄µ≈\u00a0", "--------''''<>x*//u~ ", strict=True)),
+        "±": "+/-",
+        "≥": ">=",
+        "≤": "<=",
+        "→": "->",
+        "√": "sqrt ",
+        "∞": "infinity",
+        "…": "...",
+        "°": " degrees",
+    }
+)
+"""Plain words for characters that have no ASCII letters in them."""
+
+_GREEK = "GREEK (SMALL|CAPITAL) LETTER (FINAL )?([A-Z]+)"
+_SPECIAL = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻ⁿ]+|[^\x00-\x7f]")
+
+
+def in_encoding(text: str, encoding: str) -> str:
+    """Text with plain words for what an encoding lacks: ``alpha = 1.2 +/- 0.1 s^-1``.
+
+    Spaces between columns, two or more, become fewer as words become longer.
+    """
+
+    def plain_word(found: re.Match[str]) -> str:
+        word = found[0]
+        try:
+            word.encode(encoding)
+        except UnicodeEncodeError:
+            return _plain_word(word)
+        return word
+
+    lines = []
+    for line in text.split("\n"):
+        plain, longer = "", 0
+        for part in re.split("( {2,})", line):
+            word = _SPECIAL.sub(plain_word, part)
+            if part[:2] == "  ":
+                word = " " * max(2, len(part) - longer)
+            longer += len(word) - len(part)
+            plain += word
+        lines.append(plain)
+    return "\n".join(lines)
+
+
+def _plain_word(word: str) -> str:
+    """ASCII for a character or for several raised ones: by its word, its name, or its letters."""
+    if greek := re.fullmatch(_GREEK, unicodedata.name(word[0], "")):
+        return greek[3].lower() if greek[1] == "SMALL" else greek[3].title()
+    raised = "^" if unicodedata.decomposition(word[0]).startswith("<super>") else ""
+    letters = unicodedata.normalize("NFKD", word.translate(_WORDS)).translate(_WORDS)
+    bare = "".join(letter for letter in letters if not unicodedata.combining(letter))
+    return raised + bare.encode("ascii", "backslashreplace").decode("ascii")
 
 
 def point_label(parameters: Mapping[str, object]) -> str:

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import math
 
-from snooker_cli.formatting import duration, exact, listed, point_label, short, size, with_error
+from snooker_cli.formatting import (
+    duration,
+    exact,
+    in_encoding,
+    listed,
+    point_label,
+    short,
+    size,
+    with_error,
+)
 
 
 def test_values_with_errors() -> None:
@@ -23,6 +32,20 @@ def test_values_with_errors() -> None:
         (math.nan, 1e-3, "–"),
     ):
         assert with_error(value, error) == text
+
+
+def test_plain_words_for_what_an_encoding_lacks() -> None:
+    text = "α  (s⁻¹)  10⁻¹⁴ × 3 ± 1 m²  v₀ ≥ ½  “⟨v⟩” … é Σ µs 中"
+    for encoding, expected in {
+        "utf-8": text,
+        "latin-1": "alpha  (s^-1)  10^-14 × 3 ± 1 m²  v0 >= ½  '<v>' ... é Sigma µs \\u4e2d",
+        "cp437": "α  (s^-1)  10^-14 x 3 ± 1 m²  v0 ≥ ½  '<v>' ... é Σ µs \\u4e2d",
+        "ascii": "alpha  (s^-1)  10^-14 x 3 +/- 1 m^2  v0 >= 1/2  '<v>' ... e Sigma us \\u4e2d",
+    }.items():
+        assert in_encoding(text, encoding) == expected
+        expected.encode(encoding)
+    # Columns stay where they are while there is room.
+    assert in_encoding("α      1\nbeta   2", "ascii") == "alpha  1\nbeta   2"
 
 
 def test_words() -> None:
