@@ -128,7 +128,11 @@ def so_far(trace: Trace, column: Array, times: Array) -> Array:
     known = series(trace).time
     if not has_all(trace):
         return np.asarray(np.interp(times, known, column))
-    return np.asarray(column[np.searchsorted(known, times, side="right") - 1])
+    values = column[np.searchsorted(known, times, side="right") - 1]
+    if trace.start.slides:  # after the last event, balls that slide press steadily
+        last = np.interp(times, known[-2:], column[-2:])
+        values = np.where(times > known[-2], last, values)
+    return np.asarray(values)
 
 
 def gains(trace: Trace, column: Array, edges: Array) -> Array:

@@ -505,7 +505,7 @@ def test_a_gas_whose_restitution_depends_on_speed_cools_as_predicted(
     [
         ("{rings: 1, radius: 1, speed: 5}", True),
         ("{rings: 3, radius: 0.5, speed: 5, ring_extent: 0.6}", True),
-        ("{count: 7, radius: 1, speed: 5}", False),
+        ("{count: 19, radius: 1, speed: 5}", False),
         ("{count: 37, radius: 0.5, speed: 5, start: random}", False),
         ("{count: 2, radius: 1, speed: 5}", False),
     ],

@@ -146,12 +146,12 @@ EARLY = "repeats ended early"
 
 
 def test_a_result_names_the_repeats_that_ended_early_or_are_missing() -> None:
-    plain, judged = finding([law()], []), {"complete": 6, "judged_repeats": 6}
+    plain, judged = finding([law()], []), {"complete": 26, "judged_repeats": 26}
     for changes, words in (
-        (judged, f"4 of 10 {EARLY}, and the law is judged on the others"),
-        ({"complete": 2}, f"8 of 10 {EARLY}"),
-        ({"complete": 0}, f"all 10 {EARLY}"),
-        ({"requested": 20}, "only 10 of 20 repeats are there"),
+        (judged, f"4 of 30 {EARLY}, and the law is judged on the others"),
+        ({"complete": 22}, f"8 of 30 {EARLY}"),
+        ({"complete": 0}, f"all 30 {EARLY}"),
+        ({"requested": 40}, "only 30 of 40 repeats are there"),
         ({"repeats": 1, "complete": 0, "requested": 1}, "the repeat ended early"),
     ):
         assert finding([law(**changes)], []) == f"{plain}; {words}"

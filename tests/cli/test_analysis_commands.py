@@ -6,7 +6,6 @@ import json
 import re
 import shutil
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -30,7 +29,8 @@ def test_an_unfinished_run_is_analysed_as_far_as_it_is(separate: Path, snooker: 
         assert {row["repeats"] for row in rows if row["parameters"] == {"cor": 1.0}} <= {0, 2}
         assert "cor=1.0: 2 of 3 repeats" in snooker(command, "small").out
         brief = snooker(command, "small", "--brief")
-        assert "; only 2 of 3 repeats are there" in brief.out
+        if command == "compare":  # `fit` states no result of an elastic gas
+            assert "; only 2 of 3 repeats are there" in brief.out
         assert "the run is unfinished: 5 of 6 repeats are there" in brief.err
     shutil.rmtree(separate / "point-0001")
     for command in ("fit", "compare"):
@@ -135,6 +135,6 @@ def test_a_warning_of_interrupted_repeats_says_how_to_finish(
     run = finished_one_each
     (header,) = store.read_headers(run.batches(0)[0])
     stop = header.stop._replace(reason=StopReason.INTERRUPTED)
-    cut = [RepeatStatus(0, 0, Path(), RepeatState.INTERRUPTED, replace(header, stop=stop))]
+    cut = [RepeatStatus(0, 0, Path(), RepeatState.INTERRUPTED, header._replace(stop=stop))]
     monkeypatch.setattr(Run, "statuses", lambda *_: cut)
     assert early_warning(run, run.points[:1]).endswith("; run the config again to finish them")

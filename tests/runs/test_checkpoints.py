@@ -62,7 +62,8 @@ def test_checkpoints_do_not_change_a_bit(
     with pytest.raises(StoreError):  # a repeat that is done has none
         store.read_checkpoint(file_of(run, 0, 0).with_name("none.h5"))
     assert store.read_checkpoint(file_of(run, 0, 0)) is None
-    assert store.check(file_of(run, 0, 0)) == store.read_headers(file_of(run, 0, 0))
+    checked = [header._replace(start="") for header in store.check(file_of(run, 0, 0))]
+    assert checked == store.read_headers(file_of(run, 0, 0))  # which has read no start
 
 
 def test_a_damaged_checkpoint_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
