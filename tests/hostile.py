@@ -187,6 +187,17 @@ def bomb(name: str) -> Damage:
     return edited(change)
 
 
+def garbled(name: str) -> Damage:
+    """A dataset in a chunk that cannot be unpacked."""
+
+    def change(file: h5py.File) -> None:
+        rows = file.pop(name).shape[0]
+        declared(rows, rows)(file, name, rows)
+        file[name].id.write_direct_chunk((0,), b"\x78\x01" + bytes(range(255, 0, -1)))
+
+    return edited(change)
+
+
 def filled(values: Callable[[int], Any]) -> Make:
     """A dataset with values that a function of the number of rows gives."""
     return lambda file, name, rows: file.create_dataset(name, data=values(rows))
@@ -326,6 +337,12 @@ REFUSED: dict[str, dict[str, Damage]] = {
         "another filter": dataset(
             TIME, lambda file, name, rows: file.create_dataset(name, (rows,), "f8", scaleoffset=3)
         ),
+        "chunks of one row": dataset(TIME, declared(None, 1)),
+        "many chunks of one row": dataset(TIME, declared(3 * 10**7, 1)),
+        "large chunk": dataset(TIME, declared(None, 5 * 10**8)),
+    },
+    "wrong number of collisions": {
+        "more than its config allows": provenance(config='{"collisions": 149}'),
     },
     "it has a link to another place": {
         "soft": linked(h5py.SoftLink("/observables/impulse/value")),
@@ -339,7 +356,7 @@ REFUSED: dict[str, dict[str, Damage]] = {
     },
     "a chunk has another size than it declares": {"a bomb": bomb(TIME)},
     " bytes, and ": {
-        "large chunk": dataset(TIME, declared(None, 5 * 10**8)),
+        "many rows": dataset(TIME, declared(5 * 10**8, 5 * 10**8)),
         "wide text": dataset(
             layout.ENDINGS, lambda file, name, _: file.create_dataset(name, (3,), "S1000000000")
         ),
@@ -354,6 +371,7 @@ OTHERS: dict[str, Damage] = {
     "stop: balls": trace("stop.balls", (10**30,)),
     "stop: reason": ending(reason=ESCAPES),
     "stop: message": trace("stop.message", ESCAPES),
+    "ending: null": parameter("ending", np.array([b"null"] * 3)),
     "ending: deep": parameter("ending", np.array([DEEP.encode()] * 3)),
     "rows: none": parameter("rows", np.zeros(0, np.int64)),
     "repeats: twice": parameter("repeat", np.array([0, 0, 2])),
@@ -368,6 +386,7 @@ OTHERS: dict[str, Damage] = {
     "version: text": attribute("schema_version", ESCAPES),
     "scene: deep": attribute("scene", DEEP),
     "scene: bytes": attribute("scene", np.bytes_(b"\xff\x1b")),
+    "storage: no deflate stream": garbled(TIME),
     "storage: lost link": linked(h5py.SoftLink("/nowhere")),
     "storage: 4e8 repeats": dataset(layout.REPEATS, declared(4 * 10**8, 1000)),
     "storage: no array": dataset(TIME, filled(lambda _: 1.0)),

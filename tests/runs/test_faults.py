@@ -7,13 +7,14 @@ import resource
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from command_line import Snooker
 from repeating import contents, done, made
 
-from snooker_cli import runs
+from snooker_cli import runs, store
 from snooker_cli.runs.status import run_status
 
 # -B, because many versions of Python leave cut files of compiled modules on a full disk.
@@ -159,6 +160,23 @@ def test_a_repeat_of_another_run_is_used_by_no_command(
     assert str(REPEAT) in output
     assert "run the config again, which replaces it" in output
     assert not [*Path().glob("film*"), *Path().glob("states*")]
+
+
+@pytest.mark.parametrize("command", ["fit small", "export small", "verify small"])
+def test_a_repeat_has_no_more_collisions_than_its_config_allows(
+    command: str, finished: Path, snooker: Snooker
+) -> None:
+    """Although its provenance is that of another config, with the digest of this one."""
+    assert snooker("run", "small.yaml", "-o", "collisions=200", "--out", "long").code == 0
+    path = finished / "point-0001" / "repeats-0000-0002.h5"
+    forged, own = Path("long/point-0001") / path.name, store.check(path)[0].provenance
+    found = [(header.repeat, trace) for trace, header in store.read(forged)]
+    other = store.check(forged)[0].provenance
+    store.write(path, found, replace(other, digest=own.digest))
+    ended = snooker(*command.split(), *(["--point", "1"] if "export" in command else []))
+    assert ended.code == 1
+    output = ended.out if command.startswith("verify") else ended.err
+    assert "has 200 collisions, where its config allows 150; run the config" in output
 
 
 def test_an_export_replaces_exports_but_no_results(separate: Path, snooker: Snooker) -> None:
