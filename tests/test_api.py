@@ -388,7 +388,7 @@ def test_completion_shows_what_scripts_use(run: snooker.Run) -> None:
 def test_errors_name_arguments_of_python(run: snooker.Run, command: Snooker) -> None:
     """The command line names its options."""
     with pytest.raises(snooker.RunError, match="give fresh=True to replace them or out=… for"):
-        snooker.run(CONFIG | {"cor": 0.5}, out=run.directory, progress=False)
+        snooker.run(CONFIG | {"cor": 0.5, "sweep": {}}, out=run.directory, progress=False)
     with pytest.raises(snooker.UserError, match="with 0 ≤ since < until"):
         run.fit(2.0, 1.0)
     with pytest.raises(snooker.UserError, match="`snooker plot --list` lists"):

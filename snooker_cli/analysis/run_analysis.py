@@ -155,7 +155,11 @@ def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict
         try:
             for name, origin in made.items():
                 saved[name]["hash"] = signature(origin, saved[name]["results"])
-            write_text(run.directory / ANALYSIS, json.dumps(saved, allow_nan=False))
+            try:
+                text = json.dumps(saved, allow_nan=False)
+            except (ValueError, RecursionError):  # other points may hold anything
+                text = json.dumps({name: saved[name] for name in made}, allow_nan=False)
+            write_text(run.directory / ANALYSIS, text)
         except OSError as error:
             problem = f"cannot be written ({error_text(error)}); the result is not kept"
             _log.warning("%s: %s", run.directory / ANALYSIS, problem)

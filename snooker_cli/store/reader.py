@@ -420,10 +420,10 @@ def _check_motion(
         fastest = np.sqrt(2 * start / scene.container_mass)[:, np.newaxis, np.newaxis]
         farthest = fastest * stops[:, np.newaxis, np.newaxis]
         rest = positions - places
-    _require(scene.wall_law.gains or np.all(finish <= 2 * start), "speed of a ball")
     at_rest = not places[::2].any() and (scene.free or not speeds[::2].any())
     moving = np.all(np.abs(speeds[::2]) <= fastest) and np.all(np.abs(speeds[1::2]) <= fastest)
     _require(at_rest and moving, "speed of the container")
+    _require(scene.wall_law.gains or np.all(finish <= 2 * start), "speed of a ball")
     _require(not np.any(np.abs(places[1::2]) > farthest), "place of the container")
     room = max(scene.container.size) + 4 * EPSILON * np.abs(places)
     _require(np.all(np.abs(rest) <= room), "place of a ball")

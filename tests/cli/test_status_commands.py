@@ -177,7 +177,10 @@ def test_a_collapse_that_an_older_engine_recorded_as_complete(here: Path, snooke
     ("part", "column"), [("events", "impulse"), ("finish", "positions"), ("start", "velocities")]
 )
 def test_a_replay_finds_one_bit(part: str, column: str, finished: Path, snooker: Snooker) -> None:
-    """Though the file is written with a hash that fits. Other words about an end are no bits."""
+    """Though the file is written with a hash that fits. Other words about an end are no bits.
+
+    The start follows from the config, so that no replay is needed to find another one.
+    """
     path = Path("runs/small/point-0001/repeats-0000-0002.h5")
     found = store.read(path)
     traces = {header.repeat: trace for trace, header in found}

@@ -80,15 +80,15 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "command",
     [
-        "animate small --out film.html",
-        "animate small --out film.gif --seconds 0.1",
-        "animate small --out film.mp4 --seconds 0.1",
+        "animate small --replace --out film.html",
+        "animate small --replace --out film.gif --seconds 0.1",
+        "animate small --replace --out film.mp4 --seconds 0.1",
         "plot small energy",
         "fit small",
         "compare small",
         "report small --out written",
         "bench hard touching --out measured",
-        "export small --out events.csv",
+        "export small --replace --out events.csv",
         "init haff --out new/haff.yaml",
     ],
 )
@@ -189,5 +189,5 @@ def test_an_export_replaces_exports_but_no_results(separate: Path, snooker: Snoo
         assert (ended.code, ended.out) == (2, "")
         assert f"--out {out}: this file holds results of a run; give another name" in ended.err
         assert Path(out).read_bytes() == before
-    for _ in range(2):
-        assert snooker(*states, "--out", "states.h5").code == 0
+    assert snooker(*states, "--out", "states.h5").code == 0
+    assert snooker(*states, "--out", "states.h5", "--replace").code == 0
