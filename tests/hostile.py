@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import zlib
 from collections.abc import Callable, Iterator
@@ -72,6 +73,17 @@ def event(name: str, value: float) -> Damage:
 def scene(name: str, value: Any, row: int | None = None) -> Damage:
     """Changes a value of the start and of the finish."""
     return trace(f"start.{name} finish.{name}", value, row)
+
+
+def fixed_and_moving() -> Damage:
+    """A fixed container that has a velocity; a free one may begin with any."""
+    new = {"container_mass": math.inf, "container_velocity": np.array([1.0, 0.0])}
+
+    def change(before: Trace) -> Trace:
+        start, finish = (replace(state, **new) for state in (before.start, before.finish))
+        return replace(before, start=start, finish=finish)
+
+    return with_traces(change)
 
 
 def times(factor: float) -> Damage:
@@ -287,7 +299,7 @@ REFUSED: dict[str, dict[str, Damage]] = {
     "wrong speed of the container": {
         "all at rest": trace("start.velocities finish.velocities", np.zeros((7, 2))),
         "away": scene("container_position", 1.0, 0),
-        "moves": scene("container_velocity", 1.0, 0),
+        "moves, though it is fixed": fixed_and_moving(),
         "at the finish": trace("finish.container_velocity", np.nan, 0),
     },
     "wrong radius, mass or length": {
@@ -302,7 +314,7 @@ REFUSED: dict[str, dict[str, Damage]] = {
     "wrong contact_duration": {"above 1": rules(contact_duration=1.5)},
     "wrong rules": {"slides": rules(slides=True), "all slide": scene("slides", True)},
     "wrong number of events": {
-        "too many": trace("wall_events", 10**9),
+        "too few": trace("wall_events", 0),
         "none at the wall": ending(wall_events=0, pair_events=150),
     },
     "wrong ending": {
@@ -343,6 +355,7 @@ REFUSED: dict[str, dict[str, Damage]] = {
     },
     "wrong number of collisions": {
         "more than its config allows": provenance(config='{"collisions": 149}'),
+        "too many": trace("wall_events", 10**9),
     },
     "it has a link to another place": {
         "soft": linked(h5py.SoftLink("/observables/impulse/value")),
