@@ -331,6 +331,8 @@ REFUSED: dict[str, dict[str, Damage]] = {
         "back": parameter("rows", lambda ends: ends[[0, 2, 1, 3]]),
         "beyond": parameter("rows", lambda ends: np.append(ends[:-1], 10**15)),
         "one time less": dataset(TIME, one_less),
+        "many chunks of one row": dataset(TIME, declared(3 * 10**7, 1)),
+        "many rows": dataset(TIME, declared(5 * 10**8, 5 * 10**8)),
     },
     "wrong lengths of the columns": {"one less": dataset(f"{layout.IMPULSE}/value", one_less)},
     "has neither numbers nor text of fixed length": {
@@ -350,7 +352,6 @@ REFUSED: dict[str, dict[str, Damage]] = {
             TIME, lambda file, name, rows: file.create_dataset(name, (rows,), "f8", scaleoffset=3)
         ),
         "chunks of one row": dataset(TIME, declared(None, 1)),
-        "many chunks of one row": dataset(TIME, declared(3 * 10**7, 1)),
         "large chunk": dataset(TIME, declared(None, 5 * 10**8)),
     },
     "wrong number of collisions": {
@@ -369,7 +370,6 @@ REFUSED: dict[str, dict[str, Damage]] = {
     },
     "a chunk has another size than it declares": {"a bomb": bomb(TIME)},
     " bytes, and ": {
-        "many rows": dataset(TIME, declared(5 * 10**8, 5 * 10**8)),
         "wide text": dataset(
             layout.ENDINGS, lambda file, name, _: file.create_dataset(name, (3,), "S1000000000")
         ),
