@@ -179,6 +179,22 @@ def test_a_repeat_has_no_more_collisions_than_its_config_allows(
     assert "has 200 collisions, where its config allows 150; run the config" in output
 
 
+@pytest.mark.parametrize("collisions", [150, 200])
+def test_a_locked_result_is_replaced_by_no_run(
+    collisions: int, finished: Path, snooker: Snooker
+) -> None:
+    """Also if it would be longer then: another program may be changing it."""
+    path = finished / "point-0001" / "repeats-0000-0002.h5"
+    holding = "import h5py, os, sys; held = h5py.File(sys.argv[1], 'r+'); os._exit(0)"
+    subprocess.run([sys.executable, "-c", holding, path], check=True)
+    before = path.read_bytes()
+    for command in ("fit small", f"run small.yaml -o collisions={collisions}"):
+        ended = snooker(*command.split())
+        assert ended.code == 2
+        assert f"{path.name}: is locked: a program such as HDFView" in ended.err
+    assert path.read_bytes() == before
+
+
 def test_an_export_replaces_exports_but_no_results(separate: Path, snooker: Snooker) -> None:
     snooker("fit", "small")
     shutil.copy(REPEAT, "copy.h5")
