@@ -82,7 +82,7 @@ class Kernel:
             _warn(DAMAGED, folder)
             for path in folder.rglob("*.nb[ci]"):
                 path.unlink(missing_ok=True)
-            del self.compiled
+            self.__dict__.pop("compiled", None)  # another thread may have been here
         return self.compiled(*arguments)
 
     @cached_property

@@ -109,7 +109,7 @@ def test_damaged_code_is_compiled_again(
     change(path)
     assert jit.kernel(sum_of)(*arguments()) == sum_of(*arguments())
     (warning,) = warnings_of()
-    assert str(path.parent) in warning
+    assert f"{path.parents[1]} is damaged" in warning
     repaired = jit.kernel(sum_of)
     assert repaired(*arguments()) == sum_of(*arguments())
     assert hits_of(repaired) == 1
