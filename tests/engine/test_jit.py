@@ -212,6 +212,20 @@ on_posix = pytest.mark.skipif(sys.platform == "win32", reason="it has no such pe
 
 
 @on_posix
+def test_a_disk_without_room_ends_no_run(cache: Path, warnings_of: Callable[[], list[str]]) -> None:
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, before[1]))
+    try:
+        assert jit.kernel(sum_of)(*arguments()) == sum_of(*arguments())
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    (warning,) = warnings_of()
+    assert "every process compiles again" in warning
+
+
+@on_posix
 def test_only_the_user_can_change_the_cache(
     cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
