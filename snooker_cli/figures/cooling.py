@@ -180,10 +180,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
             law = [theory.source_decay_constant(float(e), free_path, speed) for e in grid]
             name = "k, mean free path after Enskog"
             build.lines.append(Line(grid, np.array(law), name, k_series, "dotted"))
-            caption += (
-                "Dotted: k with ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ), χ for the size of "
-                "the balls."
-            )
+            caption += "Dotted: ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ)."
         wall = points[0].experiment.wall_cor
         losses = (
             theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
