@@ -345,7 +345,7 @@ class Run(runs.Run):
                     raise FigureError(
                         "is a summary of another engine version, which cannot be replayed"
                     )
-                trace = with_events(trace, since, span[2], self.engine)
+                trace = with_events(trace, since, span[2])
                 films.append(film(trace, self.experiment.title or self.name, subtitle, *span))
             except FigureError as error:
                 raise UserError(f"repeat {number} of {self.name} {error}") from None

@@ -37,8 +37,8 @@ def compile_type(shape: str, mass: float | None, engine: str, balls: str) -> Non
     """Run a type of scene for a moment, and all that reads its trace."""
     free = {} if mass is None else {"container_mass": mass}
     scene = replace(gas(shape, 60, 0.3, mixed=balls == MIXED, **free), slides=balls == SLIDING)
-    simulate(scene, collisions=2, summary=True, engine=engine)
-    trace = simulate(scene, collisions=2, engine=engine)
+    simulate(scene, collisions=2, summary=True, search=search)
+    trace = simulate(scene, collisions=2, search=search)
     series(trace)
     replay(trace, [0.0])
 

@@ -61,7 +61,7 @@ def by_engine(engine: str) -> Method:
     """A method without positions and overlaps, which averages do not need."""
 
     def run(scene: Scene, moments: NDArray[np.float64]) -> Trajectory:
-        trace = simulate(scene, time=float(moments[-1]), engine=engine)
+        trace = simulate(scene, time=float(moments[-1]), search=search)
         return Trajectory(scene, trace.events, np.empty(0), trace.finish, 0.0, 0.0)
 
     return Method(engine, None, run)

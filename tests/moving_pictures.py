@@ -27,7 +27,7 @@ def shown() -> dict[str, Trace]:
         "periodic": gas("periodic", 60, 0.3, cor=0.9),
     }
     return {
-        name: simulate(scene, collisions=200, engine="allpairs" if "f" in name else "cells")
+        name: simulate(scene, collisions=200, search=EVERYONE if "f" in name else "cells")
         for name, scene in scenes.items()
     }
 

@@ -49,19 +49,25 @@ def lesser(a: int, b: int) -> int:
 
 
 @inlined
-def soonest(times: Floats) -> int:
-    """The ball whose time is earliest, of equal ones the first; times are not negative, nor -0.0.
+def soonest(times: Floats) -> tuple[int, int, bool]:
+    """The ball whose time is earliest; times are not negative, nor -0.0.
 
-    The minimum runs in vector registers. Then a mask of LANES times at once shows where it is.
+    Of equal ones it is the first. Then come the second, or -1 if there is none, and whether there
+    are more. The minimum runs in vector registers; then a mask of LANES times at once shows where.
     """
     bits = times.view(np.int64)
     least = bits[0]
     for k in range(len(bits)):
         least = min(least, bits[k])
+    first, second, more = -1, -1, False
     for start in range(0, len(bits), LANES):
         mask = 0
         for k in range(LANES):
             mask |= 1 << k if bits[start + k] == least else 0
-        if mask != 0:
-            return int(start + lowest_bit(mask))
-    return 0
+        while mask != 0:
+            k = int(start + lowest_bit(mask))
+            mask &= mask - 1
+            more = second >= 0
+            second = k if first >= 0 and second < 0 else second
+            first = k if first < 0 else first
+    return first, second, more

@@ -1,5 +1,6 @@
 """Compilation of the kernels with Numba: the only file that imports it, on the first call."""
 
+import ast
 import hashlib
 import logging
 import os
@@ -142,7 +143,7 @@ def cache_folder() -> Path | None:
     digest = hashlib.sha256(numba.__version__.encode())
     others = (here.with_name(name) for name in ("laws.py", "trace.py"))
     for source in (*sorted(here.glob("*.py")), *others):
-        digest.update(source.read_bytes())
+        digest.update(syntax_of(source.read_text("utf-8")).encode())
     name, chosen = f"engine-{digest.hexdigest()[:16]}", numba.config.CACHE_DIR
     try:
         user = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
@@ -158,6 +159,18 @@ def cache_folder() -> Path | None:
     except OSError:
         _log.warning(UNUSABLE, reason, "every process compiles again")
         return None
+
+
+def syntax_of(source: str) -> str:
+    """The syntax tree of a source as text, without docstrings, comments and positions.
+
+    Kernels depend on no more, so a changed sentence compiles nothing anew.
+    """
+    tree = ast.parse(source)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node):
+            del node.body[0]
+    return ast.dump(tree)
 
 
 def _private_folder(parent: Path, name: str, *, shared: bool) -> Path:

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.engine.jit import by_class, inlined
-from snooker_cli.laws import Law
 from snooker_cli.trace import CONTAINER
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -29,6 +28,11 @@ NOT_SEARCHED = -3  # nothing has been searched yet
 # A ball moves only in its own events. A free container's ``motion`` has the same five as elements.
 X, Y, U, V, CLOCK, BALL_ROWS = range(6)
 
+# Rows of ``history``: how many events a ball has had; and the ball that it last collided with, or
+# NO_PARTNER less the hits of the wall that it has had since, and not more than MOST_HITS of them.
+EVENTS, FORMER, HISTORY_ROWS = range(3)
+MOST_HITS = 2**30
+
 # Elements of ``sums``: how long a contact lasts, the time at which clocks show zero, the clock at
 # the last event, and what clocks show when the repeat ends (s); the impulse on the wall (kg m/s),
 # the virial of the ball-ball collisions (kg m^2/s), and what rounding has cut off from these two.
@@ -36,14 +40,15 @@ CONTACT_LASTS, EPOCH, NOW, TIME_LIMIT = range(4)
 WALL_IMPULSE, PAIR_VIRIAL, WALL_IMPULSE_REST, PAIR_VIRIAL_REST, SUMS = range(4, 9)
 REST = WALL_IMPULSE_REST - WALL_IMPULSE
 
+# Elements of ``account``: the energy that walls have given, and that collisions between balls have
+# taken, J, and what rounding has cut off from these two.
+FROM_WALLS, LOST, FROM_WALLS_REST, LOST_REST, ACCOUNT = range(5)
+ACCOUNT_REST = FROM_WALLS_REST - FROM_WALLS
+
 # Elements of ``counts``: events at the wall and between balls; the balls of the last event; events
 # in a row that did not move the clock. With a thermal wall one more: the key of its random numbers.
 WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED, COUNTS = range(6)
 KEY = COUNTS
-
-# Rows of all pairs' ``Agenda.times``, s: a ball's earliest contact with another, that with the
-# wall, and the earlier of the two.
-PAIR_TIME, WALL_TIME, NEXT_TIME, TIME_ROWS = range(4)
 
 NO_LIMIT = 2**62  # as good as no limit for a number of events
 
@@ -51,44 +56,45 @@ NO_LIMIT = 2**62  # as good as no limit for a number of events
 class Setup(NamedTuple):
     """What collisions do in a repeat, in SI units.
 
-    wall_law : a law, ``SideLaws`` or ``ThermalWall``
+    laws : (restitution.LAWS, restitution.COLUMNS), what hits do to the normal speed
     contact_path : m, what a ball flies while a contact lasts in the TC model; zero without it
     elastic_below : m/s, relative normal speed below which collisions are elastic; zero for never
     traps : whether every hit of a circle loses its share, so that infinitely many may follow
-    patience : bounces in a row after which a ball that no other can reach counts as trapped
     """
 
-    pair_law: Law
-    wall_law: Any
+    laws: Floats
     contact_path: float
     elastic_below: float
     traps: bool
-    patience: int
 
 
 class State(NamedTuple):
-    """The state of a repeat, as both engines and a replay have it.
+    """The state of a repeat, as the event loop and a replay have it.
 
-    The states of many repeats of one point are one state too, with stacked arrays: balls, sums,
-    counts, scratch and the arrays of the boundary have one axis more, the first.
+    It decides how the repeat goes on; ``Everyone`` and ``Cells`` only find out quickly.
+
+    The states of many repeats of one point are one state too, with stacked arrays: balls, history,
+    sums, counts, account, scratch and the arrays of the boundary have one axis more, the first.
 
     balls : (BALL_ROWS or more, *N*), seen from ``origin_of``
+    history : (HISTORY_ROWS, *N*); a replay leaves it as it is
     boundary : the edge of the container, of a class of ``boundaries`` or ``sliding``
     sizes : radii and masses, ``EqualBalls`` or ``UnequalBalls``
     labels : (*N*,), the scene's number of each column; (0,) if columns are in the scene's order
     sums, counts : (SUMS,) and (COUNTS,)
-    account : ``sampling.EnergyAccount``; ``None`` unless walls give energy
+    account : (ACCOUNT,); (0,) unless walls give energy
     scratch : memory for sums over balls in the scene's order, and for balls that slide
     """
 
     setup: Setup
     balls: Floats
+    history: Indices
     boundary: Any
     sizes: Any
     labels: Indices
     sums: Floats
     counts: Integers
-    account: Any
+    account: Floats
     scratch: Floats
 
     @property
@@ -109,12 +115,13 @@ def state_of(states: State, repeat: int) -> State:
     return State(
         states.setup,
         states.balls[repeat],
+        states.history[repeat],
         of_repeat(states.boundary, repeat),
         states.sizes,
         states.labels,
         states.sums[repeat],
         states.counts[repeat],
-        of_repeat(states.account, repeat),
+        states.account[repeat],
         states.scratch[repeat],
     )
 
@@ -126,6 +133,11 @@ class Recorded(NamedTuple):
     i: Indices
     j: Indices
     impulse: Floats
+
+    def after(self, number: int) -> "Recorded":
+        """The stacked chunks without their first events."""
+        time, i, j, impulse = self
+        return Recorded(time[:, number:], i[:, number:], j[:, number:], impulse[:, number:])
 
 
 # Radii and masses
@@ -202,7 +214,7 @@ def position(i: int, now: float, balls: Floats) -> tuple[float, float]:
 
 @by_class
 def of_repeat(stacked: Any, repeat: int) -> Any:
-    """The boundary or account of one of many stacked repeats: the same if it has no arrays."""
+    """The boundary of one of many stacked repeats: the same if it has no arrays."""
     return stacked
 
 
@@ -214,6 +226,14 @@ def set_back(boundary: Any, shift: float) -> None:
 @by_class
 def nearest_image(boundary: Any, x: float, y: float) -> tuple[float, float]:
     """The offset (x, y) to the nearest of a ball's images, m; without images, to itself."""
+    return x, y
+
+
+@by_class
+def image_nearest_at(
+    boundary: Any, x: float, y: float, way_x: float, way_y: float
+) -> tuple[float, float]:
+    """The offset (x, y) now to that image which is the nearest after a way (m) of the ball."""
     return x, y
 
 
@@ -238,6 +258,47 @@ def place(boundary: Any, i: int, now: float, balls: Floats) -> tuple[float, floa
 
 
 @by_class
-def take_off_wall(boundary: Any, i: int) -> bool:
-    """Whether ball i slid up to its collision; it slides no longer."""
-    return False
+def take_off_wall(boundary: Any, i: int) -> None:
+    """Ball i, which may have slid up to its collision, slides no longer."""
+
+
+@inlined
+def label_of(i: int, labels: Indices) -> int:
+    """The scene's number of a column, or of the wall, which has its own."""
+    return int(labels[i]) if len(labels) > 0 and i >= 0 else i
+
+
+# History
+
+
+@inlined
+def hits_in_a_row(i: int, state: State) -> int:
+    """How often ball i has hit the wall since it last collided with another."""
+    return max(NO_PARTNER - int(state.history[FORMER, i]), 0)
+
+
+@inlined
+def parted_from(i: int, state: State) -> int:
+    """The ball that ball i parted from in the last event of both; negative if there is none."""
+    k = int(state.history[FORMER, i])
+    return k if k >= 0 and state.history[FORMER, k] == i else NO_PARTNER
+
+
+@inlined
+def note_collision(i: int, j: int, state: State) -> None:
+    """Note a collision of balls i and j, or of ball i with the wall, in their histories."""
+    history = state.history
+    history[EVENTS, i] += 1
+    if j < 0:
+        history[FORMER, i] = NO_PARTNER - min(hits_in_a_row(i, state) + 1, MOST_HITS)
+        return
+    history[EVENTS, j] += 1
+    history[FORMER, i] = j
+    history[FORMER, j] = i
+
+
+@inlined
+def note_slide(i: int, state: State) -> None:
+    """Note in its history that ball i begins to slide along the wall."""
+    state.history[EVENTS, i] += 1
+    state.history[FORMER, i] = NO_PARTNER

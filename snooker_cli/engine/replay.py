@@ -230,7 +230,7 @@ def repeat_events(
             ks.take_off_wall(boundary, i)
             if j >= 0:
                 ks.take_off_wall(boundary, j)
-            collide(state.account, i, j, now, state)
+            collide(i, j, now, state)
         count(i, j, record.impulse[event], state)
         if leaves > 0:
             climb(i, tree, state)

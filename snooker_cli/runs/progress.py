@@ -190,7 +190,7 @@ def execute_watched(
     """
 
     saving = "saving the current repeats"
-    if run.experiment.repeats > 1 and batch_size(run.points[0].experiment, run.engine) > 1:
+    if run.experiment.repeats > 1 and batch_size(run.points[0].experiment) > 1:
         saving = "unfinished batches of short repeats are not saved"
 
     def stop(_number: int, _frame: object) -> None:

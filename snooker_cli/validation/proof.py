@@ -267,9 +267,7 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
             return dict(kept["proof"])
     if trace.events is None:
         limits, most = chosen.experiment, chosen.experiment.collisions or collisions
-        trace = simulate(
-            trace.start, collisions=min(most, collisions), time=limits.time, engine=run.engine
-        )
+        trace = simulate(trace.start, collisions=min(most, collisions), time=limits.time)
     number = min(len(trace.events or ()), collisions)
     # Measured: in a dilute gas each ball may meet many others, and each of them is computed.
     dilution = min(trace.start.mean_free_path / max(trace.start.container.size), 1.0)

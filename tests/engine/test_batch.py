@@ -102,8 +102,8 @@ def test_epochs(mass, summary):
 
 def test_cells_and_boxes():
     scenes = [gas("circle", 60, 0.3, cor=0.95, seed=seed) for seed in range(3)]
-    traces = simulate_batch(scenes, collisions=500, engine="cells")
-    assert_same(traces, scenes, collisions=500, engine="cells")
+    traces = simulate_batch(scenes, collisions=500, search=NEIGHBOURS)
+    assert_same(traces, scenes, collisions=500, search=NEIGHBOURS)
     boxes = [gas("box", 24, 0.3, cor=0.9, seed=seed) for seed in range(2)]
     assert_same(simulate_batch(boxes, collisions=200), boxes, collisions=200)
 

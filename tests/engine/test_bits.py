@@ -99,24 +99,24 @@ TRAP, COLLAPSE = StopReason.WALL_TRAP, StopReason.COLLAPSE
 
 # The scenes share the kernels that other tests compile, but for those that take long.
 CASES = {
-    "all pairs, fixed": Case(partial(circle, cor=0.95), engine="allpairs"),
-    "all pairs, fixed, mixture": Case(partial(circle, cor=0.95, mixed=True), engine="allpairs"),
-    "all pairs, free": Case(partial(circle, cor=0.95, container_mass=20.0), engine="allpairs"),
-    "all pairs, free, mixture": Case(light, engine="allpairs"),
-    "all pairs, elastic": Case(circle, engine="allpairs"),
-    "all pairs, summary": Case(partial(circle, cor=0.95), engine="allpairs", summary=True),
-    "all pairs, tc": Case(partial(soft, contact_duration=0.1), engine="allpairs"),
-    "all pairs, elastic below": Case(partial(soft, elastic_below=1.0), engine="allpairs"),
-    "all pairs, wall trap": Case(trapped, engine="allpairs", stop=TRAP),
+    "all pairs, fixed": Case(partial(circle, cor=0.95), search=EVERYONE),
+    "all pairs, fixed, mixture": Case(partial(circle, cor=0.95, mixed=True), search=EVERYONE),
+    "all pairs, free": Case(partial(circle, cor=0.95, container_mass=20.0), search=EVERYONE),
+    "all pairs, free, mixture": Case(light, search=EVERYONE),
+    "all pairs, elastic": Case(circle, search=EVERYONE),
+    "all pairs, summary": Case(partial(circle, cor=0.95), search=EVERYONE, summary=True),
+    "all pairs, tc": Case(partial(soft, contact_duration=0.1), search=EVERYONE),
+    "all pairs, elastic below": Case(partial(soft, elastic_below=1.0), search=EVERYONE),
+    "all pairs, wall trap": Case(trapped, search=EVERYONE, stop=TRAP),
     "all pairs, sliding": Case(sliding),
     "all pairs, sliding, summary": Case(sliding, summary=True),
-    "cells, fixed": Case(partial(circle, cor=0.95), engine="cells"),
-    "cells, fixed, summary": Case(partial(circle, cor=0.95), engine="cells", summary=True),
-    "cells, free, mixture": Case(light, engine="cells"),
-    "cells, free, mixture, summary": Case(light, engine="cells", summary=True),
-    "cells, tc": Case(partial(soft, contact_duration=0.1), engine="cells"),
-    "cells, elastic below": Case(partial(soft, elastic_below=1.0), engine="cells"),
-    "cells, wall trap": Case(trapped, engine="cells", stop=TRAP),
+    "cells, fixed": Case(partial(circle, cor=0.95), search=NEIGHBOURS),
+    "cells, fixed, summary": Case(partial(circle, cor=0.95), search=NEIGHBOURS, summary=True),
+    "cells, free, mixture": Case(light, search=NEIGHBOURS),
+    "cells, free, mixture, summary": Case(light, search=NEIGHBOURS, summary=True),
+    "cells, tc": Case(partial(soft, contact_duration=0.1), search=NEIGHBOURS),
+    "cells, elastic below": Case(partial(soft, elastic_below=1.0), search=NEIGHBOURS),
+    "cells, wall trap": Case(trapped, search=NEIGHBOURS, stop=TRAP),
     "box": Case(box),
     "box, mixture": Case(partial(box, mixed=True)),
     "box, summary": Case(box, summary=True),
@@ -134,8 +134,8 @@ CASES = {
     "channel, driven": Case(
         lambda: heated(gas("channel", 60, 0.3, cor=0.9, aspect=1.5), Driven(0.9, 2.0))
     ),
-    "cells, fixed, mixture": Case(partial(circle, cor=0.95, mixed=True), engine="cells", long=True),
-    "cells, free": Case(partial(circle, cor=0.95, container_mass=20.0), engine="cells", long=True),
+    "cells, fixed, mixture": Case(partial(circle, cor=0.95, mixed=True), search=NEIGHBOURS, long=True),
+    "cells, free": Case(partial(circle, cor=0.95, container_mass=20.0), search=NEIGHBOURS, long=True),
     "periodic box, mixture": Case(partial(periodic, mixed=True), long=True),
     # Balls are put into the order of their cells after 20 collisions of each.
     "5,000 balls, re-ordered": Case(partial(gas, "periodic", 5000, 0.3, cor=0.98), 110_000),
@@ -249,7 +249,7 @@ OF_FEW_EVENTS = "fa8b9b46c379b61dd4027283959810d0c9c3bb8ce24e37d8ab6932a1fd604c0
 def short(name: str, collisions: int, *, summary: bool = False) -> Trace:
     """A short run, in cells if its name says so."""
     engine = "cells" if name.startswith("cells") else None
-    return simulate(FEW_EVENTS[name](), collisions=collisions, summary=summary, engine=engine)
+    return simulate(FEW_EVENTS[name](), collisions=collisions, summary=summary, search=search)
 
 
 def hash_of_few_events() -> str:

@@ -50,7 +50,7 @@ def test_cells_that_overflow_get_more_room():
         restitution=0.95,
     )
     assert InCells([scene], 1, None).cells.members.shape[1] > cell_memory.LEAST_MEMBERS
-    events = simulate(scene, collisions=1500, engine="cells").events
+    events = simulate(scene, collisions=1500, search=NEIGHBOURS).events
     assert agreement(scene, 1500, events, "allpairs") > 300
 
 

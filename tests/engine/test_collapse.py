@@ -68,9 +68,9 @@ STOPPING = {
 def test_a_run_that_would_stop_goes_on(name, rule, engine):
     make, changes, reason = STOPPING[name]
     scene = replace(make(), **changes)
-    without = simulate(scene, collisions=20_000, time=20.0, engine=engine)
+    without = simulate(scene, collisions=20_000, time=20.0, search=search)
     assert without.stop.reason is reason
-    trace = simulate(replace(scene, **rule), collisions=20_000, time=20.0, engine=engine)
+    trace = simulate(replace(scene, **rule), collisions=20_000, time=20.0, search=search)
     assert trace.stop.reason in (StopReason.TIME, StopReason.COLLISIONS)
     assert trace.stop.time > 2 * min(without.stop.time, 10.0)
     assert trace.finish.kinetic_energy < scene.kinetic_energy

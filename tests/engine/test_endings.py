@@ -62,7 +62,7 @@ def engine_of(container: str) -> str:
 
 def run(container: str, scene: Scene | None = None, **limits) -> Trace:
     """A run of a scene, or of the gas, with the engine of a container."""
-    return simulate(scene or GASES[container](), engine=engine_of(container), **limits)
+    return simulate(scene or GASES[container](), search=search_of(container), **limits)
 
 
 def partners(trace: Trace) -> list[tuple[int, int]]:
@@ -304,7 +304,7 @@ def test_a_ball_that_only_touches_the_wall_gives_it_nothing_more():
     container = {"packing": 0.002505686896712376, "mass": 0.014378353795979626}
     config = {"container": container, "balls": balls, "cor": 0.6, "seed": 249060}
     experiment = validated(config | {"collisions": 1000})
-    trace = simulate(starting_scene(experiment, 0), collisions=1000, engine="cells")
+    trace = simulate(starting_scene(experiment, 0), collisions=1000, search=NEIGHBOURS)
     assert "gives it 0 kg m/s more" in trace.stop.message
 
 
@@ -385,7 +385,7 @@ def test_a_gas_in_a_wall_trap(is_sorted, monkeypatch):
         sort_often(monkeypatch, 100)
     for repeat in range(3):
         scene = report_scene(repeat, radius=0.1, cor=0.8)
-        trace = simulate(scene, collisions=2000, engine="cells")
+        trace = simulate(scene, collisions=2000, search=NEIGHBOURS)
         assert trace.stop.reason is StopReason.WALL_TRAP
         assert trace.stop.balls == (trace.events.i[-1],)
         assert trace.events.j[-1] == CONTAINER
@@ -423,7 +423,7 @@ def test_three_balls_in_a_line(container, cor):
 def test_a_ball_along_an_elastic_wall_touches_it_at_every_moment(engine, mass, radius):
     balls = [(9.0, 0.0, 0.0, 10.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0, radius, 1.0)]
     scene = scene_of(balls, container_mass=mass, restitution=0.5)
-    trace = simulate(scene, collisions=1000, engine=engine)
+    trace = simulate(scene, collisions=1000, search=search)
     assert trace.stop.reason is StopReason.COLLAPSE
     assert trace.stop.balls == (0,)
     assert "inelastic" not in trace.stop.message
@@ -456,7 +456,7 @@ def test_the_faster_engine_is_chosen():
     models = simulation.specialisation(gas("box", 9, 0.1, mixed=True))
     assert {name for name, needed in models.items() if needed} >= {"cells", "unequal balls"}
     with pytest.raises(ValueError, match="allpairs"):
-        simulate(gas("periodic", 20, 0.1), collisions=1, engine="allpairs")
+        simulate(gas("periodic", 20, 0.1), collisions=1, search=EVERYONE)
     small = scene_of([(0.0, 0.0, 1.0, 0.0, 1.0, 1.0)], container=PeriodicBox(20.0, 9.9))
     with pytest.raises(SceneError, match="engine needs 5 cells each way"):
         simulate(small, collisions=1)

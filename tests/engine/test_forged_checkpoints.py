@@ -68,7 +68,7 @@ def simulated(engine: str, checkpoint: Any = None, *, stop: bool = False) -> Tra
         scene,
         collisions=20_000,
         summary=True,
-        engine=engine,
+        search=search,
         watch=lambda _: stop,
         checkpoint=checkpoint,
     )

@@ -39,7 +39,7 @@ def test_kernels_have_no_gathers(processor: str, tmp_path: Path) -> None:
     types = []
     for engine, kernel in (("allpairs", all_pairs.advance), ("cells", cells.advance)):
         known = set(kernel.compiled.signatures)
-        simulate(gas("circle", 60, 0.3, mixed=True), collisions=1, engine=engine)
+        simulate(gas("circle", 60, 0.3, mixed=True), collisions=1, search=search)
         signatures = kernel.compiled.signatures
         types.append(
             [signature for signature in signatures if signature not in known] or signatures[:1]

@@ -50,7 +50,7 @@ NAMES = [*list(SCENES)[:-1], pytest.param(list(SCENES)[-1], marks=pytest.mark.lo
 
 def simulated(name: str, scene: Scene, collisions: int = 20_000) -> Trace:
     engine = "cells" if name.startswith("cells") else "allpairs"
-    return simulate(scene, collisions=collisions, engine=engine)
+    return simulate(scene, collisions=collisions, search=search)
 
 
 @pytest.fixture(scope="module", params=NAMES)

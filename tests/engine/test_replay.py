@@ -77,18 +77,18 @@ def assert_state(states: States, row: int, scene: Scene) -> None:
 
 def test_ends_are_the_starts_and_the_finishes_bits(scene, engine):
     for limit in ({"time": 2.0}, {"collisions": 700}):
-        trace = simulate(scene, **limit, engine=engine)
+        trace = simulate(scene, **limit, search=search)
         states = replay(trace, [0.0, trace.stop.time])
         assert_state(states, 0, trace.start)
         assert_state(states, 1, trace.finish)
 
 
 def test_any_moment_is_where_a_run_until_then_ends(scene, engine):
-    trace = simulate(scene, collisions=1500, engine=engine)
+    trace = simulate(scene, collisions=1500, search=search)
     moments = np.linspace(0.0, trace.stop.time, 9)[1:-1]
     states = replay(trace, moments)
     for k, moment in enumerate(moments):
-        until = simulate(scene, time=float(moment), engine=engine)
+        until = simulate(scene, time=float(moment), search=search)
         assert (until.stop.reason, until.stop.time) == (StopReason.TIME, moment)
         assert same_events(until.events, trace.events[: len(until.events)])
         assert_state(states, k, until.finish)
@@ -147,7 +147,7 @@ def assert_columns(columns: Series, recorded: Trace) -> np.ndarray:
 
 
 def test_series_after_each_event(scene, engine):
-    trace = simulate(scene, collisions=2000, engine=engine)
+    trace = simulate(scene, collisions=2000, search=search)
     columns = series(trace)
     assert np.array_equal(columns.time, np.concatenate([[0.0], trace.events.time]))
     assert_columns(columns, trace)
@@ -155,8 +155,8 @@ def test_series_after_each_event(scene, engine):
 
 @pytest.mark.parametrize("limit", LIMITS)
 def test_summary_says_what_the_events_say(scene, engine, limit):
-    recorded = simulate(scene, **limit, engine=engine)
-    trace = simulate(scene, **limit, summary=True, engine=engine)
+    recorded = simulate(scene, **limit, search=search)
+    trace = simulate(scene, **limit, summary=True, search=search)
     assert trace.events is None
     assert trace.stop == recorded.stop
     assert (trace.wall_events, trace.pair_events) == (recorded.wall_events, recorded.pair_events)

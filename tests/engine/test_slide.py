@@ -224,6 +224,6 @@ def test_the_wall_gives_what_the_balls_lack():
 def test_it_is_for_all_pairs_in_a_fixed_circle():
     scene = gas_that_slides()
     with pytest.raises(ValueError, match="only engine allpairs"):
-        simulate(scene, collisions=1, engine="cells")
+        simulate(scene, collisions=1, search=NEIGHBOURS)
     with pytest.raises(ValueError, match="fixed wall of a circle"):
         simulate(replace(scene, container_mass=10.0), collisions=1)

@@ -76,7 +76,7 @@ def compared(
 
     until : s; no events after that are asked for
     """
-    trace = simulate(scene, collisions=count, time=until, engine=engine)
+    trace = simulate(scene, collisions=count, time=until, search=search)
     twin = twin_collisions(scene, count, until=until)
     comparable = min(len(trace.events), before_grazing(scene, trace.events))
     partners, time, impulse = columns(twin)
@@ -159,7 +159,7 @@ RARE = pytest.mark.long
 def test_a_gas_in_cells(container, mixed, cor, packing, number, count, out):
     """Packed; and so dilute that balls cross many cells between two events."""
     scene = gas(number=number, packing=packing, cor=cor, mixed=mixed, **CONTAINERS[container])
-    result = compared(scene, count, engine="cells")
+    result = compared(scene, count, search=NEIGHBOURS)
     assert result.events == count
     assert result.time < out
 
@@ -177,7 +177,7 @@ def test_slow_collisions_or_those_in_contact_are_elastic(name, rule):
     if name in ("box", "periodic"):
         scene, count = gas(name, 24, 0.3, cor=0.6), 60
     soft = replace(scene, **rule)
-    result = compared(soft, count, engine="cells" if name != "all pairs" else None)
+    result = compared(soft, count, search=NEIGHBOURS if name != "all pairs" else None)
     assert result.events == count
     assert result.time < 1e-6
     with_it, without = (simulate(gas_scene, collisions=40).events for gas_scene in (soft, scene))
@@ -258,7 +258,7 @@ def test_random_scenes_with_all_pairs(scene):
 @given(scene=scenes(COMPILED_FOR_CELLS, least=2))
 @settings(derandomize=True, deadline=None, max_examples=110)
 def test_random_scenes_in_cells(scene):
-    compared(scene, 25, crossings(scene), engine="cells")
+    compared(scene, 25, crossings(scene), search=NEIGHBOURS)
 
 
 def test_a_pair_that_has_parted_meets_again_through_a_side():
@@ -266,7 +266,7 @@ def test_a_pair_that_has_parted_meets_again_through_a_side():
     saved = json.loads((DATA / "meets-again.json").read_text(encoding="utf-8"))
     box = PeriodicBox(saved.pop("width"), saved.pop("height"))
     scene = scene_of(saved.pop("balls"), container=box, **saved)
-    assert compared(scene, 25, engine="cells").events == 25
+    assert compared(scene, 25, search=NEIGHBOURS).events == 25
     events = [event for event in twin_collisions(scene, 25) if {1, 6} & {event.i, event.j}]
     (first,) = (k for k, event in enumerate(events) if 4.5 < event.time < 4.6)
     assert all((event.i, event.j) == (1, 6) for event in events[first : first + 2])
@@ -291,9 +291,9 @@ def agreement(scene: Scene, count: int, events: Events, engine: str) -> int:
     What a start's displacement grows to is, with an event's roundings in its place, the tolerance,
     as in ``test_twin``.
     """
-    expected = simulate(scene, collisions=count, engine=engine).events
+    expected = simulate(scene, collisions=count, search=search).events
     others = [
-        simulate(shifted(scene, seed), collisions=count, engine=engine).events
+        simulate(shifted(scene, seed), collisions=count, search=search).events
         for seed in range(CLUMSY_TWINS)
     ]
     comparable = min(first_difference(expected, other) for other in others)
@@ -328,7 +328,7 @@ def first_difference(a: Events, b: Events) -> int:
 def test_all_pairs_agree_with_cells(changes, least):
     """300 balls; how many events can be compared was found and says that the test is worth it."""
     scene = gas("circle", 300, **changes)
-    events = simulate(scene, collisions=3000, engine="cells").events
+    events = simulate(scene, collisions=3000, search=NEIGHBOURS).events
     assert agreement(scene, 3000, events, "allpairs") >= least
 
 
@@ -339,5 +339,5 @@ def test_balls_that_change_places_in_memory(name, monkeypatch):
     scene = gas(number=120, packing=0.3, mixed=mixed, cor=0.95, **CONTAINERS[name])
     with monkeypatch.context() as context:
         sort_often(context, 50)
-        events = simulate(scene, collisions=1500, engine="cells").events
+        events = simulate(scene, collisions=1500, search=NEIGHBOURS).events
     assert agreement(scene, 1500, events, "cells") > 300

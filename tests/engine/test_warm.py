@@ -41,7 +41,7 @@ def test_a_ball_between_driven_walls(container, wall_law, engine):
     """Along a diameter, or across; 18 m from hit to hit."""
     scene = scene_of([(0.0, 0.0, 10.0, 0.0, 1.0, 2.0)])
     scene = replace(scene, container=container or scene.container, wall_law=wall_law)
-    trace = simulate(scene, collisions=200, engine=engine)
+    trace = simulate(scene, collisions=200, search=search)
     speeds = driven_speeds(10.0, Driven(0.9, 2.0), 201)
     times = np.cumsum(np.append(9.0, np.full(199, 18.0)) / speeds[:-1])
     # Each hit rounds the speed by an epsilon or two, of which a part 0.9 is left after the next.
@@ -55,11 +55,11 @@ def test_a_ball_between_driven_walls(container, wall_law, engine):
 def test_a_driven_gas_has_no_other_scale_than_the_speed_of_the_wall(engine):
     """With all speeds times 2 or 4, the same places at a half or a quarter of the times."""
     one = replace(gas("circle", 30, 0.2, cor=0.9), wall_law=Driven(0.8, 1.0))
-    first = simulate(one, collisions=2000, engine=engine)
+    first = simulate(one, collisions=2000, search=search)
     for factor in (2.0, 4.0):
         velocities = one.velocities * factor
         scene = replace(one, velocities=velocities, wall_law=Driven(0.8, factor))
-        trace = simulate(scene, collisions=2000, engine=engine)
+        trace = simulate(scene, collisions=2000, search=search)
         assert np.array_equal(trace.events.time * factor, first.events.time)
         assert np.array_equal(trace.events.impulse, first.events.impulse * factor)
         assert np.array_equal(trace.finish.velocities, first.finish.velocities * factor)
@@ -137,7 +137,7 @@ def test_a_ball_that_bounces_for_ever_among_others_ends_the_repeat(engine):
     law = Viscoelastic(0.5, 100.0)
     other = (0.0, 5.0, 0.1, 0.0, 0.5, 1.0)
     scene = replace(lone_bouncer(other), pair_law=law, wall_law=law)
-    trace = simulate(scene, collisions=10_000_000, engine=engine, summary=True)
+    trace = simulate(scene, collisions=10_000_000, search=search, summary=True)
     assert trace.stop.reason is StopReason.WALL_TRAP
     assert trace.collisions <= 1.1 * 2**20
 
@@ -189,7 +189,7 @@ def test_random_numbers_depend_on_the_key_and_the_event_alone():
     law = Viscoelastic(1.0, 1.0)
     scene = replace(scene_of(ball), pair_law=law, wall_law=Thermal(20.0), wall_key=2**62 + 1)
     first, second = (
-        simulate(scene, collisions=1, engine=engine) for engine in ("allpairs", "cells")
+        simulate(scene, collisions=1, search=search) for engine in ("allpairs", "cells")
     )
     assert bits(first) == bits(second)
     other = simulate(replace(scene, wall_key=5), collisions=1)
@@ -272,10 +272,10 @@ def test_the_energy_is_that_at_the_start_and_what_walls_gave_less_what_collision
     scene = replace(
         gas("circle", 40, 0.2, mixed=True), pair_law=pair_law, wall_law=wall_law, wall_key=3
     )
-    trace = simulate(scene, collisions=100_000, engine=engine)
+    trace = simulate(scene, collisions=100_000, search=search)
     for columns in (
         series(trace),
-        simulate(scene, collisions=100_000, engine=engine, summary=True).summary.series,
+        simulate(scene, collisions=100_000, search=search, summary=True).summary.series,
     ):
         energy, given, lost = columns.kinetic_energy, columns.wall_energy, columns.lost_energy
         assert given[0] == lost[0] == 0.0

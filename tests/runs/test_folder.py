@@ -188,8 +188,8 @@ def test_results_of_another_version_are_refused_or_replaced(
 def test_a_forced_engine_is_part_of_what_a_run_is(
     copied: Path, small_config: str, tmp_path: Path
 ) -> None:
-    assert refusal(run_of(copied, small_config, engine="cells")) == "other_engine"
-    forced = run_of(tmp_path / "forced", small_config, engine="cells")
+    assert refusal(run_of(copied, small_config, search=NEIGHBOURS)) == "other_engine"
+    forced = run_of(tmp_path / "forced", small_config, search=NEIGHBOURS)
     runs.create(forced)
     assert runs.open_run(tmp_path / "forced") == forced
     runs.create(forced)

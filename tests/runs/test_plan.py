@@ -45,11 +45,11 @@ def classes_of(text: str, *overrides: str, engine: str | None = None) -> list[Sc
 
 
 def test_an_engine_can_be_forced_upon_all_scenes_it_knows(small_config: str) -> None:
-    assert classes_of(GAS, engine="allpairs")[0].models["cells"] is False
-    scene_class, _ = classes_of(small_config, engine="cells")
+    assert classes_of(GAS, search=EVERYONE)[0].models["cells"] is False
+    scene_class, _ = classes_of(small_config, search=NEIGHBOURS)
     assert scene_class.models["cells"]
     with pytest.raises(SceneError, match="allpairs knows no box: use cells") as caught:
-        classes_of(GAS, "container={shape: box, width: 20}", engine="allpairs")
+        classes_of(GAS, "container={shape: box, width: 20}", search=EVERYONE)
     assert caught.value.key == "container.shape"
 
 
@@ -133,4 +133,4 @@ def test_batches_are_of_about_a_second_or_16_megabytes() -> None:
     assert summaries[1] < events[1]
     assert summaries[-2] > events[-2]  # a summary of long repeats takes less memory
     assert sizes("repeats=500", "seed=7") == events
-    assert min(sizes(engine="cells")) == 1
+    assert min(sizes(search=NEIGHBOURS)) == 1

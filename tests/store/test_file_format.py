@@ -248,7 +248,7 @@ def compare_keys(content: dict[str, Any], rows: list[Row]) -> None:
 def test_the_jsons_have_the_keys_of_the_page(
     engine: str | None, traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
 ) -> None:
-    source = replace(provenance, engine=engine)
+    source = replace(provenance, search=search)
     store.write(tmp_path / "batch.h5", [(0, traces["events"])], source)
     with h5py.File(tmp_path / "batch.h5") as file:
         own = dict(file["parameters/snooker"].attrs)
@@ -297,7 +297,7 @@ def test_a_runs_folder_has_what_the_page_says(finished: Path, snooker: Snooker) 
     compare_keys(content, [row for row in manifest if row["default"] == "–"])
     (points,) = (row["what"] for row in manifest if row["key"] == "points")
     assert all(key in points for key in content["points"][0])
-    forced = replace(run, engine="cells").manifest()
+    forced = replace(run, search=NEIGHBOURS).manifest()
     compare_keys(forced, manifest)
 
 
