@@ -16,7 +16,7 @@ install = PATH="$$PATH:$(BIN)"; \
 	{ echo "uv is missing or has failed, so pip installs; this takes longer"; \
 	$(PIP) --editable '$(1)'; }
 
-RUNS := decay temperature area number radius dilute speeds restitution elastic-wall mixed sliding steady audit
+RUNS := decay temperature area number radius dilute speeds restitution elastic-wall mixed sliding steady profiles audit ring-extent tiny-rings tiny-mixed
 DONE := $(RUNS:%=runs/%/.done)
 REPORT_SOURCES := $(wildcard snooker_cli/*.py snooker_cli/*/*.* snooker_cli/report/templates/* snooker_cli/report/measured/* snooker_cli/animation/player/*)
 

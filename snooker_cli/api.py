@@ -6,9 +6,10 @@ Units are SI with k_B = 1. Everything that a user can get wrong raises a ``Snook
 import html
 import json
 import math
+import re
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import chain, product
@@ -25,11 +26,19 @@ from snooker_cli import engine, export, runs
 from snooker_cli.config import Point
 from snooker_cli.containers import Container
 from snooker_cli.engine import States
-from snooker_cli.errors import FigureError, RunError, UserError, check_name
-from snooker_cli.files import write_text
+from snooker_cli.errors import (
+    IN_COMMAND,
+    FigureError,
+    RunError,
+    SnookerError,
+    UserError,
+    check_name,
+)
+from snooker_cli.files import own_folder, write_text
 from snooker_cli.formatting import counted, plain, point_label
 from snooker_cli.pages.html_page import in_notebook
 from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.runs import starting_state
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.plan import checked
 from snooker_cli.runs.progress import counting, execute_watched, share_done, showing_notices
@@ -49,6 +58,36 @@ UNITS = {"time": "s", "temperature": "J", "pressure": "Pa m", "mean_speed": "m s
 UNITS |= {"k": "s-1", "alpha": "s-1"}
 UNITS |= {"wall_energy": "J", "lost_energy": "J", "stationary_from": "s"}
 """Of the columns of ``Run.table`` that have one."""
+
+
+ARGUMENTS = {
+    "--engine": "engine",
+    "--fresh": "fresh=True",
+    "--from": "since",
+    "--jobs": "jobs",
+    "--out": "out=…",
+    "--until": "until",
+    "--where": "keywords, as in cor=0.8",
+}
+"""What Python has for the options of commands that errors of the package name."""
+
+
+@contextmanager
+def _in_python() -> Iterator[None]:
+    """Inside, errors name arguments of Python, not options of commands."""
+    try:
+        yield
+    except SnookerError as error:
+        if IN_COMMAND.get():
+            raise
+        # A command in backticks is one that a user can give.
+        parts = re.split("(`[^`]*`)", str(error))
+        parts[::2] = (
+            re.sub("--[a-z]+", lambda option: ARGUMENTS.get(option[0], option[0]), part)
+            for part in parts[::2]
+        )
+        error.args = ("".join(parts),)
+        raise
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -134,7 +173,7 @@ class Repeat:
         """
         from snooker_cli.analysis import structure
 
-        batches = self._replayed(lambda: export.frames(self.trace, np.atleast_1d(times)))
+        batches = self._replayed(lambda: engine.replayed(self.trace, np.atleast_1d(times)))
         values = (structure.values(observable, self.scene, states) for states in batches)
         return np.array(list(chain.from_iterable(values)))
 
@@ -152,6 +191,7 @@ class Repeat:
             container_velocity=at.container_velocities[0],
         )
 
+    @_in_python()
     def animate(self, out: str | PathLike[str], **span: Any) -> Path:
         """Write an HTML page that plays the repeat; its file.
 
@@ -161,7 +201,7 @@ class Repeat:
         """
         from snooker_cli.animation import film, page
 
-        write_text(Path(out), page(film(self.trace, self._name, **span)))
+        write_text(Path(out), page(film(self.trace, self._name, **span)), given=True)
         return Path(out)
 
     def _repr_html_(self) -> str | None:
@@ -237,6 +277,7 @@ class Run(runs.Run):
         traces = self.traces(chosen, numbers) if numbers else ()
         return (Repeat(trace, chosen, k) for k, trace in zip(numbers, traces, strict=True))
 
+    @_in_python()
     def matching(self, **where: Any) -> tuple[Point, ...]:
         """The points with these values: ``cor=0.8``, ``cor=[0.8, 0.9]``, ``**{"balls.radius": 1}``.
 
@@ -246,6 +287,7 @@ class Run(runs.Run):
 
         return matching(self, Selection(_alternatives(where)))
 
+    @_in_python()
     def table(self, **where: Any) -> dict[str, NDArray[Any]]:
         """Columns with a row for each repeat that is there: ``pandas.DataFrame(run.table())``.
 
@@ -267,6 +309,8 @@ class Run(runs.Run):
         points = self.matching(**where)
         tables: list[dict[str, list[Any]]] = []
         for point, columns in zip(points, results(self, points, counting), strict=True):
+            if not columns:
+                continue
             own = {"repeat": self.present(point)} | columns
             number = len(own["repeat"])
             swept = {
@@ -279,6 +323,7 @@ class Run(runs.Run):
             for name in tables[0]
         }
 
+    @_in_python()
     def fit(self, since: float = 0.0, until: float = math.inf, **where: Any) -> Records:
         """The records of ``snooker fit --json``, of the times from ``since`` to ``until`` (s).
 
@@ -290,6 +335,7 @@ class Run(runs.Run):
 
         return fits(self, since, until, self.matching(**where), counting).rows
 
+    @_in_python()
     def compare(self, **where: Any) -> Records:
         """The records of ``snooker compare --json``, with ``where`` as in ``matching``.
 
@@ -299,6 +345,7 @@ class Run(runs.Run):
 
         return comparisons(self, self.matching(**where), counting).rows
 
+    @_in_python()
     def plot(self, name: str, *, repeat: int | None = None, **where: Any) -> "Figure":
         """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.
 
@@ -314,6 +361,7 @@ class Run(runs.Run):
         check_name(name, FIGURES, "figure", "snooker plot --list")
         return draw(FIGURES[name].make(self, Selection(_alternatives(where), repeat), first=True))
 
+    @_in_python()
     def films(
         self,
         repeats: Sequence[int] = (0,),
@@ -351,6 +399,7 @@ class Run(runs.Run):
                 raise UserError(f"repeat {number} of {self.name} {error}") from None
         return films
 
+    @_in_python()
     def report(self, out: str | PathLike[str] | None = None) -> list[Path]:
         """Write the report on this run, by default into its folder; the pages' files.
 
@@ -358,8 +407,10 @@ class Run(runs.Run):
         """
         from snooker_cli.report.run_report import run_report
 
-        return run_report([self], Path(out or self.directory / "report"), lambda _: None)
+        folder = own_folder(self.directory / "report") if out is None else Path(out)
+        return run_report([self], folder, lambda _: None)
 
+    @_in_python()
     def export(self, out: str | PathLike[str], **where: Any) -> Path:
         """Write ``table`` as CSV, or as .parquet; its file. Raises as ``table``."""
         rows, path = self.table(**where), Path(out)
@@ -380,12 +431,14 @@ def _column(values: list[Any]) -> NDArray[Any]:
     return np.array([text if isinstance(text, str) else json.dumps(text) for text in values])
 
 
+@_in_python()
 def open(name: str | PathLike[str]) -> Run:
     """A run by its folder or its name under ``runs/``. Raises ``RunError`` or ``StoreError``."""
     run = runs.open_run(Path(name))
     return Run(*(getattr(run, field.name) for field in fields(run)))
 
 
+@_in_python()
 def run(
     config: str | PathLike[str] | Mapping[str, Any],
     overrides: Mapping[str, Any] | None = None,
@@ -410,7 +463,7 @@ def run(
     failed when all others are stored.
     """
     texts = [_override(key, value) for key, value in (overrides or {}).items()]
-    loaded = configs.load(config, texts)
+    loaded = starting_state.load(config, texts)
     points, _ = checked(loaded)
     made = Run(Path(), loaded.experiment, points)
     name = made.identity if isinstance(config, Mapping) else Path(config).stem
@@ -462,10 +515,11 @@ class LivePage:
 
     def save(self, out: str | PathLike[str]) -> Path:
         """Write the page; its file."""
-        write_text(Path(out), self.html)
+        write_text(Path(out), self.html, given=True)
         return Path(out)
 
 
+@_in_python()
 def live(
     config: str | PathLike[str] | Mapping[str, Any] | None = None,
     overrides: Mapping[str, Any] | None = None,
@@ -479,7 +533,9 @@ def live(
     from snooker_cli.live_page import live_page, report_scene
 
     texts = [_override(key, value) for key, value in (overrides or {}).items()]
-    return LivePage(live_page(configs.load(report_scene() if config is None else config, texts)))
+    return LivePage(
+        live_page(starting_state.load(report_scene() if config is None else config, texts))
+    )
 
 
 def new_scene(

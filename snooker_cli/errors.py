@@ -3,11 +3,13 @@
 import difflib
 import errno
 import os
+import shlex
 import signal
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
@@ -15,6 +17,9 @@ from typing import Any, ClassVar, NoReturn
 from snooker_cli.formatting import printable
 
 STOPPING = (signal.SIGINT, signal.SIGTERM)  # Ctrl-C, and what `kill` and batch systems send
+
+IN_COMMAND: ContextVar[bool] = ContextVar("in_command", default=False)
+"""Whether a command runs, so that errors name its options, and not the arguments of Python."""
 
 TRACEBACK = "SNOOKER_TRACEBACK"  # in the environment: show tracebacks of unexpected errors
 
@@ -44,6 +49,18 @@ def room_advice(error: Exception) -> str:
     """What a user can do where a file cannot be written."""
     full = getattr(error, "errno", None) in (None, errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
     return "make room" if full else "check the folder and its permissions"
+
+
+def install_advice(extra: str) -> str:
+    """What a user can do about a library that an extra of the package needs."""
+    from importlib.metadata import PackageNotFoundError, requires  # takes a while to load
+
+    with suppress(PackageNotFoundError):
+        lines = (line.partition(";") for line in requires("snooker-cli") or ())
+        marks = (f"extra == '{extra}'", f'extra == "{extra}"')
+        names = [shlex.quote(name.strip()) for name, _, when in lines if when.strip() in marks]
+        return f"install it with `pip install {' '.join(names)}`"
+    return f"install it with `pip install '.[{extra}]'` in the folder of snooker"
 
 
 class SnookerError(Exception):
@@ -87,19 +104,6 @@ class SceneError(SnookerError):
         self.ball = ball
 
 
-UNREADABLE = (
-    OSError,
-    LookupError,
-    ValueError,
-    TypeError,
-    RuntimeError,
-    ArithmeticError,
-    MemoryError,
-    SceneError,
-)
-"""What reading a damaged file can raise: as HDF5, JSON, or as data of another kind."""
-
-
 class JammedError(Exception):
     """Random places that could not be found; ``packing`` is the packing fraction reached."""
 
@@ -132,12 +136,17 @@ class AbsentError(StoreError):
 
 
 class DeniedError(StoreError):
-    """A file that this user may not read; no command replaces it."""
+    """A file that cannot be read now, but may be sound; no command replaces it."""
 
     exit_code = ExitCode.USAGE
 
-    def __init__(self, path: Path) -> None:
-        super().__init__(path, "cannot be read (permission denied)", "check its permissions")
+    def __init__(
+        self,
+        path: Path,
+        reason: str = "cannot be read (permission denied)",
+        advice: str = "check its permissions",
+    ) -> None:
+        super().__init__(path, reason, advice)
 
 
 class RunError(SnookerError):
@@ -218,14 +227,17 @@ def raising() -> Iterator[list[int]]:
         sys.unraisablehook = before
 
 
-def bug_message(error: str, trace: str) -> str:
-    """The sentence for an internal error; its traceback is printed if the environment asks."""
+def bug_message(error: str, trace: str, less: str = "use fewer balls") -> str:
+    """The sentence for an internal error; its traceback is printed if the environment asks.
+
+    less : what takes less memory
+    """
     where = f"; set {TRACEBACK}=1 to see where it happened"
     if os.environ.get(TRACEBACK, "") not in ("", "0"):
         print(trace, file=sys.stderr)
         where = ""
     if "MemoryError" in error.partition(":")[0]:
-        return f"there is too little memory ({error}); use fewer balls, or a smaller --jobs{where}"
+        return f"there is too little memory ({error}); {less}{where}"
     return (
         f"unexpected {error}; this is a bug in snooker, please report it with the command and the "
         f"config{where}"
@@ -234,6 +246,7 @@ def bug_message(error: str, trace: str) -> str:
 
 def guarded(app: Callable[..., Any]) -> None:
     """Run the application; print its errors as sentences and end with their exit codes."""
+    before = IN_COMMAND.set(True)
     try:
         with raising() as interrupts:
             app()
@@ -256,3 +269,5 @@ def guarded(app: Callable[..., Any]) -> None:
             message = bug_message(f"{type(end).__name__}: {end}", trace)
         print(printable(f"snooker: {message}", "\n"), file=sys.stderr)
         raise SystemExit(int(code)) from None
+    finally:
+        IN_COMMAND.reset(before)

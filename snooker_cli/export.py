@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import __version__
-from snooker_cli.engine import States, replay, times_within
-from snooker_cli.errors import UserError, error_text, room_advice
+from snooker_cli.engine import States
+from snooker_cli.errors import UserError, error_text, install_advice, room_advice
 from snooker_cli.files import atomic_write
 from snooker_cli.scene import Scene
 from snooker_cli.store import RepeatHeader, hdf5
 from snooker_cli.store.file_format import PROVENANCE, write_h5md_group
-from snooker_cli.trace import CONTAINER, Events, Trace
+from snooker_cli.trace import CONTAINER, Events
 
 Table = dict[str, NDArray[Any]]  # columns of one length, by name
 
@@ -33,9 +33,6 @@ STATES_FORMATS = (".h5md", ".h5", ".xyz")  # files that have only states
 
 CSV_LINES = 1 << 16  # lines of CSV that are formatted at a time
 
-BATCH = 1 << 22
-"""Balls times frames in a batch of states: 32 bytes each, three times while it is made."""
-
 H5MD_CHUNK = 1 << 18  # bytes of a chunk in H5MD, approximately
 
 DEFLATED = {"shuffle": True, "compression": "gzip", "compression_opts": 1}
@@ -45,23 +42,13 @@ DEFLATED = {"shuffle": True, "compression": "gzip", "compression_opts": 1}
 def _exported(path: Path) -> Iterator[Path]:
     """A temporary path that becomes the file. Raises ``UserError`` if it cannot be written."""
     try:
-        with atomic_write(path) as part:
+        with atomic_write(path, given=True) as part:
             yield part
     except hdf5.UNWRITABLE as error:
         raise UserError(
             f"{path}: cannot be written ({error_text(error)})",
             f"{room_advice(error)} or choose another file",
         ) from None
-
-
-def frames(trace: Trace, times: NDArray[np.float64], batch: int = BATCH) -> Iterator[States]:
-    """The states at ``times`` (s) in batches, each replayed from the start to the same bits.
-
-    Raises ``ValueError`` at once for times that do not ascend within 0 and the trace's end.
-    """
-    times = times_within(trace, times)
-    size = max(1, batch // trace.start.number)
-    return (replay(trace, times[k : k + size]) for k in range(0, len(times), size))
 
 
 def events_table(events: Events) -> Table:
@@ -144,7 +131,7 @@ def write_parquet(
     except ImportError:
         raise UserError(
             "a Parquet file needs pyarrow",
-            "install it with `pip install 'snooker-cli[parquet]'`, or export as CSV",
+            f"{install_advice('parquet')}, or export as CSV",
         ) from None
     tables = iter(tables)
     first = next(tables)

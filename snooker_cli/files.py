@@ -1,5 +1,6 @@
 """Files that appear whole or not at all, whenever the process or the machine stops."""
 
+import errno
 import hashlib
 import hmac
 import json
@@ -7,24 +8,29 @@ import os
 import platform
 import re
 import secrets
+import stat
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, chdir, contextmanager, nullcontext, suppress
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 KEY_BYTES = 32
+MOST_BYTES = 1 << 26  # of a file beside results; a manifest of 100,000 points has 20 to 50 million
 
 
 @contextmanager
-def atomic_write(path: Path) -> Iterator[Path]:
+def atomic_write(path: Path, given: bool = False) -> Iterator[Path]:
     """Yield a temporary path; what is written there replaces ``path`` when the block ends.
 
-    Makes the folder, and follows a link. After an exception the older file is as it was. Raises
-    ``OSError``, which names ``path``.
+    Makes the folder. After an exception the older file is as it was. Raises ``OSError``, which
+    names ``path``.
+
+    given : whether a user gave this name; a link there is then followed, and else replaced,
+        because a stranger's folder may have links to files of the user
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    target = path.resolve()
+    target = path.resolve() if given else path
     part = temporary_path(target)
     try:
         yield part
@@ -37,15 +43,54 @@ def atomic_write(path: Path) -> Iterator[Path]:
         discard(part)
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a text file. Raises ``OSError``."""
-    with atomic_write(path) as part:
+def write_text(path: Path, text: str, given: bool = False) -> None:
+    """Write a text file as `atomic_write` does. Raises ``OSError``."""
+    with atomic_write(path, given) as part:
         part.write_text(text, encoding="utf-8")
 
 
 def write_json(path: Path, content: Any) -> None:
     """Write an indented JSON file. Raises ``OSError``, and ``ValueError`` for inf and nan."""
     write_text(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
+
+
+def append_text(path: Path, text: str) -> None:
+    """Add text to a file; what is there but is no file is replaced. Raises ``OSError``."""
+    if path.is_symlink() or not path.is_file():
+        path.unlink(missing_ok=True)
+    with path.open("a", encoding="utf-8") as file:
+        file.write(text)
+
+
+def own_folder(path: Path) -> Path:
+    """Make a folder whose name this program chose. Raises ``OSError``, also if it is a link."""
+    if path.is_symlink():
+        problem = f"there is a link instead of the folder {path.name}"
+        raise OSError(errno.ELOOP, problem, str(path))
+    path.mkdir(exist_ok=True)
+    return path
+
+
+def open_file(path: Path) -> BinaryIO:
+    """Open a file for reading. Raises ``OSError``, at once also for a pipe or a device."""
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    file = os.fdopen(os.open(path, flags), "rb")
+    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        file.close()
+        raise OSError("it is not a file")
+    return file
+
+
+def read_text(path: Path, most: int = MOST_BYTES) -> str:
+    """The text of a file in a run's folder, where a stranger may have put anything.
+
+    What is not UTF-8 is replaced. Raises ``OSError``, also for a file of more than ``most`` bytes.
+    """
+    with open_file(path) as file:
+        if os.fstat(file.fileno()).st_size > most:
+            raise OSError(f"it has more than {most:,} bytes")
+        content = file.read(most)
+    return content.decode("utf-8", "replace")
 
 
 def temporary_path(path: Path) -> Path:
@@ -87,6 +132,14 @@ def sources_hash(*patterns: str) -> str:
     return total.hexdigest()
 
 
+def out_of_sight(name: str) -> AbstractContextManager[None]:
+    """Inside, the current folder has no file of this name, which a library would read there.
+
+    Anyone may have made it. The current folder changes only if there is such a file.
+    """
+    return chdir(Path(__file__).parent) if os.path.lexists(name) else nullcontext()
+
+
 def user_hash(content: str) -> hmac.HMAC:
     """A SHA-256 of a text, and of what is added to it, that only this user can make (RFC 2104).
 
@@ -95,22 +148,41 @@ def user_hash(content: str) -> hmac.HMAC:
     return hmac.new(user_key(), content.encode(), "sha256")
 
 
+def signature(*content: Any) -> str:
+    """The `user_hash` of values that JSON can have. Raises ``OSError`` if no key can be kept."""
+    return user_hash(json.dumps(content)).hexdigest()
+
+
 @cache
 def user_key() -> bytes:
     """Random bytes that no other user can read; they are made at their first use.
 
-    Raises ``OSError`` if they cannot be kept.
+    Raises ``OSError``, whose text names the file, if they cannot be kept or read.
     """
     try:
         folder = Path(os.environ.get("XDG_STATE_HOME") or "~/.local/state").expanduser()
     except RuntimeError as error:
         raise OSError(str(error)) from None
     path = folder / "snooker" / "key"
-    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    mine = partial(os.open, mode=0o600)
-    with suppress(FileExistsError), open(path, "xb", opener=mine) as file:
-        file.write(secrets.token_bytes(KEY_BYTES))
-    key = path.read_bytes()
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not path.exists():
+            _make_key(path)
+        key = path.read_bytes()
+    except OSError as error:
+        raise OSError(f"{path}: {error.strerror}") from None
     if len(key) != KEY_BYTES:
-        raise OSError(f"{path} is not a key; delete it")
+        raise OSError(f"{path} has {len(key)} bytes, but a key has {KEY_BYTES}; delete it")
     return key
+
+
+def _make_key(path: Path) -> None:
+    """Make a key, whole or not at all, unless another process has just made one."""
+    part = temporary_path(path)
+    try:
+        with open(part, "xb", opener=partial(os.open, mode=0o600)) as file:
+            file.write(secrets.token_bytes(KEY_BYTES))
+        with suppress(FileExistsError):
+            os.link(part, path)
+    finally:
+        discard(part)

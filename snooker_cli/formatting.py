@@ -1,8 +1,14 @@
 """Numbers, lists and tables as text, the same in tables, figures and the report."""
 
 import math
+import re
+import unicodedata
 from collections.abc import Mapping, Sequence
+from decimal import Decimal
 from typing import Any
+
+MOST_PLACES, LARGE = 8, 1e7  # decimal places and size of a value without a power of ten
+DIGITS_OF_DOUBLE = 15
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -24,15 +30,25 @@ def exact(value: float) -> str:
 
 
 def with_error(value: float | None, error: float | None, unit: str = "") -> str:
-    """``1.234 ± 0.012 s⁻¹``: the error to two digits, the value to the same place."""
+    """``1.234 ± 0.012 s⁻¹``: the error to two digits, the value to the same place.
+
+    Very large and very small numbers share a power of ten: ``(2.056 ± 0.035) × 10⁹``.
+    """
     unit = f" {unit}" if unit else ""
-    if value is None or error is None or not math.isfinite(error) or error <= 0:
+    if value is None or error is None or not math.isfinite(value + error) or error <= 0:
         return f"{short(value, 4)}{unit}"
     places = 1 - math.floor(math.log10(error))
-    if 0 <= places <= 8 and abs(value) < 1e7:
+    if 0 <= places <= MOST_PLACES and abs(value) < LARGE:
         text = f"{value:.{places}f} ± {error:.{places}f}"
-        return f"{text.replace('-', '−')}{unit}"
-    return f"({short(value, 4)} ± {short(error, 2)}){unit}"
+    else:
+        largest = max(abs(value), error)
+        digits = places + math.floor(math.log10(largest))
+        if digits > DIGITS_OF_DOUBLE:  # the error is below the rounding of the value
+            return f"({short(value, 4)} ± {short(error, 2)}){unit}"
+        power = int(f"{largest:.{digits}e}".partition("e")[2])  # 9.996 may be rounded to 10
+        pair = (f"{Decimal(number).scaleb(-power):.{places + power}f}" for number in (value, error))
+        text = f"({' ± '.join(pair)}) × 10{str(power).translate(_RAISED)}"
+    return f"{text.replace('-', '−')}{unit}"
 
 
 def printable(text: str, kept: str = "") -> str:
@@ -47,11 +63,68 @@ def printable(text: str, kept: str = "") -> str:
     return "".join(c if c.isprintable() or c in kept else ascii(c)[1:-1] for c in text)
 
 
+_WORDS = str.maketrans(
+    {
+        **dict(zip("−–—‐‑━╸╺‘’“”⟨⟩×·÷⁄µ≈\u00a0", "--------''''<>x*//u~ ", strict=True)),
+        "±": "+/-",
+        "≥": ">=",
+        "≤": "<=",
+        "→": "->",
+        "√": "sqrt ",
+        "∞": "infinity",
+        "…": "...",
+        "°": " degrees",
+    }
+)
+"""Plain words for characters that have no ASCII letters in them."""
+
+_GREEK = "GREEK (SMALL|CAPITAL) LETTER (FINAL )?([A-Z]+)"
+_SPECIAL = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻ⁿ]+|[^\x00-\x7f]")
+
+
+def in_encoding(text: str, encoding: str) -> str:
+    """Text with plain words for what an encoding lacks: ``alpha = 1.2 +/- 0.1 s^-1``.
+
+    Spaces between columns, two or more, become fewer as words become longer.
+    """
+
+    def plain_word(found: re.Match[str]) -> str:
+        word = found[0]
+        try:
+            word.encode(encoding)
+        except UnicodeEncodeError:
+            return _plain_word(word)
+        return word
+
+    lines = []
+    for line in text.split("\n"):
+        plain, longer = "", 0
+        for part in re.split("( {2,})", line):
+            word = _SPECIAL.sub(plain_word, part)
+            if part[:2] == "  ":
+                word = " " * max(2, len(part) - longer)
+            longer += len(word) - len(part)
+            plain += word
+        lines.append(plain)
+    return "\n".join(lines)
+
+
+def _plain_word(word: str) -> str:
+    """ASCII for a character or for several raised ones: by its word, its name, or its letters."""
+    if greek := re.fullmatch(_GREEK, unicodedata.name(word[0], "")):
+        return greek[3].lower() if greek[1] == "SMALL" else greek[3].title()
+    raised = "^" if unicodedata.decomposition(word[0]).startswith("<super>") else ""
+    letters = unicodedata.normalize("NFKD", word.translate(_WORDS)).translate(_WORDS)
+    bare = "".join(letter for letter in letters if not unicodedata.combining(letter))
+    return raised + bare.encode("ascii", "backslashreplace").decode("ascii")
+
+
 def point_label(parameters: Mapping[str, object]) -> str:
     """A point's swept keys and values, as in ``cor=0.8, balls.radius=1.0``."""
     nulls = {"container.mass": "∞", "wall_cor": "cor"}  # what they stand for
     values = ((key, nulls.get(key) if v is None else v) for key, v in parameters.items())
-    return printable(", ".join(f"{key}={value}" for key, value in values)) or "all"
+    yaml = ((key, str(v).lower() if isinstance(v, bool) else v) for key, v in values)
+    return printable(", ".join(f"{key}={value}" for key, value in yaml)) or "all"
 
 
 def listed(words: Sequence[str]) -> str:

@@ -80,8 +80,8 @@ class Events:
     def __len__(self) -> int:
         return len(self.time)
 
-    def __getitem__(self, rows: slice) -> "Events":
-        """The events of some rows, without a copy."""
+    def __getitem__(self, rows: slice | NDArray[np.bool_]) -> "Events":
+        """The events of some rows; of a slice without a copy."""
         residual = None if self.residual is None else self.residual[rows]
         return Events(self.time[rows], self.i[rows], self.j[rows], self.impulse[rows], residual)
 
@@ -103,6 +103,62 @@ def joined(parts: Sequence[Events]) -> Events:
     columns = zip(*((part.time, part.i, part.j, part.impulse) for part in parts), strict=True)
     time, i, j, impulse = map(np.concatenate, columns)
     return Events(time, i, j, impulse, residual)
+
+
+class Simultaneous:
+    """Counts collisions that have exactly the time of another of the same ball; given in pieces.
+
+    In a gas with random starts there are none. The engine resolves them one after the other.
+    """
+
+    def __init__(self) -> None:
+        self._number = 0
+        self._last: Events | None = None  # those at the latest time: more of them may follow
+
+    def add(self, events: Events) -> None:
+        """Count the next events of the repeat."""
+        if np.any(slides := events.j == SLIDE):
+            events = events[~slides]
+        if len(events) == 0:
+            return
+        if self._last is not None and _repeats(joined([self._last[-1:], events[:1]])).any():
+            events = joined([self._last, events])
+        else:
+            self._number = self.number
+        self._last, repeats = events[-1:], _repeats(events)
+        if repeats.any():
+            later = np.flatnonzero(~repeats)
+            last = int(later[-1]) + 1 if len(later) else 0
+            self._number += _of_same_time(events[:last])
+            self._last = events[last:]
+
+    @property
+    def number(self) -> int:
+        """All collisions so far that have the time of another of the same ball."""
+        return self._number + (0 if self._last is None else _of_same_time(self._last))
+
+
+def _repeats(events: Events) -> NDArray[np.bool_]:
+    """(*n* - 1,) Whether each event but the first has the time of the one before."""
+    same: NDArray[np.bool_] = events.time[1:] == events.time[:-1]
+    if events.residual is not None:
+        same &= events.residual[1:] == events.residual[:-1]
+    return same
+
+
+def _of_same_time(events: Events) -> int:
+    """The number of events that have the time of another of the same ball."""
+    same = _repeats(events)
+    if not same.any():
+        return 0
+    within = np.append(same, False) | np.append(False, same)
+    instant = np.append(0, np.cumsum(~same))[within]
+    i, j = events.i[within], events.j[within]
+    most = int(max(i.max(), j.max())) + 1
+    keys = instant * most + i, np.where(j >= 0, instant * most + j, -1 - np.arange(len(j)))
+    _, which, counts = np.unique(np.concatenate(keys), return_inverse=True, return_counts=True)
+    shared = (counts > 1)[which].reshape(2, -1)
+    return int(np.count_nonzero(shared.any(axis=0)))
 
 
 _EVENT = np.dtype([("time", "<f8"), ("i", "<i4"), ("j", "<i4"), ("impulse", "<f8")])

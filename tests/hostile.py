@@ -230,6 +230,16 @@ def loop(path: Path) -> None:
     path.symlink_to(path)
 
 
+def endless(path: Path) -> None:
+    path.unlink()
+    path.symlink_to("/dev/zero")
+
+
+def holes(path: Path) -> None:
+    """200 GB that take no space."""
+    os.truncate(path, 200 * 10**9)
+
+
 def text(content: str | bytes) -> Damage:
     data = content if isinstance(content, bytes) else content.encode()
     return lambda path: path.write_bytes(data)
@@ -366,6 +376,8 @@ OTHERS: dict[str, Damage] = {
     "file: a folder": folder,
     "file: a pipe": fifo,
     "file: a loop": loop,
+    "file: endless": endless,
+    "file: 200 GB": holes,
 }
 """Damages with other reasons, or of parts that not all commands read."""
 
@@ -468,18 +480,26 @@ MANIFESTS: dict[str, Damage] = {
     "a pipe": fifo,
     "a folder": folder,
     "a loop": loop,
+    "endless": endless,
+    "200 GB": holes,
 }
 
 BESIDE: dict[str, tuple[str, Damage]] = {
-    f"{name} {content[:24]!r}": (name, text(content))
+    f"{name} {title}": (name, damage)
     for name in ("failures.jsonl", "analysis.json", "figures/energy.json")
-    for content in (
-        DEEP,
-        "[1, 2]",
-        '{"point": 1e999, "repeat": 0, "error": "a"}',
-        '{"point": 0, "repeat": null, "error": []}',
-        json.dumps({"0": {"made_from": ESCAPES, "rows": 5, "notes": 5}}),
-    )
+    for title, damage in {
+        **{
+            f"{content[:24]!r}": text(content)
+            for content in (
+                DEEP,
+                "[1, 2]",
+                '{"point": 1e999, "repeat": 0, "error": "a"}',
+                '{"point": 0, "repeat": null, "error": []}',
+                json.dumps({"0": {"made_from": ESCAPES, "rows": 5, "notes": 5}}),
+            )
+        },
+        **{kind.__name__: kind for kind in (fifo, folder, endless, holes)},
+    }.items()
 }
 """Other files of a run, by name."""
 

@@ -42,6 +42,8 @@ def made_schema() -> dict[str, Any]:
     properties, definitions = document["properties"], document["$defs"]
     swept: dict[str, tuple[str, dict[str, Any]]] = {}
     for key, entry in properties.items():
+        if key in WHOLE_RUN:
+            continue
         variants = (entry, *entry.get("oneOf", ()), *entry.get("anyOf", ()))
         homes = [variant["$ref"] for variant in variants if "$ref" in variant]
         for home in homes:
@@ -49,7 +51,7 @@ def made_schema() -> dict[str, Any]:
                 if "$ref" not in part.get("items", {}):
                     swept[f"{key}.{inner}"] = f"{home}/properties/{inner}", part
         words = any(variant.get("type") == "string" for variant in variants)
-        if key not in WHOLE_RUN and (words or not homes):
+        if words or not homes:
             swept[key] = f"#/properties/{key}", entry
     group = {"$ref": "#/properties/sweep"}
     sweep = {
@@ -74,7 +76,11 @@ def made_schema() -> dict[str, Any]:
         **document,
         "properties": {**properties, "sweep": sweep},
         "title": "snooker experiment",
-        "anyOf": [{"required": ["collisions"]}, {"required": ["time"]}],
+        "required": ["cor"],
+        "allOf": [
+            {"anyOf": [{"required": ["collisions"]}, {"required": ["time"]}]},
+            {"anyOf": [{"required": ["container", "balls"]}, {"required": ["start"]}]},
+        ],
     }
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import csv
 import dataclasses
 import json
+import re
 import shutil
 import signal
 from collections.abc import Callable
@@ -18,6 +20,7 @@ from matplotlib.figure import Figure
 from repeating import content_hash
 
 import snooker_cli as snooker
+from snooker_cli import api
 from snooker_cli.analysis import observables
 from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.config.yaml_document import document
@@ -380,3 +383,32 @@ def test_completion_shows_what_scripts_use(run: snooker.Run) -> None:
     assert not names & {"batches", "file_statuses", "manifest", "delete_all_but", "digests"}
     assert {name for name in dir(snooker) if not name.startswith("_")} == set(snooker.__all__)
     assert all(getattr(snooker, name).__name__ == name for name in snooker.__all__)
+
+
+def test_errors_name_arguments_of_python(run: snooker.Run, command: Snooker) -> None:
+    """The command line names its options."""
+    with pytest.raises(snooker.RunError, match="give fresh=True to replace them or out=… for"):
+        snooker.run(CONFIG | {"cor": 0.5}, out=run.directory, progress=False)
+    with pytest.raises(snooker.UserError, match="with 0 ≤ since < until"):
+        run.fit(2.0, 1.0)
+    with pytest.raises(snooker.UserError, match="`snooker plot --list` lists"):
+        run.plot("energy-fits")
+    ended = command("run", "small.yaml", "-o", "cor=0.5", "-o", "sweep={}", "--out", "runs/small")
+    assert "give --fresh to replace them or --out for another folder" in ended.err
+
+
+def test_all_options_that_errors_name_have_an_argument() -> None:
+    """But for what only commands do, and for commands in backticks."""
+    package = Path(api.__file__).parent
+    of_commands = ("api.py", "cli", "validation", "runs/dask_executor.py", "runs/verification.py")
+    named = set()
+    for path in package.rglob("*.py"):
+        if path.relative_to(package).as_posix().startswith(of_commands):
+            continue
+        nodes = list(ast.walk(ast.parse(path.read_text("utf-8"))))
+        documents = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+        for node in nodes:
+            text = node.value if isinstance(node, ast.Constant) else None
+            if isinstance(text, str) and id(node) not in documents:
+                named |= set(re.findall("--[a-z]+", re.sub("`[^`]*`", "", text)))
+    assert named == api.ARGUMENTS.keys()

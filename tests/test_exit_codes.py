@@ -83,6 +83,11 @@ def test_an_unexpected_error_is_a_sentence_and_a_traceback_on_request(
     ended = snooker("run", "small.yaml", "--no-progress", *many)
     assert "there is too little memory (" in ended.err
     assert "use fewer balls, or a smaller --jobs" in ended.err
+    monkeypatch.setattr("snooker_cli.api.open", lambda _: np.empty(2**56))
+    ended = snooker("export", "small")  # which has no --jobs
+    assert "too little memory (" in ended.err
+    assert "use fewer balls" in ended.err
+    assert "--jobs" not in ended.err
 
 
 def test_streams_that_are_closed_are_no_error(here: Path) -> None:

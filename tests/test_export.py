@@ -17,11 +17,10 @@ from pyh5md import File, element
 from scenes import gas
 
 from snooker_cli import export, store
-from snooker_cli.engine import replay, simulate
+from snooker_cli.engine import replay, replayed, simulate
 from snooker_cli.export import (
     EVENTS,
     STATES,
-    frames,
     states_table,
 )
 from snooker_cli.store import Provenance, RepeatHeader
@@ -42,7 +41,7 @@ def trace(finished: Path) -> Trace:
 
 def exported(snooker: Snooker, out: str, *options: str) -> Path:
     """The written file, whose name alone is printed."""
-    ended = snooker("export", *POINT, "--out", out, *options)
+    ended = snooker("export", *POINT, "--out", out, "--replace", *options)
     assert (ended.code, ended.out, ended.err) == (0, f"{out}\n", "")
     assert list(Path().glob(f"{out}*")) == [Path(out)]
     return Path(out)
@@ -67,7 +66,7 @@ def test_a_csv_has_the_same_doubles(
 
 
 def test_a_table_of_states_has_the_container_then_the_balls(trace: Trace) -> None:
-    (states,) = frames(trace, np.array([0.0, trace.stop.time]))
+    (states,) = replayed(trace, np.array([0.0, trace.stop.time]))
     table = states_table(states)
     start, finish = trace.start, trace.finish
     number = start.number + 1
@@ -148,7 +147,7 @@ def written(
     }[request.param]
     trace = simulate(gas(request.param, 60, 0.3, **options), collisions=60)
     times = np.linspace(0, trace.stop.time, 7)
-    batches = frames(trace, times, batch=2 * trace.start.number)
+    batches = replayed(trace, times, batch=2 * trace.start.number)
     path = tmp_path / "states.h5md"
     header = RepeatHeader(7, trace.stop, 30, 30, provenance, "bits")
     export.write_states(path, trace.start, header, times, batches)
@@ -215,7 +214,7 @@ def test_extended_xyz_has_the_same_states(written: tuple[Path, Trace, Any]) -> N
     """Cell and pbc are those of the container at each time, which moves if it is free."""
     path, trace, states = written
     start, out = trace.start, path.with_suffix(".xyz")
-    export.write_xyz(out, start, frames(trace, states.time, batch=2 * start.number))
+    export.write_xyz(out, start, replayed(trace, states.time, batch=2 * start.number))
     found = xyz_frames(out.read_text())
     assert [float(keys["Time"]) for keys, _ in found] == states.time.tolist()
     names = "species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1"

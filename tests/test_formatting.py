@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import math
 
-from snooker_cli.formatting import duration, exact, listed, point_label, short, size, with_error
+from snooker_cli.formatting import (
+    duration,
+    exact,
+    in_encoding,
+    listed,
+    point_label,
+    short,
+    size,
+    with_error,
+)
 
 
 def test_values_with_errors() -> None:
@@ -12,11 +21,31 @@ def test_values_with_errors() -> None:
         (1.8404, 0.0123, "1.840 ± 0.012"),
         (-0.5, 0.01, "−0.500 ± 0.010"),
         (1234.5, math.nan, "1234"),
-        (3.2e-16, 1e-17, "(3.2 × 10⁻¹⁶ ± 1 × 10⁻¹⁷)"),
+        (3.2e-16, 1e-17, "(3.20 ± 0.10) × 10⁻¹⁶"),
         (1234.4, 30.0, "1234 ± 30"),
-        (12345.0, 300.0, "(1.234 × 10⁴ ± 3 × 10²)"),
+        (12345.0, 300.0, "(1.234 ± 0.030) × 10⁴"),
+        (-2.056e9, 3.5e7, "(−2.056 ± 0.035) × 10⁹"),
+        (9.99996e9, 1e7, "(1.0000 ± 0.0010) × 10¹⁰"),
+        (3.0, 3.5e7, "(0.0 ± 3.5) × 10⁷"),
+        (1e308, 1e307, "(1.00 ± 0.10) × 10³⁰⁸"),
+        (1.0, 1e-300, "(1 ± 1 × 10⁻³⁰⁰)"),
+        (math.nan, 1e-3, "–"),
     ):
         assert with_error(value, error) == text
+
+
+def test_plain_words_for_what_an_encoding_lacks() -> None:
+    text = "α  (s⁻¹)  10⁻¹⁴ × 3 ± 1 m²  v₀ ≥ ½  “⟨v⟩” … é Σ µs 中"
+    for encoding, expected in {
+        "utf-8": text,
+        "latin-1": "alpha  (s^-1)  10^-14 × 3 ± 1 m²  v0 >= ½  '<v>' ... é Sigma µs \\u4e2d",
+        "cp437": "α  (s^-1)  10^-14 x 3 ± 1 m²  v0 ≥ ½  '<v>' ... é Σ µs \\u4e2d",
+        "ascii": "alpha  (s^-1)  10^-14 x 3 +/- 1 m^2  v0 >= 1/2  '<v>' ... e Sigma us \\u4e2d",
+    }.items():
+        assert in_encoding(text, encoding) == expected
+        expected.encode(encoding)
+    # Columns stay where they are while there is room.
+    assert in_encoding("α      1\nbeta   2", "ascii") == "alpha  1\nbeta   2"
 
 
 def test_words() -> None:
@@ -37,5 +66,5 @@ def test_durations_and_sizes_have_two_digits() -> None:
 
 def test_the_label_of_a_point_writes_null_as_what_it_stands_for() -> None:
     assert point_label({"cor": 0.8, "container.mass": None}) == "cor=0.8, container.mass=∞"
-    assert point_label({"wall_cor": None}) == "wall_cor=cor"
+    assert point_label({"wall_cor": None, "a": False}) == "wall_cor=cor, a=false"
     assert point_label({}) == "all"

@@ -70,8 +70,8 @@ def check(snooker: Snooker, command: tuple[str, ...], text: str, *overrides: str
 BASES = [
     """\
 title: demo
-container: {shape: circle, radius: 10.0, mass: 1.0e7}
-balls: {rings: 2, radius: 1.0, mass: 1, speed: 10, ring_extent: 0.8}
+container: {shape: circle, radius: 10.0, mass: 1.0e7, velocity: [1, 0]}
+balls: {rings: 2, radius: 1.0, mass: 1, speed: 10, ring_extent: 0.8, common_rotation: false}
 cor: 0.8
 wall_cor: null
 collapse: {tc: 0.01}
@@ -80,13 +80,16 @@ time: 10.0
 repeats: 3
 seed: 1
 record: events
-sweep: {cor: [0.8, 0.9], balls.rings: 'range(3)'}
+sweep: {cor: [0.8, 0.9], balls.rings: 'range(1, 3)'}
 """,
     """\
 container: {radius: 10.0, mass: .inf}
 balls:
   list:
     - {position: [0, 0], velocity: [1, 0], radius: 1, mass: 2}
+start:
+  {run: a, point: 0, repeat: 1, time: 2.5, rounding: 1e-12,
+   content: 0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef}
 cor: 1
 collapse: slide
 collisions: 500

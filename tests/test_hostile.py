@@ -20,6 +20,7 @@ from snooker_cli import store
 from snooker_cli.config import to_json
 from snooker_cli.engine import simulation
 from snooker_cli.errors import StoreError
+from snooker_cli.files import temporary_path
 from snooker_cli.runs import Run
 from snooker_cli.trace import SERIES_UNITS
 
@@ -167,6 +168,45 @@ def test_little_memory_is_taken(command: str, finished: Path) -> None:
     assert 1024 * kilobytes < BYTES
 
 
+@pytest.mark.parametrize("command", ["run small.yaml --fresh --no-progress", "compare small"])
+def test_settings_of_numba_in_the_folder_are_refused(
+    command: str, finished: Path, snooker: Snooker
+) -> None:
+    """They lead Numba to compiled code, which it runs; nothing is deleted before."""
+    settings, planted = Path(".numba_config.yaml"), Path("planted")
+    settings.write_text(f"cache_dir: {planted}\n")
+    before = sorted(finished.rglob("*"))
+    in_new_process = [sys.executable, "-m", "snooker_cli", *command.split()]
+    done = subprocess.run(in_new_process, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert f"{finished.parents[1]}: contains {settings}, which" in done.stderr
+    assert sorted(finished.rglob("*")) == before
+    assert not planted.exists()
+
+
+@pytest.mark.parametrize("kind", ["text", "bytes", "pipe"])
+def test_settings_of_matplotlib_in_the_folder_are_not_read(kind: str, finished: Path) -> None:
+    """A pipe would block, and text that is no text end the command."""
+    settings = Path("matplotlibrc")
+    if kind == "pipe":
+        os.mkfifo(settings)
+    else:
+        settings.write_bytes(b"savefig.dpi: 7\n" if kind == "text" else bytes(range(256)))
+    program = "from snooker_cli.figures import drawing; import matplotlib"
+    program += "; print(matplotlib.rcParams['savefig.dpi'])"
+    found = [
+        subprocess.run(
+            [sys.executable, "-c", f"{first}; {program}"],
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=60,
+        ).stdout
+        for first in ("pass", "from snooker_cli.animation import movie")
+    ]
+    assert found == ["figure\n", "figure\n"]
+
+
 def test_a_wrong_checkpoint_concerns_only_run(
     here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -217,6 +257,86 @@ def test_a_text_of_a_file_stays_in_its_line(here: Path, finished: Path, snooker:
 def test_hostile_files_beside_the_repeats(name: str, finished: Path, snooker: Snooker) -> None:
     file, damage = hostile.BESIDE[name]
     (finished / "figures").mkdir()
+    (finished / file).touch()
     damage(finished / file)
     for command in ("ls", "show small", "fit small", "run small.yaml --no-progress"):
         assert check(snooker, command, name) == 0
+    assert check(snooker, "run small.yaml --no-progress --fresh", name) == 0
+
+
+@pytest.mark.parametrize("kind", [hostile.fifo, hostile.endless, hostile.holes, hostile.folder])
+def test_a_hostile_certificate(kind: hostile.Damage, finished: Path, snooker: Snooker) -> None:
+    pytest.importorskip("flint")
+    kept = finished / "point-0000" / "exact-0000.json"
+    kept.touch()
+    kind(kept)
+    assert check(snooker, "verify small --exact --collisions 9", "certificate") == 0
+
+
+OWN_FILES = {
+    "fit small": ["analysis.json"],
+    "plot small energy": ["figures/energy.svg", "figures/energy.png", "figures/energy.json"],
+    "animate small": ["film-cor-0.85.html"],
+    "verify small --exact --point 0 --collisions 9": ["point-0000/exact-0000.json"],
+    "run small.yaml --no-progress": ["point-0000/repeats-0000-0002.h5"],
+    "run small.yaml --no-progress --part 1/1": ["failures.jsonl"],
+    "run small.yaml --no-progress --fresh": ["run.json"],
+    "report small": ["report/report.html", "report/report.pdf", "report/small.yaml"],
+    "live": ["../../gas.html"],
+}
+"""Files by the command that writes them under names of its own, from the run's folder."""
+
+
+@pytest.mark.parametrize("command", OWN_FILES)
+def test_no_link_in_a_run_leads_a_command_to_another_file(
+    command: str, finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    precious, text = Path("precious"), "what the user keeps elsewhere"
+    precious.write_text(text)
+    for name in OWN_FILES[command]:
+        path = finished / name
+        path.parent.mkdir(exist_ok=True)
+        if name == "run.json":  # or else the folder would be no run
+            precious.write_text(text := path.read_text())
+        path.unlink(missing_ok=True)
+        path.symlink_to(precious.resolve())
+    if "--part" in command:
+        (finished / REPEATS).unlink()
+        monkeypatch.setattr("snooker_cli.runs.batch.versions", lambda: 1 / 0)
+    assert snooker(*command.split()).code in (0, 4)
+    assert precious.read_text() == text
+    for name in OWN_FILES[command]:
+        assert not (finished / name).is_symlink()
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        ("run small.yaml --no-progress", "point-0000"),
+        ("run small.yaml --no-progress --fresh", "point-0000"),
+        ("run small.yaml --no-progress --fresh", "figures"),
+        ("run small.yaml --no-progress --part 1/1", "point-0000"),
+        ("plot small energy", "figures"),
+        ("report small", "report"),
+        ("report small", "report/figures"),
+    ],
+)
+def test_no_command_writes_or_deletes_through_a_linked_folder(
+    command: str, name: str, finished: Path, snooker: Snooker
+) -> None:
+    other = Path("other")
+    shutil.copytree(finished, other / "run")
+    shutil.rmtree(other / "run" / "point-0001")
+    # A run deletes such a file of a run that was killed.
+    temporary_path(other / "run" / REPEATS).write_text("another run's")
+    snooker("plot", str(other / "run"), "energy", "--out", str(other / "figures"))
+    linked = finished / name
+    shutil.rmtree(linked, ignore_errors=True)
+    linked.parent.mkdir(exist_ok=True)
+    target = {"point-0000": other / "run" / "point-0000", "figures": other / "figures"}
+    linked.symlink_to(target.get(name, other).resolve())
+    before = {path: path.read_bytes() for path in other.rglob("*") if path.is_file()}
+    ended = snooker(*command.split())
+    assert ended.code == 2
+    assert f"there is a link instead of the folder {linked.name}" in ended.err
+    assert {path: path.read_bytes() for path in other.rglob("*") if path.is_file()} == before

@@ -17,7 +17,14 @@ from snooker_cli.analysis.decay import (
     early_notes,
     measured_decays,
 )
-from snooker_cli.analysis.measurement import LEAST_RELAXING, Measurements, measure, relaxing
+from snooker_cli.analysis.measurement import (
+    LEAST_RELAXING,
+    Measurements,
+    measure,
+    pairs_of,
+    relaxing,
+    typical_pairs,
+)
 from snooker_cli.analysis.predictions import EQUILIBRIUM, NO_THEORY, UNITS, Row, SpeedLaw
 from snooker_cli.formatting import plain
 from snooker_cli.trace import StopReason, Trace
@@ -66,7 +73,8 @@ class Comparison:
 
 def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[Note]]:
     """`measured_comparisons` of repeats."""
-    measured = measure(traces)
+    repeats = list(traces)
+    measured = measure(repeats, pairs=pairs_of(repeats))
     return measured_comparisons(measured, measured_decays(measured))
 
 
@@ -93,11 +101,9 @@ def measured_comparisons(
     if not used:
         return [], notes
     if scene.number > 1:
-        fewest = 2 * relaxing(scene.number, LEAST_RELAXING)
-        few = f"; left out: {used - settled} of {used} repeats, with fewer than {fewest}"
-        skipped = f"the first {relaxing(scene.number)} ball-ball collisions, at most half"
-        note = f"pressures, rates and speeds skip {skipped} (relaxation)" + few * (settled < used)
-        notes.append(Note(note, ", ".join((*EQUILIBRIUM, CHI_SQUARE))))
+        notes.append(
+            Note(_relaxation(measured, used - settled), ", ".join((*EQUILIBRIUM, CHI_SQUARE)))
+        )
     notes += predictions.notes(scene)
     fitted = {
         (decay.quantity, decay.law): np.array([fit.value for fit in decay.fits])[moved]
@@ -119,6 +125,19 @@ def measured_comparisons(
     return _of_repeats(comparisons, measured), notes
 
 
+def _relaxation(measured: Measurements, short: int) -> str:
+    """The sentence on the relaxation; short : the number of repeats without a part after it."""
+    what, number = "pressures, rates and speeds", measured.scene.number
+    if measured.skipped is None:
+        pairs = typical_pairs(zip(measured.events[:, 1], measured.complete, strict=True))
+        needed = 2 * relaxing(number, LEAST_RELAXING)
+        have = f"the repeats have {math.floor(pairs)} ball-ball collisions on average"
+        return f"{what} are missing: {have}, and the relaxation needs {needed}; make the run longer"
+    of_all = f"; left out: {short} of {len(measured.time)} repeats, which are too short"
+    skip = f"skip the first {measured.skipped} ball-ball collisions of each repeat (relaxation)"
+    return f"{what} {skip}{of_all * (short > 0)}"
+
+
 def _in_steady_state(
     measured: Measurements, notes: list[Note]
 ) -> tuple[list[Comparison], list[Note]]:
@@ -131,7 +150,7 @@ def _in_steady_state(
     with np.errstate(divide="ignore", invalid="ignore"):
         rows = steady_state.rows(complete, part.first)
         comparisons = list(_compared(rows, len(complete.time), notes))
-    return _of_repeats(comparisons, measured), [*notes, *steady_state.notes(complete)]
+    return _of_repeats(comparisons, measured), [*notes, *steady_state.notes(complete, part.first)]
 
 
 def _of_repeats(comparisons: Iterable[Comparison], measured: Measurements) -> list[Comparison]:

@@ -147,7 +147,7 @@ JUDGEMENT = (
     "p is the probability that a law which holds deviates as much from ln y in windows of time "
     "(Hotelling's test over the complete repeats, three or more). "
     f"A law is refused where p is below {LEAST_PROBABILITY:g}. "
-    '"Holds" is the time until which the law holds, out of the judged time. "End/fit" is '
+    '"Holds" is the time until which the law is not refused, out of the judged time. "End/fit" is '
     "the value at the end over the fit. Local quantities are not judged."
 )
 """What a reader of the judgement of a law has to know."""

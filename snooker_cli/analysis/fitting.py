@@ -27,6 +27,16 @@ _CURVE_ROUNDING = 4 * EPSILON  # relative change of a curve that is only roundin
 LEAST_PROBABILITY = 0.01
 """A law holds where deviations as large as those found have at least this probability."""
 
+ENOUGH_REPEATS = 20
+"""With fewer repeats it is not said that a law holds, only that it is not refused.
+
+The 200 repeats of the source report's scene refuse Haff's law. Of groups of 5 of them nearly all do
+not refuse it, of groups of 20 a third do not, of groups of 40 none.
+"""
+
+FEW_REPEATS = f"Fewer than {ENOUGH_REPEATS} repeats refuse only a law that is far off."
+"""What a reader of a law that few repeats do not refuse has to know."""
+
 MOST_WINDOWS = 20  # windows of a test at most, and ends of a range that are tried
 
 ROWS_IN_WINDOW = 10
@@ -402,6 +412,11 @@ class Goodness:
     holds_to: float = math.nan
     end_over_fit: float = math.nan
     end_over_fit_error: float = math.nan
+
+
+def holding(repeats: int) -> str:
+    """What a law does that this number of repeats do not refuse."""
+    return "holds" if repeats >= ENOUGH_REPEATS else "is not refused"
 
 
 class Samples(NamedTuple):

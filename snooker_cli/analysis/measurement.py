@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from snooker_cli.analysis import observables
 from snooker_cli.analysis.observables import INSTANT, sampling_times
+from snooker_cli.containers import Circle
 from snooker_cli.engine import Rows, batch_series, is_short
 from snooker_cli.engine.jit import helper, inlined, kernel
-from snooker_cli.laws import Sides
+from snooker_cli.laws import Driven, Sides
 from snooker_cli.runs.execution import processors
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BINS, StopReason, Trace
@@ -103,8 +104,11 @@ class Measurements:
     across : (*repeats*, WINDOWS) as in `observables.shares_across`
     by_side : (*repeats*, WINDOWS, *sides*) as in `observables.wall_energies`, J; nan unless the
         laws of straight walls differ
+    rotation_energy : J, as in `observables.rotation_energy`; nan unless the wall is a driven circle
+        with two balls or more, whose rotation it keeps
     windows, whole, relaxed : averages over ``WINDOWS`` windows of time; over all of it; after the
-        relaxation, nan where there is none
+        relaxation, nan in repeats that are too short
+    skipped : collisions between balls in the relaxation, see `relaxation`
     first_energy, last_energy, calm_energy : J, of balls and container at the start, at the end and
         before a collapse
     collision_speed : mean speed of the balls after collisions, m/s; nan unless complete
@@ -122,6 +126,7 @@ class Measurements:
     numbers: Integers
     across: Array
     by_side: Array
+    rotation_energy: Array
     windows: Averages
     whole: Averages
     relaxed: Averages
@@ -137,6 +142,7 @@ class Measurements:
     time: Array
     endings: "NDArray[Any]"
     scene: Scene
+    skipped: int | None
 
     def chosen(self, repeats: NDArray[np.bool_]) -> "Measurements":
         """The measurements of some of the repeats."""
@@ -160,12 +166,46 @@ def relaxing(number: int, of_a_ball: int = RELAXING) -> int:
     return math.ceil(of_a_ball * number / 2) if number > 1 else 0
 
 
-def relaxed_at(trace: Trace) -> float | None:
-    """Time (s) after ``relaxing(N)`` ball-ball collisions, or half of all; ``None`` if too few."""
-    number, half = trace.start.number, trace.pair_events // 2
-    if half < relaxing(number, LEAST_RELAXING):
+def typical_pairs(repeats: Iterable[tuple[int, bool]]) -> float:
+    """Mean number of collisions between balls of the complete repeats, or of all if none is.
+
+    repeats : for each, its collisions between balls and whether it is complete; nan without any
+    """
+    ended = list(repeats)
+    complete = [pairs for pairs, whole in ended if whole]
+    counted = complete or [pairs for pairs, _ in ended]
+    return sum(counted) / len(counted) if counted else math.nan
+
+
+def pairs_of(traces: Iterable[Trace]) -> float:
+    """The `typical_pairs` of repeats."""
+    return typical_pairs((trace.pair_events, trace.stop.reason.complete) for trace in traces)
+
+
+def relaxation(number: int, pairs: float) -> int | None:
+    """Collisions between balls that all repeats of a point skip; ``None`` if there are too few.
+
+    number, pairs : balls; the `typical_pairs` of the point
+
+    The same for all repeats, because one that chose its own would choose by its result. They are 15
+    of each ball, but at most half; with fewer than 5, speeds are not mixed.
+    """
+    if math.isnan(pairs):
         return None
-    skipped = min(half, relaxing(number))
+    skipped = min(relaxing(number), math.floor(pairs / 2))
+    return skipped if skipped >= relaxing(number, LEAST_RELAXING) else None
+
+
+def relaxed_at(trace: Trace, skipped: int | None) -> float | None:
+    """Time (s) after the skipped collisions between balls; ``None`` for a repeat that is too short.
+
+    A repeat that ended early needs 5 more collisions of each ball.
+    """
+    if skipped is None:
+        return None
+    after = 0 if trace.stop.reason.complete else relaxing(trace.start.number, LEAST_RELAXING)
+    if trace.pair_events < skipped + after:
+        return None
     if trace.events is None or trace.summary is not None or trace.start.slides:
         columns = observables.series(trace)
         time = float(columns.time[np.searchsorted(columns.pair_events, skipped)])
@@ -175,10 +215,16 @@ def relaxed_at(trace: Trace) -> float | None:
     return time if time < trace.stop.time else None
 
 
-def measure(traces: Iterable[Trace], since: float = 0.0, until: float = math.inf) -> Measurements:
+def measure(
+    traces: Iterable[Trace],
+    since: float = 0.0,
+    until: float = math.inf,
+    pairs: float = math.nan,
+) -> Measurements:
     """What analyses need of the repeats of a point, one or more.
 
     since, until : times (s) between which curves have points
+    pairs : the `typical_pairs` of the point; without it, there is nothing after the relaxation
 
     The kernels run in threads without Python's lock, while the next repeats are read.
     """
@@ -187,7 +233,7 @@ def measure(traces: Iterable[Trace], since: float = 0.0, until: float = math.inf
     most = processors()
     with ThreadPoolExecutor(most) as pool:
         for together in _together(traces):
-            waiting.append(pool.submit(_measured, together, since, until))
+            waiting.append(pool.submit(_measured, together, since, until, pairs))
             if not parts and len(waiting) == 1:
                 waiting[0].exception()  # waits: only one thread compiles the kernels
             while len(waiting) > most:
@@ -221,15 +267,16 @@ def _together(traces: Iterable[Trace]) -> Iterator[list[Trace]]:
         yield together
 
 
-def _measured(traces: Sequence[Trace], since: float, until: float) -> Measurements:
+def _measured(traces: Sequence[Trace], since: float, until: float, pairs: float) -> Measurements:
     """`measure` of repeats that fit in memory together."""
     scene, repeats = traces[0].start, len(traces)
     container, number = scene.container, scene.number
     calm = [observables.before_collapse(trace) for trace in traces]
-    relaxed = [relaxed_at(trace) for trace in calm]
+    skipped = relaxation(number, pairs)
+    relaxed = [relaxed_at(trace, skipped) for trace in calm]
     if all(map(is_short, traces)):
-        pairs = zip(calm, relaxed, strict=True)
-        times = [np.empty(0) if at is None else sampling_times(trace, at) for trace, at in pairs]
+        both = zip(calm, relaxed, strict=True)
+        times = [np.empty(0) if at is None else sampling_times(trace, at) for trace, at in both]
         rows, speeds = batch_series(traces, times)
         held, collisions = np.ones(repeats, dtype=bool), rows
         ends = rows.starts[:-1] + [trace.collisions + 1 for trace in calm]
@@ -265,6 +312,9 @@ def _measured(traces: Sequence[Trace], since: float, until: float) -> Measuremen
     if isinstance(scene.wall_law, Sides):
         windows = zip(traces, edges, strict=True)
         by_side = np.stack([observables.wall_energies(trace, row) for trace, row in windows])
+    rotating = np.full(repeats, math.nan)
+    if number > 1 and isinstance(container, Circle) and isinstance(scene.wall_law, Driven):
+        rotating[:] = [observables.rotation_energy(trace) for trace in traces]
     points = np.zeros((repeats, 3, 3, POINTS))
     samples = np.full((repeats, 3, 2, SAMPLES), math.nan)
     numbers, collision_speed = np.zeros((repeats, 3), np.int64), np.full(repeats, math.nan)
@@ -283,6 +333,7 @@ def _measured(traces: Sequence[Trace], since: float, until: float) -> Measuremen
         numbers,
         across=np.stack([observables.shares_across(trace, WINDOWS) for trace in traces]),
         by_side=by_side,
+        rotation_energy=rotating,
         windows=averages(edges, rows.starts[1:]),
         whole=averages(np.stack([0 * lasts, lasts], axis=1), rows.starts[1:]),
         relaxed=averages(np.stack([later, calm_lasts], axis=1), np.asarray(ends)),
@@ -298,6 +349,7 @@ def _measured(traces: Sequence[Trace], since: float, until: float) -> Measuremen
         time=lasts,
         endings=np.array([trace.stop.reason.value for trace in traces]),
         scene=scene,
+        skipped=skipped,
     )
 
 

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from snooker_cli import engine, theory
 from snooker_cli.containers import Circle
-from snooker_cli.engine import States, replay
-from snooker_cli.engine.kernel_state import X, Y
+from snooker_cli.engine import States, replay, replayed
 from snooker_cli.engine.replay import Replay
 from snooker_cli.memory import MEMORY
+from snooker_cli.neighbours import near_pairs
 from snooker_cli.scene import TINY, Scene
 from snooker_cli.theory import Real
 from snooker_cli.trace import (
@@ -128,7 +128,11 @@ def so_far(trace: Trace, column: Array, times: Array) -> Array:
     known = series(trace).time
     if not has_all(trace):
         return np.asarray(np.interp(times, known, column))
-    return np.asarray(column[np.searchsorted(known, times, side="right") - 1])
+    values = column[np.searchsorted(known, times, side="right") - 1]
+    if trace.start.slides:  # after the last event, balls that slide press steadily
+        last = np.interp(times, known[-2:], column[-2:])
+        values = np.where(times > known[-2], last, values)
+    return np.asarray(values)
 
 
 def gains(trace: Trace, column: Array, edges: Array) -> Array:
@@ -184,7 +188,8 @@ def time_mean(trace: Trace, values: Array, since: float = 0.0) -> float:
 
 def has_all(trace: Trace) -> bool:
     """Whether the series has a row for every collision."""
-    return trace.events is not None and len(series(trace).time) == len(trace.events) + 1
+    rows = 1 + trace.start.slides  # the start, and the end where balls may slide
+    return trace.events is not None and len(series(trace).time) == len(trace.events) + rows
 
 
 # A trace -> energy, temperature and pressure, over time and as means.
@@ -230,6 +235,18 @@ def total_angular_momentum(scene: Scene) -> float:
         (x, y), (u, v) = scene.container_position, scene.container_velocity
         total += scene.container_mass * float(x * v - y * u)
     return total
+
+
+def rotation_energy(trace: Trace) -> float:
+    """Energy of a rigid rotation with the balls' angular momentum at the start, J.
+
+    The places are those in the end, about the centre of the container. See
+    `theory.rotation_energy`.
+    """
+    start, finish = trace.start, trace.finish  # the centre starts at the origin
+    places = finish.positions - finish.container_position
+    inertia = float(start.masses @ np.sum(places**2, axis=1))
+    return theory.rotation_energy(total_angular_momentum(start), inertia)
 
 
 def complete_repeats(traces: Iterable[Trace]) -> list[Trace]:
@@ -374,6 +391,7 @@ def virial_ratio(trace: Trace, since: float = 0.0) -> float:
 
 MOST_BALLS = 2**22  # balls times states in memory at once, some hundred megabytes
 STATES_IN_WINDOW = 5
+FIRST_GAP = 0.05  # mean spacings between surfaces, half of the first up to which pairs are searched
 COLLISIONS_BETWEEN = 5.0  # collisions of a ball between two times at which its speed counts
 
 
@@ -387,6 +405,14 @@ def at_collisions(trace: Trace, most: int = 2000) -> States:
     most = max(2, min(most, MOST_BALLS // trace.start.number))
     rows = _evenly(len(trace.events) + 1, most)
     return replay(trace, np.concatenate([[0.0], trace.events.time])[rows])
+
+
+def at_equal_steps(trace: Trace, steps: int) -> States:
+    """The states in the middle of steps of time that are equally long, over the whole repeat.
+
+    Raises ``ValueError`` without events.
+    """
+    return replay(trace, (np.arange(steps) + 0.5) * (trace.stop.time / steps))
 
 
 def central_distances(states: States) -> Array:
@@ -429,10 +455,9 @@ def wall_energies(trace: Trace, edges: Array) -> Array:
     events, gain = trace.events, np.diff(series(trace).kinetic_energy)
     late = (events.time > edges[0]) | (edges[0] == 0)  # collisions at time zero count
     hits = np.flatnonzero(events.at_wall & late)
-    balls, places, run = events.i[hits], np.empty((len(hits), 2)), Replay(trace)
-    for place, hit, ball in zip(places, hits.tolist(), balls.tolist(), strict=True):
-        run.advance(hit + 1)
-        place[:] = run.state.balls[[X, Y], ball]  # at its own clock, which is that of the hit
+    balls = events.i[hits].astype(np.int64)
+    after = Replay(trace).states(hits + 1, events.time[hits], balls[:, np.newaxis])[0]
+    places = after[:, :2, 0]
     reach = np.array(scene.container.size) / 2 - scene.radii[balls, None]
     gaps = np.hstack([reach + places, reach - places])[:, [0, 2, 1, 3]]  # left, right, bottom, top
     window = np.clip(np.searchsorted(edges, events.time[hits]) - 1, 0, len(edges) - 2)
@@ -446,6 +471,28 @@ def pair_distances(states: States, scene: Scene) -> Array:
     offsets = states.positions[:, first] - states.positions[:, second]
     offsets = scene.container.nearest_image(offsets)
     return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).ravel())
+
+
+def closest(states: States, scene: Scene) -> tuple[float, float]:
+    """The least distance of two balls in any of the states, and the farthest that two overlap, m.
+
+    The overlap is negative if none do. Neighbours are found with cells, so that many balls cost
+    little; in a periodic box the balls have to be many.
+    """
+    container, radii = scene.container, scene.radii
+    least, overlap, smallest = math.inf, -math.inf, float(radii.min())
+    first_gap = FIRST_GAP * math.sqrt(container.area / scene.number)
+    for places, centre in zip(states.positions, states.container_positions, strict=True):
+        here, gap = math.inf, first_gap
+        # Small balls farther apart may have nearer centres than large ones that touch.
+        while here - 2 * smallest > gap:
+            gap = 2 * gap if here == math.inf else here - 2 * smallest
+            for i, j, distances in near_pairs(places - centre, radii, gap, container.period):
+                here = min(here, float(distances.min(initial=math.inf)))
+                gaps = distances - radii[i] - radii[j]
+                overlap = max(overlap, -float(gaps.min(initial=math.inf)))
+        least = min(least, here)
+    return least, overlap
 
 
 def sampling_times(trace: Trace, since: float = 0.0) -> Array:
@@ -472,9 +519,11 @@ def reduced_speed_counts(trace: Trace, since: float = 0.0) -> NDArray[np.int64]:
     if trace.summary is not None:
         rows = np.searchsorted(trace.summary.series.time, times, side="right") - 1
         return np.asarray(trace.summary.speed_histogram[np.unique(rows)].sum(axis=0))
-    velocities = replay(trace, times).velocities
-    energies = 0.5 * trace.start.masses * np.sum(velocities**2, axis=2)
-    means = energies.mean(axis=1, keepdims=True)
-    reduced = np.sqrt(energies / np.where(means > 0, means, 1.0))
-    bins = np.fmin(reduced / SPEED_BIN, SPEED_BINS - 1).astype(int)  # also of inf and nan
-    return np.bincount(bins.ravel(), minlength=SPEED_BINS)
+    counts = np.zeros(SPEED_BINS, dtype=np.int64)
+    for states in replayed(trace, times):
+        energies = 0.5 * trace.start.masses * np.sum(states.velocities**2, axis=2)
+        means = energies.mean(axis=1, keepdims=True)
+        reduced = np.sqrt(energies / np.where(means > 0, means, 1.0))
+        bins = np.fmin(reduced / SPEED_BIN, SPEED_BINS - 1).astype(int)  # also of inf and nan
+        counts += np.bincount(bins.ravel(), minlength=SPEED_BINS)
+    return counts

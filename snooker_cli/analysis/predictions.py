@@ -14,8 +14,9 @@ from snooker_cli.analysis.measurement import Measurements
 from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic
 from snooker_cli.containers import Box, Channel, Circle, Container
 from snooker_cli.formatting import listed
-from snooker_cli.laws import Sides
+from snooker_cli.laws import Constant, Sides
 from snooker_cli.scene import Scene
+from snooker_cli.theory import FINITE, IDEAL, INFINITE
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace
 
 Array: TypeAlias = NDArray[np.float64]
@@ -66,6 +67,43 @@ def scene_state(scene: Scene, temperature: float) -> theory.FluidState | None:
     if scene.number < 2 or not scene.equal_balls or isinstance(scene.container, Channel):
         return None
     return fluid(scene.number, temperature, float(scene.radii[0]), scene.container)
+
+
+class DiskRatio(NamedTuple):
+    """PV/NT of equal hard disks by a theory: at the walls, and by the virial of the balls.
+
+    Without walls T is the temperature at which balls meet, and the two are the same.
+    """
+
+    pressure: float
+    virial: float
+
+
+def disk_ratios(scene: Scene) -> dict[str, DiskRatio]:
+    """PV/NT of equal balls with one CoR, by the name of the theory; empty without one.
+
+    There is none for one ball, unequal ones, a CoR that depends on the speed, or a dense packing;
+    N balls in a channel have that of a very large gas only.
+    """
+    packing, law = scene.packing_fraction, scene.pair_law
+    if scene.number < 2 or not scene.equal_balls or packing > theory.DENSEST_FLUID:
+        return {}
+    if not isinstance(law, Constant):
+        return {}
+    large = theory.granular_compressibility(packing, law.cor)
+    balls = scene.number, float(scene.radii[0]), scene.container
+    finite = None if isinstance(scene.container, Channel) else finite_ratio(*balls, law.cor)
+    return {INFINITE: DiskRatio(large, large)} | ({FINITE: finite} if finite else {})
+
+
+def finite_ratio(
+    number: float, radius: float, container: Container, restitution: float
+) -> DiskRatio | None:
+    """PV/NT of N equal hard disks in a container; ``None`` if they are too dense to be a fluid."""
+    if (state := fluid(number, 1.0, radius, container)) is None:
+        return None
+    state = state.inelastic(restitution)
+    return DiskRatio(state.pressure * container.area / number, state.virial_ratio)
 
 
 def scene_rates(scene: Scene, temperature: float) -> theory.CollisionRates | None:
@@ -143,10 +181,17 @@ def floor(trace: Trace) -> float:
         return drift_energy(scene) / scene.kinetic_energy
     if not isinstance(container, Circle) or not _heavy(scene):
         return math.nan
-    turning = observables.total_angular_momentum(scene)  # the centre starts at the origin
-    places = trace.finish.positions - trace.finish.container_position
-    inertia = float(scene.masses @ np.sum(places**2, axis=1))
-    return theory.rotation_energy(turning, inertia) / scene.kinetic_energy
+    return observables.rotation_energy(trace) / scene.kinetic_energy
+
+
+def _on_rings(scene: Scene) -> bool:
+    """Whether two or more balls are on even rings, 6k on the k-th, as `balls.rings` places them."""
+    rings = round((math.sqrt(12 * scene.number - 3) - 3) / 6)
+    if rings < 1 or 1 + 3 * rings * (rings + 1) != scene.number:
+        return False
+    distances = np.sort(np.hypot(*(scene.positions - scene.container_position).T))
+    ranks = np.repeat(np.arange(rings + 1), [1, *(6 * k for k in range(1, rings + 1))])
+    return np.allclose(distances, distances[-1] * ranks / rings, rtol=observables.ROUNDING)
 
 
 def _heavy(scene: Scene) -> bool:
@@ -159,59 +204,38 @@ def _heavy(scene: Scene) -> bool:
 
 
 def pressures(measured: Measurements) -> Iterator[Row]:
-    """Pressures: of an ideal gas, and of equal hard disks in the container."""
+    """Pressures: of an ideal gas, and of equal hard disks."""
     scene, relaxed = measured.scene, measured.relaxed
     pressure, warm = relaxed.pressure(scene), relaxed.kinetic_energy / scene.number
     ideal = theory.ideal_gas_pressure(scene.number, 1.0, scene.container.area)
     ratio = pressure / (ideal * warm)
     virial = 1 + relaxed.pair_virial / (2 * relaxed.kinetic_energy * relaxed.length)
-    yield "pressure", "ideal gas law", pressure, ideal * warm
-    yield "temperature", "ideal gas law, PV/N", warm, pressure / ideal
-    yield "PV/NT", "ideal gas law", ratio, 1.0
+    yield "pressure", IDEAL, pressure, ideal * warm
+    yield "temperature", f"{IDEAL}, PV/N", warm, pressure / ideal
+    yield "PV/NT", IDEAL, ratio, 1.0
     if not scene.equal_balls:
         return
-    state, packing = scene_state(scene, 1.0), scene.packing_fraction
-    walls = scene.container.has_wall
+    walls, number, radius = scene.container.has_wall, scene.number, float(scene.radii[0])
     # Without walls balls meet at a temperature of their own; with them this is one.
     met = relaxed.meeting / warm
-    expected = {model: 1 + (z - 1) * met for model, z in _compressibilities(scene, state).items()}
+    if walls:
+        accessible = theory.accessible_wall_pressure(number, 1.0, radius, scene.container)
+        yield "pressure", "accessible area", pressure, accessible * warm
+    disks = dict[str, DiskRatio]()
+    if scene_state(scene, 1.0) is not None:
+        disks = disk_ratios(scene)
+        excluded = theory.van_der_waals_pressure(number, 1.0, scene.container.area, radius) / ideal
+        yield "pressure", "van der Waals", pressure, (1 + (excluded - 1) * met) * ideal * warm
+    expected = {model: 1 + (one.pressure - 1) * met for model, one in disks.items()}
     for model, value in expected.items():
         yield "pressure", model, pressure, value * ideal * warm
     for model, value in expected.items():
-        if model.startswith("hard disks"):
-            yield "PV/NT", model, ratio, value
-    if state is not None and walls:
-        yield "PV/NT by the virial", "hard disks, Padé", virial, theory.compressibility(packing)
-        yield "PV/NT by the virial", _here(scene.container), virial, state.virial_ratio
-    published = theory.published_ratio(packing)
+        yield "PV/NT", model, ratio, value
+    for model, one in disks.items() if walls else ():
+        yield "PV/NT by the virial", model, virial, one.virial
+    published = theory.published_ratio(scene.packing_fraction)
     if published is not None and elastic(scene) and not walls:
         yield "PV/NT", published.source, virial, 1 + (published.ratio - 1) * met
-
-
-def _here(container: Container) -> str:
-    """The name of the theory for N equal balls in this container, instead of a very large gas."""
-    return "hard disks with a wall" if container.has_wall else "hard disks, finite N"
-
-
-def _compressibilities(scene: Scene, state: theory.FluidState | None) -> dict[str, float]:
-    """PV/NT of equal balls by model, with T the temperature at which balls meet."""
-    number, radius, container = scene.number, float(scene.radii[0]), scene.container
-    ideal = theory.ideal_gas_pressure(number, 1.0, container.area)
-    ratios = {}
-    if container.has_wall:
-        accessible = theory.accessible_wall_pressure(number, 1.0, radius, container)
-        ratios["accessible area"] = accessible / ideal
-    if state is not None:
-        excluded = theory.van_der_waals_pressure(number, 1.0, container.area, radius)
-        ratios["van der Waals"] = excluded / ideal
-        ratios["hard disks, Padé"] = theory.compressibility(scene.packing_fraction)
-        if elastic(scene) or container.has_wall:
-            ratios[_here(container)] = state.pressure / ideal
-        else:
-            # The impulses of a Maxwellian gas are (1 + e)/2 of the elastic ones.
-            weaker = (1 + scene.restitution) / 2 * (state.pressure / ideal - 1)
-            ratios["hard disks, impulses (1 + e)/2"] = 1 + weaker
-    return ratios
 
 
 def rates(measured: Measurements) -> Iterator[Row]:
@@ -230,7 +254,7 @@ def rates(measured: Measurements) -> Iterator[Row]:
         ideal = theory.wall_rate(relative, container.accessible(radius))
         yield "wall rate of a ball", "ideal gas", wall, ideal
         if enskog is not None:
-            yield "wall rate of a ball", _here(container), wall, enskog.wall * root
+            yield "wall rate of a ball", FINITE, wall, enskog.wall * root
     state = scene_state(scene, 1.0)
     if enskog is None or state is None:
         return
@@ -240,13 +264,13 @@ def rates(measured: Measurements) -> Iterator[Row]:
     here = theory.ball_ball_rate_from_virial(state.virial_ratio, 1.0, radius, free, mass) * root
     yield "ball-ball rate of a ball", "Boltzmann", pairs, dilute * root
     yield "ball-ball rate of a ball", "Enskog", pairs, enskog.ball_ball * root
-    yield "ball-ball rate of a ball", _here(container), pairs, here
+    yield "ball-ball rate of a ball", FINITE, pairs, here
     path = relaxed.mean_speed / pairs
     source = theory.source_mean_free_path(density, radius)
     yield "mean free path", "Boltzmann", path, theory.mean_free_path(density, radius)
     yield "mean free path", "Enskog", path, enskog.mean_free_path
     if container.has_wall or at_rest(scene):  # a drift adds to the path of each ball
-        yield "mean free path", _here(container), path, speed / here
+        yield "mean free path", FINITE, path, speed / here
     yield "mean free path", "source report, 1/(√2 n 2πr)", path, source
 
 
@@ -272,7 +296,7 @@ def cooling(measured: Measurements, constants: Mapping[tuple[str, str], Array]) 
     if (expected := haff_rate(scene)) is not None:
         yield "Haff's α", "Enskog rates at the start", alpha, expected * root
     if (expected := finite_haff_rate(scene)) is not None:
-        yield "Haff's α", _here(scene.container), alpha, expected * root
+        yield "Haff's α", FINITE, alpha, expected * root
     left = measured.calm_energy / measured.first_energy
     walls, pairs = (events.astype(np.float64) for events in measured.calm_events.T)
     shares = scene.restitution, pairs, scene.wall_restitution, walls
@@ -347,10 +371,26 @@ def speeds(measured: Measurements) -> Iterator[Row]:
 
 
 TURNING = (
-    "hard disks with a wall: the angular momenta are those of equilibrium; rings have others "
+    f"{FINITE}: the angular momenta are those of equilibrium; rings have others "
     "(7 balls: rates 4 % off)"
 )
 """What a reader of the theory for N balls in a circle has to know."""
+
+
+def impulse_notes(scene: Scene) -> Iterator[Note]:
+    """What a reader of PV/NT of hard disks has to know if collisions between them lose energy."""
+    disks, about = (
+        disk_ratios(scene),
+        "pressure, PV/NT, PV/NT by the virial, pressure by the virial",
+    )
+    if disks and scene.restitution < 1:
+        text = "hard disks: an impulse between balls is (1 + CoR)/2 of an elastic one; uniform gas"
+        yield Note(text, about, ", ".join(disks))
+    elif scene.number > 1 and scene.equal_balls and not isinstance(scene.pair_law, Constant):
+        text = (
+            "PV/NT of hard disks is missing: the theory needs one CoR between balls at all speeds"
+        )
+        yield Note(text, about)
 
 
 EQUAL_SPEEDS = (
@@ -361,8 +401,9 @@ EQUAL_SPEEDS = (
 
 def notes(scene: Scene) -> Iterator[Note]:
     """What walls and their absence change; which rows are missing for these balls, and why."""
-    if isinstance(scene.container, Circle) and scene.number > 1 and _heavy(scene):
-        yield Note(TURNING, model="hard disks with a wall")
+    in_circle = isinstance(scene.container, Circle) and scene.number > 1
+    if in_circle and _heavy(scene) and _on_rings(scene):
+        yield Note(TURNING, model=FINITE)
     if not scene.container.has_wall:
         yield Note(NO_WALLS, "pressure, temperature, PV/NT by the virial")
         if scene.number > 1 and independent_velocities(scene) is None:
@@ -371,6 +412,7 @@ def notes(scene: Scene) -> Iterator[Note]:
                 why = "the balls' centre of mass moves on for ever"
             missing = f"the law of speeds at fixed energy is missing, because {why}"
             yield Note(missing, "mean speed, kurtosis of speeds, mean free path")
+    yield from impulse_notes(scene)
     speeds = np.linalg.norm(scene.velocities, axis=1)
     if scene.number > 1 and not elastic(scene) and np.ptp(speeds) <= 1e-9 * np.max(speeds):
         yield Note(EQUAL_SPEEDS, "Haff's α")

@@ -1,27 +1,27 @@
 """The fits, comparisons and table of a run: read from ``analysis.json``, or made together.
 
 One pass over the repeats of a point gives all three. Their results are kept by point, with a hash
-of the repeats, of this code and of the results; what does not have this hash is made again.
+of the repeats, of this code and of the results, which only the same user can make. What does not
+have this hash is made again.
 """
 
-import hashlib
 import json
 import logging
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias, get_args, get_type_hints
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from snooker_cli.analysis.comparison import Comparison, measured_comparisons
+from snooker_cli.analysis.comparison import measured_comparisons
 from snooker_cli.analysis.decay import Decay, Note, fit_notes, measured_decays
-from snooker_cli.analysis.fitting import LAWS, Goodness, RepeatMean
-from snooker_cli.analysis.measurement import WINDOWS, Measurements, measure
+from snooker_cli.analysis.measurement import WINDOWS, Measurements, measure, typical_pairs
 from snooker_cli.analysis.steady_state import measured_part
 from snooker_cli.config import Point
-from snooker_cli.errors import UNREADABLE, RunError, UserError
-from snooker_cli.files import sources_hash, write_text
+from snooker_cli.errors import RunError, UserError, error_text
+from snooker_cli.files import read_text, signature, sources_hash, write_text
 from snooker_cli.formatting import plain
 from snooker_cli.runs import Run
 from snooker_cli.runs.run import ANALYSIS, RepeatState, RepeatStatus
@@ -35,24 +35,7 @@ Records: TypeAlias = list[dict[str, Any]]
 
 SOURCES = ("analysis/*.py", "engine/*.py", "*.py")  # they decide what an analysis finds
 
-FIT_TYPES = {
-    **dict.fromkeys(("quantity", "model", "amplitude", "unit"), str),
-    **dict.fromkeys(("short", "complete"), int),
-    "reason": str | None,
-    "elastic": bool,
-    **get_type_hints(RepeatMean),
-    **get_type_hints(Goodness),
-}
-COMPARISON_TYPES = {"unit": str, "difference_in_errors": float, **get_type_hints(Comparison)}
-COLUMN_TYPES = {
-    "ending": str,
-    "complete": bool,
-    **dict.fromkeys(("collisions", "wall_collisions", "pair_collisions"), int),
-    **dict.fromkeys(("time", "temperature", "pressure", "mean_speed", "energy_ratio"), float),
-    **dict.fromkeys(("k", "alpha", "wall_energy", "lost_energy", "stationary_from"), float),
-}
-NOTE_TYPES = get_type_hints(Note)
-"""The keys of a row of fits, of comparisons, of a table and of notes, with the types of values."""
+BYTES_OF_POINT = 100_000  # of its results with up to 100 repeats; they take a fifth of it
 
 _log = logging.getLogger(__name__)
 
@@ -113,7 +96,7 @@ def results(
 ) -> list[dict[str, list[Any]]]:
     """The columns of ``Run.table`` of ``api`` by point, with a value for each repeat that is there.
 
-    Raises ``RunError`` if no point has a repeat.
+    A point without a repeat has no columns. Raises ``RunError`` if no point has a repeat.
     """
     return [entry["table"] for entry in _entries(run, points, counting)]
 
@@ -142,48 +125,53 @@ def _joined(
         missing = f"{are} there; run the config again for the rest" if there < wanted else ""
         texts = missing, shorter_note(run.shorter(point), there), *run.common_random_notes
         own = [Note(text)._asdict() for text in texts if text]
-        rows += [parameters | row for row in entry[name]["rows"]]
+        rows += [parameters | row | {"requested": wanted} for row in entry[name]["rows"]]
         notes += [parameters | note for note in own + entry[name]["notes"]]
     return RunAnalysis(rows, notes)
 
 
 def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict[str, Any]]:
     """All results of points: from the file, where that has those of these very repeats, or made."""
-    saved, entries, new = _saved(run.directory / ANALYSIS), list[dict[str, Any]](), False
+    most = BYTES_OF_POINT * len(run.points) * (1 + run.experiment.repeats // 100)
+    saved, entries = _saved(run.directory / ANALYSIS, most), list[dict[str, Any]]()
+    made: dict[str, tuple[str, ...]] = {}  # the origin of results that are made now, by point
     if not any(map(run.present, points)):
         next(run.traces(points[0]))  # raises the error
     for point in points:
-        repeats = _hash(sources_hash(*SOURCES), *_fingerprints(run.statuses(point.index)))
-        entry: Any = saved.get(str(point.index))
-        if not (_is_sound(entry) and entry["hash"] == _hash(repeats, entry["results"])):
-            entry = {"results": _made(run, point, _all_results, counting)}
-            entry["hash"], new = _hash(repeats, entry["results"]), True
-        saved[str(point.index)] = entry
-        entries.append(entry["results"])
-    if new:
+        statuses = run.statuses(point.index)
+        origin = sources_hash(*SOURCES), *_fingerprints(statuses)
+        name = str(point.index)
+        entry: Any = saved.get(name)
         try:
+            mine = entry["hash"] == signature(origin, entry["results"])
+        except Exception:
+            mine = False
+        if not mine:
+            make = partial(_all_results, pairs=typical_pairs(_ended(statuses)))
+            entry = saved[name] = {"results": _made(run, point, make, counting)}
+            made[name] = origin
+        entries.append(entry["results"])
+    if made:
+        try:
+            for name, origin in made.items():
+                saved[name]["hash"] = signature(origin, saved[name]["results"])
             write_text(run.directory / ANALYSIS, json.dumps(saved, allow_nan=False))
         except OSError as error:
-            problem = f"cannot be written ({error.strerror}); the result is not kept"
+            problem = f"cannot be written ({error_text(error)}); the result is not kept"
             _log.warning("%s: %s", run.directory / ANALYSIS, problem)
     return entries
 
 
-def _saved(path: Path) -> dict[str, Any]:
-    """What a file of analyses holds by point, not yet checked; nothing if it is not such a file."""
+def _saved(path: Path, most: int) -> dict[str, Any]:
+    """What a file of analyses holds by point, not yet checked; nothing if it is not such a file.
+
+    most : bytes of such a file
+    """
     try:
-        text = path.read_text(encoding="utf-8")
-        content = json.loads(text, parse_float=_finite, parse_constant=_finite)
-    except UNREADABLE:
+        content = json.loads(read_text(path, most))
+    except Exception:
         return {}
     return content if isinstance(content, dict) else {}
-
-
-def _finite(text: str) -> float:
-    """A number in a file. Raises ``ValueError`` for one that is not finite."""
-    if not math.isfinite(number := float(text)):
-        raise ValueError(f"{text} is not finite")
-    return number
 
 
 def _fingerprints(statuses: Sequence[RepeatStatus]) -> Iterator[str]:
@@ -194,35 +182,11 @@ def _fingerprints(statuses: Sequence[RepeatStatus]) -> Iterator[str]:
             yield f"{status.repeat} {status.header.fingerprint if status.header else ''}"
 
 
-def _hash(*parts: Any) -> str:
-    """SHA-256 of values that JSON can have."""
-    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
-
-
-def _is_sound(entry: Any) -> bool:
-    """Whether an entry has the form of all results of a point."""
-    try:
-        content = entry["results"]
-        tables = [content["table"]], content["fits"]["rows"], content["comparisons"]["rows"]
-        (columns,), fit_rows, compared = tables
-        notes = content["fits"]["notes"] + content["comparisons"]["notes"]
-        values = zip(*columns.values(), strict=True)
-        repeats = [dict(zip(columns, row, strict=True)) for row in values]
-        kinds = (fit_rows, FIT_TYPES), (compared, COMPARISON_TYPES), (notes, NOTE_TYPES)
-        typed = all(_has_types(row, types) for rows, types in kinds for row in rows)
-        typed = typed and all(_has_types(row, COLUMN_TYPES) for row in repeats)
-        return typed and all(row["model"] in LAWS for row in fit_rows)
-    except (KeyError, TypeError, ValueError, AttributeError):
-        return False
-
-
-def _has_types(row: Any, types: dict[str, Any]) -> bool:
-    """Whether a row has these keys, and values of these types; a number without a value is null."""
-    number = (float, int, type(None))
-    return row.keys() == types.keys() and all(
-        type(value) in (number if types[key] is float else get_args(types[key]) or (types[key],))
-        for key, value in row.items()
-    )
+def _ended(statuses: Sequence[RepeatStatus]) -> Iterator[tuple[int, bool]]:
+    """Collisions between balls of each repeat that is there, and whether it is complete."""
+    for status in statuses:
+        if status.header is not None:
+            yield status.header.pair_events, status.header.stop.reason.complete
 
 
 def _made(
@@ -235,15 +199,14 @@ def _made(
     present = run.present(point)
     if not present:
         nothing: dict[str, Any] = {"rows": [], "notes": []}
-        table: dict[str, list[Any]] = {name: [] for name in COLUMN_TYPES}
-        return {"fits": nothing, "comparisons": nothing, "table": table}
+        return {"fits": nothing, "comparisons": nothing, "table": {}}
     label = f"point {point.index + 1} of {len(run.points)}"
     return make(counting(run.traces(point, present), label, len(present)))
 
 
-def _all_results(traces: Iterator[Trace]) -> dict[str, Any]:
-    """Fits, comparisons and table of a point."""
-    measured = measure(traces)
+def _all_results(traces: Iterator[Trace], pairs: float) -> dict[str, Any]:
+    """Fits, comparisons and table of a point with these `typical_pairs`."""
+    measured = measure(traces, pairs=pairs)
     constants = measured_decays(measured)
     compared, notes = measured_comparisons(measured, constants)
     return {

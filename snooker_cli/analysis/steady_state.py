@@ -12,20 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import theory
-from snooker_cli.analysis import predictions
+from snooker_cli.analysis import observables, predictions
 from snooker_cli.analysis.decay import Note
 from snooker_cli.analysis.fitting import LEAST_PROBABILITY, equal_means
 from snooker_cli.analysis.measurement import MEANS, WINDOWS, Averages, Measurements
 from snooker_cli.analysis.predictions import GIVEN, NO_THEORY, Row
 from snooker_cli.containers import Channel, Circle
-from snooker_cli.formatting import probability, short
+from snooker_cli.formatting import probability, short, with_error
 from snooker_cli.laws import Constant, Law, Sides, Thermal
 from snooker_cli.scene import Scene
+from snooker_cli.theory import FINITE, IDEAL
 
 Array = NDArray[np.float64]
 
-HERE, GRANULAR = "hard disks with a wall", "granular gas"
 WALLS, BALANCE = "temperature of the wall", "balance of energy"
+
+MOST_ROTATION = 0.01
+"""Share of the energy in a common rotation above which a note says how to start without it."""
 
 LEAST_REPEATS = 5
 """Complete repeats that the test needs: three differences, and two degrees of freedom more."""
@@ -153,7 +156,7 @@ def rows(measured: Measurements, first: int) -> Iterator[Row]:
     """Means over the stationary part of complete repeats, beside theory.
 
     Theory is that of a uniform gas with Maxwell's speeds. Elastic balls in walls of one temperature
-    are in equilibrium. Then there is also theory for N balls in the container.
+    are in equilibrium. Then theory also has the rate of hits for N balls in the container.
     """
     scene, steady = measured.scene, averages_from(measured.windows, first)
     number, container, radius = scene.number, scene.container, float(scene.radii[0])
@@ -165,21 +168,16 @@ def rows(measured: Measurements, first: int) -> Iterator[Row]:
     warm, root = energy / number, steady.root_energy / math.sqrt(number)  # √T is also a mean
 
     # What theories say: PV/NT at the walls and by the virial, χ of rates, and hits at T = 1 J.
-    speed = theory.maxwell_mean_speed(1.0, mass)
-    contacts, ratios, virials = dict[str, float](), {"ideal gas law": 1.0}, dict[str, float]()
+    speed, disks = theory.maxwell_mean_speed(1.0, mass), predictions.disk_ratios(scene)
+    ratios = {IDEAL: 1.0} | {model: one.pressure for model, one in disks.items()}
+    virials = {model: one.virial for model, one in disks.items()}
+    contacts = {"Boltzmann": 1.0} if equal else {}
     hits = {"ideal gas": theory.wall_rate(speed, container.accessible(radius))} if equal else {}
-    if equal:
-        contacts["Boltzmann"] = 1.0
     if fluid:
         contacts["Enskog"] = theory.contact_value(scene.packing_fraction)
-    if fluid and isinstance(scene.pair_law, Constant):
-        model = "hard disks, Padé" if scene.restitution == 1 else GRANULAR
-        ratio = theory.granular_compressibility(scene.packing_fraction, scene.restitution)
-        ratios[model] = virials[model] = ratio
     if finite is not None:
-        ratios[HERE], virials[HERE] = finite.pressure / density, finite.virial_ratio
         walls = finite.pressure, 1.0, container.wall_length, mass
-        hits[HERE] = theory.wall_rate_from_pressure(number, *walls)
+        hits[FINITE] = theory.wall_rate_from_pressure(number, *walls)
 
     pressure, ideal, virial = steady.pressure(scene), density * warm, steady.pair_virial / length
     yield from _beside("temperature", warm, temperatures)
@@ -226,8 +224,8 @@ def _beside(
         yield quantity, model, measured, value * scale
 
 
-def notes(measured: Measurements) -> Iterator[Note]:
-    """What a reader of the rows has to know."""
+def notes(measured: Measurements, first: int) -> Iterator[Note]:
+    """What a reader of the rows from a window on has to know."""
     scene, parts = measured.scene, "T across/T along"
     yield Note("the kurtosis of speeds is 2 (1 + a2)", "kurtosis of speeds")
     if np.all(np.isfinite(measured.across)):
@@ -235,8 +233,22 @@ def notes(measured: Measurements) -> Iterator[Note]:
         yield Note(f"{parts}: motion along {across}, over the rest", parts)
     else:
         yield Note(f"{parts} is missing: it needs `record: events`", parts)
-    if scene.number > 1 and isinstance(scene.pair_law, Constant) and scene.restitution < 1:
-        yield Note(f"{GRANULAR}: PV/NT = 1 + (1 + e) η χ, for a uniform gas", model=GRANULAR)
+    yield from predictions.impulse_notes(scene)
     if BALANCE in expected_temperatures(scene):
         text = f"{BALANCE}: for a uniform gas that loses little on the way across"
         yield Note(text, "temperature", BALANCE)
+    if np.all(np.isfinite(measured.rotation_energy)):
+        yield Note(_rotation(measured, first))
+
+
+def _rotation(measured: Measurements, first: int) -> str:
+    """A sentence on the share of the energy that a smooth driven circle keeps in a rotation."""
+    energy = averages_from(measured.windows, first).kinetic_energy
+    share, error = observables.mean_and_error(measured.rotation_energy / energy)
+    if share < observables.ROUNDING:
+        return "common rotation: none, and a smooth circle adds none"
+    part = f"{with_error(100 * share, 100 * error)} % of the energy"
+    if share <= MOST_ROTATION:
+        return f"common rotation: {part}; a smooth circle keeps it"
+    why = "a smooth circle keeps it, so T depends on the start"
+    return f"common rotation: {part}; {why} (`common_rotation: false` starts without it)"

@@ -8,12 +8,13 @@ in a periodic box of the images inside it.
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import chain
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.engine import States, replay
+from snooker_cli.engine import States, replayed
 from snooker_cli.neighbours import near
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
@@ -37,7 +38,8 @@ ROWS = 1024  # balls whose rings are computed at once, which limits the memory
 
 def measured(function: Observable, trace: Trace, times: Array) -> Array:
     """An observable at times (*t*,), s; (*t*, ...). Raises ``ValueError`` as ``replay`` does."""
-    return np.array(list(values(function, trace.start, replay(trace, times))), dtype=np.float64)
+    found = (values(function, trace.start, states) for states in replayed(trace, times))
+    return np.array(list(chain.from_iterable(found)), dtype=np.float64)
 
 
 def values(function: Observable, start: Scene, states: States) -> Iterator[Any]:

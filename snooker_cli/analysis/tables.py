@@ -7,7 +7,7 @@ from typing import Any
 
 from snooker_cli.analysis.comparison import CHI_SQUARE
 from snooker_cli.analysis.decay import FURTHER, range_held
-from snooker_cli.analysis.fitting import LAWS
+from snooker_cli.analysis.fitting import ENOUGH_REPEATS, FEW_REPEATS, LAWS, holding
 from snooker_cli.analysis.predictions import GIVEN
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.formatting import point_label, probability, ratio, short, text_table, with_error
@@ -62,6 +62,7 @@ def table_lines(rows: Records, every: bool, brief: bool = False) -> list[str]:
         tables += [title, head, *table]
         if sentence := finding(same * is_fit, same * (not is_fit)):
             holds.append(f"{point_label(same[0]['parameters'])}: {sentence}")
+    holds += few_repeats(rows * is_fit)
     return holds if brief else [*holds, *[""] * bool(holds), *tables]
 
 
@@ -129,6 +130,7 @@ def note_lines(notes: Records, points: int) -> Iterator[str]:
 
 # What holds for a point or a run, as a sentence.
 
+IDEAL = "ideal gas law"  # no theory of balls with a size, though the only one for some scenes
 MOST_ERRORS = 3.0  # of the balance of energy in a gas that is called steady
 
 _SYMBOLS = {"Haff's α": ("α", "1/s"), "PV/NT": ("PV/NT", "")}
@@ -145,14 +147,16 @@ def finding(fits: Records, compared: Records) -> str:
     """
     laws, beside = [row for row in fits if _cools(row)], _compared(compared)
     if not laws:
-        return "; ".join([*map(_beside, beside[-1:]), *_imbalance(compared)])
+        known = [*map(_beside, beside[-1:]), *_imbalance(compared)]
+        return "; ".join([*known, *_reservations(beside[-1:])])
     law = max(laws, key=lambda row: (row["holds_to"] or 0.0, row["model"] == "haff"))
     if law["value"] is None:
         return "The energy has no fit"
     constant = f"{LAWS[law['model']].symbol} = {with_error(law['value'], law['error'], '1/s')}"
     if law["model"] == "haff" and beside and beside[-1]["quantity"] == "Haff's α":
         constant = _beside(beside[-1])
-    return f"{_holds(law)}; {constant}"
+    rest = "; ".join([constant, *_reservations([law])])
+    return f"{_holds(law)}; {rest}"
 
 
 def _imbalance(compared: Records) -> Iterator[str]:
@@ -164,19 +168,52 @@ def _imbalance(compared: Records) -> Iterator[str]:
             yield f"the walls give {less} than collisions take ({abs(errors):.1f} errors)"
 
 
+def few_repeats(fits: Records) -> list[str]:
+    """``FEW_REPEATS`` if few repeats do not refuse one of these laws, up to some time."""
+    judged = (row for row in fits if row["probability"] is not None)
+    few = (row for row in judged if row["judged_repeats"] < ENOUGH_REPEATS)
+    return [FEW_REPEATS] if any(row["holds_to"] > row["judged_from"] for row in few) else []
+
+
 def overview(fits: Records, compared: Records) -> str:
     """What holds for the points of a run, in a sentence like that of ``finding``."""
     haff = [row for row in fits if _cools(row) and row["model"] == "haff"]
-    held = [row["holds_to"] == row["judged_to"] for row in haff if row["probability"] is not None]
-    parts = [f"Haff's law holds to the end at {sum(held)} of {len(held)} points that cool"]
+    judged = [row for row in haff if row["probability"] is not None]
+    held = [row["holds_to"] == row["judged_to"] for row in judged]
+    verb = holding(min((row["judged_repeats"] for row in judged), default=0))
+    parts = [f"Haff's law {verb} to the end at {sum(held)} of {len(held)} points that cool"]
     groups: dict[str, list[float]] = {}
-    for row in _compared(compared):
+    beside, ideal = _compared(compared), []
+    for row in beside:
+        if row["model"] == IDEAL:
+            ideal.append(row["measured"])
+            continue
         name = f"{row['quantity']} differs from {_theory(row)} by"
         groups.setdefault(name, []).append(100 * row["difference"] / row["predicted"])
     for name, shares in groups.items():
         ends = dict.fromkeys(short(share, 2) for share in (min(shares), max(shares)))
         parts.append(f"{name} {' to '.join(ends)} %")
-    return "; ".join(parts[not held :])
+    if ideal:
+        ends = dict.fromkeys(short(value) for value in (min(ideal), max(ideal)))
+        parts.append(f"PV/NT is {' to '.join(ends)} (an ideal gas has 1)")
+    return "; ".join([*parts[not held :], *_reservations([*haff, *beside])])
+
+
+def _reservations(rows: Records) -> Iterator[str]:
+    """How many repeats behind rows ended early or are missing, each point counted once."""
+    points = {point_label(row["parameters"]): row for row in rows}.values()
+    total, early, requested = 0, 0, 0
+    for row in points:
+        repeats = row["simulated"] if "simulated" in row else row["repeats"] + row["failed"]
+        total, early = total + repeats, early + repeats - row["complete"]
+        requested += row["requested"]
+    if early:
+        of_all = f"all {total}" if early == total else f"{early} of {total}"
+        sentence = "the repeat ended early" if total == 1 else f"{of_all} repeats ended early"
+        judged = [row.get("judged_repeats") for row in points] == [total - early]
+        yield f"{sentence}, and the law is judged on the others" if judged else sentence
+    if total < requested:
+        yield f"only {total} of {requested} repeats are there"
 
 
 def _cools(fit: dict[str, Any]) -> bool:
@@ -199,8 +236,13 @@ def _holds(law: dict[str, Any]) -> str:
     chance = f"p {'' if p < 0.001 else '= '}{probability(p)}"
     if end == law["judged_from"]:
         return f"{name} does not hold ({chance})"
-    rest = "" if end == law["judged_to"] else f", not to {short(law['judged_to'])} s"
-    return f"{name} holds to {short(end)} s{rest} ({chance})"
+    of, repeats = short(law["judged_to"]), law["judged_repeats"]
+    if repeats >= ENOUGH_REPEATS:
+        rest = "" if end == law["judged_to"] else f", not to {of} s"
+        return f"{name} {holding(repeats)} to {short(end)} s{rest} ({chance})"
+    if end < law["judged_to"]:
+        return f"{name} is refused after {short(end)} of {of} s ({chance})"
+    return f"{name} {holding(repeats)} up to {of} s by {repeats} repeats ({chance})"
 
 
 def _beside(row: dict[str, Any]) -> str:
@@ -208,6 +250,8 @@ def _beside(row: dict[str, Any]) -> str:
     symbol, unit = _SYMBOLS[row["quantity"]]
     errors, excess = row["difference_in_errors"], 100 * row["difference"] / row["predicted"]
     value = with_error(row["measured"], row["error"], unit)
+    if row["model"] == IDEAL:  # no theory of these balls: the difference is no test
+        return f"{symbol} = {value} (an ideal gas has {short(row['predicted'])})"
     side = "below" if excess < 0 else "above"
     known = errors is not None and row["repeats"] > 2  # an error of two repeats says little
     distance = f", {abs(errors):.1f} errors" if known else ""
@@ -216,5 +260,5 @@ def _beside(row: dict[str, Any]) -> str:
 
 def _theory(row: dict[str, Any]) -> str:
     """The name of a model as a theory: ``Enskog``, ``theory for hard disks with a wall``."""
-    known = {"Enskog rates at the start": "Enskog", "ideal gas law": "the ideal gas law"}
+    known = {"Enskog rates at the start": "Enskog"}
     return known.get(row["model"], f"theory for {row['model']}")

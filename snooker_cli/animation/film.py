@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.analysis.observables import integrals, series
-from snooker_cli.engine import States, replay, simulate
+from snooker_cli.engine import States, replay, replayed, simulate
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, printable
@@ -216,11 +216,10 @@ def _at_collisions(trace: Trace, time: Floats, i: Integers, j: Integers) -> Floa
 
     Collisions at the same instant all have the state after the last of them.
     """
-    scene, step = trace.start, max(1, BATCH // trace.start.number)
-    table = np.empty((len(time), 8))
-    for first in range(0, len(time), step):
-        chunk = slice(first, first + step)
-        states, ball, other = replay(trace, time[chunk]), i[chunk], j[chunk]
+    scene, first, table = trace.start, 0, np.empty((len(time), 8))
+    for states in replayed(trace, time, BATCH):
+        chunk = slice(first, first + len(states.time))
+        ball, other, first = i[chunk], j[chunk], chunk.stop
         row, at_wall = np.arange(len(states.time)), other <= CONTAINER
         place, moving = states.positions[row, ball], states.velocities[row, other]
         moving[at_wall] = states.container_velocities[at_wall]
@@ -316,10 +315,17 @@ def check_film_file(path: Path, number: int) -> None:
 
 
 def save_films(
-    path: Path, films: Sequence[Film], *, pace: Pace, seconds: float | None, rate: int
+    path: Path,
+    films: Sequence[Film],
+    *,
+    pace: Pace,
+    seconds: float | None,
+    rate: int,
+    given: bool = True,
 ) -> None:
     """Write films as a page, or one film as a GIF or MP4, by the ending of the path.
 
+    given : whether a user gave the path, as of `atomic_write`
     seconds : length [12; of a page the player's choice]
     rate : frames per second of a GIF or MP4
 
@@ -327,7 +333,7 @@ def save_films(
     """
     check_film_file(path, len(films))
     if path.suffix.lower() == ".html":
-        write_text(path, page(*films, pace=pace, seconds=seconds))
+        write_text(path, page(*films, pace=pace, seconds=seconds), given)
         return
     from snooker_cli.animation.movie import save_movie  # loads matplotlib
 

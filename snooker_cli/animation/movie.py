@@ -9,23 +9,25 @@ from pathlib import Path
 from typing import Any, TypeAlias, cast
 
 import numpy as np
-from matplotlib.animation import FFMpegWriter
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
-from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 from PIL import Image
 
 from snooker_cli.animation.film import BATCH, Film, Pace
-from snooker_cli.engine import replay
+from snooker_cli.engine import replayed
 from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
-from snooker_cli.files import atomic_write
+from snooker_cli.files import atomic_write, out_of_sight
 from snooker_cli.formatting import short
 from snooker_cli.pages.html_page import SPEED_COLOURS
+
+with out_of_sight("matplotlibrc"):
+    from matplotlib.animation import FFMpegWriter
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Polygon
 
 Floats: TypeAlias = NDArray[np.float64]
 Pixels: TypeAlias = NDArray[np.uint8]
@@ -48,8 +50,9 @@ FLASH = 0.3  # how long a contact flashes, s of showing; as in the player's scri
 MOST_FLASHES = 60  # the latest ones: more would hide the balls; as in the player's script
 
 # As in the player's charts: bins of speeds over √(2T/m), the last with all faster balls, and the
-# share of the balls at the top of the panel.
-BIN, BINS, MOST_SHARE = 0.2, 15, 0.25
+# share of the balls at the top of the panel. A speed this little below an edge (in bins) is above
+# it, so that equal speeds are in one bin.
+BIN, BINS, MOST_SHARE, EDGE = 0.2, 15, 0.25, 1e-9
 
 MP4_OPTIONS = ["-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart", "-f", "mp4"]
 """For ffmpeg: colours for every player, little loss, and the index at the front."""
@@ -91,21 +94,20 @@ def frames(film: Film, pace: Pace, count: int, seconds: float) -> Iterator[Frame
     collisions = np.searchsorted(film.time, times, side="right")
     hit, flash = knots[1:-1], FLASH / seconds
     recent = np.searchsorted(hit, shown - flash, side="right")
-    step = max(1, BATCH // film.trace.start.number)
-    for first in range(0, count, step):
-        states = replay(film.trace, times[first : first + step])
-        for row, frame in enumerate(range(first, first + len(states.time))):
-            done = collisions[frame]
-            flashes = np.arange(max(min(recent[frame], done), done - MOST_FLASHES), done)
-            yield Frame(
-                time=float(times[frame]),
-                collisions=int(done),
-                positions=states.positions[row],
-                speeds=np.hypot(*states.velocities[row].T),
-                container=states.container_positions[row],
-                flashes=flashes,
-                ages=np.clip((shown[frame] - hit[flashes]) / flash, 0.0, 1.0),
-            )
+    batches = replayed(film.trace, times, BATCH)
+    rows = ((states, row) for states in batches for row in range(len(states.time)))
+    for frame, (states, row) in enumerate(rows):
+        done = collisions[frame]
+        flashes = np.arange(max(min(recent[frame], done), done - MOST_FLASHES), done)
+        yield Frame(
+            time=float(times[frame]),
+            collisions=int(done),
+            positions=states.positions[row],
+            speeds=np.hypot(*states.velocities[row].T),
+            container=states.container_positions[row],
+            flashes=flashes,
+            ages=np.clip((shown[frame] - hit[flashes]) / flash, 0.0, 1.0),
+        )
 
 
 class Screen:
@@ -172,7 +174,7 @@ class Screen:
             text.set_text(f"{short(value, 4)} {unit}")
         temperature = energy / scene.number
         reduced = frame.speeds * np.sqrt(scene.masses / (2 * temperature or 1.0))
-        bins = np.minimum(reduced / BIN, BINS - 1).astype(int)
+        bins = np.minimum(reduced / BIN + EDGE, BINS - 1).astype(int)
         self.bars.set_data(np.bincount(bins, minlength=BINS) / scene.number)
         self.temperature.set_text(f"T = {short(temperature, 4)} J")
         self.canvas.restore_region(self.still)
@@ -247,7 +249,7 @@ class Screen:
         law = BIN * 2 * speeds * np.exp(-(speeds**2))
         axes.plot(speeds, law, "--", color=INK, linewidth=0.8, label="Maxwell’s law")
         axes.legend(loc="upper right")
-        axes.set_xlabel("speed ÷ √(2T/m)")
+        axes.set_xlabel(f"speed ÷ √(2T/m); last bar: {BIN * (BINS - 1):.1f} and more")
 
     def _panel(self, bottom: float, name: str, shade: str, top: float) -> tuple[Axes, Any]:
         """Axes below their name, and the text of the current value there."""
@@ -301,7 +303,7 @@ def save_movie(film: Film, path: Path, *, pace: Pace, seconds: float, rate: int)
             shown = sheet.figimage(np.zeros((round(HEIGHT * DPI), round(WIDTH * DPI), 3), np.uint8))
             writer = FFMpegWriter(fps=rate, codec="libx264", extra_args=MP4_OPTIONS)
             try:
-                with atomic_write(path) as part, writer.saving(sheet, str(part), DPI):
+                with atomic_write(path, given=True) as part, writer.saving(sheet, str(part), DPI):
                     for image in images:
                         shown.set_data(image)
                         writer.grab_frame()
@@ -319,5 +321,5 @@ def save_movie(film: Film, path: Path, *, pace: Pace, seconds: float, rate: int)
             Image.fromarray(image).quantize(palette=palette, dither=Image.Dither.NONE)
             for image in images
         )
-    with atomic_write(path) as part:
+    with atomic_write(path, given=True) as part:
         first.save(part, "GIF", save_all=True, append_images=others, duration=1000 / rate, loop=0)

@@ -13,16 +13,17 @@ from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import RunAnalysis, comparisons, fits
 from snooker_cli.analysis.tables import PAIRED, named, note_lines, shown_name, table_lines, usual
 from snooker_cli.cli.options import RUN, AsJson, Names, RunName, Where, conditions, flag, option
-from snooker_cli.cli.output import make_folder, print_line, print_result
+from snooker_cli.cli.output import make_folder, make_own_folder, print_line, print_result
 from snooker_cli.cli.run_command import run as simulate
 from snooker_cli.config import EXAMPLES
 from snooker_cli.errors import RunError, UserError, check_name
 from snooker_cli.figures import FIGURES
+from snooker_cli.figures.captions import unfinished
 from snooker_cli.figures.selection import Selection, matching
 from snooker_cli.formatting import listed
 from snooker_cli.runs import open_run
 from snooker_cli.runs.progress import counting, notice
-from snooker_cli.runs.status import run_status
+from snooker_cli.runs.status import early_warning, run_status
 
 All = Annotated[bool, flag("--all", "Print more columns and rows.")]
 Brief = Annotated[bool, flag("--brief", "Print what holds for each point, without tables.")]
@@ -93,7 +94,8 @@ def _print_analysis(
     brief : only what holds for each point
     """
     run = open_run(name)
-    points = matching(run, Selection(conditions(where, run)))
+    selection = Selection(conditions(where, run))
+    points = matching(run, selection)
     analysis = analyse(run, points=points, counting=counting)
     rows, notes = analysis.rows, analysis.notes
     for field, parts in {"quantity": quantity or [""], "model": model or [""]}.items():
@@ -107,6 +109,11 @@ def _print_analysis(
     if where or quantity or model or not lines:
         footer = []
     below = [*footer, *note_lines(notes if every else usual(notes), len(points))]
+    missing = unfinished(run, selection) if brief else ""  # else it is among the notes
+    if missing:
+        notice(f"{missing}; run the config again for the rest")
+    if warning := early_warning(run, points):
+        notice(warning)
     print_result(rows, as_json, lines, [] if brief else below)
 
 
@@ -127,7 +134,7 @@ def report(
     opened = [open_run(name) for name in dict.fromkeys(runs)]
     from snooker_cli.report.run_report import run_report  # takes a second to load
 
-    folder = out or opened[0].directory / "report"
+    folder = out or make_own_folder(opened[0].directory / "report")
     make_folder(folder)
     for path in run_report(opened, folder, notice, asked):
         print_line(str(path))

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from snooker_cli import api, store
 from snooker_cli import export as exporting
-from snooker_cli.cli.options import RunName, Where, conditions, flag, option
-from snooker_cli.cli.output import print_line, until_the_reader_leaves
+from snooker_cli.cli.options import Replace, RunName, Where, conditions, flag, option
+from snooker_cli.cli.output import check_free, print_line, until_the_reader_leaves
 from snooker_cli.config.axes import MAX_POINTS, option_values
 from snooker_cli.config.problems import PathError
+from snooker_cli.engine import replayed
 from snooker_cli.errors import UserError
 from snooker_cli.runs.folder import holds_results
 
@@ -36,6 +37,7 @@ def export(
     ] = None,
     table: Annotated[bool, flag("--table", "Export a row for each repeat of all points.")] = False,
     out: Annotated[Path | None, option("FILE", "A .csv, .parquet, .h5md, .xyz [stdout].")] = None,
+    replace: Replace = False,
 ) -> None:
     """Export collisions or states of a repeat, or the table of a run.
 
@@ -55,6 +57,8 @@ def export(
     ending = ".csv" if out is None else out.suffix.lower()
     if ending not in FORMATS:
         raise UserError(f"--out {out}: give a name in .csv, .parquet, .h5md, .h5 or .xyz")
+    if out is not None:
+        check_free(out, replace)
     states = states or ending in exporting.STATES_FORMATS
     given = [n for n, value in (("--times", times), ("--frames", frames)) if value is not None]
     if given and not (states or table):
@@ -89,7 +93,7 @@ def export(
         ((trace, header),) = store.read(status.path, [repeat])
         moments = _times(times, frames, trace.stop.time)
         try:
-            batches = exporting.frames(trace, moments)
+            batches = replayed(trace, moments)
         except ValueError as error:
             raise UserError(f"--times: {error}") from None
         if out is not None and ending in exporting.STATES_FORMATS:

@@ -3,6 +3,7 @@
 import re
 import webbrowser
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -11,18 +12,28 @@ import typer
 from snooker_cli import api
 from snooker_cli.analysis.run_analysis import shorter_note
 from snooker_cli.animation import MOST_COLLISIONS, check_film_file, save_films
-from snooker_cli.cli.options import RUN, RunName, Where, conditions, flag, option
-from snooker_cli.cli.output import first, print_line, print_table, print_wrapped
+from snooker_cli.cli.options import RUN, Replace, RunName, Where, conditions, flag, option
+from snooker_cli.cli.output import (
+    check_free,
+    first,
+    make_own_folder,
+    print_line,
+    print_table,
+    print_wrapped,
+)
+from snooker_cli.config import Point
 from snooker_cli.errors import FigureError, UserError, check_name
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import unfinished
-from snooker_cli.figures.registry import figures_of
-from snooker_cli.figures.selection import file_stem
-from snooker_cli.formatting import point_label, text_table, with_error
+from snooker_cli.figures.registry import figures_of, possible
+from snooker_cli.figures.selection import MOST_SERIES, begun, file_stem, matching
+from snooker_cli.formatting import listed, point_label, text_table, with_error
 from snooker_cli.runs import Run, open_run
 from snooker_cli.runs.folder import writing
-from snooker_cli.runs.progress import notice
+from snooker_cli.runs.progress import notice, reporting
+from snooker_cli.runs.status import early_warning
 
+LISTED = "The list follows from the config. A figure may still need more collisions than there are."
 GIVEN = "temperature", "area", "packing"  # in tables only where they differ between points
 MOST_PIXELS = 10_000  # of a side of a PNG, which then takes 400 MB of memory
 
@@ -43,7 +54,8 @@ def plot(
     """Draw figures of RUN as SVG, PNG and JSON.
 
     The JSON file has the numbers that a figure shows. Without names, all possible figures are
-    drawn; RUN --list prints why others are not. Figures of single points are drawn for each point.
+    drawn; RUN --list prints why others are not. Figures of single points are drawn for each point;
+    without names and --where for 16 points at most.
     The command prints the names of the written files, and the captions of figures that you name.
     """
     image_formats = list(dict.fromkeys(formats.lower().split(",")))
@@ -60,32 +72,66 @@ def plot(
         check_name(name, FIGURES, "figure", "snooker plot --list")
     names = list(dict.fromkeys(figures or FIGURES))
     selection = Selection(conditions(where, opened), repeat)
+    if list_figures:
+        _print_possible(names, begun(opened, selection))
+        return
     _warn_of_missing(opened, selection)
+    most = None if figures or where else MOST_SERIES
     drawn: dict[str, None] = {}
     impossible: Counter[tuple[str, str]] = Counter()
-    for name, stem, figure in figures_of(opened, names, selection, sample=list_figures):
+    for name, stem, figure in _with_progress(opened, names, selection, most):
         if isinstance(figure, FigureError):
             impossible[name, str(figure)] += 1
             continue
         drawn[name] = None
-        if not list_figures:
-            _save(figure, (out or opened.figures_folder) / stem, image_formats, inches, dpi)
-            if figures:
-                print_wrapped([figure.caption], indent=0)
-                for line in _table(figure):
-                    print_line(line)
-    reasons = []
-    for (name, reason), times in impossible.items():
-        at = f" at {times} of {len(opened.points)} points" if name in drawn else ""
-        reasons.append(f"{name} left out{at}: {reason}")
-    if list_figures:
-        print_wrapped([*(f"{name}: {FIGURES[name].title}" for name in drawn), *reasons])
-    elif figures or not drawn:
-        for reason in reasons:
-            notice(reason)
+        if out is None:
+            make_own_folder(opened.figures_folder)
+        _save(figure, (out or opened.figures_folder) / stem, image_formats, inches, dpi)
+        if figures:
+            print_wrapped([figure.caption], indent=0)
+            for line in _table(figure):
+                print_line(line)
+    single = [name for name in drawn if FIGURES[name].each_point]
+    if most and single and len(opened.points) > most:
+        notice(
+            f"{listed(single)}: drawn for {most} of {len(opened.points):,} points, evenly chosen; "
+            "--where or names of figures draw the others"
+        )
+    if figures or not drawn:
+        for (name, reason), times in impossible.items():
+            notice(_left_out(name, reason, times, len(opened.points), name in drawn))
     missing = [name for name in names if name not in drawn]
     if missing and (figures or not drawn):
         raise UserError(f"{opened.name} cannot give {', '.join(missing)}; see the reasons above")
+
+
+def _with_progress(
+    run: Run, names: list[str], selection: Selection, most: int | None
+) -> Iterator[tuple[str, str, FigureData | FigureError]]:
+    """``figures_of``, while a terminal shows which repeat is read."""
+    figures = figures_of(run, names, selection, lambda text: show(text), most)
+    while True:
+        with reporting() as show:  # not while lines are printed
+            figure = next(figures, None)
+        if figure is None:
+            return
+        yield figure
+
+
+def _left_out(name: str, reason: str, times: int, total: int, others: bool) -> str:
+    """Why a figure is missing; ``others`` if it is there for other points."""
+    return f"{name} left out{f' at {times:,} of {total:,} points' if others else ''}: {reason}"
+
+
+def _print_possible(names: Sequence[str], points: Sequence[Point]) -> None:
+    """Print which figures points can give by their config, and why not the others."""
+    fitting, reasons = [], []
+    for name, fits, why in possible(names, points):
+        fitting += [f"{name}: {FIGURES[name].title}"] * fits
+        reasons += [_left_out(name, *reason, len(points), fits) for reason in why.items()]
+    print_wrapped([*fitting, *reasons])
+    if fitting:
+        print_wrapped([LISTED])
 
 
 def _save(figure: FigureData, stem: Path, *how: Any) -> None:
@@ -112,12 +158,19 @@ def _print_registry() -> None:
 
 def _warn_of_missing(run: Run, selection: Selection) -> None:
     """Print how many repeats are missing, and how many are shorter than the extended run."""
+    wanted = matching(run, selection)
+    with reporting() as show:
+        for number, point in enumerate(wanted, 1):
+            show(f"reading the files of point {number:,} of {len(wanted):,}")
+            run.statuses(point.index)  # which stay in memory
     points = selected(run, selection)
     if missing := unfinished(run, selection):
         notice(f"{missing}; run the config again for the rest")
     present = sum(len(run.present(point)) for point in points)
     if note := shorter_note(sum(map(run.shorter, points)), present):
         notice(note)
+    if warning := early_warning(run, points):
+        notice(warning)
 
 
 def _table(figure: FigureData) -> list[str]:
@@ -171,6 +224,7 @@ def animate(
         float | None, option("S", "Length [12; a page: by its content].", min=0.1, max=3600)
     ] = None,
     fps: Annotated[int | None, option("N", "GIF, MP4: frames/s [20].", min=1, max=60)] = None,
+    replace: Replace = False,
     open_film: Annotated[bool, flag("--open", "Show it in the browser.")] = False,
 ) -> None:
     """Make a film of a repeat: HTML page, GIF or MP4.
@@ -179,7 +233,8 @@ def animate(
     in any browser without a network. The balls are exactly where the stored collisions put them;
     those of a summary are simulated again. A page shows up to 4 repeats side by side, as with
     `--where cor=0.8,1` or `--repeat 0 --repeat 1`. The link film.html#t=3&ball=5 begins at 3 s
-    with the path of ball 5. The name of the written file is printed.
+    with the path of ball 5. A page of snooker under the same name is replaced, another file is
+    not. The name of the written file is printed.
     """
     opened = api.open(run)
     if where and point is not None:
@@ -187,12 +242,12 @@ def animate(
     numbers = sorted(set(repeats or [0]))
     given = dict(opened.chosen(point or 0, numbers[-1]).parameters)
     chosen = conditions(where, opened) or given
-    if out is None:
-        parts = chosen | ({"repeat": tuple(numbers)} if repeats else {})
-        out = opened.directory / f"{file_stem('film', Selection(parts))}.html"
-    if fps is not None and out.suffix.lower() == ".html":
+    parts = chosen | ({"repeat": tuple(numbers)} if repeats else {})
+    path = out or opened.directory / f"{file_stem('film', Selection(parts))}.html"
+    if fps is not None and path.suffix.lower() == ".html":
         raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
-    check_film_file(out, len(opened.matching(**chosen)) * len(numbers))
+    check_film_file(path, len(opened.matching(**chosen)) * len(numbers))
+    check_free(path, replace)
     most = collisions or MOST_COLLISIONS
     films = opened.films(numbers, since=since, until=until, most=most, **chosen)
     for shown in films if collisions is None else ():
@@ -201,7 +256,7 @@ def animate(
                 f"the film of {shown.subtitle} ends after {len(shown):,} collisions, at "
                 f"{shown.end:.6g} s; --from, --until and --collisions choose others"
             )
-    save_films(out, films, pace=pace, seconds=seconds, rate=fps or 20)
-    print_line(str(out))
-    if open_film and not webbrowser.open(out.resolve().as_uri()):
-        notice(f"no browser could be started; open {out} yourself")
+    save_films(path, films, given=out is not None, pace=pace, seconds=seconds, rate=fps or 20)
+    print_line(str(path))
+    if open_film and not webbrowser.open(path.resolve().as_uri()):
+        notice(f"no browser could be started; open {path} yourself")

@@ -6,14 +6,14 @@ from typing import Annotated
 
 import typer
 
-from snooker_cli import config as configs
-from snooker_cli.cli.options import Overrides, flag, option
-from snooker_cli.cli.output import print_line
+from snooker_cli.cli.options import Overrides, Replace, flag, option
+from snooker_cli.cli.output import check_free, print_line
 from snooker_cli.errors import UserError
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label
 from snooker_cli.live_page import live_page, report_scene
 from snooker_cli.runs.progress import notice
+from snooker_cli.runs.starting_state import load
 
 
 def live(
@@ -25,22 +25,23 @@ def live(
             help="A YAML experiment [the source report's scene].",
         ),
     ] = None,
-    out: Annotated[Path, option("FILE", "The page [gas.html].", show_default=False)] = Path(
-        "gas.html"
-    ),
+    out: Annotated[Path | None, option("FILE", "The page [gas.html].")] = None,
     overrides: Overrides = None,
+    replace: Replace = False,
     open_page: Annotated[bool, flag("--open", "Show it in the browser.")] = False,
 ) -> None:
     """Make an HTML page in which a gas runs, with sliders.
 
     The page simulates up to 200 balls in the browser, with the same bits as `snooker run`. It has
     more scenes, charts, and measurements with errors. It works from a file and without a network,
-    so you can mail it. Of a sweep it shows the first point. The name of the written file is
-    printed.
+    so you can mail it. Of a sweep it shows the first point. A page of snooker under the same name
+    is replaced, another file is not. The name of the written file is printed.
     """
-    if out.suffix.lower() != ".html":
-        raise UserError(f"--out {out}: give a name that ends in .html")
-    given = configs.load(report_scene() if config is None else config, overrides or ())
+    path = out or Path("gas.html")
+    if path.suffix.lower() != ".html":
+        raise UserError(f"--out {path}: give a name that ends in .html")
+    check_free(path, replace)
+    given = load(report_scene() if config is None else config, overrides or ())
     page = live_page(given)
     points = given.points()
     if len(points) > 1:
@@ -48,7 +49,7 @@ def live(
         notice(
             f"the page shows the first of {counted(len(points), 'point')}, {first}; -o sets others"
         )
-    write_text(out, page)
-    print_line(str(out))
-    if open_page and not webbrowser.open(out.resolve().as_uri()):
-        notice(f"no browser could be started; open {out} yourself")
+    write_text(path, page, given=out is not None)
+    print_line(str(path))
+    if open_page and not webbrowser.open(path.resolve().as_uri()):
+        notice(f"no browser could be started; open {path} yourself")

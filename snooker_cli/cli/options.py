@@ -48,6 +48,7 @@ Where = Annotated[
 ]
 Names = Annotated[list[str] | None, option("NAME", "Only what has NAME in it. Can be repeated.")]
 AsJson = Annotated[bool, flag("--json", "Print JSON on stdout.")]
+Replace = Annotated[bool, flag("--replace", "Replace the file if it exists.")]
 Jobs = Annotated[
     int | None, option("N", "Repeats at a time [all cores].", "-j", "--jobs", min=1, max=1024)
 ]

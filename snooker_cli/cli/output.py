@@ -13,7 +13,10 @@ from typing import Any
 
 import typer
 
+from snooker_cli.errors import UserError
+from snooker_cli.files import own_folder
 from snooker_cli.formatting import printable, text_table
+from snooker_cli.pages.html_page import is_page
 from snooker_cli.runs.folder import writing
 
 
@@ -22,6 +25,18 @@ def make_folder(folder: Path) -> None:
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         TemporaryFile(dir=folder).close()
+
+
+def make_own_folder(folder: Path) -> Path:
+    """Make a folder in that of a run. Raises ``RunError`` if it cannot be made, or is a link."""
+    with writing(folder.parent):
+        return own_folder(folder)
+
+
+def check_free(out: Path, replace: bool) -> None:
+    """Raise ``UserError`` if writing a file would replace one that is not a page of snooker."""
+    if os.path.lexists(out) and not replace and not is_page(out):
+        raise UserError(f"{out}: exists already", "give --replace, or --out for another name")
 
 
 @contextmanager

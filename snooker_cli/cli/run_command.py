@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 import threading
@@ -17,7 +16,6 @@ import typer
 from snooker_cli import runs, theory
 from snooker_cli.cli.options import AsJson, ConfigPath, Jobs, Overrides, flag, option
 from snooker_cli.cli.output import first, print_result
-from snooker_cli.config import load
 from snooker_cli.errors import ExitCode, UserError
 from snooker_cli.formatting import (
     counted,
@@ -28,14 +26,13 @@ from snooker_cli.formatting import (
     size,
     text_table,
 )
-from snooker_cli.laws import Constant
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import processors, share_of
 from snooker_cli.runs.plan import LAW, checked, is_excessive, run_plan
 from snooker_cli.runs.progress import execute_watched, notice, run_summary, share_done
-from snooker_cli.runs.status import ended
-from snooker_cli.trace import StopReason
+from snooker_cli.runs.starting_state import load
+from snooker_cli.runs.status import continuing, ended
 
 if TYPE_CHECKING:
     from snooker_cli.runs.dask_executor import DaskExecutor  # loaded only if it is needed
@@ -52,9 +49,7 @@ def run(
     checkpoint: Annotated[
         float, option("MINUTES", "Save unfinished repeats this often.", min=0)
     ] = CHECKPOINT_INTERVAL / 60,
-    dry_run: Annotated[
-        bool, flag("--dry-run", "Only show the search, time and disk.")
-    ] = False,
+    dry_run: Annotated[bool, flag("--dry-run", "Only show the search, time and disk.")] = False,
     yes: Annotated[bool, flag("--yes", "Allow runs over a week or the free disk space.")] = False,
     as_json: AsJson = False,
     no_progress: Annotated[bool, flag("--no-progress", "No progress bar.")] = False,
@@ -220,6 +215,12 @@ def _summary_lines(
     ]
     yield from first(collapsed, 3, " such repeats")
     yield from _collapse_hints(run, results)
+    if number := summary["simultaneous"]:
+        verb = "has" if number == 1 else "have"
+        yield (
+            f"{counted(number, 'collision')} {verb} exactly the time of another of the same ball. "
+            "They happen one after the other, in a fixed order (docs/how-it-works.md)."
+        )
     done = []
     if summary["events"]:
         compiling = summary["compiling_seconds"]
@@ -234,18 +235,6 @@ def _summary_lines(
 
 def _collapse_hints(run: Run, results: Sequence[RepeatResult]) -> list[str]:
     """How the config can be changed so that collapsed repeats continue, each way once."""
-    ways = []
     reasons = {(result.point, result.stop.reason) for result in results if result.stop}
-    for point, reason in sorted(reasons):
-        experiment = run.points[point].experiment
-        lossy = min(experiment.cor, experiment.effective_wall_cor) < 1.0
-        if reason is StopReason.WALL_TRAP and experiment.collapse == "stop":
-            way = "`collapse: slide` (exact, fixed container) or `collapse: {tc: 0.01}`"
-            if not isinstance(experiment.wall_law, Constant):
-                way = "`collapse: {tc: 0.01}`"
-            elif math.isinf(experiment.container.mass):
-                way = "`collapse: slide` (exact)"
-            ways.append(way)
-        if reason is StopReason.COLLAPSE and experiment.collapse in ("stop", "slide") and lossy:
-            ways.append("`collapse: {tc: 0.01}`")
-    return [f"To continue such repeats, set {way}." for way in dict.fromkeys(ways)]
+    ways = (continuing(run.points[point].experiment, reason) for point, reason in sorted(reasons))
+    return [f"To continue such repeats, set {way}." for way in dict.fromkeys(filter(None, ways))]

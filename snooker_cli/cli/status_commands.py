@@ -11,8 +11,9 @@ from typing import Annotated, Any
 import typer
 
 from snooker_cli import store
-from snooker_cli.cli.options import AsJson, Jobs, RunName, flag, option
-from snooker_cli.cli.output import first, print_result
+from snooker_cli.cli.options import AsJson, Jobs, Replace, RunName, flag, option
+from snooker_cli.cli.output import check_free, first, print_result
+from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import ExitCode, RunError, StoreError, UserError
 from snooker_cli.files import write_text
 from snooker_cli.formatting import (
@@ -26,7 +27,8 @@ from snooker_cli.formatting import (
 )
 from snooker_cli.runs import RepeatState, Run, open_run, runs_in
 from snooker_cli.runs.execution import processors
-from snooker_cli.runs.progress import counting, notice
+from snooker_cli.runs.progress import counting, notice, reporting
+from snooker_cli.runs.run import hidden_collapses
 from snooker_cli.runs.status import COUNTS, ended, run_status
 from snooker_cli.runs.verification import verify as verdicts
 from snooker_cli.trace import event_hashes
@@ -49,7 +51,9 @@ def ls(
     statuses: list[dict[str, Any]] = []
     for path in runs_in(directory):
         try:
-            status = run_status(open_run(path))
+            opened = open_run(path)
+            with reporting() as show_text:
+                status = run_status(opened, show_text)
             del status["ledger"]
         except (RunError, StoreError) as error:
             notice(str(error))
@@ -95,11 +99,17 @@ def show(
         return
     if point is not None or repeat is not None:
         raise UserError("--point and --repeat choose repeats for --hash", "add --hash")
-    content = run_status(opened) | {
+    with reporting() as show_text:
+        status = run_status(opened, show_text)
+    content = status | {
         "title": opened.experiment.title,
         "common_random": opened.experiment.common_random,
         "figures": [path.name for path in opened.figures()],
     }
+    hidden = hidden_collapses(opened)
+    for of_point, number in hidden:
+        remark = f"has collapsed, which engine version {opened.engine_version} did not recognise"
+        content["ledger"][of_point]["remarks"].append({"repeat": number, "remark": remark})
     title = f" ({printable(content['title'])})" if content["title"] else ""
     state = f"{content['run']}: {content['state']}{title}"
     points = content["ledger"]
@@ -119,6 +129,7 @@ def show(
         f"{state}; engine {content['engine_version']}, config {content['config']}",
         *first(text_table(["point", *COUNT_HEADINGS, "ended"], rows)),
         *first([*remarks], 10, "; --json prints all"),
+        *["Run the config with --fresh to end such repeats at the collapse."][: len(hidden)],
         listed(contents),
     ]
     if content["command"]:
@@ -183,12 +194,14 @@ def verify(
     repeat: Annotated[int, option("N", "With --exact: this repeat of a point.", min=0)] = 0,
     collisions: Annotated[int, option("N", "With --exact: at most these.", min=1)] = 10_000,
     out: Annotated[Path | None, option("FILE", "With --exact: write the certificate.")] = None,
+    replace: Replace = False,
     jobs: Jobs = None,
     as_json: AsJson = False,
 ) -> None:
     """Read and check every file of RUN, in other processes.
 
-    The check covers the hash of the content, and whether the file belongs to the run. A file may
+    The check covers the hash of the content, and whether the file has the run's config and starts
+    as the config says. A file may
     crash a process or take too much time or memory. A line is printed for each bad file, and the
     exit code is then 1. Missing, interrupted and too short
     repeats are reported, but they are no error.
@@ -196,12 +209,13 @@ def verify(
     --exact reads no other files than those of one repeat of each point, and computes it again with
     intervals that contain the true numbers. The result is the number of events that are certainly
     those of the scene, and bounds of their errors. Chaos ends this after some hundred events; that
-    is no error. The exit code is 1 if an event is wrong for another reason than rounding. The
-    result is kept beside the repeat. It needs the extra `reference`.
+    is no error. The exit code is 1 if an event is wrong for another reason than rounding, or if the
+    stored end or finish does not follow from the events. The result is kept beside the repeat. It
+    needs the extra `reference`.
     """
     opened = open_run(run)
     if exact:
-        _prove(opened, point, repeat, collisions, out, as_json)
+        _prove(opened, point, repeat, collisions, out, replace, as_json)
         return
     if point is not None or repeat or out is not None:
         raise UserError("--point, --repeat and --out need --exact")
@@ -240,36 +254,54 @@ def verify(
 
 
 def _prove(
-    run: Run, point: int | None, repeat: int, collisions: int, out: Path | None, as_json: bool
+    run: Run,
+    point: int | None,
+    repeat: int,
+    collisions: int,
+    out: Path | None,
+    replace: bool,
+    as_json: bool,
 ) -> None:
     """Print how many events of repeats are certain; write the certificate of a single one."""
-    from snooker_cli.validation.proof import proven
+    from snooker_cli.validation.proof import ERRORS, proven
 
     chosen = [*range(len(run.points))] if point is None else [point]
     if out is not None and len(chosen) > 1:
         raise UserError("--out writes the certificate of one repeat", "give --point too")
+    if out is not None:
+        check_free(out, replace)
     records, lines = [], []
     for number in chosen:
         proof = proven(run, number, repeat, collisions, counting)
         if out is not None:
-            write_text(out, json.dumps(proof) + "\n")
+            write_text(out, json.dumps(proof) + "\n", given=True)
         records.append(
             {key: proof[key] for key in proof if key not in ("scene", "events", "versions")}
         )
-        certain, compared = proof["certain"], counted(proof["compared"], "event")
+        certain, stored = proof["certain"], counted(proof["stored"], "event")
         label = point_label(run.points[number].as_json())
-        share = f"all {compared}" if certain == proof["compared"] else f"{certain:,} of {compared}"
-        lines.append(f"{run.name}, point {label}, repeat {repeat}: {share} are certain")
+        share = "all" if certain == proof["stored"] else f"the first {certain:,} of"
+        again = ", simulated again" if proof["summary"] else ""
+        lines.append(
+            f"{run.name}, point {label}, repeat {repeat}{again}: {share} {stored} are certain"
+        )
         lines += [proof["reason"]] if proof["reason"] else []
         cells = [
-            [f"{bound['events']:,}", short(bound["time"], 2), short(bound["place"], 2)]
+            [f"{bound['events']:,}", *(short(bound[name], 2) for name in ERRORS)]
             for bound in proof["bounds"]
         ]
         if cells:
-            lines += text_table([">up to event", ">times within, s", ">places within, m"], cells)
+            within = [f">{name}s within, {unit}" for name, unit in ERRORS.items()]
+            lines += text_table([">up to event", *within], cells)
         if proof["verdict"] == "interrupted":
             break
-    print_result({"run": str(run.directory), "exact": records}, as_json, lines)
     verdicts = {record["verdict"] for record in records}
+    if not verdicts & {"interrupted", "wrong"}:
+        start = "the config's" if run.engine_version == ENGINE_VERSION else "the stored"
+        lines.append(f"The bodies and the order of these events are certain, from {start} start.")
+        summary = "The stored summary is not compared; `--replay` does that."
+        finish = "The stored end and finish follow from all stored events."
+        lines.append(summary if any(record["summary"] for record in records) else finish)
+    print_result({"run": str(run.directory), "exact": records}, as_json, lines)
     if verdicts & {"interrupted", "wrong"}:
         raise typer.Exit(ExitCode.UNSOUND if "wrong" in verdicts else ExitCode.INTERRUPTED)

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from snooker_cli.config.models import BALLS, Ball, ContainerConfig, Experiment, Species
+from snooker_cli.config.models import BALLS, Ball, ContainerConfig, Experiment, Species, Start
 from snooker_cli.config.problems import (
     MOST_FOUND,
     ConfigError,
@@ -23,6 +23,7 @@ from snooker_cli.config.yaml_document import is_number
 _MODELS: dict[tuple[str, ...], type[BaseModel]] = {
     (): Experiment,
     ("container",): ContainerConfig,
+    ("start",): Start,
     **{("balls", tag): model for tag, model in BALLS.items()},
     ("balls", "list", "list"): Ball,
     ("balls", "species", "count"): Species,
@@ -33,15 +34,15 @@ _MODELS: dict[tuple[str, ...], type[BaseModel]] = {
 _SYNONYMS = {"restitution": "cor", "e": "cor", "number": "count", "n": "count", "square": "box"}
 
 
-def config_error(error: ValidationError) -> ConfigError:
-    """The problems of an Experiment's validation error, without positions."""
+def config_error(error: ValidationError, outer: tuple[str, ...] = ()) -> ConfigError:
+    """The problems of a validation error, of an Experiment or its part `outer`; no positions."""
     problems: list[Problem] = []
     suggested: set[KeyPath] = set()
     missing: list[Problem] = []
     for fault in error.errors(include_url=False):
         if max(len(problems), len(missing) - len(suggested)) >= MOST_FOUND:
             break
-        location, value = fault["loc"], fault["input"]
+        location, value = (*outer, *fault["loc"]), fault["input"]
         # The tag of a variant follows balls, and the index of a group.
         path = location[:1] + location[2:] if location[:1] == ("balls",) else location
         if location[:2] == ("balls", "species"):
@@ -75,7 +76,9 @@ def config_error(error: ValidationError) -> ConfigError:
             case "tuple_type":
                 problems.append(_misfit(path, value, "a list"))
             case name if name != "too_short":
-                problems.append(_misfit(path, value, "a mapping of keys to values"))
+                advice = "write {run: NAME, time: 10}; lattice and random belong to balls"
+                advice *= path == ("start",)
+                problems.append(_misfit(path, value, "a mapping of keys to values", advice))
     problems += (problem for problem in missing if problem.path not in suggested)
     return ConfigError(problems)
 
@@ -94,6 +97,7 @@ def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str]:
     if "." in key:
         return f"{named} is given, but dotted keys are for sweep and -o only; {choice}", ""
     homes = [place for place, home in _MODELS.items() if key in home.model_fields]
+    homes.sort(key=lambda place: place == ())  # `start` of balls, before that of a state
     if homes and model is Experiment:
         parts = dict.fromkeys(place[0] for place in homes)
         dotted = " or ".join(f"{part}.{key}" for part in parts)
@@ -143,6 +147,9 @@ def _misfit(path: KeyPath, value: Any, needs: str, advice: str = "") -> Problem:
 
 
 def _advice_on_number(value: Any, path: KeyPath) -> str:
+    if isinstance(value, Mapping):  # a number for each side
+        texts = [number for number in value.values() if isinstance(number, str)]
+        return _advice_on_number(texts[0], path) if texts else "give one"
     if isinstance(value, tuple | list):
         key = rendered(path)
         return f"to run several values, list them under sweep, or write -o {key}=VALUE,VALUE"
@@ -161,5 +168,16 @@ def _advice_on_number(value: Any, path: KeyPath) -> str:
     if is_number(value.replace("_", "")):
         return "remove the underscores"
     if re.match(r"[-+]?[0-9.]", value):
-        return "write the number alone, without a unit or anything else"
+        unit = _unit(path)
+        return f"write the number{f' in {unit}' if unit else ''} alone, without a unit"
     return "give one"
+
+
+def _unit(path: KeyPath) -> str:
+    """The unit in the description of the innermost key that has one; empty without one."""
+    for key in reversed([part for part in path if isinstance(part, str)]):
+        fields = (model.model_fields.get(key) for model in _MODELS.values())
+        texts = (field.description or "" for field in fields if field)
+        if units := [unit for text in texts for unit in re.findall(r", (m/s|kg|[msJ])\b", text)]:
+            return str(units[0])
+    return ""

@@ -91,10 +91,15 @@ Restitution = Annotated[float, Field(ge=0, le=1), _ZERO, _needs("a number from 0
 Count = Annotated[
     int, Field(ge=1, le=MAX_INTEGER), _WHOLE, _needs("a whole number of 1 or more (below 2^63)")
 ]
-Seed = Annotated[
+Switch = Annotated[bool, _needs("true or false", False)]
+Index = Annotated[
     int, Field(ge=0, le=MAX_INTEGER), _WHOLE, _needs("a whole number of 0 or more (below 2^63)")
 ]
-Switch = Annotated[bool, _needs("true or false", False)]
+RunPath = Annotated[
+    str,
+    Field(min_length=1, max_length=1000),
+    _needs("the name or the folder of a run", False),
+]
 RingNumber = Annotated[int, Field(ge=0, le=1000), _WHOLE, _needs("a whole number from 0 to 1000")]
 Number = Annotated[
     int, Field(ge=1, le=1_000_000), _WHOLE, _needs("a whole number from 1 to 1,000,000")
@@ -132,6 +137,10 @@ class Model(BaseModel):
     )
 
 
+_USUAL = (("shape", Circle.name), ("common_rotation", True))
+"""Values that mean the same as an absent key."""
+
+
 class _Sparse(Model):
     """Written without absent keys, so that digests are the same as before these keys existed."""
 
@@ -141,7 +150,7 @@ class _Sparse(Model):
         return {
             key: value
             for key, value in data.items()
-            if value is not None and (key, value) != ("shape", Circle.name)
+            if value is not None and (key, value) not in _USUAL
         }
 
 
@@ -162,6 +171,8 @@ class ContainerConfig(_Sparse):
     container's size and the balls' radii are given; the third follows."""
     mass: WallMass = math.inf
     """Mass of a circle, kg; .inf (the default), or null, is a fixed wall. Boxes are fixed."""
+    velocity: Pair | None = None
+    """Velocity [u, v] of a circle with a mass at the start, m/s; absent: at rest."""
 
     @property
     def shape_class(self) -> type[Container]:
@@ -204,7 +215,17 @@ class TemperatureBySide(_BySide[Amount]):
     """The temperature of some straight walls, J."""
 
 
-class Rings(Model):
+CommonRotation = Annotated[
+    Switch | None,
+    Field(
+        description="Whether random velocities keep their common rotation about the centre of a "
+        "circle (the default). false: the start has the same energy and no angular momentum, and "
+        "a smooth fixed circle keeps it at zero. One of several species can give it for all."
+    ),
+]
+
+
+class Rings(_Sparse):
     """Equal balls on concentric rings, one at the centre: 1 + 3n(n+1) balls for n rings.
 
     Ring k of n holds 6k balls at radius k/n · ring_extent · container.radius.
@@ -220,6 +241,12 @@ class Rings(Model):
     """Speed of every ball at the start, m/s."""
     ring_extent: Fraction = 0.8
     """Radius of the outermost ring, as a fraction of the container radius."""
+    common_rotation: CommonRotation = None
+
+    @property
+    def number(self) -> int:
+        """Number of balls."""
+        return 1 + 3 * self.rings * (self.rings + 1)
 
 
 class Ball(Model):
@@ -260,6 +287,7 @@ class Species(_Sparse):
     start: Literal["lattice", "random"] | None = None
     """Places at the start: a hexagonal lattice over the whole container (the default), or random.
     One of several species can give it for all."""
+    common_rotation: CommonRotation = None
 
 
 class BallCount(Species):
@@ -306,6 +334,24 @@ Balls = Annotated[
 ]
 
 
+class Start(_Sparse):
+    """A state of a stored run, from which balls and container start."""
+
+    run: RunPath
+    """The run: its folder, or its name under runs/."""
+    point: Index = 0
+    """The number of its point, from 0."""
+    repeat: Index = 0
+    """The number of the repeat at that point, from 0."""
+    time: Annotated[float, Field(ge=0), _needs("a finite number of 0 or more")] | None = None
+    """Time of the state, s; absent: the end of the repeat."""
+    content: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$"), _needs("a hash", False)] | None = None
+    """Written by snooker: the hash of the repeat. Container and balls are then those of the
+    state."""
+    rounding: Annotated[float, Field(ge=0), _needs("a finite number of 0 or more")] | None = None
+    """Written by snooker: how far balls may overlap by the rounding of the run, m."""
+
+
 class Regularisation(_Sparse):
     """A change of the collisions that prevents a collapse; exactly one of the keys is given."""
 
@@ -339,20 +385,21 @@ class Experiment(Model):
     balls: Balls
     """Balls at the start: a count of equal balls, a list of several such species (after any
     single balls with a position), rings of equal balls, or a list of single balls."""
+    start: Start | None = None
+    """A state of a stored run to start from, instead of balls and container."""
     cor: Restitution
     """Coefficient of restitution between balls, 0 (no rebound) to 1 (elastic)."""
     wall_cor: Restitution | None = None
     """Coefficient of restitution at the wall, 0 to 1; absent or null: as cor."""
     cor_speed: Positive | None = None
     """Relative normal speed v₀, m/s, below which collisions between balls become more elastic:
-    e(v) = 1 − (1 − cor)(v/v₀)^¾. Absent: cor at all speeds. Balls among themselves then no longer
-    collapse."""
+    e(v) = 1 − (1 − cor)(v/v₀)^¾. Absent: cor at all speeds."""
     wall_cor_speed: Positive | None = None
     """The same at the wall, with wall_cor; absent: one CoR at all speeds."""
     wall_speed: (
         Annotated[
             WallSpeed | SpeedBySide,
-            _needs("a number of 0 or more, or one for some sides, as {left: 1, right: 1},", False),
+            _needs("a number of 0 or more, or one for some sides, as {left: 1, right: 1},"),
         ]
         | None
     ) = None
@@ -361,7 +408,7 @@ class Experiment(Model):
     wall_temperature: (
         Annotated[
             Amount | TemperatureBySide,
-            _needs("a number above 0, or one for some sides, as {left: 20, right: 80},", False),
+            _needs("a number above 0, or one for some sides, as {left: 20, right: 80},"),
         ]
         | None
     ) = None
@@ -370,15 +417,14 @@ class Experiment(Model):
     collapse: Collapse = "stop"
     """What to do about infinitely many collisions in finite time. stop (the default): end the
     repeat and report it. slide: let the ball slide along a circle's fixed wall. tc: contacts have
-    a duration; elastic_below: slow collisions are elastic; with either there is no collapse. With
-    cor_speed balls do not collapse among themselves either."""
+    a duration; elastic_below: slow collisions are elastic; with either there is no collapse."""
     collisions: Count | None = None
     """Stop after this many collisions; with `time`, whichever comes first."""
     time: Duration | None = None
     """Stop at this time, s; with `collisions`, whichever comes first."""
     repeats: Count = 1
     """Repeats of every point: simulations with their own random start."""
-    seed: Seed = 1
+    seed: Index = 1
     """Seed of the random starts."""
     common_random: Switch = False
     """Whether all points have the same random starts, for paired comparisons. By default each point
@@ -467,9 +513,24 @@ class Experiment(Model):
         return tuple(group for group in groups if isinstance(group, Ball))
 
     @property
-    def start(self) -> str:
+    def number(self) -> int:
+        """Number of balls."""
+        if isinstance(self.balls, Rings):
+            return 1 + 3 * self.balls.rings * (self.balls.rings + 1)
+        if isinstance(self.balls, BallList):
+            return len(self.balls.list)
+        return len(self.placed) + sum(species.count for species in self.species)
+
+    @property
+    def arrangement(self) -> str:
         """Places of balls given by count at the start, "lattice" or "random"."""
         return next((kind.start for kind in self.species if kind.start), "lattice")
+
+    @property
+    def common_rotation(self) -> bool:
+        """Whether random velocities keep their common rotation."""
+        groups = (self.balls,) if isinstance(self.balls, Rings) else self.species
+        return all(group.common_rotation is not False for group in groups)
 
     @property
     def packing(self) -> tuple[str, float] | None:
@@ -496,6 +557,8 @@ def _faults(experiment: Experiment) -> Iterator[Problem]:
         yield from _faults_of_places(container, balls)
     else:
         yield from _faults_of_species(experiment)
+    if not experiment.common_rotation:
+        yield from _faults_of_rotation(experiment)
     fixed_circle = issubclass(container.shape_class, Circle) and math.isinf(container.mass)
     if experiment.collapse == "slide" and not fixed_circle:
         sentence = (
@@ -568,6 +631,8 @@ def _faults_of_container(container: ContainerConfig) -> Iterator[Problem]:
             yield fault(key, f"with a {key} needs a {first} too; add {first}")
     if math.isfinite(container.mass) and not shape.can_move:
         yield fault("mass", "is fixed and has no mass; remove it, or set shape: circle")
+    if container.velocity is not None and math.isinf(container.mass):
+        yield fault("velocity", "without a mass is fixed; remove the velocity, or give a mass")
 
 
 def _faults_of_places(container: ContainerConfig, balls: Rings | BallList) -> Iterator[Problem]:
@@ -605,8 +670,8 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
         sentence = f"one ball in a {shape.title} meets nothing; give two or more"
         yield Problem((*paths[0], "count"), sentence)
     for path, kind in zip(paths, species, strict=True):
-        if kind.start not in (None, experiment.start):
-            sentence = f"{kind.start} is given where another species has {experiment.start}"
+        if kind.start not in (None, experiment.arrangement):
+            sentence = f"{kind.start} is given where another species has {experiment.arrangement}"
             yield Problem((*path, "start"), f"{sentence}; give one for all")
     without = [path for path, kind in zip(paths, species, strict=True) if kind.radius is None]
     there = {
@@ -629,6 +694,27 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
             f"but {listed(given) or 'none'} {are} given; {advice}"
         )
         yield Problem(("balls",), sentence)
+
+
+def _faults_of_rotation(experiment: Experiment) -> Iterator[Problem]:
+    """Two balls or more in a circle can be without a common rotation, all of them alike."""
+    balls, shape = experiment.balls, experiment.container.shape_class
+    groups = balls if isinstance(balls, tuple) else (balls,)
+    number = sum(kind.count for kind in experiment.species)
+    if isinstance(balls, Rings):
+        number = balls.number
+    for k, group in enumerate(groups):
+        path: KeyPath = ("balls", k) if isinstance(balls, tuple) else ("balls",)
+        rotates = getattr(group, "common_rotation", None)
+        if rotates:
+            sentence = "true is given where another species has false; give one for all"
+        elif rotates is False and not issubclass(shape, Circle):
+            sentence = f"a {shape.title} keeps no rotation; remove this key, or set shape: circle"
+        elif rotates is False and number == 1:
+            sentence = "one ball has no common rotation; remove this key, or add balls"
+        else:
+            continue
+        yield Problem((*path, "common_rotation"), sentence, about_key=not rotates)
 
 
 def _faults_of_placed(experiment: Experiment) -> Iterator[Problem]:

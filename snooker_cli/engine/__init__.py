@@ -1,12 +1,13 @@
 """The simulator: arrays and floats in, a trace out. It knows no config, files or plots."""
 
-from snooker_cli.engine.conversion import CheckpointError
+from snooker_cli.engine.conversion import CheckpointError, stands_still
 from snooker_cli.engine.replay import (
     Rows,
     States,
     batch_series,
     is_short,
     replay,
+    replayed,
     series,
     times_within,
 )
@@ -20,13 +21,15 @@ __all__ = [
     "batch_series",
     "is_short",
     "replay",
+    "replayed",
     "series",
     "simulate",
     "simulate_batch",
     "specialisation",
+    "stands_still",
     "times_within",
 ]
 
 
-ENGINE_VERSION = 8
+ENGINE_VERSION = 10
 """Goes up when the same config may give other bits; results of two versions are never mixed."""

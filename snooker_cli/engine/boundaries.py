@@ -79,6 +79,12 @@ class FreeCircle(NamedTuple):
     def set_back(self, shift: float) -> None:
         self.motion[CLOCK] -= shift
 
+    def container_flight(self, now: float) -> tuple[float, float, float, float]:
+        motion = self.motion
+        age = now - motion[CLOCK]
+        x, y = motion[X] + motion[U] * age, motion[Y] + motion[V] * age
+        return x, y, motion[U], motion[V]
+
     def energy(self) -> float:
         motion = self.motion
         return float(0.5 * self.mass * (motion[U] * motion[U] + motion[V] * motion[V]))

@@ -11,7 +11,7 @@ import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.jit import inlined
-from snooker_cli.engine.kernel_state import Floats, Integers
+from snooker_cli.engine.kernel_state import Floats, State
 from snooker_cli.trace import Events
 
 # Epochs
@@ -61,20 +61,75 @@ def clocks(epoch: float, events: Events) -> Floats:
 # larger, or put them round the container's new place.
 FULL, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, CELL_FULL, OUT_OF_MARGIN = range(8)
 
-STALL_LIMIT = 64
-"""Events per ball in a row, without the clock moving, after which a repeat has collapsed.
-
-A rack of touching balls settles an impact in a few collisions per ball.
-"""
-
 CLOCK_DIGITS = 4 * 2.0**-52
 """An event that is later by less than this part of the time does not move the clock."""
 
+STALL_LIMIT = 64
+"""Events of one ball in a row, without the clock moving, after which it has collapsed."""
+
 
 @inlined
-def begin_event(i: int, j: int, now: float, sums: Floats, counts: Integers) -> None:
-    """Move the repeat's clock to the event of balls i and j."""
-    stalls = now - sums[ks.NOW] <= CLOCK_DIGITS * (sums[ks.EPOCH] + now)
-    counts[ks.STALLED] = counts[ks.STALLED] + 1 if stalls else 0
+def begin_event(i: int, j: int, now: float, state: State) -> None:
+    """Move the repeat's clock to the event of balls i and j, and note how long it stands still."""
+    clocks, sums, counts = state.balls[ks.CLOCK], state.sums, state.counts
+    if now - sums[ks.NOW] > CLOCK_DIGITS * (sums[ks.EPOCH] + now):
+        sums[ks.STILL_SINCE] = now
+        counts[ks.STALLED], counts[ks.INVOLVED] = 0, 1 + (j >= 0)
+    else:
+        since = sums[ks.STILL_SINCE]
+        counts[ks.STALLED] += 1
+        counts[ks.INVOLVED] += is_before(clocks[i], since)
+        counts[ks.INVOLVED] += j >= 0 and is_before(clocks[j], since)
     counts[ks.FIRST], counts[ks.SECOND] = i, j
     sums[ks.NOW] = now
+
+
+@inlined
+def is_before(clock: float, since: float) -> bool:
+    """Whether a ball's own clock is earlier: it has not collided since then.
+
+    Clocks start at minus zero, so that balls that collide at time zero count too.
+    """
+    return bool(clock < since or math.copysign(1.0, clock) < 0.0)
+
+
+# A few balls that collapse keep the clock still, however many others there are. So the limit is for
+# the n balls that collide in this instant. Finite racks must stay below it:
+#
+# - A row of n equal elastic balls settles in up to n (n - 1)/2 collisions, each pair once.
+# - A light ball between two heavy ones, or between one and the wall, takes up to pi/theta, with
+#   sin(theta) near sqrt(2 m/M) (Galperin, Regul. Chaotic Dyn. 8, 375 (2003)). So ``settling`` is
+#   sqrt(M/m), of the heaviest and the lightest body.
+# - With a CoR e the collisions are endless if sin(theta) < (1 - e)/(1 + e). So finite ones are of
+#   the order of 1/(1 - e) at most, and ``settling`` is at most 2/(1 - e).
+#
+# Near the border of the last, finite numbers grow without a bound. But the limit is 20 to 60 times
+# the numbers above, and by then a loss has reduced the relative speeds to far less than rounding.
+@inlined
+def most_stalled(involved: int, settling: float) -> float:
+    """Events of so many balls in a row that may leave the clock unmoved, without a collapse."""
+    return STALL_LIMIT + settling * ((involved - 1) * (involved + STALL_LIMIT))
+
+
+@inlined
+def has_collapsed(state: State) -> bool:
+    """Whether more events have not moved the clock than a finite rack of these balls needs."""
+    stalled = state.counts[ks.STALLED]
+    if stalled <= STALL_LIMIT:
+        return False
+    return bool(stalled > most_stalled(state.counts[ks.INVOLVED], state.setup.settling))
+
+
+def still_events(events: Events) -> Events:
+    """The last of a repeat's events: the one that moved the clock last, and those after it."""
+    gaps = np.diff(events.time, prepend=-1.0)
+    if events.residual is not None:
+        gaps += np.diff(events.residual, prepend=0.0)
+    moving = np.flatnonzero(gaps > CLOCK_DIGITS * events.time)
+    return events[slice(moving[-1] if len(moving) else 0, None)]
+
+
+def settling(heaviest: float, lightest: float, cor: float) -> float:
+    """``Setup.settling`` for masses (kg) and the CoR of slow balls: 1 if they are equal."""
+    endless = math.inf if cor >= 1.0 else 2.0 / (1.0 - cor)
+    return min(math.sqrt(heaviest) / math.sqrt(lightest), endless)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
+from snooker_cli.engine import clock
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.boundaries import (
     ChannelSides,
@@ -17,7 +18,6 @@ from snooker_cli.engine.boundaries import (
     PeriodicSides,
     StraightWalls,
 )
-from snooker_cli.engine.jit import by_class
 from snooker_cli.engine.kernel_state import (
     EqualBalls,
     Floats,
@@ -29,7 +29,9 @@ from snooker_cli.engine.kernel_state import (
 )
 from snooker_cli.engine.restitution import law_rows
 from snooker_cli.engine.sliding import FLIES, SLIDES, SlidingCircle
+from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
+from snooker_cli.trace import Events
 
 LARGE = 1e100  # large but finite, so that times zero it is zero
 
@@ -53,6 +55,7 @@ def new_states(
     positions = np.stack([scene.positions for scene in scenes])
     positions -= np.stack([origin_of(scene) for scene in scenes])[:, np.newaxis]
     balls[:, [ks.X, ks.Y]] = positions.transpose(0, 2, 1)
+    balls[:, ks.CLOCK] = -0.0  # see ``clock.is_before``
     balls[:, [ks.U, ks.V]] = np.stack([scene.velocities for scene in scenes]).transpose(0, 2, 1)
     sums = np.zeros((repeats, ks.SUMS))
     sums[:, ks.TIME_LIMIT] = time_limit
@@ -80,13 +83,27 @@ def new_states(
 def setup_of(scene: Scene) -> Setup:
     """What collisions do in a scene."""
     law, lasts = scene.wall_law, scene.contact_duration
-    always_loses = law.cor < 1.0 and not law.gains and not lasts and scene.elastic_below == 0.0
+    no_rule = not lasts and scene.elastic_below == 0.0
+    always_loses = law.cor < 1.0 and not law.gains and no_rule
+    masses = [*scene.masses, scene.container_mass] if scene.free else scene.masses
+    slow_cor = scene.restitution if isinstance(scene.pair_law, Constant) and no_rule else 1.0
     return Setup(
         laws=law_rows(scene.pair_law, law),
         contact_path=float(lasts * scene.mean_free_path) if lasts else 0.0,
         elastic_below=float(scene.elastic_below),
         traps=bool(isinstance(scene.container, Circle) and always_loses),
+        settling=clock.settling(float(max(masses)), float(min(masses)), slow_cor),
     )
+
+
+def stands_still(scene: Scene, events: Events) -> bool:
+    """Whether the last of a repeat's events leave the clock unmoved, as only a collapse does.
+
+    Engines before version 9 had a limit for all balls of a scene, and recorded such events.
+    """
+    still = clock.still_events(events)
+    involved = len(np.union1d(still.i, still.j[still.j >= 0]))
+    return len(still) - 1 > clock.most_stalled(involved, setup_of(scene).settling)
 
 
 def boundary_of(scenes: Sequence[Scene]) -> Any:
@@ -130,11 +147,6 @@ def origin_of(scene: Scene) -> Floats:
 # Back to scenes
 
 
-@by_class
-def write_curved(boundary: Any, time: float, settling: int, state: State, out: Floats) -> None:
-    """Write places and velocities (4, *N*) of balls that slide; also of one that begins to next."""
-
-
 def flown(columns: Floats, clocks: Floats) -> Floats:
     """Places (m) and velocities (m/s), (..., 4, *N*), on straight ways when clocks show a time, s.
 
@@ -153,7 +165,8 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
     if scenes[0].slides:
         for repeat, clock in enumerate(clocks.tolist()):
             state = ks.state_of(states, repeat)
-            write_curved(state.boundary, clock, ks.NO_PARTNER, state, columns[repeat])
+            for ball in range(scenes[0].number):
+                columns[repeat][:, ball] = ks.flight(state.boundary, ball, clock, False, state)
     if scenes[0].container.period is not None:
         period = np.array(scenes[0].container.period)[:, np.newaxis]
         columns[:, :2] -= period * np.rint(columns[:, :2] / period)
@@ -232,7 +245,7 @@ def check_restored(states: State, fresh: State) -> None:
     require(np.array_equal(np.sort(order), np.arange(number)))
     for mine, its in zip(states.sizes, fresh.sizes, strict=True):
         require(np.array_equal(mine, its if np.ndim(its) == 0 else its[order]))
-    require(counts[:, : ks.COUNTS] >= [0, 0, ks.NO_PARTNER, ks.NO_PARTNER, 0])
+    require(counts[:, : ks.COUNTS] >= [0, 0, ks.NO_PARTNER, ks.NO_PARTNER, 0, 0])
     require(counts[:, ks.COUNTS :] == fresh.counts[:, ks.COUNTS :])
     require(counts[:, [ks.FIRST, ks.SECOND]] < number)
     known = np.delete(sums, ks.TIME_LIMIT, axis=1)

@@ -91,8 +91,8 @@ def settle(boundary: Any, i: int, trapped: bool, now: float, state: State) -> bo
 @inlined
 def simulate_repeat(state: State, search: Any, recorded: Recorded, grid: Grid, limit: int) -> int:
     """Simulate at most ``limit`` events of a repeat; why it stopped, see ``clock``."""
-    counts, sums, boundary = state.counts, state.sums, state.boundary
-    number, filled, sample_time = state.balls.shape[1], 0, next_sample(grid, sums)
+    sums, boundary = state.sums, state.boundary
+    filled, sample_time = 0, next_sample(grid, sums)
     begin(search, sums[ks.NOW], state)
     while filled < limit:
         i, j, time = next_entry(search, state)
@@ -108,7 +108,7 @@ def simulate_repeat(state: State, search: Any, recorded: Recorded, grid: Grid, l
                 sample_time = sample_until(now, grid, state)
             if j >= 0 and ks.label_of(j, state.labels) < ks.label_of(i, state.labels):
                 i, j = j, i
-            clock.begin_event(i, j, now, sums, counts)
+            clock.begin_event(i, j, now, state)
             slider, begins, size = carry_out_slide(boundary, i, j, now, state)
             if slider != ks.NO_PARTNER:
                 i, j = slider, SLIDE
@@ -130,7 +130,7 @@ def simulate_repeat(state: State, search: Any, recorded: Recorded, grid: Grid, l
             at_wall = j == ks.NO_PARTNER
             if at_wall and settle(boundary, i, is_trapped(i, now, state), now, state):
                 return clock.WALL_TRAP
-            if counts[ks.STALLED] > clock.STALL_LIMIT * number:
+            if clock.has_collapsed(state):
                 return clock.COLLAPSE
         predict(search, i, j, happens, now, state)
     return clock.FULL

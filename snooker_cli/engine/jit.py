@@ -17,6 +17,8 @@ from typing import IO, Any, TypeVar, cast
 
 import numpy as np
 
+from snooker_cli.errors import UserError
+
 if sys.platform != "win32":
     import fcntl
 
@@ -46,6 +48,11 @@ UNUSABLE = (
     "the cache folder for compiled code cannot be used (%s), so %s; "
     "set NUMBA_CACHE_DIR to a folder that only you can write to"
 )
+DAMAGED = "stored compiled code in %s is damaged and is compiled again"
+
+NUMBA_SETTINGS = ".numba_config.yaml"
+"""Numba takes settings from this file of the current folder, whoever made it: also the folder of
+its cache, and so code that it runs."""
 
 WRITABLE_BY_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
@@ -67,6 +74,16 @@ class Kernel:
         self.function = function
 
     def __call__(self, *arguments: Any) -> Any:
+        try:
+            return self.compiled(*arguments)
+        except Exception as error:  # kernels raise nothing, but loading damaged code raises many
+            folder = None if "numba" not in sys.modules else cache_folder()
+            if folder is None or isinstance(error, sys.modules["numba"].errors.NumbaError):
+                raise
+            _warn(DAMAGED, folder)
+            for path in folder.rglob("*.nb[ci]"):
+                path.unlink(missing_ok=True)
+            del self.compiled
         return self.compiled(*arguments)
 
     @cached_property
@@ -144,7 +161,7 @@ def cache_folder() -> Path | None:
     others = (here.with_name(name) for name in ("laws.py", "trace.py"))
     for source in (*sorted(here.glob("*.py")), *others):
         digest.update(syntax_of(source.read_text("utf-8")).encode())
-    name, chosen = f"engine-{digest.hexdigest()[:16]}", numba.config.CACHE_DIR
+    name, chosen = f"engine-{digest.hexdigest()[:16]}", os.environ.get("NUMBA_CACHE_DIR")
     try:
         user = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
         parent = Path(chosen) if chosen else user.expanduser() / "snooker"
@@ -168,7 +185,8 @@ def syntax_of(source: str) -> str:
     """
     tree = ast.parse(source)
     for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node):
+        documented = isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
+        if documented and ast.get_docstring(node):
             del node.body[0]
     return ast.dump(tree)
 
@@ -200,6 +218,15 @@ def _private_folder(parent: Path, name: str, *, shared: bool) -> Path:
         return folder
 
 
+def check_current_folder() -> None:
+    """Raise ``UserError`` in a folder with settings for Numba."""
+    if Path(NUMBA_SETTINGS).is_file():
+        raise UserError(
+            f"{Path.cwd()}: contains {NUMBA_SETTINGS}, which can make Numba run any code",
+            "use another folder, or delete that file and set Numba's environment variables",
+        )
+
+
 @cache
 def give_notice() -> None:
     """Explain the wait, once in a process."""
@@ -207,8 +234,15 @@ def give_notice() -> None:
 
 
 @cache
+def _warn(text: str, *values: object) -> None:
+    """Warn of something, once in a process."""
+    _log.warning(text, *values)
+
+
+@cache
 def _numba() -> Any:
-    """Import Numba, which takes half a second, and set it up."""
+    """Import Numba, which takes half a second, and set it up. Raises ``UserError``."""
+    check_current_folder()
     import numba
     from llvmlite import binding
     from numba import types

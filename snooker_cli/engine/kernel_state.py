@@ -34,10 +34,11 @@ EVENTS, FORMER, HISTORY_ROWS = range(3)
 MOST_HITS = 2**30
 
 # Elements of ``sums``: how long a contact lasts, the time at which clocks show zero, the clock at
-# the last event, and what clocks show when the repeat ends (s); the impulse on the wall (kg m/s),
-# the virial of the ball-ball collisions (kg m^2/s), and what rounding has cut off from these two.
-CONTACT_LASTS, EPOCH, NOW, TIME_LIMIT = range(4)
-WALL_IMPULSE, PAIR_VIRIAL, WALL_IMPULSE_REST, PAIR_VIRIAL_REST, SUMS = range(4, 9)
+# the last event, at the last event that moved it, and at the end of the repeat (s); the impulse on
+# the wall (kg m/s), the virial of the ball-ball collisions (kg m^2/s), and what rounding has cut
+# off from these two.
+CONTACT_LASTS, EPOCH, NOW, STILL_SINCE, TIME_LIMIT = range(5)
+WALL_IMPULSE, PAIR_VIRIAL, WALL_IMPULSE_REST, PAIR_VIRIAL_REST, SUMS = range(5, 10)
 REST = WALL_IMPULSE_REST - WALL_IMPULSE
 
 # Elements of ``account``: the energy that walls have given, and that collisions between balls have
@@ -46,8 +47,9 @@ FROM_WALLS, LOST, FROM_WALLS_REST, LOST_REST, ACCOUNT = range(5)
 ACCOUNT_REST = FROM_WALLS_REST - FROM_WALLS
 
 # Elements of ``counts``: events at the wall and between balls; the balls of the last event; events
-# in a row that did not move the clock. With a thermal wall one more: the key of its random numbers.
-WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED, COUNTS = range(6)
+# in a row that did not move the clock, and the balls that collided since it last moved. With a
+# thermal wall one more: the key of its random numbers.
+WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED, INVOLVED, COUNTS = range(7)
 KEY = COUNTS
 
 NO_LIMIT = 2**62  # as good as no limit for a number of events
@@ -60,12 +62,15 @@ class Setup(NamedTuple):
     contact_path : m, what a ball flies while a contact lasts in the TC model; zero without it
     elastic_below : m/s, relative normal speed below which collisions are elastic; zero for never
     traps : whether every hit of a circle loses its share, so that infinitely many may follow
+    settling : how many more collisions balls that touch may need in an instant than equal ones, see
+        ``clock.has_collapsed``
     """
 
     laws: Floats
     contact_path: float
     elastic_below: float
     traps: bool
+    settling: float
 
 
 class State(NamedTuple):
@@ -105,7 +110,7 @@ class State(NamedTuple):
         """Set all clocks back by a shift, s; the epoch is the time at which they then show zero."""
         self.balls[CLOCK] -= shift
         set_back(self.boundary, shift)
-        self.sums[[NOW, TIME_LIMIT]] -= shift
+        self.sums[[NOW, STILL_SINCE, TIME_LIMIT]] -= shift
         self.sums[EPOCH] = epoch
 
 
@@ -255,6 +260,25 @@ def is_curved(boundary: Any) -> bool:
 def place(boundary: Any, i: int, now: float, balls: Floats) -> tuple[float, float]:
     """Where ball i is at a time, m: on a straight way, unless it slides."""
     return position(i, now, balls)
+
+
+@by_class
+def flight(
+    boundary: Any, i: int, now: float, settles: bool, state: State
+) -> tuple[float, float, float, float]:
+    """Place (m) and velocity (m/s) of ball i at a time, s: on a straight way, unless it slides.
+
+    settles : whether its next event sums up the bounces before it slides
+    """
+    balls = state.balls
+    x, y = position(i, now, balls)
+    return x, y, balls[U, i], balls[V, i]
+
+
+@by_class
+def container_flight(boundary: Any, now: float) -> tuple[float, float, float, float]:
+    """Place (m) and velocity (m/s) of a free container at a time, s; zeros for a fixed one."""
+    return 0.0, 0.0, 0.0, 0.0
 
 
 @by_class

@@ -1,8 +1,8 @@
 """A trace's start and its list of collisions -> the state at any time, with the engine's bits."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,13 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 from snooker_cli.engine import clock, sampling
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, slide
-from snooker_cli.engine.conversion import flown, new_states, origin_of, write_curved
+from snooker_cli.engine.conversion import new_states, origin_of
 from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.errors import UnsoundError
 from snooker_cli.trace import SLIDE, SPEED_BINS, Series, Trace, joined
 
 ESCAPE = 1.0  # of the container's size from its centre; rounding takes balls over half of it
+BATCH = (
+    2**22
+)  # balls times states in memory at once: 32 bytes each, three times while they are made
 BRANCHES = 50  # balls that can be added in the time that changing the sums of two takes
 
 
@@ -41,34 +44,50 @@ def replay(trace: Trace, times: ArrayLike) -> States:
     Raises ``ValueError`` if the trace has no events, or for times that are not ascending within
     0 and the trace's end; ``UnsoundError`` for events that do not follow from the start.
     """
+    wanted = _replayable(trace, times)
+    return _states(Replay(trace), wanted)
+
+
+def replayed(trace: Trace, times: ArrayLike, batch: int = BATCH) -> Iterator[States]:
+    """`replay` in batches, from one pass over the events; it raises ``ValueError`` at once.
+
+    batch : balls times states in memory
+    """
+    wanted = _replayable(trace, times)
+    run, size = Replay(trace), max(1, batch // trace.start.number)
+    return (_states(run, wanted[k : k + size]) for k in range(0, len(wanted), size))
+
+
+def _replayable(trace: Trace, times: ArrayLike) -> Floats:
+    """The times as an array. Raises ``ValueError``."""
     if trace.events is None:
         raise ValueError("this repeat was recorded as a summary: it has no events to replay")
-    wanted = times_within(trace, times)
-    origin = origin_of(trace.start)
-    out = np.empty((len(wanted), 4, trace.start.number))
-    container_out = np.zeros((len(wanted), 4))
-    run = Replay(trace)
-    done = np.searchsorted(trace.events.time, wanted, side="right")
-    for k, instant in enumerate(wanted):
-        run.advance(int(done[k]))
-        run.write_state(float(instant), out[k], container_out[k])
+    return times_within(trace, times)
+
+
+def _states(run: "Replay", times: Floats) -> States:
+    """The states at times that are not before those of the events carried out."""
+    start = run.start
+    numbers = np.searchsorted(run.events.time, times, side="right")
+    out, container = run.states(numbers, times, np.arange(start.number)[np.newaxis])
     positions = out[:, :2].transpose(0, 2, 1)
-    if trace.start.container.period is not None:
-        period = np.array(trace.start.container.period)
+    if start.container.period is not None:
+        period = np.array(start.container.period)
         positions = positions - period * np.rint(positions / period)
     # A file with other events, but right hashes, leads balls anywhere.
-    reach = ESCAPE * max(trace.start.container.size)
-    if not np.all(np.abs(positions - container_out[:, np.newaxis, :2]) < reach):
+    reach = ESCAPE * max(start.container.size)
+    if not np.all(np.abs(positions - container[:, np.newaxis, :2]) < reach):
         raise UnsoundError(
             "a ball leaves the container when its stored events are carried out again",
             "find the file with `snooker verify RUN --replay`, delete it and run again",
         )
+    origin = origin_of(start)
     return States(
-        time=wanted,
+        time=times,
         positions=positions + origin,
         velocities=out[:, 2:].transpose(0, 2, 1),
-        container_positions=container_out[:, :2] + origin,
-        container_velocities=container_out[:, 2:],
+        container_positions=container[:, :2] + origin,
+        container_velocities=container[:, 2:],
     )
 
 
@@ -163,7 +182,7 @@ class Replay:
 
     def __init__(self, trace: Trace) -> None:
         assert trace.events is not None
-        self.events, self.free, self.done = trace.events, trace.start.free, 0
+        self.start, self.events, self.done = trace.start, trace.events, 0
         self.state = ks.state_of(new_states([trace.start]), 0)
         self.epoch_length = clock.length(trace.start.number)
 
@@ -173,18 +192,60 @@ class Replay:
         rows = np.zeros((0, sampling.COLUMNS)) if rows is None else rows
         state = self.state
         while self.done < end:
-            stop = min(end, self.done - self.done % self.epoch_length + self.epoch_length)
-            events, epoch = self.events[self.done : stop], float(state.sums[ks.EPOCH])
-            clocks = clock.clocks(epoch, events)
-            record = Recorded(clocks, events.i, events.j, events.impulse)
+            stop = min(end, self._epoch_end)
+            record = self._record(stop)
             part = slice(*np.searchsorted(kept, [self.done, stop], side="right"))
             number = state.balls.shape[1]
-            dense = len(kept[part]) * number > BRANCHES * len(events)
+            dense = len(kept[part]) * number > BRANCHES * len(record.time)
             tree = np.empty((2 * number * dense, 3))
             repeat_events(state, record, self.done, kept[part], rows[part], tree)
-            self.done = stop
-            if stop % self.epoch_length == 0:
-                state.next_epoch(*clock.following(epoch, float(clocks[-1])))
+            self._carried_out(stop, record)
+
+    def states(self, numbers: Integers, times: Floats, balls: Integers) -> tuple[Floats, Floats]:
+        """Places and velocities of balls (*t*, 4, *m*), and of the container (*t*, 4), m and m/s.
+
+        numbers : (*t*,) of events before each, ascending, and not below ``done``
+        times : (*t*,), s, not before the last of these events
+        balls : (*t*, *m*), the balls at each time; (1, *m*) if they are the same at all
+        """
+        out, container = np.empty((len(numbers), 4, balls.shape[1])), np.empty((len(numbers), 4))
+        settling = np.full(len(numbers), ks.NO_PARTNER)
+        if self.start.slides:  # a ball whose next event is a slide bounces until then
+            ahead = np.flatnonzero(numbers < len(self.events))
+            i, j = self.events.i[numbers[ahead]], self.events.j[numbers[ahead]]
+            settling[ahead] = np.where(j == SLIDE, i, ks.NO_PARTNER)
+        row, last = 0, int(numbers[-1]) if len(numbers) else self.done
+        while row < len(numbers):
+            stop = min(last, self._epoch_end)
+            # A state at the end of an epoch is one of the next epoch.
+            side: Literal["left", "right"] = "left" if stop == self._epoch_end else "right"
+            part = slice(row, int(np.searchsorted(numbers, stop, side)))
+            record, epoch = self._record(stop), self.state.sums[ks.EPOCH]
+            chosen = balls if len(balls) == 1 else balls[part]
+            moments = Moments(
+                numbers[part] - self.done, times[part] - epoch, settling[part], chosen
+            )
+            repeat_states(self.state, record, moments, out[part], container[part])
+            self._carried_out(stop, record)
+            row = part.stop
+        return out, container
+
+    @property
+    def _epoch_end(self) -> int:
+        return self.done - self.done % self.epoch_length + self.epoch_length
+
+    def _record(self, stop: int) -> Recorded:
+        """The events from ``done`` to ``stop`` in the same epoch, with their clocks."""
+        events = self.events[self.done : stop]
+        clocks = clock.clocks(float(self.state.sums[ks.EPOCH]), events)
+        return Recorded(clocks, events.i, events.j, events.impulse)
+
+    def _carried_out(self, stop: int, record: Recorded) -> None:
+        """Note that events are carried out, and begin an epoch after its number of them."""
+        if stop == self._epoch_end:
+            epoch = float(self.state.sums[ks.EPOCH])
+            self.state.next_epoch(*clock.following(epoch, float(record.time[-1])))
+        self.done = stop
 
     def measure(self, row: Floats, time: float) -> None:
         """Write the observables at a time (s) into a row."""
@@ -194,16 +255,20 @@ class Replay:
         histogram = np.zeros(SPEED_BINS, dtype=np.int32)  # of no interest here
         sampling.sample(row, histogram, pressed, state)
 
-    def write_state(self, time: float, out: Floats, container_out: Floats) -> None:
-        """Write position and velocity of all balls and of the container at a time, s."""
-        state, boundary = self.state, self.state.boundary
-        clock = np.asarray(time - state.sums[ks.EPOCH])
-        out[...] = flown(state.balls, clock)
-        begins = self.done < len(self.events) and self.events.j[self.done] == SLIDE
-        settling = int(self.events.i[self.done]) if begins else ks.NO_PARTNER
-        write_curved(boundary, float(clock), settling, state, out)
-        if self.free:
-            container_out[...] = flown(boundary.motion[:, np.newaxis], clock)[:, 0]
+
+class Moments(NamedTuple):
+    """When a replay writes states: `Replay.states` explains the fields.
+
+    numbers : (*t*,) of events from the first of the record
+    clocks : (*t*,), s
+    settling : (*t*,) the ball whose next event is a slide, or ``NO_PARTNER``
+    balls : (*t*, *m*) or (1, *m*)
+    """
+
+    numbers: Integers
+    clocks: Floats
+    settling: Integers
+    balls: Integers
 
 
 @kernel
@@ -216,30 +281,64 @@ def repeat_events(
         of pairs, of pairs of pairs and so on are a tree, of which it changes two branches only.
         Node k is the sum of nodes 2k and 2k + 1; the first ball is node N.
     """
-    boundary = state.boundary
     row, leaves = 0, len(tree) // 2
     for i in range(leaves):
         set_terms(tree[leaves + i], sampling.terms_of(i, state))
     for node in range(leaves - 1, 0, -1):
         add_pair(node, tree)
     for event in range(len(record.time)):
-        now, i, j = record.time[event], record.i[event], record.j[event]
-        if j == SLIDE:
-            slide(boundary, i, now, state)
-        else:
-            ks.take_off_wall(boundary, i)
-            if j >= 0:
-                ks.take_off_wall(boundary, j)
-            collide(i, j, now, state)
-        count(i, j, record.impulse[event], state)
+        i, j = carry_out(event, record, state)
         if leaves > 0:
             climb(i, tree, state)
             if j >= 0:
                 climb(j, tree, state)
         if row < len(kept) and kept[row] == done + event + 1:
             sums = (tree[1, 0], tree[1, 1], tree[1, 2]) if leaves > 0 else sampling.totals(state)
-            sampling.measure(rows[row], sums, sampling.pressing(boundary, now, state), state)
+            pressing = sampling.pressing(state.boundary, record.time[event], state)
+            sampling.measure(rows[row], sums, pressing, state)
             row += 1
+
+
+@kernel
+def repeat_states(
+    state: State, record: Recorded, moments: Moments, out: Floats, container: Floats
+) -> None:
+    """Carry out recorded events again, and write the states at some moments on the way.
+
+    out, container : (*t*, 4, *m*) and (*t*, 4), m and m/s
+    """
+    boundary, each, event = state.boundary, len(moments.balls) > 1, 0
+    for row in range(len(moments.numbers)):
+        while event < moments.numbers[row]:
+            carry_out(event, record, state)
+            event += 1
+        now, balls = moments.clocks[row], moments.balls[row if each else 0]
+        for column in range(len(balls)):
+            settles = balls[column] == moments.settling[row]
+            x, y, u, v = ks.flight(boundary, balls[column], now, settles, state)
+            out[row, 0, column], out[row, 1, column] = x, y
+            out[row, 2, column], out[row, 3, column] = u, v
+        x, y, u, v = ks.container_flight(boundary, now)
+        container[row, 0], container[row, 1] = x, y
+        container[row, 2], container[row, 3] = u, v
+    while event < len(record.time):
+        carry_out(event, record, state)
+        event += 1
+
+
+@inlined
+def carry_out(event: int, record: Recorded, state: State) -> tuple[int, int]:
+    """Carry out a recorded event again; its ball and partner."""
+    boundary, now, i, j = state.boundary, record.time[event], record.i[event], record.j[event]
+    if j == SLIDE:
+        slide(boundary, i, now, state)
+    else:
+        ks.take_off_wall(boundary, i)
+        if j >= 0:
+            ks.take_off_wall(boundary, j)
+        collide(i, j, now, state)
+    count(i, j, record.impulse[event], state)
+    return i, j
 
 
 @kernel

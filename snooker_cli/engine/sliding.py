@@ -419,11 +419,14 @@ class SlidingCircle(NamedTuple):
             if self.motions[i] == SETTLES:
                 set_ball(i, ball_of(i, state.scratch), state.balls)
 
-    def write_curved(self, time: float, settling: int, state: State, out: Floats) -> None:
-        for k in range(state.balls.shape[1]):
-            if self.motions[k] == SLIDES:
-                out[:, k] = turned(k, time, state.balls)[:4]
-            elif k == settling:
-                x, y, u, v, clock = bounced(k, time, state)[0]
-                age = time - clock
-                out[:, k] = x + u * age, y + v * age, u, v
+    def flight(
+        self, i: int, now: float, settles: bool, state: State
+    ) -> tuple[float, float, float, float]:
+        ball = ball_of(i, state.balls)
+        if self.motions[i] == SLIDES:
+            ball = turned(i, now, state.balls)
+        elif settles:
+            ball = bounced(i, now, state)[0]
+        x, y, u, v, clock = ball
+        age = now - clock
+        return x + u * age, y + v * age, u, v

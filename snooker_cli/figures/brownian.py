@@ -25,8 +25,7 @@ from snooker_cli.formatting import short, with_error
 BALL = 0  # the tagged ball. Single balls with a position come first, so that it is one of them.
 FARTHEST, LAGS = 8.0, 50  # the last lag of velocities, in relaxation times; their number
 
-MOST_READ, OF_A_STATE = 2_500_000_000, 1000
-"""Balls times states of a point that are replayed, in seconds; a state counts as more balls."""
+MOST_STATES = 20_000_000  # of the ball in a figure, which take seconds
 
 SLOPE, OF_TWO, SHORTEST = (5.0, 10.0), 3, -20
 """Lags between which the displacement gives D, in relaxation times; lags from one to its double,
@@ -121,7 +120,7 @@ def _theory(build: FigureBuilder, point: Point) -> diffusion.Diffusion:
 def _repeats(build: FigureBuilder, point: Point, lags: Array) -> Array:
     """Squares and products, (2, *repeats*, *l*); ``FigureError`` if a repeat is too short."""
     states = diffusion.MOST_ORIGINS * len(lags)
-    build.limit(point, MOST_READ // (states * (build.start(point).number + OF_A_STATE)))
+    build.limit(point, MOST_STATES // len(build.points) // states)
     try:
         rows = [diffusion.correlations(trace, BALL, lags) for trace in build.traces(point)]
     except ValueError as error:

@@ -1,9 +1,9 @@
 """``FigureBuilder`` collects the layers, numbers and caption of a figure of several points."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from snooker_cli.figures.figure_data import (
     Line,
     LineStyle,
     Points,
+    Reference,
     bands,
     legend_line,
     more_than_a_decade,
@@ -40,8 +41,9 @@ from snooker_cli.figures.selection import (
     value_at,
     varying,
 )
+from snooker_cli.formatting import with_error
 from snooker_cli.memory import MEMORY
-from snooker_cli.runs import Run
+from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
@@ -49,7 +51,17 @@ MOST_RESULTS = 3  # a caption with the results of more series has the first and 
 SPREAD = "mean ± standard deviation of a repeat"  # what a band shows
 MEAN_SPREAD = "mean ± standard error of it"  # the same around a mean over the repeats
 LOG_SPREAD = "mean ± standard deviation of logarithms"  # what a band shows on a logarithmic axis
+FEWEST_STATES = 2  # of a repeat that a figure over time or space can have
 BARS = "Bars: standard errors over the repeats."  # of all markers with errors
+ABOVE_THEORY = "above theory (%)"  # the y label of a panel of residuals
+
+
+Reading: TypeAlias = Callable[[str], None]
+"""Gets a text about what a figure reads now, for a display of progress."""
+
+
+def silent(_text: str) -> None:
+    """Shows no progress."""
 
 
 @dataclass
@@ -60,12 +72,14 @@ class FigureBuilder:
     fields : fields of ``FigureData`` that do not depend on the run
     shows : the sentence that begins the caption
     lines, bands : layers; bands are behind lines
+    panel : layers of the panel below
     records : the numbers of each point, as JSON
     results : a phrase of the caption for each series
     means : whether lines are means over the repeats and bands their standard errors
     thin : whether theory is left out for a mean free path that exceeds the container
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
+    reading : is called for each repeat that is read
     """
 
     run: Run
@@ -75,32 +89,60 @@ class FigureBuilder:
     shows: str = ""
     lines: list[Layer] = field(default_factory=list)
     bands: list[Band] = field(default_factory=list)
+    panel: list[Layer] = field(default_factory=list)
     records: list[dict[str, Any]] = field(default_factory=list)
     results: list[str] = field(default_factory=list)
     means: bool = False
     thin: bool = False
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
+    reading: Reading = silent
+    _statuses: dict[tuple[int, int | None], list[RepeatStatus]] = field(default_factory=dict)
 
     @property
     def points(self) -> list[Point]:
         """All points."""
         return [point for group in self.groups for point in group]
 
+    def statuses(self, point: Point) -> list[RepeatStatus]:
+        """The selected repeats of a point that have a file; the files are looked at once."""
+        key = point.index, self.selection.repeat
+        if key not in self._statuses:
+            self._statuses[key] = statuses(self.run, point, self.selection)
+        return self._statuses[key]
+
     def limit(self, point: Point, most: int) -> None:
         """Use an even choice of at most this many repeats of a point, which the caption counts."""
         self.most[point.index] = max(1, min(most, self.most.get(point.index, most)))
 
+    def states(
+        self, point: Point, wanted: int, most: int, *, each: int = 0, fewest: int = FEWEST_STATES
+    ) -> int:
+        """How many states of each repeat a figure can afford, at most ``wanted``; it takes seconds.
+
+        most : balls times states of the figure; a state counts as ``each`` balls more
+        fewest : states that a repeat has before there are fewer repeats
+
+        If even one repeat has too many, it has fewer states. Raises ``FigureError`` if those are
+        too many.
+        """
+        number = self.start(point).number
+        share = most // len(self.points) // (number + each)
+        self.limit(point, share // fewest)
+        states = min(wanted, share // len(self.repeats(point)))
+        least = min(FEWEST_STATES, fewest)
+        if states < least and least * number > most:
+            raise FigureError(f"it takes too long for more than {most // least:,} balls")
+        return max(states, least)
+
     def traces(self, point: Point) -> Iterator[Trace]:
         """The selected repeats of a point that are there. Raises ``StoreError``."""
-        return self.run.traces(point, self.repeats(point))
-
-    def moving(self, point: Point) -> list[Trace]:
-        """These repeats; ``FigureError`` if nothing moves, so that no ratio to the start exists."""
-        traces = list(self.traces(point))
-        if traces[0].start.kinetic_energy == 0:
-            raise FigureError("nothing moves at the start, so there is no ratio to it")
-        return traces
+        repeats = self.repeats(point)
+        number = len(self.run.points)
+        where = f"point {point.index + 1:,} of {number:,}, " if number > 1 else ""
+        for k, trace in enumerate(self.run.traces(point, repeats), start=1):
+            self.reading(f"{self.fields['kind']}: {where}repeat {k:,} of {len(repeats):,}")
+            yield trace
 
     def energy_decays(self, point: Point, traces: Sequence[Trace]) -> list[Decay]:
         """The decay of the energy of a point, over these repeats of it; several figures need it."""
@@ -109,7 +151,7 @@ class FigureBuilder:
 
     def repeats(self, point: Point) -> list[int]:
         """The numbers of these repeats."""
-        numbers = [status.repeat for status in statuses(self.run, point, self.selection)]
+        numbers = [status.repeat for status in self.statuses(point)]
         return spread(numbers, self.most.get(point.index, len(numbers)))
 
     def too_thin(self, scene: Scene) -> bool:
@@ -153,11 +195,21 @@ class FigureBuilder:
         """Sentences if there are more points or repeats than the figure uses."""
         shown, used = len(self.points), [len(self.repeats(point)) for point in self.points]
         points = f"{shown} of {self.total} points; choose with --where." * (shown < self.total)
-        if used == [len(statuses(self.run, point, self.selection)) for point in self.points]:
+        if used == [len(self.statuses(point)) for point in self.points]:
             return points
         number = " to ".join(map(str, sorted({min(used), max(used)})))
         noun = "repeat" if max(used) == 1 else "repeats, evenly chosen,"
         return f"{points} The figure uses {number} {noun} of each point.".lstrip()
+
+    def _largest_residual(self) -> dict[str, Any]:
+        """The largest residual of the panel and its error, %, and the number of residuals."""
+        layers = [layer for layer in self.panel if isinstance(layer, Points)]
+        if not layers:
+            return {}
+        y = np.concatenate([layer.y for layer in layers])
+        error = np.concatenate([layer.y_error for layer in layers if layer.y_error is not None])
+        at = int(np.argmax(np.abs(y)))
+        return {"residuals": len(y), "largest_residual": y[at], "largest_residual_error": error[at]}
 
     @property
     def title(self) -> str:
@@ -199,15 +251,27 @@ class FigureBuilder:
         name, errors = self.label(point) or "simulation", standard_errors(rows)
         self.lines.append(Points(x, rows.mean(axis=0), errors, name, index))
 
+    def add_residuals(self, index: int, x: Array, y: Array, error: Array, theory: Array) -> None:
+        """Add markers to the panel below: (y − theory)/theory in %, where both are known."""
+        known = np.isfinite(theory) & np.isfinite(y)
+        x, y, error, theory = (column[known] for column in (x, y, error, theory))
+        if len(x):
+            self.panel.append(Points(x, 100 * (y / theory - 1), 100 * error / theory, None, index))
+
     @property
     def covers_decades(self) -> bool:
         """Whether the lines cover more than a decade."""
         return more_than_a_decade(line.y for line in self.lines if isinstance(line, Line))
 
-    def add_histogram(self, index: int, point: Point, edges: Array, heights: Array) -> None:
-        """Add the outline of bins between edges (*n* + 1,)."""
-        x, y = np.append(edges[0], edges), np.pad(heights, 1)
+    def add_histogram(
+        self, index: int, point: Point, edges: Array, heights: Array, errors: Array
+    ) -> None:
+        """Add the outline of bins between edges (*n* + 1,), and the band of their errors."""
+        self.means = True
+        x, y, error = np.append(edges[0], edges), np.pad(heights, 1), np.pad(errors, 1)
         self.lines.append(Line(x, y, self.label(point), index, steps=True))
+        if np.isfinite(errors).all():
+            self.bands.append(Band(x, y - error, y + error, None, index, steps=True))
 
     def figure(
         self,
@@ -233,6 +297,9 @@ class FigureBuilder:
         if unnamed and not self.means:
             legend.insert(0, legend_line(f"line: {shown}", "solid"))
         layers: list[Any] = [*self.bands, *self.lines, *legend]
+        if self.panel:
+            panel = (Reference("y", 0.0), *self.panel)
+            others = {"panel": panel, "panel_label": ABOVE_THEORY} | others
         owners = {getattr(layer, "series", NEUTRAL) for layer in layers} - {NEUTRAL}
         series = [group[0] for group in self.groups] if self.groups[1:] else self.groups[0]
         if owners == set(range(len(series))):
@@ -241,11 +308,17 @@ class FigureBuilder:
             for number, layer in enumerate(layers):
                 if np.size(getattr(layer, "x", 0)) == 0:
                     layers[number] = replace(layer, series=min(owners))
+        residuals, largest = self._largest_residual(), ""
+        if residuals:
+            number, value, error = residuals.values()
+            which = f"Largest of {number} differences" if number > 1 else "Difference"
+            largest = f"{which} from theory: {with_error(value, error, '%')}."
         errors = [layer.y_error for layer in layers if isinstance(layer, Points)]
         sentences = [
             self.shows,
             caption,
             "Theory fails where the mean free path exceeds the container." if self.thin else "",
+            largest,
             BARS if any(error is not None and np.isfinite(error).any() for error in errors) else "",
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
             setting(self.run, self.points, self.selection),
@@ -254,7 +327,11 @@ class FigureBuilder:
         return FigureData(
             layers=tuple(layers),
             caption=" ".join(filter(None, sentences)),
-            numbers={**(numbers or {}), **({"points": self.records} if self.records else {})},
+            numbers={
+                **(numbers or {}),
+                **residuals,
+                **({"points": self.records} if self.records else {}),
+            },
             **{**self.fields, "title": self.title, **others},
         )
 
@@ -287,8 +364,7 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
 def _constants(points: Sequence[Point]) -> Iterator[str]:
     experiment = points[0].experiment
     if isinstance(experiment.balls, tuple):
-        number = len(experiment.placed) + sum(species.count for species in experiment.species)
-        yield f"N = {number} of several species"
+        yield f"N = {experiment.number} of several species"
     elif balls := getattr(experiment.balls, "list", None):
         yield f"N = {len(balls)}"
     wall = any(point.experiment.container.shape_class.has_wall for point in points)

@@ -2,14 +2,21 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
 from snooker_cli.analysis.decay import QUANTITIES, curve, decays, reported_constant
-from snooker_cli.analysis.fitting import LAWS, fitted_curve
+from snooker_cli.analysis.fitting import (
+    ENOUGH_REPEATS,
+    FEW_REPEATS,
+    LAWS,
+    LEAST_PROBABILITY,
+    fitted_curve,
+    holding,
+)
 from snooker_cli.analysis.observables import (
     before_collapse,
     energy_ratio,
@@ -23,6 +30,7 @@ from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder
 from snooker_cli.figures.figure_data import (
+    NEUTRAL,
     Array,
     FigureData,
     Line,
@@ -30,7 +38,6 @@ from snooker_cli.figures.figure_data import (
     Points,
     bands,
     legend_line,
-    more_than_a_decade,
     thinned,
 )
 from snooker_cli.figures.selection import Selection, described
@@ -61,6 +68,12 @@ _HAFF: dict[str, tuple[str, LineStyle]] = {
 }
 """The forms of Haff's law: in the legend, and how they are drawn."""
 
+_COMMON = {
+    "theory": "Haff's law 1/(1 + αt), α of kinetic theory",
+    "fitted": "Haff's law 1/(1 + αt), α fitted",
+}
+"""The one curve of Haff's law for several points, by where their α is from."""
+
 _SERIES = {law: series for series, law in enumerate(LAWS, start=1)}
 """The series whose colour a law has in each figure; the simulation is series 0."""
 
@@ -70,13 +83,13 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     (point,), known = build.points, QUANTITIES[quantity]
     number, chosen = build.repeats(point)[0], build.selection.repeat is not None
     build.selection = Selection(build.selection.where)  # the means are over all repeats
-    row, traces = build.repeats(point).index(number), build.moving(point)
+    row, traces = build.repeats(point).index(number), list(build.traces(point))
     fitted = decays(traces, (quantity,))
     if not any(decay.fits[row].converged for decay in fitted):
         raise FigureError(f"repeat {number} cannot be fitted: {fitted[0].fits[row].message}")
     courses = [curve(trace, quantity) for trace in traces]
     started = [(course.time, course.value) for course in courses if len(course.time) > 1]
-    log = more_than_a_decade(values for _, values in started)
+    log = min(values.min() for _, values in started) > 0  # an exponential is a straight line
     label = f"all {len(started)} repeats, {LOG_SPREAD if log else SPREAD}"
     build.bands = bands(started, 0, label, steps=not known.is_mean, logarithmic=log)
     kept = thinned(courses[row].time)
@@ -89,6 +102,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     build.lines.append(Line(time, value, label, steps=not known.is_mean, broad=True))
     fine = np.linspace(time[0], time[-1], 300)
     numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": number, "fits": []}
+    few = ""
     for decay in fitted:
         converged = [fit for fit in decay.fits if fit.converged]
         if not converged:
@@ -101,19 +115,32 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
             logs = np.log([fitted_curve(fit, fine) for fit in converged])
         name = f"{model.label}, {repeats}: {text}"
         build.lines.append(Line(fine, np.exp(logs.mean(axis=0)), name, _SERIES[decay.law]))
-        holds = f", holds until {short(good.holds_to)} of {short(good.judged_to)} s"
+        verb, of = holding(good.judged_repeats), f"{short(good.judged_to)} s"
+        holds = f", {verb.removeprefix('is ')} up to {of}"
+        if good.probability < LEAST_PROBABILITY:
+            holds = f", refused after {short(good.holds_to)} of {of}"
         if good.holds_to == good.judged_from:
             holds = ", refused from the start"
+        elif good.degrees_of_freedom and good.judged_repeats < ENOUGH_REPEATS:
+            few = f" {FEW_REPEATS}"
         build.result(None, f"{model.label}, {text}{holds if good.degrees_of_freedom else ''}")
         numbers[model.key] = decay.fits[row].value
         numbers["fits"].append(decay.as_json())
     # An exponential leaves slower decays by many decades.
-    lowest = min(values.min() for _, values in started) / 10 if log else 0.0
+    least = min(values.min() for _, values in started) / 10 if log else 0.0
+    lower = not log or any(line.y.min() < least for line in build.lines if isinstance(line, Line))
+    drawn, judged = float(time[-1]), [decay.goodness for decay in fitted]
+    later = max((good.judged_to for good in judged if good.degrees_of_freedom), default=drawn)
+    short_curve = (
+        f" The curve ends at {short(drawn)} s; the laws are judged on the "
+        f"{judged[0].judged_repeats} complete repeats."
+    )
+    ends = short_curve * (later > drawn)
     return build.figure(
-        f"Fits of each repeat, their mean: {build.results_text}.",
+        f"Fits of each repeat, their mean: {build.results_text}.{ends}{few}",
         numbers=numbers,
         logarithmic=log,
-        y_limits=(float(lowest), None),
+        y_limits=(float(least) if lower else None, None),
     )
 
 
@@ -121,7 +148,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     """The decay constants of the energy against the CoR; with the source report's k if wanted."""
     points = build.points
     for point in points:
-        traces = build.moving(point)
+        traces = list(build.traces(point))
         fitted = build.energy_decays(point, traces)
         means = {LAWS[decay.law].key: decay.over_repeats for decay in fitted}
         constants = {key: (mean.value, mean.error) for key, mean in means.items()}
@@ -160,10 +187,12 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
         wall = points[0].experiment.wall_cor
         losses = (
             theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
-            for e in map(float, grid)
+            for e in map(float, (*grid, *cors))
         )
         alpha = np.array([theory.haff_rate(loss) for loss in losses])
-        build.lines.append(Line(grid, alpha, "α, kinetic theory", alpha_series, "solid"))
+        curve, expected = alpha[: len(grid)], alpha[len(grid) :]
+        build.lines.append(Line(grid, curve, "α, Enskog rates at the start", alpha_series, "solid"))
+        build.add_residuals(alpha_series, cors, column["alpha"], column["alpha_error"], expected)
     for law_name, model in LAWS.items():
         name, errors = f"{model.symbol}, {model.label} fitted", column[f"{model.key}_error"]
         build.lines.append(Points(cors, column[model.key], errors, name, _SERIES[law_name]))
@@ -174,49 +203,89 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     return build.figure(caption, numbers={"ended_early": early}, title=title)
 
 
+class _LocalDecay(NamedTuple):
+    """A point's local rates in windows of time, and the forms of Haff's law that it has.
+
+    edges : (*w*, 2), s
+    rates, errors : −d ln E/dt and its standard error; (*w*,), s⁻¹
+    k : constant of the fitted exponential, s⁻¹
+    floor : energy that the balls keep, over that at the start
+    laws : α (s⁻¹) and floor of each form in ``_HAFF``
+    """
+
+    edges: Array
+    rates: Array
+    errors: Array
+    k: float
+    floor: float
+    laws: dict[str, tuple[float, float]]
+
+
 def haff_time(build: FigureBuilder) -> FigureData:
-    """The local decay rate −d ln E/dt against time, with Haff's law and one constant."""
-    for index, point in enumerate(build.points):
-        traces = build.moving(point)
-        scene = traces[0].start
-        edges, rates, errors, left = _local_rates(traces)
-        fitted = build.energy_decays(point, traces)
-        rate = {decay.law: decay.over_repeats.value for decay in fitted}
-        k, alpha = rate["exponential"], rate["haff"]
-        if not (math.isfinite(k) and math.isfinite(alpha)):
-            raise FigureError("a point's repeats are too short to be fitted; run longer")
-        floor = float(np.mean([predictions.floor(trace) for trace in traces]))
-        laws: dict[str, tuple[float, float]] = {"fitted": (alpha, 0.0)}
-        record: dict[str, Any] = {"k": k, "alpha": alpha, "floor": floor, "windows": len(rates)}
-        if (expected := predictions.haff_rate(scene)) is not None:
-            record["theory_alpha"] = expected
-            laws["theory"] = (expected, 0.0)
-            if floor >= FLOOR_MATTERS * left:
-                laws["floor"] = (expected, floor)
-        fine = np.linspace(0.0, edges[-1, 1], 200)
-        for law, parameters in laws.items():
-            style, (law_alpha, least) = _HAFF[law][1], parameters
-            build.lines.append(Line(fine, _haff_rate(fine, law_alpha, least), None, index, style))
-            before, after = np.log(least + (1 - least) * theory.haff_ratio(edges[-1], law_alpha))
-            record[f"{law}_last_rate"] = float(before - after) / float(np.ptp(edges[-1]))
-        first, *_, last = zip(rates, errors, strict=True)
-        build.lines += [
-            Line(fine[[0, -1]], np.array([k, k]), None, index, "dotted"),
-            Points(edges.mean(axis=1), rates, errors, build.label(point) or "simulation", index),
-        ]
+    """The local decay rate −d ln E/dt against time, with Haff's law and, of one point, a constant.
+
+    Haff's laws of several points are one curve, with times in units of 1/α and rates of 2α.
+    """
+    found = [_local_decay(build, point) for point in build.points]
+    several, kept, ends = len(found) > 1, _kept(build.points), []
+    drawn = {law for one in found for law in one.laws}
+    common = "theory" if all("theory" in one.laws for one in found) else "fitted"
+    for index, (point, one) in enumerate(zip(build.points, found, strict=True)):
+        alpha = one.laws[common][0]
+        inverse_time, inverse_rate = (alpha, 0.5 / alpha) if several else (1.0, 1.0)
+        x, fine = one.edges.mean(axis=1) * inverse_time, np.linspace(0.0, one.edges[-1, 1], 200)
+        ends.append(fine[-1] * inverse_time)
+        curves = {law: _haff_rate(fine, *one.laws[law]) for law in one.laws}
+        for law, rate in curves.items():
+            if law == "floor" or not several:
+                line = Line(fine * inverse_time, rate * inverse_rate, None, index, _HAFF[law][1])
+                build.lines.append(line)
+        if "floor" in curves:
+            above = 100 * (curves["floor"] / curves["theory"] - 1)
+            build.panel.append(Line(fine * inverse_time, above, None, index, _HAFF["floor"][1]))
+        if not several:
+            build.lines.append(Line(fine[[0, -1]], np.array([one.k] * 2), None, index, "dotted"))
+        y, error, name = one.rates * inverse_rate, one.errors * inverse_rate, build.label(point)
+        build.lines.append(Points(x, y, error, name or "simulation", index))
+        means = {law: _mean_haff_rates(one.edges, *one.laws[law]) for law in one.laws}
+        record: dict[str, Any] = {"k": one.k, "floor": one.floor, "windows": len(one.rates)}
+        record |= {f"{law}_last_rate": float(mean[-1]) for law, mean in means.items()}
+        record["alpha"] = one.laws["fitted"][0]
+        if "theory" in one.laws:
+            record["theory_alpha"] = one.laws["theory"][0]
+            build.add_residuals(index, x, one.rates, one.errors, means["theory"])
+        first, *_, last = zip(one.rates, one.errors, strict=True)
         text = f"{with_error(*first)} to {with_error(*last)} s⁻¹"
         build.record(point, text, **record, first_rate=first, last_rate=last)
-    kept, drawn = _kept(build.points), {name for record in build.records for name in record}
-    build.lines += [
-        legend_line(text.format(kept), style)
-        for law, (text, style) in _HAFF.items()
-        if f"{law}_last_rate" in drawn
-    ]
-    build.lines.append(legend_line("one constant k, fitted", "dotted"))
+    labels: dict[str, Any] = {}
+    if several:
+        x, drawn = np.linspace(0.0, max(ends), 200), drawn & {"floor"}
+        build.lines.insert(0, Line(x, 1 / (1 + x), _COMMON[common], NEUTRAL, "solid"))
+        labels = {"x_label": "α t", "y_label": "−d ln E / dt / (2α)"}
+    legend = {_HAFF[law][0].format(kept): _HAFF[law][1] for law in _HAFF if law in drawn}
+    legend |= {} if several else {"one constant k, fitted": "dotted"}
+    build.lines += [legend_line(text, style) for text, style in legend.items()]
     caption = f"Rates in the first and the last of {WINDOWS} windows of time: {build.results_text}."
     if any(record["windows"] < WINDOWS for record in build.records):
         caption += f" Windows with fewer than {LEAST_COLLISIONS} collisions are left out."
-    return build.figure(caption + (_FLOORS[kept] if "floor_last_rate" in drawn else ""))
+    return build.figure(caption + (_FLOORS[kept] if "floor" in drawn else ""), **labels)
+
+
+def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
+    """The local decay of a point. Raises ``FigureError`` if it has too few collisions."""
+    traces = list(build.traces(point))
+    edges, rates, errors, left = _local_rates(traces)
+    rate = {decay.law: decay.over_repeats.value for decay in build.energy_decays(point, traces)}
+    k, alpha = rate["exponential"], rate["haff"]
+    if not (math.isfinite(k) and math.isfinite(alpha)):
+        raise FigureError("a point's repeats are too short to be fitted; run longer")
+    floor = float(np.mean([predictions.floor(trace) for trace in traces]))
+    laws = {"fitted": (alpha, 0.0)}
+    if (expected := predictions.haff_rate(traces[0].start)) is not None:
+        laws["theory"] = (expected, 0.0)
+        if floor >= FLOOR_MATTERS * left:
+            laws["floor"] = (expected, floor)
+    return _LocalDecay(edges, rates, errors, k, floor, laws)
 
 
 def _haff_rate(time: Array, alpha: float, floor: float) -> Array:
@@ -224,6 +293,12 @@ def _haff_rate(time: Array, alpha: float, floor: float) -> Array:
     slower = 1 + alpha * time
     above = floor * slower**2 if floor else 0.0  # α may be so large that the square is no double
     return np.asarray(2 * alpha * (1 - floor) / (slower * (above + 1 - floor)))
+
+
+def _mean_haff_rates(edges: Array, alpha: float, floor: float) -> Array:
+    """The mean of this rate in windows of time with edges (*w*, 2); (*w*,), s⁻¹."""
+    logs = np.log(floor + (1 - floor) * theory.haff_ratio(edges, alpha))
+    return np.asarray((logs[:, 0] - logs[:, 1]) / np.ptp(edges, axis=1))
 
 
 def _local_rates(traces: Sequence[Trace]) -> tuple[Array, Array, Array, float]:
@@ -262,10 +337,8 @@ def event_decay(build: FigureBuilder) -> FigureData:
     """The energy against collisions, where kinetic theory has an exponential at any density."""
     floor_drawn = False
     for index, point in enumerate(build.points):
-        traces = build.moving(point)
+        traces = list(build.traces(point))
         scene = traces[0].start
-        if scene.number < 2:
-            raise FigureError("kinetic theory does not cover one ball; it needs two or more")
         calm = [before_collapse(trace) for trace in traces]
         shortest = min(trace.collisions for trace in calm)
         if shortest == 0:
@@ -282,12 +355,15 @@ def event_decay(build: FigureBuilder) -> FigureData:
             record["theory"] = alone[-1]
             text += f", expected {short(alone[-1])}"
             build.lines.append(Line(x, alone, None, index, "solid"))
+            nearest = alone
             if math.isfinite(floor):
-                above = (floors + (1 - floors) * rows[:, 2]).mean(axis=0)
+                nearest = above = (floors + (1 - floors) * rows[:, 2]).mean(axis=0)
                 record["theory_above_floor"] = above[-1]
                 if floor >= FLOOR_MATTERS * final[0]:
                     build.lines.append(Line(x, above, None, index, "dashed"))
                     floor_drawn = True
+            mean, error = energies.mean(axis=0), standard_errors(energies)
+            build.add_residuals(index, x[1:], mean[1:], error[1:], nearest[1:])  # E(0) is exact
         build.record(point, text, **record, final_ratio=final)
     kept, caption = _kept(build.points), f"E/E(0) in the end: {build.results_text}."
     if any("theory" in record for record in build.records):
@@ -296,7 +372,7 @@ def event_decay(build: FigureBuilder) -> FigureData:
         caption += f" Lines: a collision takes (1 − e²)E/{shared}, with the CoR e of {bodies}."
     if floor_drawn:
         build.lines.append(legend_line(f"the same above the energy kept by {kept}", "dashed"))
-        caption += _FLOORS[kept]
+        caption += f"{_FLOORS[kept]} Below, theory counts this energy."
     return build.figure(caption)
 
 

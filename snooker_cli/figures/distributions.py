@@ -1,6 +1,7 @@
 """Distances from the centre and between balls, the pair correlation, and speeds."""
 
 import math
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -10,26 +11,40 @@ from snooker_cli import theory
 from snooker_cli.analysis import predictions, structure
 from snooker_cli.analysis.observables import (
     at_collisions,
+    at_equal_steps,
     central_distances,
-    instants,
+    closest,
     mean_and_error,
     pair_distances,
     reduced_speed_counts,
+    standard_errors,
 )
 from snooker_cli.analysis.structure import measured
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
-from snooker_cli.figures.figure_data import NEUTRAL, Array, FigureData, Line, Points, Reference
+from snooker_cli.figures.figure_data import (
+    NEUTRAL,
+    Array,
+    FigureData,
+    Layer,
+    Line,
+    Points,
+    Reference,
+)
 from snooker_cli.figures.selection import elastic, gas
 from snooker_cli.formatting import exact, listed, short, with_error
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 
 BINS = 45
-MOST_DISTANCES, FEW_STATES = 5_000_000, 10
-"""Distances of a point, so that a figure takes seconds; states of a repeat before it has fewer."""
+MOST_DISTANCES, FEW_STATES = 10_000_000, 10
+"""Distances of a figure, which take seconds; states of a repeat before there are fewer repeats."""
+
+PAIRED, SEARCH = 1000, 16
+"""Balls between which all distances count: of more, a random choice. Distances that take as long
+as to find the neighbours of a ball."""
 
 DISTANCES = {
     "central": ("R − r", "R − smallest r", "largest", "largest_excess"),
@@ -45,10 +60,15 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
     central = which == "central"
     outermost = max if central else min
     extremes: dict[float, float] = {}
-    key, spans = f"{nearest}_distance", []
+    key, spans, chosen = f"{nearest}_distance", [], ""
     for index, point in enumerate(build.points):
-        scene, edges, density, limit, extreme, excess = _sample(central, build, point)
-        build.add_histogram(index, point, edges, density)
+        scene, edges, rows, limit, extreme, excess = _sample(central, build, point)
+        if not central and scene.number > PAIRED:
+            chosen = (
+                f" Of {scene.number:,} balls, the histogram has {PAIRED:,}, chosen at random; the "
+                "smallest distance is that of all."
+            )
+        build.add_histogram(index, point, edges, rows.mean(axis=0), standard_errors(rows))
         extremes[limit] = outermost(extremes.get(limit, extreme), extreme)
         build.record(point, **{key: extreme, "beyond_limit": excess})
         spans.append((edges[-1], scene))
@@ -71,7 +91,7 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
         times = short(excess / rounding, 2)
         verdict = f"beyond it by {short(excess, 2)} m, {times} times the rounding of a coordinate"
     return build.figure(
-        f"The {nearest} distance is {listed(texts)}: {verdict}.",
+        f"The {nearest} distance is {listed(texts)}: {verdict}.{chosen}",
         numbers={key: outermost(extremes.values()), "limit": limit, beyond: excess},
         x_limits=(0.0, 1.04 * limit if central else None),
     )
@@ -80,46 +100,58 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
 def _sample(
     central: bool, build: FigureBuilder, point: Point
 ) -> tuple[Scene, Array, Array, float, float, float]:
-    """The start of a point's last repeat; edges and densities of a histogram of its distances.
+    """The start of a point's first repeat; edges, and densities (*n*, *bins*) of its distances.
 
-    Last, the limit, the outermost distance, and how far one is beyond, m. Raises ``FigureError``.
+    Last, the limit, the outermost distance, and how far one is beyond, m. Densities are means over
+    time: collisions, at which two balls touch, do not choose the times. Raises ``FigureError``.
     """
-    counts, beyond, extremes = np.zeros(BINS), [], []
-    balls = build.start(point).number
-    values_of_state = balls if central else balls * (balls - 1) // 2
-    build.limit(point, MOST_DISTANCES // (FEW_STATES * max(1, values_of_state)))
+    rows, beyond, extremes, scene = [], [], [], build.start(point)
+    container, radii, number = scene.container, scene.radii, scene.number
+    chosen, cost = np.arange(number), number
+    if central:
+        assert isinstance(container, Circle)
+        limits = container.wall_gaps(np.zeros(2), radii)
+        low, high = 0.0, float(limits.max())
+    else:
+        if number > PAIRED:
+            chosen = np.random.default_rng(0).choice(number, PAIRED, replace=False)
+        first, second = np.triu_indices(len(chosen), k=1)
+        limits = radii[chosen][first] + radii[chosen][second]
+        low = float(np.sort(radii)[:2].sum())
+        high = container.longest_distance(float(radii.min()))
+        cost = len(limits) + SEARCH * number * (number > PAIRED)
+    edges = np.linspace(low, high, BINS + 1)
+    most = build.states(
+        point, MOST_DISTANCES, MOST_DISTANCES, each=cost - number, fewest=FEW_STATES
+    )
     for trace in build.traces(point):
-        scene = trace.start
+        touching = at_collisions(trace, most)
+        even = at_equal_steps(trace, len(touching.time))
         if central:
-            if not isinstance(scene.container, Circle):
-                raise FigureError("only the wall of a circle is at one distance from the centre")
-            limits = scene.container.wall_gaps(np.zeros(2), scene.radii)
-            low, high = 0.0, float(limits.max())
+            outermost = central_distances(touching).reshape(-1, number)
+            beyond.append(float((outermost - limits).max()))
+            extremes.append(float(outermost.max()))
+            table = central_distances(even)
         else:
-            if scene.number < 2:
-                raise FigureError("one ball has no distance to another; it needs two or more")
-            first, second = np.triu_indices(scene.number, k=1)
-            limits = scene.radii[first] + scene.radii[second]
-            smallest = float(scene.radii.min())
-            low, high = float(limits.min()), scene.container.longest_distance(smallest)
-        most = MOST_DISTANCES // (len(limits) * len(build.repeats(point)))
-        if most < 2:  # the start and the finish at least
-            raise FigureError(f"{scene.number:,} balls have too many distances to show")
-        states = at_collisions(trace, most)
-        values = central_distances(states) if central else pair_distances(states, scene)
-        table = values.reshape(-1, len(limits))
-        beyond.append(float((table - limits).max() if central else (limits - table).max()))
-        extremes.append(float(table.max() if central else table.min()))
+            near, table = (
+                pair_distances(replace(states, positions=states.positions[:, chosen]), scene)
+                for states in (touching, even)
+            )
+            near = near.reshape(-1, len(limits))
+            nearest, overlap = float(near.min()), float((limits - near).max())
+            if number > PAIRED:
+                nearest, overlap = closest(touching, scene)
+            beyond.append(overlap)
+            extremes.append(nearest)
         # A distance that is beyond by rounding belongs to the bin at the limit.
-        edges = np.linspace(low, high, BINS + 1)
-        counts += np.histogram(np.clip(table[instants(states.time)], low, high), edges)[0]
-    density = counts / (counts.sum() * np.diff(edges))
+        rows.append(np.histogram(np.clip(table, low, high), edges, density=True)[0])
     limit, extreme = (high, max(extremes)) if central else (low, min(extremes))
-    return scene, edges, density, limit, extreme, max(beyond)
+    return scene, edges, np.array(rows), limit, extreme, max(beyond)
 
 
 MOST_STATES = 40  # of a repeat
-MOST_PAIRED = 200_000  # balls times states of a point, which take seconds
+MOST_BALLS, OF_A_STATE = 1_000_000, 125
+"""Balls times states of a figure's pair correlations, which take seconds; a state counts more."""
 
 LAST = 0.99
 """Part of a repeat's time that is its last state: at its last collision, two balls touch."""
@@ -131,17 +163,10 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
     for index, point in enumerate(build.points):
         scene = build.start(point)
         diameter = 2 * float(np.mean(scene.radii))
-        if scene.number < 2:
-            raise FigureError("one ball has no pair; it needs two or more")
         edges = structure.distance_edges(scene)
-        most = MOST_PAIRED // scene.number
-        build.limit(point, most)
-        parts = np.array([LAST])
-        if (
-            gas(point) != "cooling"
-            and (count := min(MOST_STATES, most // len(build.repeats(point)))) > 1
-        ):
-            parts = np.linspace(0.5, LAST, count)
+        wanted = MOST_STATES if gas(point) != "cooling" else 1
+        count = build.states(point, wanted, MOST_BALLS, each=OF_A_STATE, fewest=1)
+        parts = np.linspace(0.5, LAST, count) if count > 1 else np.array([LAST])
         g = partial(structure.pair_correlation, edges=edges)
         rows = np.array(
             [
@@ -192,11 +217,11 @@ def speeds(build: FigureBuilder) -> FigureData:
     in_metres = all(map(elastic, build.points)) and all(scene.equal_balls for scene in starts)
     edges = np.arange(SPEED_BINS + 1, dtype=np.float64) * SPEED_BIN
     laws: dict[tuple[int | None, float], None] = {}
+    fixed = all(predictions.independent_velocities(scene) is not None for scene in starts)
+    panel: list[Layer] = [Reference("y", 0.0)]
     for index, (point, scene) in enumerate(zip(build.points, starts, strict=True)):
-        if scene.number < 2 or scene.kinetic_energy == 0:
-            raise FigureError("it needs two or more balls that move")
-        counts = np.sum([reduced_speed_counts(trace) for trace in build.traces(point)], axis=0)
-        total = float(counts.sum())
+        rows = np.array([reduced_speed_counts(trace) for trace in build.traces(point)])
+        counts, total = rows.sum(axis=0), float(rows.sum())
         if total < LEAST_SPEEDS:
             raise FigureError(
                 f"{total:.0f} speeds after enough collisions are no distribution; run longer or "
@@ -206,15 +231,22 @@ def speeds(build: FigureBuilder) -> FigureData:
         if in_metres:
             unit = float(np.sqrt(2 * scene.kinetic_energy / scene.number / scene.masses[0]))
         used = int(np.max(np.flatnonzero(counts))) + 1
-        heights = counts[:used] / (total * SPEED_BIN * unit)
-        build.add_histogram(index, point, edges[: used + 1] * unit, heights)
+        width = SPEED_BIN * unit
+        heights = counts[:used] / (total * width)
+        # Of shares whose sums vary: the deviations of the counts from these shares of each sum.
+        shares = rows - counts / total * rows.sum(axis=1, keepdims=True)
+        errors = len(rows) * standard_errors(shares)[:used] / (total * width)
+        build.add_histogram(index, point, edges[: used + 1] * unit, heights, errors)
         free = predictions.independent_velocities(scene)
         laws[free, unit] = None
         # The largest difference of cumulative shares, at the bins' edges.
-        law = theory.maxwell_speed_cdf(edges[1:], REDUCED_TEMPERATURE)
+        law = maxwell = theory.maxwell_speed_cdf(edges, REDUCED_TEMPERATURE)
         if free is not None:
-            law = theory.fixed_energy_speed_cdf(edges[1:], free, REDUCED_TEMPERATURE)
-        difference = float(np.max(np.abs(np.cumsum(counts) / total - law)[:-1]))
+            law = theory.fixed_energy_speed_cdf(edges, free, REDUCED_TEMPERATURE)
+        difference = float(np.max(np.abs(np.cumsum(counts) / total - law[1:])[:-1]))
+        expected = np.diff(law if fixed else maxwell)[:used] / width
+        middle = (edges[1 : used + 1] + edges[:used]) / 2 * unit
+        panel.append(Points(middle, heights - expected, errors, None, index))
         build.record(
             point,
             f"{difference:.4f}",
@@ -228,15 +260,19 @@ def speeds(build: FigureBuilder) -> FigureData:
         text = None if index else "Maxwell–Boltzmann"
         build.lines.append(Line(reduced * unit, density, text, NEUTRAL, "dashed"))
         if free is not None:
-            density = theory.fixed_energy_speed_density(reduced, free, REDUCED_TEMPERATURE) / unit
+            exact = theory.fixed_energy_speed_density(reduced, free, REDUCED_TEMPERATURE) / unit
             text = None if index else f"fixed energy, {free} free balls"
-            build.lines.append(Line(reduced * unit, density, text, NEUTRAL, "dotted"))
-    fixed = all(free is not None for free, _ in laws)
+            build.lines.append(Line(reduced * unit, exact, text, NEUTRAL, "dotted"))
+            if fixed:
+                below = Line(reduced * unit, density - exact, None, NEUTRAL, "dashed")
+                panel.append(below)
     law_name = "the law at fixed energy" if fixed else "Maxwell and Boltzmann's law"
     roots = [record["one_over_root"] for record in build.records]
     words: dict[str, Any] = {"x_label": "speed (m/s)", "y_label": "probability density (s/m)"}
     return build.figure(
         f"They differ from {law_name} by at most {build.results_text}; 1/√n ≤ "
         f"{short(max(roots), 2)}.",
+        panel=tuple(panel),
+        panel_label="minus law at fixed energy" if fixed else "minus Maxwell's law",
         **(words if in_metres else {}),
     )

@@ -9,15 +9,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-import matplotlib.style
 import numpy as np
-from matplotlib import ticker
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
@@ -28,23 +20,35 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
 )
-from snooker_cli.files import atomic_write, write_text
+from snooker_cli.files import atomic_write, out_of_sight, write_text
 from snooker_cli.formatting import plain
+
+with out_of_sight("matplotlibrc"):
+    import matplotlib
+    import matplotlib.style
+    from matplotlib import ticker
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.colors import to_hex
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 WIDTH = 3.4  # width of a figure, inches: a column of a two-column page
 HEIGHT = 2.4  # height of a figure with a title of one line and nothing else around the axes, inches
+PANEL_HEIGHT = 0.8  # height of a panel with its distance from the axes above, inches
+PANEL_SHARE = 0.4  # height of a panel over that of the axes above
 LINE_HEIGHT = 0.14  # height of a further line of text, inches
 
-# How many characters fit: of the bold title, of the y label, of the labels at the x axis.
-TITLE_WIDTH, LABEL_WIDTH, TICKS_WIDTH = 42, 31, 50
+# How many characters fit: of the bold title, of a y label, of a panel's, of the x axis's numbers.
+TITLE_WIDTH, LABEL_WIDTH, PANEL_LABEL_WIDTH, TICKS_WIDTH = 42, 31, 14, 50
 
 LEGEND_SHARE = 0.97  # of the figure's width, for the legend
 LEAST_TICKS, MOST_TICKS = 3, 9  # labels of a logarithmic axis, of a linear x axis
+PANEL_TICKS = 4  # intervals between labels of a panel's y axis at most
 PLAIN = 1e-4, 1e6  # a logarithmic axis within these limits has no powers of ten
 
 MARGIN = 0.05  # margin above the data, as a share of the axis, where only its lower limit is given
-INSET = (0.19, 0.1, 0.8, 0.66)  # left, bottom, width and height of an inset, as shares of the axes
-MANY_MARKERS = 20  # more markers of a series are drawn smaller
+MANY_MARKERS = 30  # more markers of a figure are drawn smaller
 MANY_VERTICES = 400  # lines of more vertices are mostly noise, and drawn thinner
 
 _COLOURS = matplotlib.color_sequences["petroff10"]
@@ -96,28 +100,31 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         layout = ConstrainedLayoutEngine()
         figure = SnookerFigure(size or (WIDTH, HEIGHT), layout=layout)
         FigureCanvasAgg(figure)
-        axes = figure.add_subplot()
+        ratios = [1.0, PANEL_SHARE][: 1 + bool(data.panel)]
+        grid = {"height_ratios": ratios}
+        axes, *panels = figure.subplots(
+            len(ratios), sharex=True, squeeze=False, gridspec_kw=grid
+        ).flat
         entries = [
             (getattr(layer, "series", NEUTRAL) == NEUTRAL, artist, label)
-            for depth, layer in enumerate(data.layers)
-            if (artist := _added(axes, layer, 2 + depth / 10, data.shades))
-            and (label := layer.label)
+            for layer, artist in _added(axes, data.layers, data.shades)
+            if (label := layer.label)
         ]
         entries.sort(key=lambda entry: entry[0])  # first the series, then what is for all
         _scale(axes, data)
-        if data.inset:
-            inset = axes.inset_axes(INSET)
-            for depth, layer in enumerate(data.inset):
-                _added(inset, layer, 2 + depth / 10, data.shades)
-            inset.set_xlim(axes.get_xlim())
-            inset.set_ylabel(data.inset_label, fontsize=7)
-            inset.tick_params(labelsize=6)
-        axes.set_xlabel(data.x_label, parse_math=False)
+        for panel in panels:
+            _added(panel, data.panel, data.shades)
+            panel.set_ylabel(textwrap.fill(data.panel_label, PANEL_LABEL_WIDTH), parse_math=False)
+            panel.locator_params("y", nbins=PANEL_TICKS)
+            panel.set_xlim(axes.get_xlim())  # `_scale` may have changed the view of one axis alone
+        [axes, *panels][-1].set_xlabel(data.x_label, parse_math=False)
         axes.set_ylabel(textwrap.fill(data.y_label, LABEL_WIDTH), parse_math=False)
+        figure.align_ylabels()
         axes.set_title("\n".join(title), loc="left", pad=4, parse_math=False)
         columns = _legend(figure, [entry[1] for entry in entries], [entry[2] for entry in entries])
         lines = len(title) - 1 - (-len(entries) // columns)
-        figure.set_size_inches(size or (WIDTH, HEIGHT + LINE_HEIGHT * lines))
+        height = HEIGHT + PANEL_HEIGHT * len(panels) + LINE_HEIGHT * lines
+        figure.set_size_inches(size or (WIDTH, height))
         if not data.x_log:
             labels = axes.xaxis.get_major_formatter().format_ticks(list(axes.get_xticks()))
             room = TICKS_WIDTH * figure.get_figwidth() / WIDTH
@@ -128,10 +135,17 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
     return figure
 
 
-def _added(axes: Axes, layer: Layer, order: float, shades: Sequence[float] = ()) -> Any:
-    """Draw a layer at a depth; its artist for the legend. Shades need no dashes beside them."""
+def _added(axes: Axes, layers: Sequence[Layer], shades: Sequence[float]) -> list[tuple[Layer, Any]]:
+    """Draw layers from the back to the front; each with its artist for the legend."""
+    markers = sum(len(layer.x) for layer in layers if isinstance(layer, Points))
+    size = 2.8 if markers > MANY_MARKERS else 4.0
+    return [(layer, _artist(axes, layer, k, shades, size)) for k, layer in enumerate(layers)]
+
+
+def _artist(axes: Axes, layer: Layer, depth: int, shades: Sequence[float], size: float) -> Any:
+    """Draw a layer with markers of a size. Shades need no dashes beside them."""
     series = getattr(layer, "series", NEUTRAL)
-    common: dict[str, Any] = {"color": colour(series, shades), "zorder": order}
+    common: dict[str, Any] = {"color": colour(series, shades), "zorder": 2 + depth / 10}
     dashes = "solid" if shades else _DASHES[series % len(_DASHES)]
     match layer:
         case Line(x, y):
@@ -145,6 +159,7 @@ def _added(axes: Axes, layer: Layer, order: float, shades: Sequence[float] = ())
                 **common,
             )[0]
         case Band(x, low, high):
+            common |= {"step": "post" if layer.steps else None}
             return axes.fill_between(x, low, high, alpha=0.22, linewidth=0, **common)
         case Points(x, y):
             drawn = axes.errorbar(
@@ -154,7 +169,7 @@ def _added(axes: Axes, layer: Layer, order: float, shades: Sequence[float] = ())
                 linestyle="none",
                 elinewidth=0.8,
                 marker="o" if series == NEUTRAL else _MARKERS[series % len(_MARKERS)],
-                markersize=2.8 if len(x) > MANY_MARKERS else 4.0,
+                markersize=size,
                 markerfacecolor=common["color"] if layer.filled else "none",
                 markeredgewidth=0.7,
                 **common,
@@ -249,7 +264,7 @@ def to_json(data: FigureData) -> str:
     Numbers have the shortest decimals that mean the same doubles; what is not finite is null.
     """
     content = dict(vars(data))
-    for name in ("layers", "inset"):
+    for name in ("layers", "panel"):
         layers = content[name]
         content[name] = [{"type": type(layer).__name__.lower()} | vars(layer) for layer in layers]
     return json.dumps(plain(content), ensure_ascii=False, allow_nan=False, indent=1) + "\n"

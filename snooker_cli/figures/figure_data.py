@@ -41,13 +41,14 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """The area between two curves, ``low`` and ``high``, over x."""
+    """The area between two curves, ``low`` and ``high``, over x; steps: as of ``Line``."""
 
     x: Array
     low: Array
     high: Array
     label: str | None = None
     series: int = 0
+    steps: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +88,8 @@ class FigureData:
     x_limits, y_limits : (low, high); ``None`` fits the data
     equal_axes : whether a metre is as long in y as in x
     shades : the rank of each series in a sequential palette, from 0 to 1; empty: other colours
-    inset, inset_label : layers of small axes within the others, and their y label
+    panel, panel_label : layers of lower axes with the same x and a linear y, such as residuals, and
+        their y label
     """
 
     kind: str
@@ -103,8 +105,8 @@ class FigureData:
     y_limits: Sequence[float | None] = (None, None)
     equal_axes: bool = False
     shades: Sequence[float] = ()
-    inset: tuple[Layer, ...] = ()
-    inset_label: str = ""
+    panel: tuple[Layer, ...] = ()
+    panel_label: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", plain(self.numbers))
@@ -114,8 +116,9 @@ class FigureData:
         """The figure in a sentence, for readers who cannot see it: title, axes and legend."""
         scales = [" (logarithmic)" if log else "" for log in (self.y_log, self.x_log)]
         axes = f"{self.y_label}{scales[0]} against {self.x_label}{scales[1]}"
+        below = f". Below: {self.panel_label}" if self.panel else ""
         legend = "; ".join(dict.fromkeys(layer.label for layer in self.layers if layer.label))
-        return f"{self.title}. {axes}{f'. Legend: {legend}' if legend else ''}."
+        return f"{self.title}. {axes}{below}{f'. Legend: {legend}' if legend else ''}."
 
 
 def legend_line(text: str, style: LineStyle) -> Line:

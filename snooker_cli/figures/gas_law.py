@@ -34,7 +34,7 @@ from snooker_cli.scene import Scene
 
 IDEAL = "ideal gas"
 IDEAL_RATIO = Reference("y", 1.0, IDEAL, "dashed")
-THEORY = "hard-disk theory"
+THEORY = theory.FINITE
 CURVE = 120  # vertices of a curve of theory
 SAME = 1e-9  # packings or temperatures are the same within this share
 
@@ -93,6 +93,9 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
         means = [mean_and_error(state.pressures) for state in states]
         y, y_error = np.array(means).T
         build.lines.append(Points(x, y, y_error, name or "simulation", index))
+        if first.scene.equal_balls:
+            expected = np.array([state.expected for state in states])
+            build.add_residuals(index, x, y, y_error, expected)
         ratios = [float(state.over_ideal.mean()) for state in states]
         for state, pressure, ratio in zip(states, means, ratios, strict=True):
             build.record(state.point, **state.conditions, pressure=pressure, over_ideal=ratio)
@@ -115,6 +118,7 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
         build.record(state.point, ratio=ratio, theory=expected)
     fine = np.linspace(0.0, radii.max(), CURVE)[1:]
     curve, (y, y_error) = np.array(theory_of(fine)), np.array(means).T
+    build.add_residuals(0, radii, y, y_error, np.array(theory_of(radii)))
     build.lines += [
         IDEAL_RATIO,
         Line(fine, curve, THEORY, NEUTRAL, "dotted"),

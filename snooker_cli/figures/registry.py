@@ -1,7 +1,8 @@
 """The registry: every figure by name, the runs that can give it, and the function that makes it."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from importlib.resources import files
@@ -11,7 +12,8 @@ import yaml
 
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.captions import FigureBuilder, Reading, silent
+from snooker_cli.figures.conditions import CONDITIONS, Condition, shows_gas
 from snooker_cli.figures.figure_data import FigureData
 from snooker_cli.figures.selection import (
     MOST_SERIES,
@@ -20,25 +22,15 @@ from snooker_cli.figures.selection import (
     along,
     evenly,
     file_stem,
-    gas,
     selected,
-    statuses,
+    spread,
     varying,
 )
 from snooker_cli.formatting import listed
 from snooker_cli.runs import Run
 
-MOST_COLLISIONS = 5_000_000  # of a point, which take seconds
-MOST_IN_SAMPLE = 1_000_000  # of a run; of more, a sample is the first repeat of each point
-
-REFUSED: Mapping[Gas, str] = {
-    "cooling": "nothing decays where all collisions are elastic; take cor below 1",
-    "elastic": "it is about the equilibrium of elastic balls; run it at cor 1",
-    "warm": "it is about walls that give energy; set wall_speed or wall_temperature",
-}
-"""Why a figure of these gases does not show the points."""
-
-WARM = "walls give energy, so the gas neither cools nor keeps its energy; see `stationary`"
+MOST_ALONG = 200  # points of a series along x; the eye cannot separate more
+MOST_COLLISIONS = 10_000_000  # of a figure that takes a choice of the repeats; they take seconds
 
 
 @dataclass(frozen=True)
@@ -56,7 +48,7 @@ class FigureSpec:
     axes: Mapping[str, Any]
     shows: str = ""
     report_figures: Sequence[int] = ()
-    states: bool = False
+    requires: Sequence[str] = ()
     gases: Sequence[Gas] = ()
     along: Sequence[str] = ()
     by: str | None = None
@@ -64,19 +56,44 @@ class FigureSpec:
     each_point: bool = False
     sample: bool = False
 
-    def make(self, run: Run, selection: Selection, *, first: bool = False) -> FigureData:
+    @property
+    def conditions(self) -> list[Condition]:
+        """What a point must have."""
+        of_gas = [shows_gas(*self.gases)] if self.gases else []
+        return [*of_gas, *(CONDITIONS[name] for name in self.requires)]
+
+    def fitting(self, points: Sequence[Point]) -> tuple[list[Point], Counter[str]]:
+        """The points that the figure can show by their config; why it cannot show the others.
+
+        It may still lack collisions. The reasons count the points; the last one is that of the
+        points that nearly fit.
+        """
+        fitting, reasons = list(points), Counter[str]()
+        for condition in self.conditions:
+            judged = [(point, condition(point)) for point in fitting]
+            fitting = [point for point, reason in judged if not reason]
+            reasons.update(reason for _, reason in judged if reason)
+        return fitting, reasons
+
+    def groups(self, points: Sequence[Point]) -> list[list[Point]]:
+        """Points that fit, as ``FigureBuilder`` has them. Raises ``FigureError``."""
+        if not self.along:
+            return [evenly(points, self.most)]
+        return [spread(group, MOST_ALONG) for group in along(points, self.along, self.by)]
+
+    def make(
+        self, run: Run, selection: Selection, *, first: bool = False, reading: Reading = silent
+    ) -> FigureData:
         """The figure of the selected points; if it shows one point, ``first`` chooses the first.
+
+        reading : is called for each repeat that is read
 
         Raises ``FigureError`` if the run cannot give it, and ``StoreError`` if a repeat cannot be
         read.
         """
-        if self.states and not run.experiment.keeps_events:
-            raise FigureError("it needs the balls' states; run the config with `record: events`")
-        points: Sequence[Point] = selected(run, selection)
-        if self.gases and not (shown := [point for point in points if gas(point) in self.gases]):
-            warm = any(gas(point) == "warm" for point in points)
-            raise FigureError(WARM if warm else REFUSED[self.gases[0]])
-        points = shown if self.gases else points
+        points, reasons = self.fitting(selected(run, selection))
+        if not points:
+            raise FigureError([*reasons][-1])
         total = len(points)
         points = points[:1] if self.each_point and first else points
         if self.each_point and len(points) > 1:
@@ -84,12 +101,14 @@ class FigureSpec:
             raise FigureError(
                 f"it shows one point and {len(points)} are there; choose one by {keys} with --where"
             )
-        groups = along(points, self.along, self.by) if self.along else [evenly(points, self.most)]
         fields = {"kind": self.name, "title": self.title, **self.axes}
-        build = FigureBuilder(run, selection, groups, fields, self.shows, total=total)
+        groups = self.groups(points)
+        build = FigureBuilder(
+            run, selection, groups, fields, self.shows, total=total, reading=reading
+        )
         for point in build.points if self.sample else ():
-            collisions = [status.collisions for status in statuses(run, point, selection)]
-            build.limit(point, MOST_COLLISIONS // max(1, *collisions))
+            collisions = [status.collisions for status in build.statuses(point)]
+            build.limit(point, MOST_COLLISIONS // len(build.points) // max(1, *collisions))
         return self.draw(build)
 
 
@@ -112,31 +131,47 @@ FIGURES = _read()
 
 
 def figures_of(
-    run: Run, names: Iterable[str], selection: Selection, *, sample: bool = False
+    run: Run,
+    names: Iterable[str],
+    selection: Selection,
+    reading: Reading = silent,
+    most: int | None = None,
 ) -> Iterator[tuple[str, str, FigureData | FigureError]]:
     """Name, file name without ending, and content of figures; an error if the run cannot give it.
 
     A figure that shows one point is made for each selected point. Raises ``FigureError`` if no
     repeat is there.
 
-    sample : make figures of the first repeats alone if the run is large; they show which figures
-        are possible, and all of them may take minutes
+    most : points at most that such figures are made for, evenly chosen
     """
     points = selected(run, selection)
-    if sample and selection.repeat is None and _is_large(run, points):
-        run = replace(run, experiment=run.experiment.model_copy(update={"repeats": 1}))
-    single = [Selection(dict(point.parameters), selection.repeat) for point in points]
     for name in names:
-        for chosen in single if FIGURES[name].each_point else [selection]:
+        spec = FIGURES[name]
+        chosen = [selection]
+        if spec.each_point:
+            fitting, reasons = spec.fitting(points)
+            yield from ((name, "", FigureError(reason)) for reason in reasons.elements())
+            fitting = evenly(fitting, most or len(fitting)) if fitting else []
+            chosen = [Selection(dict(point.parameters), selection.repeat) for point in fitting]
+        for one in chosen:
             try:
-                yield name, file_stem(name, chosen), FIGURES[name].make(run, chosen)
+                yield name, file_stem(name, one), spec.make(run, one, reading=reading)
             except FigureError as error:
                 yield name, "", error
 
 
-def _is_large(run: Run, points: Sequence[Point]) -> bool:
-    """Whether a run has many collisions, and some in each first repeat, which can be a sample."""
-    repeats = [status for point in points for status in run.statuses(point.index)]
-    firsts = [status for status in repeats if status.repeat == 0]
-    total = sum(status.collisions for status in repeats)
-    return total > MOST_IN_SAMPLE and all(status.collisions > 0 for status in firsts)
+def possible(
+    names: Iterable[str], points: Sequence[Point]
+) -> Iterator[tuple[str, bool, Counter[str]]]:
+    """Name of figures, whether these points fit by their config, and why some of them do not.
+
+    No repeat is read, so that a figure that fits may still need more collisions than there are.
+    """
+    for name in names:
+        fitting, reasons = FIGURES[name].fitting(points)
+        try:
+            if fitting:
+                FIGURES[name].groups(fitting)
+        except FigureError as error:
+            fitting, reasons[str(error)] = [], len(fitting)
+        yield name, bool(fitting), reasons

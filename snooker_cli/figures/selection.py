@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias, TypeVar
 
@@ -15,6 +15,7 @@ from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import listed, short
 from snooker_cli.runs import RepeatState, RepeatStatus, Run
+from snooker_cli.runs.run import named
 
 Item = TypeVar("Item")
 Gas: TypeAlias = Literal["cooling", "elastic", "warm"]
@@ -47,11 +48,30 @@ def file_stem(name: str, selection: Selection) -> str:
 
 def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
     """The selected points that have a repeat, at least one. Raises ``FigureError``."""
-    points = tuple(point for point in matching(run, selection) if statuses(run, point, selection))
+    return _some(run, selection, lambda point: bool(statuses(run, point, selection)))
+
+
+def _some(run: Run, selection: Selection, is_there: Callable[[Point], bool]) -> tuple[Point, ...]:
+    """The selected points that something is true of, at least one. Raises ``FigureError``."""
+    points = tuple(filter(is_there, matching(run, selection)))
     if not points:
         what = "no repeat is" if selection.repeat is None else f"repeat {selection.repeat} is not"
         raise FigureError(f"{run.name}: {what} there yet; run the config again")
     return points
+
+
+def begun(run: Run, selection: Selection) -> tuple[Point, ...]:
+    """`selected` by the names of files alone, which are not opened. Raises ``FigureError``."""
+
+    def is_there(point: Point) -> bool:
+        files = run.batches(point.index)
+        return (
+            bool(files)
+            if selection.repeat is None
+            else any(selection.repeat in named(file)[1] for file in files)
+        )
+
+    return _some(run, selection, is_there)
 
 
 def matching(run: Run, selection: Selection) -> tuple[Point, ...]:

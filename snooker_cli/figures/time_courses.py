@@ -38,7 +38,7 @@ MORE = 1.05  # the axis of energies over their highest value
 def energy(build: FigureBuilder) -> FigureData:
     """Kinetic energy of balls and container over that at the start."""
     courses = [
-        [(columns.time, energy_ratio(columns)) for columns in map(series, build.moving(point))]
+        [(columns.time, energy_ratio(columns)) for columns in map(series, build.traces(point))]
         for point in build.points
     ]
     log = more_than_a_decade(ratios for curves in courses for _, ratios in curves)
@@ -78,7 +78,7 @@ def momentum_component(name: str, build: FigureBuilder) -> FigureData:
         f"{short(worst / EPSILON, 2)} roundings, at "
         f"{max(record['states'] for record in build.records)} times.",
         numbers={"largest_deviation": worst},
-        inset=(*deviation.bands, Reference("y", 0.0), *deviation.lines),
+        panel=(*deviation.bands, Reference("y", 0.0), *deviation.lines),
     )
 
 
@@ -91,7 +91,7 @@ def pressure(build: FigureBuilder) -> FigureData:
         drift = scene.number * (scene.kinetic_energy / scene.number - met)
         state = predictions.scene_state(scene, met)
         if state and (value := state.pressure + drift / scene.container.area) not in expected:
-            name = None if expected else "hard-disk theory, CoR 1"
+            name = None if expected else f"{theory.FINITE}, CoR 1"
             build.lines.append(Reference("y", value, name, "dotted"))
             expected.append(value)
     top = max(expected, default=0.0)
@@ -114,8 +114,6 @@ def pressure(build: FigureBuilder) -> FigureData:
 def _momentum(trace: Trace, name: str) -> Curve:
     """Times (s) and one component of the total momentum, kg m/s. Raises ``FigureError``."""
     scene, component = trace.start, "xy".index(name)
-    if scene.container.has_wall and not scene.free:
-        raise FigureError("fixed walls take momentum; give a circle a finite container.mass")
     states = observables.at_collisions(trace)
     total = observables.momentum(states.velocities, states.container_velocities, scene).T[component]
     parts = np.abs(scene.masses * scene.velocities[:, component])
@@ -136,28 +134,30 @@ def _pressure(trace: Trace) -> Curve:
 
 # Means over the repeats of what the states have at even numbers of collisions.
 
-MOST_SPECIES = 6  # that one figure can show
 TIMES = 61  # times at which repeats are compared
 
-MOST_BALLS, MOST_TRIANGULATED = 5_000_000, 500_000
-"""Balls times states of a point for sums and for hexatic order, which take seconds."""
+SUMS, TRIANGLES = (40_000_000, 1700), (500_000, 25)
+"""What a figure can afford, for sums over balls and for neighbours: balls times states, and the
+balls that a state counts more, because Python needs some 0.2 ms for it."""
 
 
 def _courses(
-    build: FigureBuilder, measure: Callable[[Trace, Array], Array], most: int = MOST_BALLS
+    build: FigureBuilder,
+    measure: Callable[[Trace, Array], Array],
+    cost: tuple[int, int] = SUMS,
 ) -> Iterator[tuple[Point, Scene, Array, Array]]:
     """Each point, its start, times (*t*,), s, and what ``measure`` gives there, (*n*, *t*, *k*).
 
     The times have even collision numbers of the first repeat, until the end of the shortest one.
-    ``most`` balls times states are measured.
     """
+    most, each = cost
     for point in build.points:
-        build.limit(point, most // (build.start(point).number * TIMES))
+        count = build.states(point, TIMES, most, each=each, fewest=TIMES)
         end, first = min(trace.stop.time for trace in build.traces(point)), build.traces(point)
         columns = series(next(first))
         events = columns.wall_events + columns.pair_events
         # Between collisions: at one, two balls touch.
-        numbers = np.floor(np.linspace(0, np.interp(end, columns.time, events), TIMES)) - 0.5
+        numbers = np.floor(np.linspace(0, np.interp(end, columns.time, events), count)) - 0.5
         times = np.unique(np.minimum(np.interp(numbers, events, columns.time), end))
         if len(times) < 2:
             raise FigureError("nothing happens until the end of the shortest repeat; run longer")
@@ -170,7 +170,7 @@ def _courses(
 def hexatic_order(build: FigureBuilder) -> FigureData:
     """|⟨ψ6⟩| over time."""
     measure = partial(measured, structure.hexatic_order)
-    courses = _courses(build, measure, MOST_TRIANGULATED)
+    courses = _courses(build, measure, TRIANGLES)
     for index, (point, scene, times, rows) in enumerate(courses):
         build.add_means(index, build.label(point), times, rows[..., 0])
         final = mean_and_error(rows[:, -1, 0])
@@ -211,7 +211,6 @@ def a2(build: FigureBuilder) -> FigureData:
 
 def species_temperature(build: FigureBuilder) -> FigureData:
     """Mean kinetic energy of each species over time."""
-    _names(build.start(build.points[0]))  # refuses one species before its states are replayed
     measure = partial(measured, structure.species_temperature)
     kept = gas(build.points[0]) != "cooling"  # the temperatures of one instant vary
     for point, scene, times, rows in _courses(build, measure):
@@ -253,15 +252,10 @@ def _a2(trace: Trace, times: Array) -> Array:
     """a2 of balls of one type as means between times, of a mixture at the times."""
     if trace.start.equal_balls:
         return time_means(trace, series(trace).energy_moment, times) / 2 - 1
-    _names(trace.start)
-    if trace.events is None:
-        raise FigureError("a2 of a mixture needs the balls' states; run it with `record: events`")
     return measured(structure.a2, trace, times)
 
 
 def _names(scene: Scene) -> list[str]:
-    """The species of a mixture in the legend. Raises ``FigureError`` for one or too many."""
+    """The species of a mixture in the legend."""
     firsts = [balls[0] for balls in structure.species(scene)]
-    if not 1 < len(firsts) <= MOST_SPECIES:
-        raise FigureError(f"it needs 2 to {MOST_SPECIES} species of balls, not {len(firsts)}")
     return [f"r = {scene.radii[k]:g} m, m = {scene.masses[k]:g} kg" for k in firsts]

@@ -14,6 +14,7 @@ from snooker_cli.analysis.observables import (
     ideal_gas_ratio,
     mean_and_error,
     mean_temperature,
+    meeting_temperature,
     series,
     so_far,
     standard_errors,
@@ -21,14 +22,12 @@ from snooker_cli.analysis.observables import (
     virial_ratio,
     wall_energies,
 )
-from snooker_cli.analysis.structure import values
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
-from snooker_cli.engine import replay
+from snooker_cli.engine import States, replayed
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
-    NEUTRAL,
     Array,
     FigureData,
     Line,
@@ -46,7 +45,8 @@ from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
 BINS, COARSE_BINS = 20, 10  # of profiles, and of those whose slope is taken
-MOST_BALLS = 4_000_000  # balls times states of a point's profiles, which take seconds
+MOST_BALLS = 4_000_000  # balls times states of a point's profiles, which take a second or two
+BATCH = 2**18  # balls times states at once: arrays of this size stay in the cache
 TIMES = 200  # times at which repeats are compared
 CURVE = 100  # vertices of a curve of theory
 
@@ -143,33 +143,32 @@ def _profile(build: FigureBuilder, steady: _Steady, bins: int) -> tuple[Array, A
     """
     (point,) = build.points
     scene = build.start(point)
-    if not scene.container.has_wall:
-        raise FigureError("it shows the gas between walls; set another container.shape")
     reach = scene.container.size[0] / 2 - float(scene.radii.min())
     circle = isinstance(scene.container, Circle)
     parts = np.linspace(0.0, 1.0, bins + 1)
     # Rings of equal area, or strips of equal width.
     edges = reach * np.sqrt(parts) if circle else reach * (2 * parts - 1)
     area = scene.container.accessible(float(scene.radii.min())).area / bins
-    most = max(2, MOST_BALLS // scene.number // len(build.repeats(point)))
+    most = build.states(point, MOST_BALLS, MOST_BALLS)
 
-    def sums(positions: Array, velocities: Array, state: Scene) -> Array:
+    def sums(states: States) -> Array:
         """Balls, and m v² across and along, in each bin: (3, *b*)."""
-        places, moving = positions - state.container_position, velocities
-        where = places[:, 0]
+        places = states.positions - states.container_positions[:, np.newaxis]
+        (x, y), (u, v) = np.moveaxis(places, 2, 0), np.moveaxis(states.velocities, 2, 0)
+        where = x
         if circle:
-            where = np.hypot(*places.T)
-            outward = places / np.where(where > 0, where, 1.0)[:, None]
-            turned = outward[:, 0] * moving[:, 1] - outward[:, 1] * moving[:, 0]
-            moving = np.column_stack([np.sum(outward * moving, axis=1), turned])
-        where = np.clip(where, edges[0], edges[-1])
-        weights = np.ones(len(where)), *(state.masses * moving.T**2)
-        return np.array([np.histogram(where, edges, weights=weight)[0] for weight in weights])
+            where = np.hypot(x, y)
+            far = np.where(where > 0, where, 1.0)
+            u, v = (x * u + y * v) / far, (x * v - y * u) / far
+        bin_of = np.clip(np.searchsorted(edges, where.ravel(), side="right") - 1, 0, bins - 1)
+        squares = ((scene.masses * speed**2).ravel() for speed in (u, v))
+        weighted = [np.bincount(bin_of, square, bins) for square in squares]
+        return np.array([np.bincount(bin_of, minlength=bins), *weighted])
 
     rows = []
     for trace, since in steady.traces(point):
-        states = replay(trace, np.linspace(since, trace.stop.time, most))
-        balls, *squares = sum(values(sums, trace.start, states))
+        times = np.linspace(since, trace.stop.time, most)
+        balls, *squares = np.sum([sums(states) for states in replayed(trace, times, BATCH)], axis=0)
         known = np.where(balls, balls, np.nan)
         rows.append((balls / (most * area), *(square / known for square in squares)))
     density, across, along = np.swapaxes(np.array(rows), 0, 1)
@@ -204,8 +203,13 @@ def profiles(build: FigureBuilder) -> FigureData:
         across=across.mean(axis=0),
         along=along.mean(axis=0),
         mean_temperature=mean_and_error(warm),
+        first_temperature=mean_and_error(temperature[:, 0]),
+        last_temperature=mean_and_error(temperature[:, -1]),
+        first_density=mean_and_error(density[:, 0] / density.mean()),
+        last_density=mean_and_error(density[:, -1] / density.mean()),
     )
-    ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
+    with np.errstate(divide="ignore", invalid="ignore"):  # balls that move along one line
+        ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
     return build.figure(
         f"{steady.text} T is {with_error(*mean_and_error(warm), 'J')} on average; its first part "
         f"over the second is {with_error(*ratio)}.{' Open: the wall.' if walls else ''}",
@@ -263,10 +267,6 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     (point,) = build.points
     scene = build.start(point)
     walls, height = _walls(scene), scene.container.size[1]
-    if isinstance(scene.container, Circle) or not any(law.gains for law in walls.values()):
-        raise FigureError("it needs a box or a channel whose left or right wall gives energy")
-    if not scene.equal_balls:
-        raise FigureError("the conductivity is that of equal balls")
     steady = _Steady(build)
     edges, density, across, along = _profile(build, steady, COARSE_BINS)
     warm, through = (across + along) / 2, np.empty((0, 2))
@@ -320,37 +320,52 @@ def heat_flux(build: FigureBuilder) -> FigureData:
 
 
 def equation_of_state(build: FigureBuilder) -> FigureData:
-    """PV/NT in the steady state against packing, a series for each CoR, with theory."""
+    """PV/NT − 1 by the virial of the balls, over the packing, in the steady state, with theory.
+
+    It is (1 + e) χ in a very large gas. PV/NT itself differs little between dilute gases.
+    """
     names, steady = [group[0] for group in build.groups], _Steady(build)
     for index, group in enumerate(build.groups):
-        rows = []
-        for point in group:
+        rows, scenes = [], [build.start(point) for point in group]
+        for point, scene in zip(group, scenes, strict=True):
             measures = virial_ratio, ideal_gas_ratio, mean_temperature
             table = np.array([[f(*part) for f in measures] for part in steady.traces(point)])
             inner, outer, warm = map(mean_and_error, table.T)
-            scene = build.start(point)
-            packing, e = scene.packing_fraction, scene.restitution
-            numbers: dict[str, Any] = {"theory": theory.granular_compressibility(packing, e)}
-            here = predictions.fluid(scene.number, 1.0, float(scene.radii[0]), scene.container)
-            if here is not None:  # impulses are (1 + e)/2 of those of elastic balls
-                numbers["theory_here"] = 1 + (1 + e) / 2 * (here.virial_ratio - 1)
-            rows.append((packing, *inner, *outer))
+            packing, disks = scene.packing_fraction, predictions.disk_ratios(scene)
+            # Without walls balls meet at a temperature of their own.
+            met = meeting_temperature(scene.kinetic_energy, scene) * scene.number
+            share = met / scene.kinetic_energy * packing
+            rows.append((packing, (inner[0] - 1) / share, inner[1] / share))
+            theories = {"theory": theory.INFINITE, "theory_here": theory.FINITE}
+            numbers: dict[str, Any] = {
+                key: disks[name].virial for key, name in theories.items() if name in disks
+            }
             numbers |= {"temperature": warm, "virial": inner, "wall": outer}
             build.record(point, packing=packing, **numbers)
-        packings, inside, inside_error, at_wall, wall_error = np.array(rows).T
-        grid = np.linspace(0.0, packings.max(), CURVE)
+            result = f"{with_error(*inner)} and {with_error(*outer)}"
+        first = scenes[0]
+        packings, added, errors = np.array(rows).T
         label = build.label(group[0], names) or "simulation"
-        curve = theory.granular_compressibility(grid, e)
-        build.lines += [
-            Line(grid, curve, None, index, "dotted"),
-            Points(packings, inside, inside_error, label, index),
-            Points(packings, at_wall, wall_error, None, index, filled=False),
-        ]
-        build.result(build.label(group[0], names), f"{short(inside[-1])} and {short(at_wall[-1])}")
-    build.lines.append(legend_line("large gas, 1 + (1 + e) η χ", "dotted"))
-    for text, filled in (("by the virial of the balls", True), ("by the wall", False)):
-        empty = np.empty(0)
-        build.lines.append(Points(empty, empty, None, text, NEUTRAL, filled))
+        build.lines.append(Points(packings, added, errors, label, index))
+        if theory.INFINITE in predictions.disk_ratios(first):
+            grid = np.linspace(packings.max() / CURVE, packings.max(), CURVE)
+            large = theory.granular_compressibility(grid, first.restitution)
+            build.lines.append(Line(grid, (large - 1) / grid, None, index, "dotted"))
+            here = [_of_scene(first, float(packing)) for packing in grid]
+            if len({scene.number for scene in scenes}) == 1 and np.isfinite(here).any():
+                build.lines.append(Line(grid, (np.array(here) - 1) / grid, None, index, "solid"))
+        build.result(build.label(group[0], names), result)
+    drawn = {line.style for line in build.lines if isinstance(line, Line)}
+    legend = {"solid": theory.FINITE, "dotted": theory.INFINITE}
+    build.lines += [legend_line(legend[style], style) for style in legend if style in drawn]
     return build.figure(
-        f"{steady.text} At the largest packing, by virial and wall: {build.results_text}."
+        f"{steady.text} PV/NT at the largest packing, by virial and wall: {build.results_text}."
     )
+
+
+def _of_scene(scene: Scene, packing: float) -> float:
+    """PV/NT by the virial of as many balls in the container at another packing; nan without it."""
+    container, number = scene.container, scene.number
+    radius = container.ball_radius(packing, number)
+    found = predictions.finite_ratio(number, radius, container, scene.restitution)
+    return math.nan if found is None else found.virial

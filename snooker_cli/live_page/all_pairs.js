@@ -66,6 +66,7 @@ class State {
     const [width, height] = container.size, free = containerMass < Infinity;
     this.number = number;
     for (const name of ["x", "y", "u", "v", "clock"]) this[name] = new Float64Array(number);
+    this.clock.fill(-0); // see isBefore
     this.radii = Float64Array.from(scene.radii);
     this.masses = Float64Array.from(scene.masses);
     for (let k = 0; k < number; k += 1) {
@@ -85,10 +86,18 @@ class State {
       wallLaw: null,
       contactPath: contactDuration ? contactDuration * meanFreePath(scene) : 0,
       elasticBelow,
-      mayTrap: circle && !contactDuration && elasticBelow === 0,
+      circle,
+      noRule: !contactDuration && elasticBelow === 0,
       traps: false,
       patience: free || scene.slides ? NO_LIMIT : 64,
+      settling: 1,
     };
+    let heaviest = free ? containerMass : this.masses[0], lightest = heaviest;
+    for (const mass of this.masses) {
+      heaviest = Math.max(heaviest, mass);
+      lightest = Math.min(lightest, mass);
+    }
+    this.imbalance = Math.sqrt(heaviest) / Math.sqrt(lightest);
     this.setLaws(lawOf(scene.pairLaw), lawOf(scene.wallLaw));
     if (free) {
       const pushes = Math.min(4 * number * scene.masses[0] / containerMass, 1e100);
@@ -111,7 +120,9 @@ class State {
   setLaws(pairLaw, wallLaw) {
     this.setup.pairLaw = pairLaw;
     this.setup.wallLaw = wallLaw;
-    this.setup.traps = this.setup.mayTrap && wallLaw.cor < 1 && !wallLaw.gains;
+    this.setup.traps = this.setup.circle && this.setup.noRule && wallLaw.cor < 1 && !wallLaw.gains;
+    const cor = this.setup.noRule && pairLaw.constant ? pairLaw.cor : 1;
+    this.setup.settling = Math.min(this.imbalance, cor >= 1 ? Infinity : 2 / (1 - cor));
     this.key ??= 0n; // a wall may become thermal later
   }
 
@@ -125,6 +136,8 @@ class State {
     this.counts.set(counts);
     this.key = key;
     this.sums[CONTACT_LASTS] = this.counts[STALLED] = 0;
+    this.counts[INVOLVED] = this.number;
+    this.sums[STILL_SINCE] = sums[NOW];
     this.sums[TIME_LIMIT] = Infinity;
     this.clock.fill(sums[NOW]);
     this.boundary.motion[CLOCK] = sums[NOW];
@@ -135,6 +148,7 @@ class State {
     for (let k = 0; k < this.number; k += 1) this.clock[k] -= shift;
     this.boundary.motion[CLOCK] -= shift;
     this.sums[NOW] -= shift;
+    this.sums[STILL_SINCE] -= shift;
     this.sums[TIME_LIMIT] -= shift;
     this.sums[EPOCH] = epoch;
   }

@@ -40,14 +40,16 @@ class GasCharts extends Panels {
     const late = Math.max(curves.times.findIndex((time) => time > settled), 0);
     const seen = curves.all.flatMap(({ values }) => values.slice(late)).filter(Number.isFinite);
     pressure.top = roomy(Math.max(...seen, 0));
+    const shares = gas.shares;
+    speeds.top = speedsTop(shares);
     this.layOut(pen, width, height, size);
     this.across = (time) => this.left + (time / this.high) * this.wide;
     this.grid(pen);
     this.footer(pen, pressure, this.across, 0, this.high, 0, "time (s)");
-    this.footer(pen, speeds, (v) => this.reduced(v), 0, BIN * BINS, 0, "speed ÷ √(2T/m)");
+    this.footer(pen, speeds, (v) => this.reduced(v), 0, BIN * BINS, 0, SPEED_AXIS);
     this.drawEnergy(pen, energy, rows, now);
     this.drawPressures(pen, pressure, curves);
-    this.drawSpeeds(pen, speeds, now);
+    this.drawSpeeds(pen, speeds, shares, now);
     this.canvas.setAttribute("aria-label", this.sentence(now, curves));
   }
 
@@ -94,12 +96,14 @@ class GasCharts extends Panels {
   // Mean pressures since the means began, after each row: at the wall, by the virial, and by theory.
   pressures(rows) {
     const { gas } = this, { scene, from } = gas, times = [], all = [];
-    const ratio = isEqual(scene) && scene.pairLaw.word === "constant"
-      ? this.fluid.ratio(gas.number, scene.radii[0], scene.container, scene.pairLaw.cor) : null;
+    const { pairLaw, container } = scene, N = gas.number, drift = driftEnergy(scene);
+    const ratio = isEqual(scene) && pairLaw.word === "constant"
+      ? this.fluid.ratio(N, scene.radii[0], container, pairLaw.cor) : null;
     const add = (name, colour, dash) => all.push({ name, colour, dash, values: [] }) && all[all.length - 1].values;
     const wall = hasWalls(scene.container) ? add("at the wall", "third") : null;
     const virial = gas.number > 1 ? add("by the virial", "first") : null;
-    const ideal = add("ideal gas", "soft", DOTS), disks = ratio === null ? null : add("hard disks", "ink", DASHES);
+    const ideal = add(THEORY.ideal, "soft", DOTS);
+    const disks = ratio === null ? null : add(THEORY.finite, "ink", DASHES);
     for (const row of rows) {
       if (!(row.time > from.time)) continue;
       const means = gas.meter.means(from, row);
@@ -107,7 +111,7 @@ class GasCharts extends Panels {
       wall?.push(means.wall);
       virial?.push(means.virial);
       ideal.push(means.ideal);
-      disks?.push(means.ideal * ratio);
+      disks?.push(means.ideal * asMet(ratio, { ...means, N, container, drift }));
     }
     return { times, all };
   }
@@ -133,12 +137,10 @@ class GasCharts extends Panels {
     });
   }
 
-  drawSpeeds(pen, panel, now) {
+  drawSpeeds(pen, panel, shares, now) {
     const { gas } = this;
-    if (gas.sampled) {
-      pen.fillStyle = paint("second");
-      this.bars(pen, panel, Array.from(gas.counts, (count) => count / gas.sampled), true);
-    }
+    pen.fillStyle = paint("second");
+    this.bars(pen, panel, shares, true);
     pen.setLineDash(DASHES.line);
     pen.lineWidth = 1.4;
     pen.strokeStyle = paint("ink");
@@ -153,9 +155,9 @@ class GasCharts extends Panels {
     pen.setLineDash([]);
     this.heading(pen, panel, [[paint("second"), `T = ${short(now.temperature)} J`]]);
     pen.fillStyle = paint("ink");
-    this.note(pen, panel, `${DASHES.text} Maxwell’s law`);
+    this.note(pen, panel, `${DASHES.text} ${THEORY.maxwell}`);
     pen.fillStyle = paint("first");
-    if (fixed) this.note(pen, panel, `${DOTS.text} ${gas.number} balls at fixed energy`, 1);
+    if (fixed) this.note(pen, panel, `${DOTS.text} ${THEORY.fixed}`, 1);
   }
 
   // A line through points [time, value]; if it holds its values, with steps.
@@ -189,6 +191,9 @@ class GasCharts extends Panels {
     return `Now: ${texts.join(", ")}`;
   }
 }
+
+// The top of the axis of shares: high enough for a gas that moves, and more where all balls have one speed.
+const speedsTop = (shares) => Math.min(1, Math.max(MOST_SHARE, roomy(Math.max(...shares))));
 
 // The top of an axis above a value: a number with one digit or 1.5, so that it changes rarely.
 function roomy(value) {

@@ -19,11 +19,11 @@ const NOT_SEARCHED = -3;
 const NO_LIMIT = 2 ** 62;
 
 // Elements of ``sums``, see kernel_state.py.
-const CONTACT_LASTS = 0, EPOCH = 1, NOW = 2, TIME_LIMIT = 3;
-const WALL_IMPULSE = 4, PAIR_VIRIAL = 5, REST = 2, SUMS = 8;
+const CONTACT_LASTS = 0, EPOCH = 1, NOW = 2, STILL_SINCE = 3, TIME_LIMIT = 4;
+const WALL_IMPULSE = 5, PAIR_VIRIAL = 6, REST = 2, SUMS = 9;
 
 // Elements of ``counts``.
-const WALL_EVENTS = 0, PAIR_EVENTS = 1, FIRST = 2, SECOND = 3, STALLED = 4, COUNTS = 5;
+const WALL_EVENTS = 0, PAIR_EVENTS = 1, FIRST = 2, SECOND = 3, STALLED = 4, INVOLVED = 5, COUNTS = 6;
 
 // Elements of the container's ``motion``: place, velocity and clock, zeros if it is fixed.
 const X = 0, Y = 1, U = 2, V = 3, CLOCK = 4;

@@ -149,9 +149,14 @@ class Gas {
     for (let ball = 0; ball < this.number; ball++) {
       const [u, v] = this.simulation.velocityOf(ball);
       const reduced = Math.sqrt((this.scene.masses[ball] * (u * u + v * v)) / twiceTemperature);
-      this.counts[Math.min(Math.floor(reduced / BIN), BINS - 1)]++;
+      this.counts[binOf(reduced)]++;
     }
     this.sampled += this.number;
+  }
+
+  // The share of the counted speeds in each bin.
+  get shares() {
+    return Array.from(this.counts, (count) => (this.sampled ? count / this.sampled : 0));
   }
 
   // The share of the counted speeds above one, over √(2T/m), which is at the edge of a bin.

@@ -322,8 +322,10 @@ class LivePage extends Showing {
       find("progress").value = results.length / starts;
       find("measured").textContent = `${results.length} of ${starts} starts`;
       if (results.length < starts) return;
-      this.table.add(tableRow(config, results));
-      end(`${starts} starts measured.`);
+      const row = tableRow(config, results);
+      this.table.add(row);
+      const needed = `The means need ${row.short} collisions between balls in a start, so that speeds mix.`;
+      end(`${starts} starts measured.${row.short ? ` ${needed} Give more collisions.` : ""}`);
     };
     this.worker.onerror = (event) => end(`The measurement failed: ${event.message}`);
     this.worker.postMessage({ config, starts });

@@ -25,8 +25,6 @@ class Meter {
     this.scene = scene;
     this.simulation = simulation;
     this.number = scene.radii.length;
-    this.area = areaOf(scene.container);
-    this.wallLength = wallLengthOf(scene.container);
     this.time = simulation.time;
     this.energyTime = 0; // J s, the integral of the balls' energy
     this.read();
@@ -55,18 +53,21 @@ class Meter {
     return { time, energyTime, wallImpulse, pairVirial, wallEvents, pairEvents };
   }
 
-  // Means between two such sums: T (J), pressures at the wall and by the virial (Pa m), rates (1/s).
   means(from, to) {
-    const length = to.time - from.time, energy = (to.energyTime - from.energyTime) / length;
-    const wall = (to.wallImpulse - from.wallImpulse) / (this.wallLength * length);
-    const virial = (energy + (to.pairVirial - from.pairVirial) / (2 * length)) / this.area;
-    const temperature = energy / this.number;
-    const pressure = hasWalls(this.scene.container) ? wall : virial;
-    return {
-      temperature, wall, virial, pressure, length, ideal: energy / this.area, ratio: (pressure * this.area) / energy,
-      wallRate: (to.wallEvents - from.wallEvents) / length, pairRate: (to.pairEvents - from.pairEvents) / length,
-    };
+    return windowMeans(this.scene, from, to);
   }
+}
+
+// Means between two sums of a meter: T (J), pressures at the wall and by the virial (Pa m), rates (1/s).
+function windowMeans({ radii, container }, from, to) {
+  const length = to.time - from.time, energy = (to.energyTime - from.energyTime) / length;
+  const area = areaOf(container), wall = (to.wallImpulse - from.wallImpulse) / (wallLengthOf(container) * length);
+  const virial = (energy + (to.pairVirial - from.pairVirial) / (2 * length)) / area;
+  const temperature = energy / radii.length, pressure = hasWalls(container) ? wall : virial;
+  return {
+    temperature, wall, virial, pressure, length, ideal: energy / area, ratio: (pressure * area) / energy,
+    wallRate: (to.wallEvents - from.wallEvents) / length, pairRate: (to.pairEvents - from.pairEvents) / length,
+  };
 }
 
 // Rows of numbers over time. When there are too many, every second one is left out.
@@ -120,8 +121,7 @@ function decayRate(times, values, power) {
 }
 
 // Simulates a repeat of a config to its end and measures it, as `snooker fit` and `compare` do: k and
-// α of the energy of balls and container; T, P and PV/NT after the relaxation, or in a gas that walls
-// keep warm in the second half. A repeat that is too short for this has means of all its time.
+// α of the energy of balls and container, and the sums from which `meansOf` has T, P and PV/NT.
 function measureRepeat(config, repeat) {
   const scene = startingScene(config, repeat);
   const { collisions, time } = config, simulation = new Simulation(scene, { collisions, time });
@@ -145,23 +145,46 @@ function measureRepeat(config, repeat) {
   const rows = collapses ? sums.slice(0, -1) : sums; // without its collisions, which are all at the end
   const whole = { ...rows[rows.length - 1], time: end };
   if (!collapses) whole.energyTime += meter.energy * (end - meter.time);
-  const skipped = isWarm(scene) ? null : relaxedRow(rows, scene.radii.length);
-  const from = isWarm(scene) ? rows.findLast(({ time }) => time <= end / 2) : rows[skipped ?? 0];
   return {
-    ...meter.means(from, whole),
+    whole,
+    pairs: simulation.pairEvents,
+    starts: isWarm(scene) ? [rows.findLast((row) => row.time <= end / 2)] : relaxedRows(rows, scene.radii.length),
     k: cools ? decayRate(times, decay, 0) : NaN,
     alpha: cools ? decayRate(times, decay, 2) : NaN,
     early: [WALL_TRAP, COLLAPSE].includes(stop.reason),
+    complete: [COLLISIONS, TIME, NOTHING_LEFT].includes(stop.reason),
   };
 }
 
-// The row after the relaxation, or half of all ball-ball collisions; null if they are too few.
-function relaxedRow(rows, number) {
-  const half = Math.floor(rows[rows.length - 1].pairEvents / 2);
-  if (half < relaxing(number, LEAST_RELAXING)) return null;
-  const skipped = Math.min(half, relaxing(number));
-  const row = rows.findIndex(({ pairEvents }) => pairEvents >= skipped);
-  return rows[row].time < rows[rows.length - 1].time ? row : null;
+// The rows in which the relaxation may end: after the fewest ball-ball collisions, after one more …
+function relaxedRows(rows, number) {
+  const least = relaxing(number, LEAST_RELAXING), found = [];
+  let row = 0;
+  for (let skipped = least; skipped <= relaxing(number); skipped++) {
+    while (row < rows.length && rows[row].pairEvents < skipped) row++;
+    if (row === rows.length) break;
+    found.push(rows[row]);
+  }
+  return found;
+}
+
+// The ball-ball collisions that all repeats of a scene skip, as `relaxation` of the program has it: 15 of
+// each ball, at most half of the mean over the complete repeats, or over all if none is; null if too few.
+function relaxation(number, results) {
+  const complete = results.filter((result) => result.complete), counted = complete.length ? complete : results;
+  const pairs = counted.reduce((sum, result) => sum + result.pairs, 0) / counted.length;
+  const skipped = Math.min(relaxing(number), Math.floor(pairs / 2));
+  return skipped >= relaxing(number, LEAST_RELAXING) ? skipped : null;
+}
+
+// T, P and PV/NT of a repeat: after the relaxation, or in a gas that walls keep warm in the second half
+// of its time; nan if it is too short. One that ended early needs 5 more collisions of each ball.
+function meansOf(scene, skipped, { whole, starts, complete }) {
+  const number = scene.radii.length, least = relaxing(number, LEAST_RELAXING), none = {};
+  if (isWarm(scene)) return windowMeans(scene, starts[0], whole);
+  if (skipped === null || whole.pairEvents < skipped + (complete ? 0 : least)) return none;
+  const from = starts[skipped - least];
+  return from.time < whole.time ? windowMeans(scene, from, whole) : none;
 }
 
 // The mean of the numbers among values, and its standard error; nan without them.
@@ -176,12 +199,14 @@ const MEASURED = ["temperature", "pressure", "ratio", "k", "alpha"];
 
 // A row of the table: means and standard errors over the repeats of a config.
 function tableRow(config, results) {
-  const scene = startingScene(config, 0), [width] = scene.container.size;
+  const scene = startingScene(config, 0), [width] = scene.container.size, number = scene.radii.length;
+  const skipped = relaxation(number, results);
   const law = hasWalls(scene.container) ? scene.wallLaw : {}; // one with a temperature has no CoR
   const hasOneCor = [scene.pairLaw, law].every(({ word }) => word !== "viscoelastic"); // at all speeds
   const row = {
     title: config.title ?? null, starts: results.length, early: results.filter(({ early }) => early).length,
-    N: scene.radii.length, r: scene.radii[scene.radii.length - 1], mass: scene.masses[scene.radii.length - 1],
+    short: !isWarm(scene) && skipped === null ? 2 * relaxing(number, LEAST_RELAXING) : 0,
+    N: number, r: scene.radii[scene.radii.length - 1], mass: scene.masses[scene.radii.length - 1],
     R: scene.container.shape === "circle" ? width / 2 : null, width: scene.container.shape === "circle" ? null : width,
     cor: config.cor, wallCor: law.cor ?? null, container: scene.container,
     packing: packingOf(scene), seed: config.seed,
@@ -189,29 +214,36 @@ function tableRow(config, results) {
     ...Object.fromEntries(SIDES.flatMap((side) => [
       [`${side}Temperature`, law[side]?.temperature ?? null], [`${side}Speed`, law[side]?.speed ?? null],
     ])),
-    containerMass: scene.containerMass, hasTheory: isEqual(scene) && hasOneCor,
-    cools: !isWarm(scene) && !energyKept(scene),
+    containerMass: scene.containerMass, drift: driftEnergy(scene),
+    hasDisks: isEqual(scene) && scene.pairLaw.word === "constant",
+    hasHaff: isEqual(scene) && hasOneCor && !isWarm(scene) && !energyKept(scene),
   };
+  const values = results.map((result) => ({ ...result, ...meansOf(scene, skipped, result) }));
   for (const name of MEASURED) {
-    [row[name], row[`${name}Error`]] = meanAndError(results.map((result) => result[name]));
+    [row[name], row[`${name}Error`]] = meanAndError(values.map((result) => result[name] ?? NaN));
   }
-  row.startTemperature = startTemperature(scene);
+  const { velocities: v } = scene;
+  const energy = scene.masses.reduce((sum, m, i) => sum + (m * (v[2 * i] ** 2 + v[2 * i + 1] ** 2)) / 2, 0);
+  row.startTemperature = meetingTemperature(energy, number, scene.container, row.drift);
   return row;
 }
 
 const isEqual = ({ radii, masses }) =>
   radii.every((radius) => radius === radii[0]) && masses.every((mass) => mass === masses[0]);
 
-// The temperature at the start, J, in the frame of the centre of mass if there are no walls.
-function startTemperature({ velocities, masses, container }) {
-  let energy = 0, mass = 0, across = 0, along = 0;
+// The energy of the centre of mass, J, if there are no walls: then it moves on for ever.
+function driftEnergy({ velocities, masses, container }) {
+  if (hasWalls(container) || masses.length === 1) return 0;
+  let mass = 0, across = 0, along = 0;
   masses.forEach((m, i) => {
-    const u = velocities[2 * i], v = velocities[2 * i + 1];
-    energy += (m * (u * u + v * v)) / 2;
     mass += m;
-    across += m * u;
-    along += m * v;
+    across += m * velocities[2 * i];
+    along += m * velocities[2 * i + 1];
   });
-  if (hasWalls(container) || masses.length === 1) return energy / masses.length;
-  return (energy - (across ** 2 + along ** 2) / (2 * mass)) / (masses.length - 1);
+  return (across ** 2 + along ** 2) / (2 * mass);
+}
+
+// The temperature at which balls of an energy (J) meet each other, J.
+function meetingTemperature(energy, number, container, drift) {
+  return hasWalls(container) || number === 1 ? energy / number : (energy - drift) / (number - 1);
 }

@@ -7,7 +7,7 @@ import yaml
 
 from snooker_cli import config as configs
 from snooker_cli import theory
-from snooker_cli.config import BallList, Experiment, Loaded, Rings
+from snooker_cli.config import Experiment, Loaded
 from snooker_cli.errors import SceneError
 from snooker_cli.pages.html_page import (
     PAGES,
@@ -52,7 +52,7 @@ def live_page(loaded: Loaded) -> str:
     if experiment.seed > MOST_SEED:
         sentence = f"the live page has seeds up to {MOST_SEED}; give a smaller one"
         raise loaded.error("seed", sentence)
-    number = _number_of_balls(experiment)
+    number = experiment.number
     if number > MOST_BALLS:
         sentence = f"the live page shows at most {MOST_BALLS} balls, not {number:,}; give fewer"
         raise loaded.error("balls", sentence)
@@ -126,12 +126,3 @@ def _defaults() -> dict[str, Any]:
     fields = Experiment.model_fields.items()
     values = {key: field.default for key, field in fields if not field.is_required()}
     return values | {"sweep": {}}
-
-
-def _number_of_balls(experiment: Experiment) -> int:
-    balls = experiment.balls
-    if isinstance(balls, Rings):
-        return 1 + 3 * balls.rings * (balls.rings + 1)
-    if isinstance(balls, BallList):
-        return len(balls.list)
-    return len(experiment.placed) + sum(species.count for species in experiment.species)

@@ -3,7 +3,7 @@
 // A scene in, events out: a repeat in steps, with endings as in engine/simulation.py.
 
 const LEAST_EPOCH_EVENTS = 16384, EPOCH_EVENTS_PER_BALL = 64; // events of an epoch, see clock.py
-const STALL_LIMIT = 64; // events per ball in a row, without the clock moving, until a collapse
+const STALL_LIMIT = 64; // events of one ball in a row, without the clock moving, until a collapse
 const CLOCK_DIGITS = 4 * 2 ** -52; // an event later by less than this part does not move the clock
 
 /** The double before a positive one. */
@@ -11,6 +11,11 @@ function nextDown(value) {
   const bits = new BigInt64Array(new Float64Array([value]).buffer);
   bits[0] -= 1n;
   return new Float64Array(bits.buffer)[0];
+}
+
+/** Whether a ball's own clock is earlier: clocks start at minus zero. */
+function isBefore(clock, since) {
+  return clock < since || clock < 0 || Object.is(clock, -0);
 }
 
 class Simulation {
@@ -81,11 +86,7 @@ class Simulation {
         return isIdle ? this.end(IDLE) : null;
       }
       let { i, j } = engine;
-      const stalls = now - sums[NOW] <= CLOCK_DIGITS * (sums[EPOCH] + now);
-      counts[STALLED] = stalls ? counts[STALLED] + 1 : 0;
-      counts[FIRST] = i;
-      counts[SECOND] = j;
-      sums[NOW] = now;
+      this.beginEvent(i, j, now);
       const slider = boundary.isCurved ? boundary.sliderOf(i, j, now, state) : NO_PARTNER;
       let begins = false, size;
       if (slider === NO_PARTNER) {
@@ -103,9 +104,33 @@ class Simulation {
       if (state.collisions % this.epochLength === 0) this.nextEpoch();
       if (state.collisions >= this.wanted) return this.end(COLLISIONS);
       if (trapped) return this.end(WALL_TRAP);
-      if (j !== SLIDE && counts[STALLED] > STALL_LIMIT * this.number) return this.end(COLLAPSE);
+      if (j !== SLIDE && this.hasCollapsed()) return this.end(COLLAPSE);
     }
     return this.stop;
+  }
+
+  /** Move the clock to the event of balls i and j, and note how long it stands still. */
+  beginEvent(i, j, now) {
+    const { clock, sums, counts } = this.state;
+    if (now - sums[NOW] > CLOCK_DIGITS * (sums[EPOCH] + now)) {
+      sums[STILL_SINCE] = now;
+      counts[STALLED] = 0;
+      counts[INVOLVED] = j >= 0 ? 2 : 1;
+    } else {
+      counts[STALLED] += 1;
+      if (isBefore(clock[i], sums[STILL_SINCE])) counts[INVOLVED] += 1;
+      if (j >= 0 && isBefore(clock[j], sums[STILL_SINCE])) counts[INVOLVED] += 1;
+    }
+    counts[FIRST] = i;
+    counts[SECOND] = j;
+    sums[NOW] = now;
+  }
+
+  /** Whether more events have not moved the clock than a finite rack needs, see clock.py. */
+  hasCollapsed() {
+    const { counts, setup } = this.state, stalled = counts[STALLED], involved = counts[INVOLVED];
+    if (stalled <= STALL_LIMIT) return false;
+    return stalled > STALL_LIMIT + setup.settling * ((involved - 1) * (involved + STALL_LIMIT));
   }
 
   /** Write an event into the record; of two balls, the lesser first. */

@@ -31,7 +31,8 @@ function startingScene(config, repeat) {
     container: sizes.container,
     containerMass: config.container.mass ?? Infinity,
     containerPosition: [0, 0],
-    containerVelocity: [0, 0],
+    containerVelocity: config.container.velocity ?? [0, 0],
+    rounding: config.start?.rounding ?? 0,
     ...collisionRules(config),
     wallKey: null,
   };
@@ -63,11 +64,18 @@ function startingScene(config, repeat) {
       const positions = startingPlaces(config, species, sizes, places, radii, seed(), repeat);
       const velocities = [...moving, ...startingVelocities(species, seed(), repeat)];
       put(positions, velocities, [...radii, ...gasRadii], [...masses, ...ofGas]);
-      const axes = { periodic: [0, 1], channel: [1] }[sizes.container.shape] ?? [];
-      if (axes.length) {
-        checkSpeeds(scene);
-        setAtRest(scene.velocities.subarray(2 * placedBalls.length), ofGas, axes);
+    }
+    const axes = species.length ? { periodic: [0, 1], channel: [1] }[sizes.container.shape] ?? [] : [];
+    const rotates = hasCommonRotation(config);
+    if (axes.length || !rotates) {
+      checkSpeeds(scene);
+      const first = placedBalls.length, gasMasses = Array.from(scene.masses.subarray(first));
+      if (!rotates && gasMasses.length === 1) { // after a slider
+        const problem = "one ball has no common rotation; remove this key, or add balls";
+        throw new SceneError("balls.common_rotation", problem);
       }
+      const [velocities, positions] = [scene.velocities, scene.positions].map((pairs) => pairs.subarray(2 * first));
+      setAtRest(velocities, gasMasses, positions, axes, !rotates);
     }
     const isRandom = lawsOfWall(scene.wallLaw).some(({ word }) => word === "thermal");
     if (isRandom) scene.wallKey = wallKey(seed(), repeat);
@@ -132,7 +140,7 @@ function lawsOfWall(law) {
 
 const WHOLE = new Set(["rings", "count"]); // keys whose numbers Python writes without a point
 const NOT_IN_STREAMS =
-  ["title", "repeats", "sweep", "collisions", "time", "seed", "common_random", "record"];
+  ["title", "repeats", "sweep", "start", "collisions", "time", "seed", "common_random", "record"];
 const LATER_KEYS = {
   collapse: "stop", cor_speed: null, wall_cor_speed: null, wall_speed: null, wall_temperature: null,
 };
@@ -146,8 +154,9 @@ function streamSeed(config, groups) {
     if (physics[key] === value) delete physics[key];
   }
   if (groups.length) {
-    physics.balls = groups.map(({ start, ...others }) => others);
+    physics.balls = groups.map(({ start, common_rotation: _, ...others }) => others);
     physics.start = startOf(groups);
+    if (!hasCommonRotation(config)) physics.common_rotation = false;
   }
   return BigInt(config.seed) | (BigInt(`0x${hashOfText(pythonJson(physics))}`) << 64n);
 }
@@ -339,14 +348,31 @@ function startingVelocities(species, seed, repeat) {
   return velocities;
 }
 
-/** Take the momentum along some axes from velocities, in place; one factor restores the energy. */
-function setAtRest(velocities, masses, axes) {
+/** Whether random velocities keep their common rotation. */
+function hasCommonRotation(config) {
+  return [config.balls].flat().every((group) => group.common_rotation !== false);
+}
+
+/** Take the momentum along some axes, or the angular momentum, from velocities, in place.
+ *
+ * One factor restores the energy.
+ */
+function setAtRest(velocities, masses, positions, axes, turning) {
   const roots = masses.map(Math.sqrt), mass = preciseSum(masses);
   const energy = () => sumOfSquares(Array.from(velocities, (part, k) => roots[k >> 1] * part));
   const before = energy();
   for (const axis of axes) {
     const mean = preciseSum(masses.map((m, k) => m * velocities[2 * k + axis])) / mass;
     for (let k = axis; k < velocities.length; k += 2) velocities[k] -= mean;
+  }
+  if (turning) {
+    const sum = (part) => preciseSum(masses.map((m, k) => m * part(2 * k, 2 * k + 1)));
+    const momentum = sum((x, y) => positions[x] * velocities[y] - positions[y] * velocities[x]);
+    const rate = momentum / sum((x, y) => positions[x] * positions[x] + positions[y] * positions[y]);
+    for (let x = 0, y = 1; x < velocities.length; x += 2, y += 2) {
+      velocities[x] += rate * positions[y];
+      velocities[y] -= rate * positions[x];
+    }
   }
   const left = energy();
   if (left > 0) {
@@ -420,8 +446,15 @@ function gapsOf(x, y, radius, { shape, size: [width, height] }) {
   return [Math.min(across, up), Math.min(across, up)];
 }
 
-function checkPlaces({ positions, radii, container }) {
-  const { shape, size } = container, slack = 2 * EPSILON * Math.max(...size);
+/** How far balls may overlap or stick out, m: as a state of a simulation may, see scene.py. */
+function placeRounding({ radii, container, rounding }) {
+  const diameter = 2 * Math.max(...radii);
+  const slack = 8 * EPSILON * (Math.max(...container.size) + diameter);
+  return Math.max(slack + 1e-9 * 2 * Math.min(...radii), rounding);
+}
+
+function checkPlaces({ positions, radii, container, rounding }) {
+  const { shape, size } = container, slack = placeRounding({ radii, container, rounding });
   const gaps = Array.from(radii, (radius, k) =>
     gapsOf(positions[2 * k], positions[2 * k + 1], radius, container));
   const least = gaps.map(([wall, edge]) => Math.min(wall, edge));
@@ -463,8 +496,8 @@ function checkSpeeds({ velocities, radii, masses, container }) {
 }
 
 /** Throw ``SceneError`` for the two balls that overlap most. */
-function checkPairs({ positions, radii, container }) {
-  let deepest = -2 * EPSILON * Math.max(...container.size), first = -1, second = -1;
+function checkPairs({ positions, radii, container, rounding }) {
+  let deepest = -placeRounding({ radii, container, rounding }), first = -1, second = -1;
   for (let i = 0; i < radii.length; i += 1) {
     for (let j = i + 1; j < radii.length; j += 1) {
       const gap = distanceOf(positions, i, j, container) - radii[i] - radii[j];

@@ -17,8 +17,8 @@ const COLUMNS = [
   { key: "ratio", text: "PV/NT", measured: true, axis: true },
   { key: "k", text: "k", unit: "1/s", measured: true, axis: true, rare: true, help: "decay constant of the energy" },
   { key: "alpha", text: "α", unit: "1/s", measured: true, axis: true, rare: true, help: "constant of Haff’s law" },
-  { key: "ratioTheory", text: "PV/NT of hard disks", rare: true, help: "theory" },
-  { key: "alphaTheory", text: "α of Haff’s law", unit: "1/s", rare: true, help: "theory, with Enskog’s rates" },
+  { key: "ratioTheory", text: `PV/NT, ${THEORY.finite}`, rare: true, help: "theory" },
+  { key: "alphaTheory", text: `α, ${THEORY.finite}`, unit: "1/s", rare: true, help: "theory" },
   { key: "early", text: "ended early", rare: true, help: "in a wall trap or a collapse" },
   { key: "wallCor", text: "wall CoR", axis: true, varied: true },
   { key: "wallTemperature", text: "wall T", unit: "J", axis: true, varied: true },
@@ -30,23 +30,28 @@ const COLUMNS = [
   { key: "seed", text: "seed", varied: true },
 ];
 
-const HAFF = "Haff’s law, Enskog’s rates";
 const ALONE = 9; // px: half of the line of a theory that is known at one row only
 
 // The theories of a column: name, colour, dashes, and the value for a row, null where there is none.
 function theoriesOf(key, fluid) {
   const ideal = (row) => (row.N * row.temperature) / areaOf(row.container);
-  const disks = (row) => (row.hasTheory ? fluid.ratio(row.N, row.r, row.container, row.cor) : null);
+  const disks = (row) => (row.hasDisks ? asMet(fluid.ratio(row.N, row.r, row.container, row.cor), row) : null);
   return {
     pressure: [
-      ["ideal gas", "soft", DOTS, ideal],
-      ["hard disks", "ink", DASHES, (row) => (disks(row) === null ? null : disks(row) * ideal(row))],
+      [THEORY.ideal, "soft", DOTS, ideal],
+      [THEORY.finite, "ink", DASHES, (row) => (disks(row) === null ? null : disks(row) * ideal(row))],
     ],
-    ratio: [["ideal gas", "soft", DOTS, () => 1], ["hard disks", "ink", DASHES, disks]],
-    alpha: [[HAFF, "ink", DASHES, (row) => (row.hasTheory && row.cools ? fluid.haffRate({
+    ratio: [[THEORY.ideal, "soft", DOTS, () => 1], [THEORY.finite, "ink", DASHES, disks]],
+    alpha: [[THEORY.finite, "ink", DASHES, (row) => (row.hasHaff ? fluid.haffRate({
       ...row, number: row.N, radius: row.r, temperature: row.startTemperature,
     }) : null)]],
   }[key] ?? [];
+}
+
+// PV/NT with the temperature of all motion instead of that at which balls meet each other.
+function asMet(ratio, { N, temperature, container, drift }) {
+  if (ratio === null) return null;
+  return 1 + ((ratio - 1) * meetingTemperature(N * temperature, N, container, drift)) / temperature;
 }
 
 // A row between two: all numbers that both have are between theirs.
@@ -97,9 +102,9 @@ class Table {
   }
 
   add(row) {
-    const theory = (key, name) => theoriesOf(key, this.fluid).find(([title]) => title === name)[3](row);
-    row.ratioTheory = theory("ratio", "hard disks");
-    row.alphaTheory = theory("alpha", HAFF);
+    const theory = (key) => theoriesOf(key, this.fluid).find(([title]) => title === THEORY.finite)[3](row);
+    row.ratioTheory = theory("ratio");
+    row.alphaTheory = theory("alpha");
     this.rows.push(row);
     this.show();
   }

@@ -3,6 +3,11 @@
 // of its wall are in start.js.
 "use strict";
 
+// The names that theories have in `snooker compare`, too.
+const THEORY = {
+  ideal: "ideal gas law", finite: "hard disks, finite N", maxwell: "Maxwell-Boltzmann", fixed: "fixed energy",
+};
+
 const hasWalls = ({ shape }) => shape !== "periodic";
 
 // Area (m²), edge (m) and growth of the edge with the walls of what centres of balls can reach.
@@ -75,10 +80,14 @@ class Fluid {
     return { ratio, virialRatio };
   }
 
-  // PV/NT at a CoR: the impulses of a gas with Maxwell's speeds are (1 + e)/2 of the elastic ones.
+  // PV/NT at a CoR between balls: what their collisions add is (1 + e)/2 of that of elastic ones. T is
+  // the temperature at which they meet each other.
   ratio(number, radius, container, cor) {
     const state = this.state(number, radius, container);
-    return state && 1 + ((1 + cor) / 2) * (state.ratio - 1);
+    if (!state) return null;
+    const { area, edge } = accessible(container, radius);
+    const alone = hasWalls(container) ? ((edge / area) * areaOf(container)) / wallLengthOf(container) : 1;
+    return alone + ((1 + cor) / 2) * (state.ratio - alone);
   }
 
   // Haff's α of N equal balls at fixed energy that begin at a temperature, 1/s; null without a theory.

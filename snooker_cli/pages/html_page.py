@@ -4,10 +4,15 @@ import html
 import json
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 PAGES = "snooker_cli.pages"
+MARK, HEAD = b'<meta name="generator" content="snooker">', 1000
+"""What page.html has, within this number of bytes."""
+
 SHARED = ("page.js", "drawing.js", "arena.js", "panels.js")
 """The scripts that all pages have, in an order in which they can run."""
 
@@ -46,6 +51,15 @@ def html_page(
         "body": _filled(text_of(package, f"{name}.html"), _shared_parts() | parts),
     }
     return _filled(text_of(PAGES, "page.html"), around)
+
+
+def is_page(path: Path) -> bool:
+    """Whether a file is such a page."""
+    with suppress(OSError):
+        if path.is_file():
+            with path.open("rb") as file:
+                return MARK in file.read(HEAD)
+    return False
 
 
 def _shared_parts() -> dict[str, str]:

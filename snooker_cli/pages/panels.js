@@ -6,6 +6,11 @@ const DASHES = { line: [6, 4], text: "- -" }, DOTS = { line: [1.5, 3], text: "·
 const VEIL = 0.8; // how much of a curve the paper behind a name hides
 const BIN = 0.2, BINS = 15; // of speeds over √(2T/m); the last bin has all faster balls
 const MOST_SHARE = 0.25; // of the balls in a bin, at the top of the panel
+const EDGE = 1e-9; // a speed this little below an edge, in bins, is above it: equal speeds are in one bin
+const SPEED_AXIS = `speed ÷ √(2T/m); last bar: ${(BIN * (BINS - 1)).toFixed(1)} and more`;
+
+// The bin of a speed over √(2T/m).
+const binOf = (reduced) => Math.min(Math.floor(reduced / BIN + EDGE), BINS - 1);
 
 // Draws a line through points in order of x. At most four of a pixel's column are kept: the first,
 // the lowest, the highest and the last, so that it looks the same and takes as long for any number.
@@ -161,24 +166,25 @@ class Panels {
     pen.fillText(text, panel.right, y, room);
   }
 
-  // The steps of a histogram of speeds, filled or as a line.
+  // The steps of a histogram of speeds, filled or as a line. A bar that is too high has no top.
   bars(pen, panel, shares, filled) {
     const width = this.wide / shares.length;
     pen.strokeStyle = pen.fillStyle;
     pen.lineWidth = 1.6;
-    pen.beginPath();
-    pen.moveTo(this.left, panel.bottom);
-    shares.forEach((share, bin) => {
-      const y = this.up(panel, Math.min(share, panel.top));
-      pen.lineTo(this.left + bin * width, y);
-      pen.lineTo(this.left + (bin + 1) * width, y);
+    this.inside(pen, panel, () => {
+      pen.beginPath();
+      pen.moveTo(this.left, panel.bottom);
+      shares.forEach((share, bin) => {
+        const y = this.up(panel, share);
+        pen.lineTo(this.left + bin * width, y);
+        pen.lineTo(this.left + (bin + 1) * width, y);
+      });
+      pen.lineTo(panel.right, panel.bottom);
+      pen.stroke();
+      if (!filled) return;
+      pen.globalAlpha = 0.25;
+      pen.fill();
     });
-    pen.lineTo(panel.right, panel.bottom);
-    pen.stroke();
-    if (!filled) return;
-    pen.globalAlpha = 0.25;
-    pen.fill();
-    pen.globalAlpha = 1;
   }
 
   // Where a speed over √(2T/m) is on the axis of a histogram.
@@ -188,9 +194,11 @@ class Panels {
 
   // The curve of a density of speeds over √(2T/m) beside a histogram.
   density(pen, panel, law) {
-    pen.beginPath();
-    for (let v = 0; v <= BIN * BINS; v += BIN / 8) pen.lineTo(this.reduced(v), this.up(panel, BIN * law(v)));
-    pen.stroke();
+    this.inside(pen, panel, () => {
+      pen.beginPath();
+      for (let v = 0; v <= BIN * BINS; v += BIN / 8) pen.lineTo(this.reduced(v), this.up(panel, BIN * law(v)));
+      pen.stroke();
+    });
   }
 }
 

@@ -45,16 +45,17 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
         "container": container,
         "container_mass": experiment.container.mass,
         "container_position": np.zeros(2),
-        "container_velocity": np.zeros(2),
+        "container_velocity": np.array(experiment.container.velocity or (0.0, 0.0)),
         **collision_rules(experiment),
     }
+    rounding = (experiment.start and experiment.start.rounding) or 0.0
     placed = balls.list if isinstance(balls, BallList) else experiment.placed
     names = ("position", "velocity", "radius", "mass")
     places, moving, radii, masses = (np.array([getattr(b, name) for b in placed]) for name in names)
     places, moving = places.reshape(-1, 2), moving.reshape(-1, 2)
     try:
         if placed:  # before others are placed around them
-            check(Scene(places, moving, radii, masses, **same))
+            check(Scene(places, moving, radii, masses, **same), rounding)
         positions = [places] * len(repeats)
         velocities = np.repeat(moving[np.newaxis], len(repeats), axis=0)
         if isinstance(balls, Rings):
@@ -70,10 +71,12 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
             velocities = np.concatenate([velocities, drawn], axis=1)
             radii = np.append(radii, np.repeat(sizes, counts))
             masses = np.append(masses, of_gas)
-            if container.period is not None:
-                check_speeds(Scene(positions[0], velocities[0], radii, masses, **same), velocities)
-                axes = np.flatnonzero(container.periodic).tolist()
-                _set_at_rest(velocities[:, len(placed) :], of_gas, axes)
+        axes = np.flatnonzero(container.periodic).tolist() if experiment.species else []
+        if axes or not experiment.common_rotation:
+            check_speeds(Scene(positions[0], velocities[0], radii, masses, **same), velocities)
+            first = len(placed)
+            gas = masses[first:], [places[first:] for places in positions]
+            _set_at_rest(velocities[:, first:], *gas, axes, not experiment.common_rotation)
         keys: list[int | None] = [None] * len(repeats)
         if is_random(same["wall_law"]):
             keys = [wall_key(stream_seed(experiment), repeat) for repeat in repeats]
@@ -84,7 +87,7 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
         ]
         for k, scene in enumerate(scenes):
             if k == 0 or scene.positions is not scenes[k - 1].positions:
-                check(scene)
+                check(scene, rounding)
         check_speeds(scenes[0], velocities)
     except SceneError as error:
         if error.ball is not None and error.ball < len(placed):
@@ -167,7 +170,7 @@ def _positions(
         container.check_radii(all_radii)
     seed = stream_seed(experiment)
     streams = (stream(seed, repeat, PLACES) for repeat in repeats)
-    if experiment.start == "random":
+    if experiment.arrangement == "random":
         try:
             return [
                 random_places(container, radii, counts, packing, bits, placed) for bits in streams
@@ -205,17 +208,33 @@ def _velocities(experiment: Experiment, repeats: Sequence[int]) -> Floats:
     return velocities
 
 
-def _set_at_rest(velocities: Floats, masses: Floats, axes: Sequence[int]) -> None:
-    """Take the momentum along some axes from velocities, (*repeats*, *N*, 2), m/s, in place.
+def _set_at_rest(
+    velocities: Floats,
+    masses: Floats,
+    positions: Sequence[Floats],
+    axes: Sequence[int],
+    turning: bool,
+) -> None:
+    """Take common motions from velocities, (*repeats*, *N*, 2), m/s, in place.
 
     One factor restores the energy.
+
+    positions : of each repeat, (*N*, 2), m
+    axes : along which the momentum is taken
+    turning : whether the angular momentum L about the origin is taken, as a rigid rotation at L/I
     """
     roots = np.sqrt(masses)[:, None]
     mass = math.fsum(masses.tolist())
-    for velocity in velocities:
+    for velocity, (x, y) in zip(velocities, (places.T for places in positions), strict=True):
         energy = _sum_of_squares(roots * velocity)
         for axis in axes:
             velocity[:, axis] -= math.fsum((masses * velocity[:, axis]).tolist()) / mass
+        if turning:
+            u, v = velocity.T
+            momentum = math.fsum((masses * (x * v - y * u)).tolist())
+            rate = momentum / math.fsum((masses * (x * x + y * y)).tolist())
+            u += rate * y
+            v -= rate * x
         left = _sum_of_squares(roots * velocity)
         if left > 0:
             velocity *= math.sqrt(energy / left)
@@ -234,7 +253,7 @@ def _too_dense(
     reached: float,
 ) -> SceneError:
     """The error about balls that do not fit; a packing of ``reached`` would."""
-    placed, start = len(experiment.placed), experiment.start
+    placed, start = len(experiment.placed), experiment.arrangement
     number = placed + sum(species.count for species in experiment.species)
     problem = (
         f"{number:,} balls with start: {start} in a {container.title} reach a packing of "

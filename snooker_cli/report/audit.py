@@ -9,8 +9,8 @@ import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis.decay import Decay, decays, reported_constant
-from snooker_cli.analysis.fitting import LEAST_PROBABILITY
-from snooker_cli.analysis.measurement import relaxed_at
+from snooker_cli.analysis.fitting import LEAST_PROBABILITY, hotelling
+from snooker_cli.analysis.measurement import pairs_of, relaxation, relaxed_at
 from snooker_cli.analysis.observables import (
     ROUNDING,
     at_collisions,
@@ -28,6 +28,7 @@ from snooker_cli.analysis.observables import (
     pressures,
     reduced_speed_counts,
     series,
+    so_far,
     standard_errors,
     time_means,
 )
@@ -36,7 +37,7 @@ from snooker_cli.figures import Selection, selected
 from snooker_cli.figures.selection import distinct, value_at
 from snooker_cli.formatting import listed, ratio, short
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.report.explanations import Explanations
+from snooker_cli.report.explanations import GROUP, Explanations
 from snooker_cli.report.source_values import (
     CLAIMS,
     CLOSE,
@@ -65,6 +66,9 @@ class StatedResults:
     laws : by CoR, the decay constants by quantity and law
     mean_free_path, relaxed_path : measured at CoR 1, of the whole repeats and after relaxation, m
     windows : by CoR, the gas in windows of time
+    mean_pressure_slopes : by CoR, d ln P/d ln E of the mean pressure since the start
+    groups : by CoR, the number of groups of ``GROUP`` repeats, and of those that do not refuse
+        Haff's law
     """
 
     numbers: dict[str, OurValue]
@@ -72,26 +76,84 @@ class StatedResults:
     laws: Mapping[float, Laws]
     mean_free_path: OurValue
     relaxed_path: OurValue
-    windows: Mapping[float, Mapping[str, Any]]
+    windows: Mapping[float, "InWindows"]
+    mean_pressure_slopes: Mapping[float, OurValue]
+    groups: Mapping[float, tuple[int, int]]
 
 
 WINDOWS = 8
 
+SETTLED = 0.75
+"""Time from which the mean pressure since the start falls, s; before, it is that of a few hits."""
 
-def in_windows(traces: Sequence[Trace]) -> dict[str, Any]:
+
+@dataclass(frozen=True)
+class InWindows:
     """A gas in ``WINDOWS`` equal windows of time, up to the end of the shortest repeat.
 
-    Keys: ``ratios``, P V/(N T) of the means over repeats in each window, with standard errors;
-    ``cooling``, T of the first window over that of the last.
+    ratios : P V/(N T) of the means over repeats in each window, with standard errors
+    probability : that of deviations as large if all ratios are 1 (Hotelling's test); nan for too
+        few repeats
+    cooling : T of the first window over that of the last
+    repeats, end : number of repeats; end of the last window, s
     """
-    edges = np.linspace(0.0, min(trace.stop.time for trace in traces), WINDOWS + 1)
-    area = traces[0].start.container.area
+
+    ratios: list[OurValue]
+    probability: float
+    cooling: float
+    repeats: int
+    end: float
+
+
+def in_windows(traces: Sequence[Trace]) -> InWindows:
+    """Complete repeats of a point in windows of time."""
+    end, repeats = min(trace.stop.time for trace in traces), len(traces)
+    edges, area = np.linspace(0.0, end, WINDOWS + 1), traces[0].start.container.area
     work = area * np.array([pressures(trace, edges) for trace in traces])
     energy = np.array([time_means(t, series(t).kinetic_energy, edges) for t in traces])
     ratios = work.mean(axis=0) / energy.mean(axis=0)
     errors = standard_errors(work - ratios * energy) / energy.mean(axis=0)  # to first order
+    probability, excess = math.nan, (work - energy) / energy.mean(axis=0)
+    if repeats > WINDOWS:
+        mean, covariance = excess.mean(axis=0), np.cov(excess, rowvar=False) / repeats
+        squares = float(mean @ np.linalg.solve(covariance, mean))
+        probability = hotelling(squares, WINDOWS, repeats)[1]
     cooling = float(energy[:, 0].mean() / energy[:, -1].mean())
-    return {"ratios": list(map(OurValue, ratios, errors)), "cooling": cooling}
+    values = list(map(OurValue, ratios, errors))
+    return InWindows(values, probability, cooling, repeats, end)
+
+
+def mean_pressure_slope(traces: Sequence[Trace]) -> OurValue:
+    """d ln P/d ln E, with the mean pressure P since the start and the energy E of the balls.
+
+    It is the ratio of the mean changes of both logarithms over repeats of a point, from
+    ``SETTLED`` to the end of the shortest one. Haff's law has 1/2: P goes as 1/(1 + αt).
+    """
+    times = np.array([SETTLED, min(trace.stop.time for trace in traces)])
+    logs = np.log(
+        [
+            [
+                so_far(t, series(t).wall_impulse, times) / times,
+                so_far(t, series(t).kinetic_energy, times),
+            ]
+            for t in traces
+        ]
+    )
+    pressure, energy = np.diff(logs, axis=2)[..., 0].T
+    slope = float(pressure.mean() / energy.mean())
+    error = standard_errors(pressure - slope * energy) / abs(energy.mean())  # to first order
+    return OurValue(slope, float(error))
+
+
+def groups_that_hold(traces: Sequence[Trace], size: int = GROUP) -> tuple[int, int]:
+    """Number of groups of successive repeats, and of those that do not refuse Haff's law."""
+    probabilities = [
+        next(
+            decay for decay in decays(group, ("kinetic_energy",)) if decay.law == "haff"
+        ).goodness.probability
+        for group in (traces[k : k + size] for k in range(0, len(traces) - size + 1, size))
+    ]
+    return len(probabilities), sum(p >= LEAST_PROBABILITY for p in probabilities)
 
 
 def stated_results(runs: Runs) -> StatedResults:
@@ -103,12 +165,13 @@ def stated_results(runs: Runs) -> StatedResults:
         ("pressure", None): Sample(map(mean_pressure, elastic))
     }
     laws: dict[float, Laws] = {}
-    windows = {}
+    windows, slopes, groups = {}, {}, {}
     for cor in COEFFICIENTS:
         # The figures have read and fitted these repeats.
         traces = complete_repeats(run.traces(selected(run, Selection({"cor": cor}))[0]))
         laws[cor] = {(decay.quantity, decay.law): decay for decay in decays(traces)}
-        windows[cor] = in_windows(traces)
+        windows[cor], slopes[cor] = in_windows(traces), mean_pressure_slope(traces)
+        groups[cor] = groups_that_hold(traces)
         for quantity, sample in _cooling(cor, traces, laws[cor]).items():
             samples[quantity, cor] = sample
     density = scene.number / scene.container.area
@@ -127,12 +190,13 @@ def stated_results(runs: Runs) -> StatedResults:
         return single[number.quantity] if sample is None else sample.our_value(number)
 
     numbers = {name: ours(number) for name, number in SOURCE_VALUES.items()}
+    skipped = relaxation(scene.number, pairs_of(elastic))
     paths = [
-        (mean_free_path(trace), mean_free_path(trace, relaxed_at(trace) or math.nan))
+        (mean_free_path(trace), mean_free_path(trace, relaxed_at(trace, skipped) or math.nan))
         for trace in elastic
     ]
     whole, relaxed = (OurValue(*mean_and_error(column)) for column in np.array(paths).T)
-    return StatedResults(numbers, scene, laws, whole, relaxed, windows)
+    return StatedResults(numbers, scene, laws, whole, relaxed, windows, slopes, groups)
 
 
 def _cooling(cor: float, traces: Sequence[Trace], laws: Laws) -> dict[str, Sample]:
@@ -188,21 +252,22 @@ def _ideal_gas_limit(runs: Runs, number: SourceValue) -> OurValue:
     return OurValue(*mean_and_error(ratios), abs(expected - 1))
 
 
-Checks = dict[str, tuple[bool, dict[str, Any]]]
+Checks = dict[str, tuple[bool | None, dict[str, Any]]]
 """By the name of a claim: whether it holds, and what the text of the check refers to."""
 
 
 def checked_claims(runs: Runs, stated: StatedResults) -> list[dict[str, Any]]:
     """Every sentence about results that a number can decide, with our check and its result.
 
-    Keys: ``name``, ``where``, ``claim``, ``check`` (in words), ``holds``.
+    Keys: ``name``, ``where``, ``claim``, ``check`` (in words), ``holds``; ``None`` if nothing
+    decides.
     """
     ratios = [value_text(stated.numbers[name]) for name in ("ratio_text", "ratio_caption")]
     checks: Checks = {
-        "radius_of_figure_17": (False, {"ratios": listed(ratios)}),
+        "radius_of_figure_17": (None, {"ratios": listed(ratios)}),
         **_cooling_checks(runs["decay"], stated),
         **_ideal_gas_checks(runs["temperature"]),
-        **_tiny_ball_checks(runs["sliding"]),
+        **_tiny_ball_checks(runs["sliding"], stated.numbers["ratio_caption"]),
         "maxwell_boltzmann": _speed_check(runs["speeds"]),
     }
     rows = []
@@ -210,8 +275,8 @@ def checked_claims(runs: Runs, stated: StatedResults) -> list[dict[str, Any]]:
         # The numbers of the source report decide some sentences alone.
         holds, values = checks.get(name, (claim.get("holds"), {}))
         check = claim["check"].format(**values)
-        row = {"name": name, "where": claim["where"], "claim": claim["text"]}
-        rows.append({**row, "check": check, "holds": holds})
+        row = {"name": name, "where": claim["where"], "claim": claim["text"], "check": check}
+        rows.append({**row, "holds": None if holds is None else bool(holds)})
     return rows
 
 
@@ -242,7 +307,11 @@ def _cooling_checks(run: Run, stated: StatedResults) -> Checks:
         "temperature_follows": (apart < CLOSE, {"apart": short(apart, 1)}),
         "half_rate": (
             all(abs(ratio.value - 0.5) < abs(ratio.value - 1) for ratio in local),
-            {"ratios": listed([value_text(ratio) for ratio in local])},
+            {
+                "ratios": listed([value_text(ratio) for ratio in local]),
+                "of_mean": listed([*map(value_text, stated.mean_pressure_slopes.values())]),
+                "since": SETTLED,
+            },
         ),
         "tau_longer": (low > high, {"low": low, "high": high}),
     }
@@ -260,39 +329,45 @@ def _ideal_gas_checks(run: Run) -> Checks:
     }
 
 
-def _tiny_ball_checks(run: Run) -> Checks:
+def _tiny_ball_checks(run: Run, elastic: OurValue) -> Checks:
     """Claims on CoR and the ideal gas law, with the radius in the caption of figure 17.
 
     Most repeats would end in a wall trap, so these are the ones with balls that slide on.
+    elastic : P V/(N T) at CoR 1
     """
     radius = SOURCE_VALUES["ratio_caption"].radius
-    means, at_end, warm, windows = [], [], [], []
+    means, at_end, warm = [], [], []
     where = {"balls.radius": radius, "cor": COEFFICIENTS, "collapse": "slide"}
     points = selected(run, Selection(where))
     for point in points:
-        traces, temperatures = complete_repeats(run.traces(point)), []
+        traces, temperatures, ratios = complete_repeats(run.traces(point)), [], []
         for trace in traces:
             temperatures.append(mean_temperature(trace))
-            means.append(ideal_gas_ratio(trace))
+            ratios.append(ideal_gas_ratio(trace))
             last = trace.finish.kinetic_energy / trace.finish.number
-            at_end.append(means[-1] * temperatures[-1] / last)
+            at_end.append(ratios[-1] * temperatures[-1] / last)
         warm.append(Sample(temperatures))
-        windows.append([window.value for window in in_windows(traces)["ratios"]])
-    ratio, (low, high) = Sample(means), warm
-    spans = [f"{min(ratios):.2f} to {max(ratios):.2f}" for ratios in windows]
+        means.append(Sample(ratios))
+    every = np.concatenate([sample.values for sample in means])
+    ratio, (low, high) = Sample(every), warm
+    least = means[0]
+    grows = abs(elastic.value - 1) - abs(least.value - 1)
+    by_cor = at_each_coefficient([*map(value_text, means)])
     return {
         "pressure_excess": (
             ratio.value - 1 > max(2 * ratio.error, CLOSE),
             {
                 "ratio": value_text(ratio),
-                "least": min(means),
-                "most": max(means),
-                "spans": at_each_coefficient(spans),
-                "number": WINDOWS,
+                "least": every.min(),
+                "most": every.max(),
                 "at_end": np.mean(at_end),
-                "complete": len(means),
+                "complete": len(every),
                 "total": len(points) * run.experiment.repeats,
             },
+        ),
+        "divergence": (
+            grows > 2 * math.hypot(elastic.error, least.error),
+            {"ratios": f"{by_cor}; {value_text(elastic)} at CoR 1"},
         ),
         "lower_temperatures": (
             high.value - low.value > 2 * math.hypot(low.error, high.error),
@@ -325,6 +400,8 @@ class AuditRow:
     common : our value for the best combination of explanations; ``None`` if it gives none
     explanation, explained : the first that agrees with this number alone, or the nearest: in words,
         and its value
+    chance : share of a decade around the printed number that an explanation agrees with; ``None``
+        unless explanations decide
     """
 
     number: SourceValue
@@ -333,6 +410,7 @@ class AuditRow:
     verdict: str
     explanation: str = ""
     explained: OurValue | None = None
+    chance: float | None = None
 
 
 @dataclass(frozen=True)
@@ -355,10 +433,19 @@ class Audit:
         """The row of a printed number."""
         return next(row for row in self.rows if row.number.name == name)
 
+    @property
+    def by_explanation(self) -> list[AuditRow]:
+        """The rows that explanations decide."""
+        return [row for row in self.rows if row.chance is not None]
+
     def as_json(self) -> dict[str, Any]:
         """All numbers of the audit."""
+        slopes = {f"{cor:g}": asdict(one) for cor, one in self.stated.mean_pressure_slopes.items()}
         return {
             "slip": self.explanations.factor,
+            "tried": self.explanations.tried,
+            "possible": [one.name for one in self.explanations.possible],
+            "mean_pressure_slopes": slopes,
             "mean_free_path": asdict(self.stated.mean_free_path),
             "complete": self.complete,
             "explanations": [explanation.as_json() for explanation in self.explanations.named],
@@ -402,7 +489,8 @@ def _row(number: SourceValue, stated: StatedResults, explanations: Explanations)
     if offer is None:
         return AuditRow(number, ours, common, UNEXPLAINED)
     verdict = EXPLAINED if offer[1].agrees(number) else UNEXPLAINED
-    return AuditRow(number, ours, common, verdict, offer[0].name, offer[1])
+    chance = explanations.chance(number)
+    return AuditRow(number, ours, common, verdict, offer[0].name, offer[1], chance)
 
 
 def _path_and_section(stated: StatedResults, factor: float) -> dict[str, tuple[str, OurValue]]:

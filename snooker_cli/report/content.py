@@ -14,22 +14,44 @@ import yaml
 
 from snooker_cli import theory
 from snooker_cli.analysis.decay import decays, number_complete, range_held
-from snooker_cli.analysis.fitting import LAWS, LEAST_PROBABILITY
-from snooker_cli.analysis.predictions import finite_haff_rate, haff_rate, scene_rates
+from snooker_cli.analysis.fitting import (
+    ENOUGH_REPEATS,
+    FEW_REPEATS,
+    LAWS,
+    LEAST_PROBABILITY,
+    holding,
+)
+from snooker_cli.analysis.observables import complete_repeats
+from snooker_cli.analysis.predictions import (
+    finite_haff_rate,
+    haff_rate,
+    scene_rates,
+    scene_state,
+)
 from snooker_cli.analysis.run_analysis import fits
-from snooker_cli.config import Point, load
+from snooker_cli.config import Experiment, Point, load
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
 from snooker_cli.figures.cooling import decay_against_cor
 from snooker_cli.files import write_json, write_text
-from snooker_cli.formatting import probability, short, with_error
+from snooker_cli.formatting import listed, probability, short, with_error
 from snooker_cli.live_page import live_page, report_scene
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.report.audit import WINDOWS, Audit, audit
+from snooker_cli.report.audit import (
+    REPRODUCED,
+    SETTLED,
+    WINDOWS,
+    Audit,
+    AuditRow,
+    InWindows,
+    audit,
+    in_windows,
+)
 from snooker_cli.report.document import Pages, packaged
-from snooker_cli.report.explanations import COMBINATIONS, LIKELY, explain
+from snooker_cli.report.explanations import COMBINATIONS, DRAWS, GROUP, chi_square_limit, explain
 from snooker_cli.report.source_values import (
+    AGREES,
     COEFFICIENTS,
     LORD,
     SOURCE_VALUES,
@@ -43,6 +65,7 @@ from snooker_cli.runs import Run, open_run
 from snooker_cli.runs.progress import counting
 from snooker_cli.trace import SLIDE, StopReason
 from snooker_cli.validation.accuracy_study import error_against_cost, error_growth
+from snooker_cli.validation.physics_study import walls
 from snooker_cli.validation.study import machine
 
 Runs = Mapping[str, "Run"]
@@ -53,7 +76,7 @@ REPORT_FIGURES: dict[str, dict[str, Any]] = yaml.safe_load(packaged("figures.yam
 
 RUNS = (
     *dict.fromkeys(entry["run"] for entry in REPORT_FIGURES.values() if "run" in entry),
-    *("mixed", "audit"),
+    *("mixed", "audit", "ring-extent", "tiny-rings", "tiny-mixed"),
 )
 """The runs of the reproduction: those of the configs with these names."""
 
@@ -84,6 +107,7 @@ def values(
     """
     experiments = {name: run.experiment for name, run in runs.items()}
     chosen = {(row["parameters"]["cor"], row["quantity"], row["model"]): row for row in fits}
+    tiny = tiny_balls_in_windows(runs)
     return {
         "title": TITLE,
         "audit": audit,
@@ -91,7 +115,7 @@ def values(
         "source": SOURCE_VALUES,
         "coefficients": COEFFICIENTS,
         "targets": TARGETS,
-        "likely": LIKELY,
+        "reproduced": reproduced(audit),
         "refused": LEAST_PROBABILITY,
         "few": {law: [chosen[cor, "kinetic_energy", law] for cor in COEFFICIENTS] for law in LAWS},
         "many": [
@@ -99,10 +123,31 @@ def values(
             for cor, laws in audit.stated.laws.items()
         ],
         "fit_cells": _fit_cells,
+        "holding": holding,
+        "enough": ENOUGH_REPEATS,
+        "few_repeats": FEW_REPEATS,
+        "group": GROUP,
+        "draws": DRAWS,
+        "chi_square": chi_square_limit(len(TARGETS)),
+        "agrees": AGREES,
         "combinations": len(COMBINATIONS),
         "factors": _source_factors(audit),
+        "two_digits": _two_digits,
         "slower": slower_pressure(audit),
+        "slopes": [value_text(one) for one in audit.stated.mean_pressure_slopes.values()],
+        "slope_shares": [
+            f"{100 * abs(2 * one.value - 1):.0f} %"
+            for one in audit.stated.mean_pressure_slopes.values()
+        ],
+        "settled": SETTLED,
+        "not_exponential": max(
+            laws[quantity, "exponential"].goodness.probability
+            for laws in audit.stated.laws.values()
+            for quantity in ("kinetic_energy", "pressure")
+        ),
         "windows": WINDOWS,
+        "tiny_windows": tiny,
+        "tiny_off": partial(_largest_deviations, tiny),
         "mixed": mixed_starts(runs["mixed"]),
         "stated_rates": scene_rates(audit.stated.scene, 1.0),
         "kinetic_theory": {
@@ -111,6 +156,7 @@ def values(
             if entry["figure"] == "decay-against-cor"
         },
         "steady": steady_pressures(pictures["steady"].numbers["points"]),
+        "bulk_share": _bulk_share(experiments["profiles"]),
         "last_rates": last_rates(pictures["haff-time"].numbers["points"]),
         "lord": 2 * LORD,
         "experiments": experiments,
@@ -123,14 +169,55 @@ def values(
         ],
         "fit": lambda cor, quantity, law="exponential": chosen.get((cor, quantity, law)),
         "figures": REPORT_FIGURES,
+        "rounding": rounding_differences(),
         "numbers": {file: picture.numbers for file, picture in pictures.items()},
         "measured": {name: measurement(name) for name in MEASUREMENTS},
         "machine": machine,
+        "walls": walls,
         "at_each": at_each_coefficient,
         "ours": lambda name: audit.row(name).ours,
         "value": value_text,
         "zip": zip,
     }
+
+
+def _two_digits(values: Sequence[float]) -> list[str]:
+    """Factors as text."""
+    return [f"{value:.2f}" for value in values]
+
+
+_GROUPS = {
+    "central distance": "distances",
+    "pair distance": "distances",
+    "momentum x": "components of the momentum",
+    "momentum y": "components of the momentum",
+    "mean speed": "mean speeds",
+    "temperature ratio": "ratios to the ideal gas in the limit of small balls",
+    "pressure ratio": "ratios to the ideal gas in the limit of small balls",
+}
+"""Quantities of which the source report prints several numbers that are named together."""
+
+
+def reproduced(audit: Audit) -> str:
+    """The printed numbers that agree with the stated scene, in words: "density, both distances"."""
+    groups: dict[str, list[AuditRow]] = {}
+    for row in audit.rows:
+        groups.setdefault(_GROUPS.get(row.number.quantity, row.number.quantity), []).append(row)
+    words = ["no", "one", "two", "three", "four"]
+    texts = []
+    for name, rows in groups.items():
+        agree = sum(row.verdict == REPRODUCED for row in rows)
+        if agree == len(rows):
+            texts.append(f"{words[agree]} {name}" if name in _GROUPS.values() else name)
+        elif agree:
+            off = [
+                f"at CoR {row.number.cor:g} it is {row.number.digits} {row.number.unit}, "
+                f"ours {value_text(row.ours)} {row.number.unit}"
+                for row in rows
+                if row.verdict != REPRODUCED
+            ]
+            texts.append(f"{words[agree]} of {words[len(rows)]} {name} ({listed(off)})")
+    return listed(texts)
 
 
 def _fit_cells(row: Record | None) -> list[str]:
@@ -172,8 +259,8 @@ def source_factors(
 def _source_factors(audit: Audit) -> list[tuple[str, list[float]]]:
     """The mistakes of the source report's formula for k and what they do to it, by CoR.
 
-    Two rows follow: their product, the formula's k over the loss ζ of kinetic theory at the start;
-    and that k over the fitted one.
+    Three rows follow: their product, the formula's k over the loss ζ of kinetic theory at the
+    start; the fitted k over that loss; and the formula's k over the fitted one.
     """
     scene = audit.stated.scene
     warm = scene.kinetic_energy / scene.number
@@ -191,6 +278,7 @@ def _source_factors(audit: Audit) -> list[tuple[str, list[float]]]:
     return [
         *((text, [by_mistake[text] for by_mistake in factors]) for text in factors[0]),
         ("product: k of the formula over the loss at the start", products),
+        ("fitted k over the loss at the start", list(np.divide(products, left))),
         ("k of the formula over the fitted k", left),
     ]
 
@@ -230,6 +318,44 @@ def mixed_starts(run: Run) -> list[dict[str, Any]]:
     return [*rows.values()]
 
 
+def tiny_balls_in_windows(runs: Runs) -> list[tuple[str, float, InWindows]]:
+    """Tiny balls from rings and from mixed starts in windows of time: start, CoR, result."""
+    found = []
+    for start in ("rings", "mixed"):
+        run = runs[f"tiny-{start}"]
+        for point in run.points:
+            traces = complete_repeats(run.traces(point))
+            found.append((start, float(point.experiment.cor), in_windows(traces)))
+    return found
+
+
+def _largest_deviations(found: Sequence[tuple[str, float, InWindows]], start: str) -> str:
+    """The largest deviation of PV/(NT) from 1 for a start, by CoR, in words."""
+    texts = []
+    for cor, one in ((cor, one) for name, cor, one in found if name == start):
+        most = max(one.ratios, key=lambda ratio: abs(ratio.value - 1))
+        percent = with_error(100 * abs(most.value - 1), 100 * most.error)
+        texts.append(f"{percent} % at CoR {cor:g}")
+    return listed(texts)
+
+
+def rounding_differences() -> list[dict[str, Any]]:
+    """What averages by the two engines differ by, for each scene and quantity.
+
+    Keys: ``quantity``, ``unit``, ``what`` (the scene); ``difference`` and ``error``; ``share``, the
+    error over the mean; ``in_errors``, the absolute difference in errors.
+    """
+    rows = []
+    for scene in measurement("certain")["rounding"]:
+        for bias in scene["methods"][1]["biases"]:
+            quantity, unit = bias["quantity"].split(", ")
+            difference, error = bias["difference"], bias["difference_error"]
+            row = {"quantity": quantity, "unit": unit, "what": scene["what"]}
+            row |= {"difference": difference, "error": error}
+            rows.append(row | {"share": error / bias["mean"], "in_errors": abs(difference) / error})
+    return rows
+
+
 def kinetic_theory(run: Run, points: Sequence[Record]) -> list[dict[str, Any]]:
     """Kinetic theory's α beside the fitted one, by CoR, for the points of a figure over the CoR.
 
@@ -265,18 +391,38 @@ def last_rates(points: Sequence[Record]) -> list[dict[str, Any]]:
 def steady_pressures(points: Sequence[Record]) -> list[dict[str, Any]]:
     """The points of figure 27 by radius, with falling CoR.
 
-    Keys: those of a point; ``cor``, ``radius``; ``colder`` and ``weaker``, what T and PV/NT at the
-    wall of elastic balls of this radius exceed its own by, as factors.
+    Keys: those of a point; ``cor``, ``radius``; ``colder`` and ``weaker`` with their errors, what T
+    and PV/NT of elastic balls of this radius exceed its own by, as factors; ``excess`` of PV/NT
+    over theory for N disks, its error and its ``size``, as shares.
     """
     rows: list[dict[str, Any]] = []
     for record in reversed(points):
         cor, radius = (record["parameters"][key] for key in ("cor", "balls.radius"))
         row = {**record, "cor": cor, "radius": radius}
         elastic = row if cor == 1 else next(other for other in rows if other["radius"] == radius)
-        row["colder"] = elastic["temperature"] / row["temperature"]
-        row["weaker"] = elastic["wall"] / row["wall"]
+        for name, column in (("colder", "temperature"), ("weaker", "virial")):
+            row[name], row[f"{name}_error"] = _factor(column, elastic, row)
+        row["excess"] = row["virial"] / row["theory_here"] - 1
+        row["excess_error"] = row["virial_error"] / row["theory_here"]
+        row["size"] = abs(row["excess"])
         rows.append(row)
     return sorted(rows, key=lambda row: float(row["radius"]))
+
+
+def _factor(column: str, above: Record, below: Record) -> tuple[float, float]:
+    """The ratio of a column of two points, whose repeats are independent, and its error."""
+    ratio = above[column] / below[column]
+    shares = [one[f"{column}_error"] / one[column] for one in (above, below)]
+    return ratio, ratio * math.hypot(*shares)
+
+
+def _bulk_share(experiment: Experiment) -> float:
+    """Density of elastic disks far from the wall, over the mean one of their centres, by theory."""
+    scene = starting_scene(experiment, 0)
+    state, radius = scene_state(scene, 1.0), float(scene.radii[0])
+    assert state is not None
+    covered = scene.number * math.pi * radius**2
+    return state.bulk_packing * scene.container.accessible(radius).area / covered
 
 
 MEASUREMENTS = ("error", "hard", "billion", "physics", "certain")
@@ -354,7 +500,8 @@ def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list
     opened = {name: open_run(runs / name) for name in RUNS}
     # The other process makes the explanations, then draws. This one has all other fits, made once.
     with Pages(out) as pages:
-        explaining = pages.other.submit(explain, opened["audit"], opened["temperature"])
+        audited = [opened["audit"], opened["ring-extent"]]
+        explaining = pages.other.submit(explain, audited, opened["temperature"])
         pictures = {}
         for file, entry in REPORT_FIGURES.items():
             report_progress(entry["label"])

@@ -7,11 +7,11 @@ import base64
 import json
 import re
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager
 from importlib.resources import files
 from importlib.util import find_spec
-from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -19,10 +19,10 @@ import yaml
 
 from snooker_cli.animation import film, page
 from snooker_cli.config import Point
-from snooker_cli.errors import FigureError, UserError
+from snooker_cli.errors import FigureError, UserError, install_advice
 from snooker_cli.figures import FigureData
 from snooker_cli.figures.drawing import save
-from snooker_cli.files import atomic_write, write_text
+from snooker_cli.files import atomic_write, own_folder, write_text
 from snooker_cli.formatting import (
     counted,
     listed,
@@ -36,7 +36,7 @@ from snooker_cli.formatting import (
 )
 from snooker_cli.pages.html_page import embedded
 from snooker_cli.runs import Run
-from snooker_cli.runs.execution import follow_parent
+from snooker_cli.runs.execution import Processes
 
 
 def packaged(name: str) -> str:
@@ -66,7 +66,7 @@ def require_libraries() -> None:
         if find_spec(library) is None:
             raise UserError(
                 f"{library} is not installed",
-                "install it with `pip install 'snooker-cli[report]'`",
+                install_advice("report"),
                 code="missing library",
             )
 
@@ -200,21 +200,27 @@ class Pages(AbstractContextManager["Pages"]):
     """Collects a report's figures and players. Raises ``UserError`` without its libraries.
 
     figures : label, caption and alt text by file
-    other : the process that draws; it ignores Ctrl-C and ends with this one
+    other : the process that draws
     """
 
     def __init__(self, out: Path) -> None:
         require_libraries()
+        out.mkdir(parents=True, exist_ok=True)
+        own_folder(out / "figures")
         self.out, self.players = out, list[str]()
         self.figures: dict[str, dict[str, str]] = {}
-        context = get_context("spawn")
-        self.other = ProcessPoolExecutor(1, mp_context=context, initializer=follow_parent)
+        self.other = Processes(1)
         self._drawing: list[Future[list[Path]]] = []
 
     def __exit__(self, error: object, *_: object) -> None:
-        for process in active_children() if error else ():
-            process.kill()  # it may be at a figure that takes a minute
+        if error:
+            self.other.kill()  # it may be at a figure that takes a minute
         self.other.shutdown()
+        if error is BrokenProcessPool:
+            raise UserError(
+                f"{self.out}: the system ended the process that draws, perhaps for lack of memory",
+                "run the same command again",
+            ) from None
 
     def add_figure(
         self, file: str, picture: FigureData, label: str = "", known: str = ""

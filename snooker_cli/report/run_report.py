@@ -12,7 +12,7 @@ from snooker_cli import __version__, theory
 from snooker_cli.analysis import tables
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
-from snooker_cli.analysis.tables import finding, overview
+from snooker_cli.analysis.tables import few_repeats, finding, overview
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
@@ -23,7 +23,7 @@ from snooker_cli.formatting import point_label, printable
 from snooker_cli.report.document import Pages, packaged
 from snooker_cli.runs import Run
 from snooker_cli.runs.progress import counting
-from snooker_cli.runs.status import ended, run_status
+from snooker_cli.runs.status import early_warning, ended, run_status
 from snooker_cli.scene import Scene
 
 RELEVANCE: dict[str, dict[str, str]] = yaml.safe_load(packaged("relevance.yaml"))
@@ -97,6 +97,8 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         "scene": scene,
         "points": [(status["ledger"][p.index], starts.get(p.index)) for p in shown],
         "finding": overview(fitted.rows, compared.rows) if shown[1:] else what[shown[0]],
+        "few": " ".join(few_repeats(fitted.rows)),
+        "warning": early_warning(run, points),
         "findings": [(point_label(p.as_json()), text or "–") for p, text in what.items()],
         "key_figures": files[:KEY_FIGURES],
         "figures": files[KEY_FIGURES:],
@@ -119,13 +121,14 @@ def trivial(
     given = (p.experiment.placed or getattr(p.experiment.balls, "list", ()) for p in points)
     lossy_starts = [scene for scene in starts if scene.restitution < 1]
     ratios = [theory.critical_ratio(scene, scene.restitution) for scene in lossy_starts]
+    clusters = any(ratio is not None and ratio > 1 for ratio in ratios)
     conditions = {
         "always": True,
         "lossless": gases == {"elastic"},
         "lossy": gases == {"cooling"},
         "cold": "warm" not in gases,
         "untagged": not any(given),
-        "dilute": all(scene.packing_fraction < DENSE for scene in starts),
+        "dilute": not clusters and all(scene.packing_fraction < DENSE for scene in starts),
         "calm": all(ratio is not None and ratio <= 1 for ratio in ratios),
     }
     reasons = ((name, *reason) for name, given in RELEVANCE.items() for reason in given.items())

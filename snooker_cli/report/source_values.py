@@ -22,6 +22,9 @@ COEFFICIENTS = (0.8, 0.9)
 
 CLOSE = 0.05  # the source report calls values within 5 % equal
 
+AGREES = 2.0
+"""The largest difference from a printed number that agrees with it, in its uncertainties."""
+
 
 @dataclass(frozen=True)
 class SourceValue:
@@ -38,6 +41,7 @@ class SourceValue:
     exact: bool = False
     radius: float | None = None
     follows: str = ""
+    repeats: str = ""
 
     @property
     def digits(self) -> str:
@@ -70,7 +74,7 @@ class SourceValue:
         """Half of the 95 % interval for a mean of five runs, otherwise the printed error."""
         if self.error is None:
             return 0.0
-        # The range is twice the printed half range, the interval twice its half width.
+        # The printed ± is read as half of the range, and the interval is twice its half width.
         return LORD * self.error if self.mean else self.error
 
 
@@ -96,8 +100,8 @@ class OurValue:
         return abs(self.value - number.value) / self.uncertainty(number)
 
     def agrees(self, number: SourceValue) -> bool:
-        """Whether the difference is at most twice its uncertainty."""
-        return self.distance(number) <= 2
+        """Whether the difference is at most ``AGREES`` times its uncertainty."""
+        return self.distance(number) <= AGREES
 
     def rounds_to(self, number: SourceValue) -> bool:
         """Whether the value rounds to the printed digits; exact halves round either way."""
@@ -114,7 +118,7 @@ class Sample:
     """
 
     def __init__(self, values: Iterable[float]) -> None:
-        self.values = np.array(list(values))
+        self.values = values if isinstance(values, np.ndarray) else np.array(list(values))
         known = self.values[np.isfinite(self.values)]
         self.count = len(known)
         self.value = self.deviation = self.error = math.nan

@@ -22,7 +22,7 @@ from snooker_cli.placement.starting_scene import starting_scenes
 from snooker_cli.runs.plan import first_scene
 from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
 from snooker_cli.scene import Scene
-from snooker_cli.trace import Stop, StopReason
+from snooker_cli.trace import Events, Simultaneous, Stop, StopReason, Trace
 
 CHECKPOINT_INTERVAL = 600.0  # seconds after which a long repeat saves a checkpoint, by default
 SAVING_SHARE = 20  # times as long as saving one took, until the next checkpoint
@@ -53,6 +53,8 @@ class RepeatResult:
     """How a repeat ended: its stop, or the error that prevented it.
 
     cached : its file existed and was checked instead
+    simultaneous : its new events that have exactly the time of another of the same ball; none for a
+        summary, and none are counted in a collapse, where all are at one time
     traceback : of an internal error
     unstored : it was interrupted, and its older file, which is as long or longer, was kept
     """
@@ -62,6 +64,7 @@ class RepeatResult:
     stop: Stop | None = None
     collisions: int = 0
     cached: bool = False
+    simultaneous: int = 0
     error: str | None = None
     traceback: str = ""
     unstored: bool = False
@@ -173,7 +176,10 @@ def simulate_and_store(
             provenance = job.provenance(point, started, time.perf_counter() - clock)
             store.write(job.run.path(*batch), simulated, provenance)
         return failed + [
-            RepeatResult(point, repeat, trace.stop, trace.collisions) for repeat, trace in simulated
+            RepeatResult(
+                point, repeat, trace.stop, trace.collisions, simultaneous=_simultaneous(trace)
+            )
+            for repeat, trace in simulated
         ]
     except AbandonedError:
         return None
@@ -210,6 +216,7 @@ def _simulated_long(
     if checkpoint is not None and older.header is not None:
         reached, seconds = least, older.header.provenance.seconds
     due = time.monotonic() + interval
+    ties = Simultaneous()
 
     def stops(number: int) -> bool:
         nonlocal reached
@@ -222,10 +229,13 @@ def _simulated_long(
     while True:
         with store.Recorder(path, continues=checkpoint is not None) as recorder:
             limits = job.limits(point)
+
+            def sink(events: Events, recorder: store.Recorder = recorder) -> None:
+                recorder.add(events)
+                ties.add(events)
+
             try:
-                trace = simulate(
-                    scene, sink=recorder.add, watch=stops, checkpoint=checkpoint, **limits
-                )
+                trace = simulate(scene, sink=sink, watch=stops, checkpoint=checkpoint, **limits)
             except CheckpointError as error:
                 _log.warning("%s; the repeat begins again", error)
                 checkpoint, reached, seconds = None, 0, 0.0
@@ -240,8 +250,25 @@ def _simulated_long(
                 # Saving takes a small part of the time, however long the file is.
                 interval = max(interval, SAVING_SHARE * (time.monotonic() - clock))
         if not interrupted or begun.stopped.is_set():
-            return RepeatResult(point, repeat, trace.stop, trace.collisions, unstored=unstored)
+            number = 0 if trace.stop.reason is StopReason.COLLAPSE else ties.number
+            return RepeatResult(
+                point,
+                repeat,
+                trace.stop,
+                trace.collisions,
+                simultaneous=number,
+                unstored=unstored,
+            )
         checkpoint, due = trace.checkpoint, time.monotonic() + interval
+
+
+def _simultaneous(trace: Trace) -> int:
+    """``RepeatResult.simultaneous`` of a repeat."""
+    if trace.events is None or trace.stop.reason is StopReason.COLLAPSE:
+        return 0
+    ties = Simultaneous()
+    ties.add(trace.events)
+    return ties.number
 
 
 def _scenes(run: Run, batch: Batch) -> tuple[dict[int, Scene], list[RepeatResult]]:

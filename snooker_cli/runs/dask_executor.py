@@ -6,7 +6,7 @@ import secrets
 import threading
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, InvalidStateError, ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -17,7 +17,7 @@ from typing import Any
 
 from snooker_cli import __version__, store
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import RunError, StoreError, error_text
+from snooker_cli.errors import RunError, StoreError, error_text, install_advice
 from snooker_cli.files import discard
 from snooker_cli.formatting import listed
 from snooker_cli.runs.batch import (
@@ -39,6 +39,7 @@ from snooker_cli.store import SCHEMA_VERSION
 
 AT_ONCE = 1024  # batches that the scheduler has at a time, by default
 ANSWER_TIMEOUT = 10.0  # seconds within which a scheduler must answer
+CANCEL_TIMEOUT = 1.0  # seconds within which dask cancels what a lost scheduler cannot do
 SAVE_TIMEOUT = 30.0  # seconds that an interrupted run waits for its workers to store repeats
 
 _ADDRESS = re.compile(r"(?:tcp|tls)://(?:\[[0-9A-Fa-f:.%]+\]|[^\s/:\[\]]+):(\d{1,5})")
@@ -157,9 +158,7 @@ class DaskExecutor(Executor):
             import distributed
             from distributed.utils import silence_logging_cmgr
         except ImportError:
-            raise RunError(
-                "--executor dask needs dask", "install it with `pip install 'snooker-cli[cluster]'`"
-            ) from None
+            raise RunError("--executor dask needs dask", install_advice("cluster")) from None
         self.address = address
         self._name = secrets.token_hex(8)
         self._lost = False
@@ -191,6 +190,7 @@ class DaskExecutor(Executor):
                     "correct the address",
                 ) from None
             self._exits = exits.pop_all()
+        self._connection, self._gone = self._client.scheduler_comm, 0.0
         super().__init__(self._client.get_executor(pure=False), at_once or AT_ONCE, cancelled)
         self._exits.callback(self._pool.shutdown, wait=False)
 
@@ -220,6 +220,15 @@ class DaskExecutor(Executor):
             if not isinstance(theirs, str):
                 theirs = f"no such snooker ({error_text(theirs)})"
             raise _other_software(f"the worker at {address}", theirs, mine)
+
+    def _give_up(self, pending: Iterable[Future[Any]]) -> None:
+        if self._client.scheduler_comm is self._connection:
+            return
+        # Dask now cancels what it waits for, but never ends a result that it was just fetching.
+        self._gone = self._gone or time.monotonic()
+        for future in pending if time.monotonic() > self._gone + CANCEL_TIMEOUT else ():
+            with suppress(InvalidStateError):  # it has just ended
+                future.set_exception(CancelledError())
 
     def _stop_and_ask(self, pending: Iterable[Any]) -> bool:
         if self._stopping is None:

@@ -14,14 +14,15 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, suppress
 from functools import partial
 from itertools import chain, groupby, islice, product
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from operator import itemgetter
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
 from snooker_cli import store
-from snooker_cli.errors import DeniedError, RunError
+from snooker_cli.errors import STOPPING, DeniedError, RunError
 from snooker_cli.files import discard
 from snooker_cli.formatting import counted
 from snooker_cli.runs.batch import (
@@ -107,9 +108,12 @@ class Executor(AbstractContextManager["Executor"]):
                 return
             if not pending:
                 return
-            with suppress(Empty):
+            try:
                 future = ended.get(timeout=POLL_INTERVAL)
-                yield self._result(future, pending.pop(future))
+            except Empty:
+                self._give_up(pending)
+                continue
+            yield self._result(future, pending.pop(future))
 
     def counted(
         self, function: Callable[[Batch], Results], batches: Iterable[Batch], watcher: Watcher
@@ -118,6 +122,9 @@ class Executor(AbstractContextManager["Executor"]):
         for results in self.results(function, batches):
             watcher.events(sum(result.collisions for result in results or ()))
             yield results
+
+    def _give_up(self, pending: Iterable[Future[Any]]) -> None:
+        """End the futures that can have no result any more."""
 
     @abstractmethod
     def _stop_and_ask(self, pending: Iterable[Any]) -> bool:
@@ -162,14 +169,49 @@ class ThreadExecutor(Executor):
         return not self._begun.stop().isdisjoint(pending)
 
 
+class Processes(ProcessPoolExecutor):
+    """Processes that leave signals to this one, and end with it.
+
+    begin, arguments : called once in each process
+    """
+
+    def __init__(
+        self, workers: int, begin: Callable[..., None] | None = None, *arguments: Any
+    ) -> None:
+        context = get_context("spawn")
+        lifeline, self._lifeline = context.Pipe(duplex=False)
+        super().__init__(workers, context, _begin_process, (lifeline, begin, arguments))
+
+    def kill(self) -> None:
+        """End all processes now. After one has died, others may wait for its locks for ever."""
+        self._lifeline.close()
+
+
+def _begin_process(
+    lifeline: Connection, begin: Callable[..., None] | None, arguments: Sequence[Any]
+) -> None:
+    for number in STOPPING:
+        signal.signal(number, signal.SIG_IGN)
+    threading.Thread(target=_end_after, args=(lifeline,), daemon=True).start()
+    if begin:
+        begin(*arguments)
+
+
+def _end_after(lifeline: Connection) -> None:
+    """End this process when the other end of a pipe is closed, or its process ends."""
+    with suppress(EOFError, OSError):
+        lifeline.recv()
+    os._exit(1)
+
+
 class ProcessExecutor(Executor):
     """Processes of this machine, for many short repeats: of threads, one at a time runs Python."""
 
+    _pool: Processes
+
     def __init__(self, workers: int, job: Job, cancelled: threading.Event) -> None:
-        context = get_context("spawn")
-        self._stopped = context.Event()
-        pool = ProcessPoolExecutor(workers, context, _begin_process, (job, self._stopped))
-        super().__init__(pool, 2 * workers, cancelled)
+        self._stopped = get_context("spawn").Event()
+        super().__init__(Processes(workers, _take_job, job, self._stopped), 2 * workers, cancelled)
 
     def __exit__(self, *_error: object) -> None:
         self._pool.shutdown(cancel_futures=True)
@@ -178,6 +220,7 @@ class ProcessExecutor(Executor):
         try:
             yield from self.counted(_simulate_here, missing, watcher)
         except BrokenProcessPool:
+            self._pool.kill()
             raise RunError(
                 f"{job.run.directory}: the system ended a process of this run, perhaps for lack of "
                 "memory",
@@ -192,23 +235,9 @@ class ProcessExecutor(Executor):
 _process: tuple[Job, Begun]  # what a process of ``ProcessExecutor`` simulates
 
 
-def _begin_process(job: Job, stopped: Any) -> None:
+def _take_job(job: Job, stopped: Any) -> None:
     global _process
     _process = job, Begun(stopped)
-    follow_parent()
-
-
-def follow_parent() -> None:
-    """Leave Ctrl-C and SIGTERM to the process that began this one, and end with it."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    if parent := parent_process():
-        parent.join()
-    os._exit(1)
 
 
 def _simulate_here(batch: Batch) -> Results:

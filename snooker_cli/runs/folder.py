@@ -13,17 +13,27 @@ from typing import Any
 
 from snooker_cli import store
 from snooker_cli.config import LIMITS, Experiment, Point, digest, extends, points, validated
-from snooker_cli.errors import UNREADABLE, DeniedError, RunError, StoreError, error_text
-from snooker_cli.files import discard, unfinished, write_json
+from snooker_cli.errors import DeniedError, RunError, StoreError, error_text
+from snooker_cli.files import (
+    append_text,
+    discard,
+    own_folder,
+    read_text,
+    unfinished,
+    write_json,
+)
 from snooker_cli.formatting import listed, plain, printable
-from snooker_cli.runs.run import ANALYSIS, MANIFEST, RepeatState, Run
+from snooker_cli.runs.run import ANALYSIS, FIGURES, MANIFEST, RepeatState, Run, named
 
 if sys.platform != "win32":
     import fcntl
 
 RUNS = Path("runs")
 
+LOST = f"its {MANIFEST} is lost"
+
 FAILURES = "failures.jsonl"  # the repeats that failed in the last attempt, a line of JSON each
+MADE = ("repeats-*.h5", "exact-*.json")  # in a point's folder
 MOST_NAMED = 5  # runs that a message about their parent folder names
 LOCK_WAITS = (0.0, 0.02, 0.05, 0.1)  # s, because ``is_locked`` holds the lock for a moment
 
@@ -39,10 +49,11 @@ def create(run: Run, *, fresh: bool = False) -> str:
     change = planned_change(run, fresh=fresh)
     with writing(run.directory):
         if fresh:
-            made = map(run.directory.glob, ("point-*/repeats-*.h5", "point-*/exact-*.json"))
+            folders = _own_folders(run.directory)
+            made = (folder.glob(name) for folder in folders for name in MADE)
             for old in (*chain.from_iterable(made), *run.figures()):
                 old.unlink()
-            for folder in run.directory.glob("point-*"):
+            for folder in folders:
                 with suppress(OSError):  # it is not empty
                     folder.rmdir()
             discard(run.directory / FAILURES)
@@ -50,6 +61,12 @@ def create(run: Run, *, fresh: bool = False) -> str:
         if fresh or not holds_manifest(run):
             write_json(run.directory / MANIFEST, plain(run.manifest()))
     return change
+
+
+def _own_folders(directory: Path) -> list[Path]:
+    """The folders of a run's points and figures. Raises ``OSError`` if one of them is a link."""
+    paths = chain(directory.glob("point-*"), directory.glob(FIGURES))
+    return [own_folder(path) for path in paths if path.is_dir()]
 
 
 def planned_change(run: Run, *, fresh: bool = False) -> str:
@@ -61,6 +78,9 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
     until its first repeat is done.
     """
     directory = run.directory
+    # A run has its manifest before its repeats.
+    if _repeats_in(directory) and not _is_run(directory):
+        return "" if fresh else _restored(run)
     if not _is_run(directory):
         other = directory.is_dir() and any(path.suffix != ".part" for path in directory.iterdir())
         if other and not _is_run(directory):  # another process may just have made the run
@@ -106,6 +126,27 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
         used = f"this config uses {wanted} of them; the other files stay"
         return f"{directory} has {present} repeats, and {used}"
     return change if more else ""
+
+
+def _restored(run: Run) -> str:
+    """What ``planned_change`` returns where the manifest is lost. Raises ``RunError``."""
+    for path in _repeats_in(run.directory):
+        reason = "belongs to a longer sweep"
+        if named(path)[0] < len(run.points):
+            others = (s for s in run.file_statuses(path) if s.state is RepeatState.UNUSABLE)
+            reason = next((s.error.reason for s in others if s.header and s.error), "")
+        if reason:
+            raise RunError(
+                f"{run.directory}: {LOST}, and {path.relative_to(run.directory)} {reason}",
+                "give --fresh to replace the repeats or --out for another folder",
+                code="other_config",
+            )
+    return f"{run.directory}: {LOST}; it is made again, and the repeats are kept"
+
+
+def _repeats_in(directory: Path) -> list[Path]:
+    """The files of repeats in a folder."""
+    return [path for path in directory.glob("point-*/repeats-*-*.h5") if named(path)[1]]
 
 
 def _physics(point: Point) -> tuple[dict[str, Any], str]:
@@ -157,10 +198,13 @@ def open_run(name: str | Path) -> Run:
             advice = f"give one of the runs in it: {listed(inside[:MOST_NAMED] + more)}"
         elif near:
             advice = f"the nearest is {Path(name).with_name(near[0])}, and `snooker ls` lists all"
+        if _repeats_in(lost := Path(name)) or _repeats_in(lost := RUNS / name):
+            advice = f"run its config again with --out {lost}, which keeps the repeats"
+            raise RunError(f"{lost}: {LOST}", advice)
         raise RunError(f"{name}: there is no run here (no {MANIFEST})", advice)
     manifest = directory / MANIFEST
     try:
-        content = json.loads(manifest.read_text("utf-8", "replace"))
+        content = json.loads(read_text(manifest))
         experiment = validated(content["experiment"])
         version, engine_version = content["schema_version"], content["engine_version"]
         if {type(version), type(engine_version)} != {int}:
@@ -170,7 +214,7 @@ def open_run(name: str | Path) -> Run:
             raise ValueError("its points are not those of its experiment")
     except PermissionError:
         raise DeniedError(manifest) from None
-    except UNREADABLE as error:
+    except Exception as error:
         raise StoreError(
             manifest,
             f"cannot be read ({printable(error_text(error))})",
@@ -187,15 +231,19 @@ def open_run(name: str | Path) -> Run:
 
 
 def runs_in(directory: Path) -> list[Path]:
-    """The folders of runs in a folder, or itself if it is a run. Raises ``RunError``."""
-    if _is_run(directory):
+    """The folders of runs in a folder, or itself if it is a run. Raises ``RunError``.
+
+    With those that have lost their manifest, so that no repeat is hidden.
+    """
+    if _is_run(directory) or _repeats_in(directory):
         return [directory]
     if not directory.is_dir():
         raise RunError(
             f"{directory}: there is no such folder",
             f"`snooker run CONFIG` makes {RUNS}, or name a folder that has runs in it",
         )
-    return sorted(path.parent for path in directory.glob(f"*/{MANIFEST}"))
+    lost = {path.parents[1] for path in directory.glob("*/point-*/repeats-*-*.h5")}
+    return sorted(lost | {path.parent for path in directory.glob(f"*/{MANIFEST}")})
 
 
 def holds_results(path: Path) -> bool:
@@ -236,8 +284,8 @@ def locked_for_part(run: Run) -> Iterator[None]:
 
 def holds_manifest(run: Run) -> bool:
     """Whether the folder has this run's manifest, in any file."""
-    with suppress(*UNREADABLE):
-        manifest = json.loads((run.directory / MANIFEST).read_text("utf-8"))
+    with suppress(Exception):
+        manifest = json.loads(read_text(run.directory / MANIFEST))
         return bool(manifest == plain(run.manifest()))
     return False
 
@@ -294,9 +342,10 @@ def locked(directory: Path, shared: bool = False) -> Iterator[None]:
             )
         # With the lock, no other run of this machine is here: its temporary files are left-overs.
         if taken and not shared:
-            for folder in (directory, *directory.glob("point-*")):
-                for part in unfinished(folder):
-                    part.unlink(missing_ok=True)
+            with writing(directory):
+                for folder in (directory, *_own_folders(directory)):
+                    for part in unfinished(folder):
+                        part.unlink(missing_ok=True)
         yield
     finally:
         os.close(descriptor)
@@ -329,16 +378,16 @@ def _lock(descriptor: int, how: int) -> bool | None:
 def record_failure(run: Run, point: int, repeat: int, error: str) -> None:
     """Add a repeat that has failed to the record, if the disk takes it."""
     line = json.dumps({"point": point, "repeat": repeat, "error": error})
-    with suppress(OSError), (run.directory / FAILURES).open("a", encoding="utf-8") as file:
-        file.write(f"{line}\n")
+    with suppress(OSError):
+        append_text(run.directory / FAILURES, f"{line}\n")
 
 
 def failures(run: Run) -> dict[tuple[int, int], str]:
     """The error of each point and repeat that failed; a line that is cut is skipped."""
     errors: dict[tuple[int, int], str] = {}
     with suppress(OSError):
-        for line in (run.directory / FAILURES).read_text("utf-8", "replace").splitlines():
-            with suppress(*UNREADABLE):
+        for line in read_text(run.directory / FAILURES).splitlines():
+            with suppress(Exception):
                 row = json.loads(line)
                 errors[int(row["point"]), int(row["repeat"])] = str(row["error"])
     return errors

@@ -14,7 +14,7 @@ from snooker_cli.containers import Circle, Container
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
-from snooker_cli.laws import Constant, Sides, word_of
+from snooker_cli.laws import Constant, Sides, is_random, word_of
 from snooker_cli.memory import MEMORY
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.run import RepeatState, Run
@@ -82,12 +82,14 @@ def scene_classes(points: Sequence[Point]) -> list[SceneClass]:
     for same in alike(points).values():
         experiment = same[0].experiment
         try:
-            if experiment.repeats > 1 and isinstance(experiment.balls, BallList):
+            repeats, listed = experiment.repeats, "start" if experiment.start else "balls.list"
+            given = isinstance(experiment.balls, BallList) and not is_random(experiment.wall_law)
+            if repeats > 1 and given:
                 raise SceneError(
                     "repeats",
-                    f"{experiment.repeats} repeats of balls.list would be {experiment.repeats} "
-                    "copies of the same bits, since its velocities are given; set repeats: 1, or "
-                    "give balls.rings or balls.count, whose directions are random",
+                    f"{repeats} repeats of {listed} would be {repeats} copies of the same bits, "
+                    "since its velocities are given; set repeats: 1, or give balls.rings or "
+                    "balls.count, whose directions are random",
                 )
             scene = first_scene(experiment, 0)
             models = specialisation(scene)

@@ -5,7 +5,7 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import Any, TypeVar
@@ -13,7 +13,9 @@ from typing import Any, TypeVar
 import rich.progress
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.text import Text
 
+from snooker_cli.engine.jit import check_current_folder
 from snooker_cli.errors import STOPPING, bug_message, handling
 from snooker_cli.formatting import counted, printable
 from snooker_cli.runs.batch import RepeatResult
@@ -114,7 +116,8 @@ class RunProgress(Watcher):
         if result.error is None or self._failures > MOST_FAILURES:
             return
         trace = result.traceback
-        error = bug_message(result.error, trace) if trace else result.error
+        less = "use fewer balls, or a smaller --jobs"
+        error = bug_message(result.error, trace, less) if trace else result.error
         notice(f"point {result.point}, repeat {result.repeat} failed: {error}")
         if self._failures == MOST_FAILURES:
             notice("more failures are counted, without a message")
@@ -126,6 +129,16 @@ def counting(repeats: Iterable[Item], label: str, total: int) -> Iterator[Item]:
     yield from rich.progress.track(
         repeats, label, total, console=console, transient=True, disable=hidden
     )
+
+
+@contextmanager
+def reporting() -> Iterator[Callable[[str], None]]:
+    """Inside, a terminal shows the last text that the given function got."""
+    if not sys.stderr.isatty():
+        yield lambda _text: None
+        return
+    with Console(stderr=True).status("") as status:
+        yield lambda text: status.update(Text(text))
 
 
 def share_done(outcomes: Sequence[RepeatResult], wanted: int) -> str:
@@ -165,6 +178,7 @@ def run_summary(run: Run, results: Sequence[RepeatResult], progress: RunProgress
         "seconds": round(seconds, 3),
         "compiling_seconds": round(progress.compiling, 3),
         "events_per_second": round(progress.simulated / seconds) if seconds > 0 else 0,
+        "simultaneous": sum(result.simultaneous for result in results),
         "points": points,
     }
 
@@ -186,9 +200,9 @@ def execute_watched(
     bar : whether a terminal or a notebook shows a progress bar
     how : further arguments of ``execute``
 
-    Raises ``RunError`` as ``create`` and ``execute`` do.
+    Raises ``RunError`` as ``create`` and ``execute`` do, and ``UserError`` where Numba is not safe.
     """
-
+    check_current_folder()  # before a folder is deleted or made
     saving = "saving the current repeats"
     if run.experiment.repeats > 1 and batch_size(run.points[0].experiment) > 1:
         saving = "unfinished batches of short repeats are not saved"

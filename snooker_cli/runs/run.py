@@ -5,7 +5,7 @@ import json
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property, partial
 from itertools import chain, groupby
@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 from snooker_cli import store
 from snooker_cli.config import Experiment, Point, digest, extends, to_json, validated
-from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import UNREADABLE, AbsentError, RunError, StoreError, UserError
-from snooker_cli.files import discard
+from snooker_cli.engine import ENGINE_VERSION, stands_still
+from snooker_cli.errors import AbsentError, RunError, StoreError, UserError
+from snooker_cli.files import discard, read_text
 from snooker_cli.formatting import point_label, printable
 from snooker_cli.memory import MEMORY
 from snooker_cli.store import RepeatHeader
@@ -24,6 +24,7 @@ from snooker_cli.trace import StopReason, Trace
 
 MANIFEST = "run.json"
 ANALYSIS = "analysis.json"  # what ``fit``, ``compare`` and ``table`` keep
+FIGURES = "figures"  # the folder where ``plot`` saves them
 REMEMBERED_SIZE = 32_000_000  # bytes of a file up to which its repeats stay in memory
 REPLACES = "run the config again, which replaces it"
 
@@ -186,7 +187,7 @@ class Run:
         info = store.file_info(path)
 
         def read() -> list[Trace]:
-            return [trace for trace, _ in store.read(path, numbers)]
+            return [_ended(trace, header) for trace, header in store.read(path, numbers)]
 
         if info is None or info[0] > REMEMBERED_SIZE:
             return read()
@@ -277,17 +278,64 @@ class Run:
     @property
     def figures_folder(self) -> Path:
         """Where ``plot`` saves figures."""
-        return self.directory / "figures"
+        return self.directory / FIGURES
 
     def figures(self) -> list[Path]:
         """The figure files that ``plot`` saved, known by the JSON beside each figure."""
         paths = []
         for path in sorted(self.figures_folder.glob("*.json")):
-            with suppress(*UNREADABLE):
-                content = json.loads(path.read_text("utf-8", "replace"))
+            with suppress(Exception):
+                content = json.loads(read_text(path))
                 if isinstance(content, dict) and content.keys() >= FIGURE_KEYS:
                     paths += [path, *map(path.with_suffix, (".svg", ".png", ".pdf"))]
         return [path for path in paths if path.is_file()]
+
+
+# Collapses of few balls, which older engines did not recognise.
+
+RECOGNISED_SINCE = 9  # engine version
+MOST_STILL = 4096  # last events in which they are looked for: those of up to some 30 balls
+
+
+def _may_hide_collapse(header: RepeatHeader) -> bool:
+    """Whether a repeat that counts as complete may have collapsed before."""
+    old = header.provenance.engine_version < RECOGNISED_SINCE
+    return old and header.stop.reason is StopReason.COLLISIONS and not header.summary
+
+
+def _ended(trace: Trace, header: RepeatHeader) -> Trace:
+    """A repeat with the ending that this version gives it: a collapse, if its clock stood still."""
+    if trace.events is None or not _may_hide_collapse(header):
+        return trace
+    if not stands_still(trace.start, trace.events[-MOST_STILL:]):
+        return trace
+    last = trace.events[-1:]
+    balls = tuple(ball for ball in (int(last.i[0]), int(last.j[0])) if ball >= 0)
+    message = f"inelastic collapse, not recognised by the older engine; {trace.stop.message}"
+    stop = trace.stop._replace(reason=StopReason.COLLAPSE, balls=balls, message=message)
+    return replace(trace, stop=stop)
+
+
+def hidden_collapses(run: Run) -> list[tuple[int, int]]:
+    """Point and number of each repeat that counts as complete, but whose clock stands still.
+
+    Reads only the last events, and those only of an older engine.
+    """
+    found: list[tuple[int, int]] = []
+    for point in run.points:
+        done = [
+            status
+            for status in run.statuses(point.index)
+            if status.header and status.state is RepeatState.DONE
+            if _may_hide_collapse(status.header)
+        ]
+        for path, of_file in groupby(done, key=lambda status: status.path):
+            numbers = [status.repeat for status in of_file]
+            with suppress(StoreError):  # `verify` reports a damaged file
+                for repeat, scene, last in store.read_last_events(path, numbers, MOST_STILL):
+                    if stands_still(scene, last):
+                        found.append((point.index, repeat))
+    return found
 
 
 _FILE = re.compile(r"point-(\d+)/repeats-(\d+)-(\d+)\.h5")
@@ -304,7 +352,7 @@ def _extension(source: store.Provenance, experiment: Experiment) -> int:
     """-1 if an experiment continues the one of a file's provenance, 1 for the opposite, else 0."""
     try:
         stored = validated(json.loads(source.config))
-    except UNREADABLE:
+    except Exception:
         return 0
     if digest(stored) != source.digest:
         return 0

@@ -5,17 +5,19 @@ lock and has begun to write the file; short repeats are simulated in memory, so 
 until their file exists. It has failed if the record of failures names it and it is not done.
 """
 
+import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from datetime import UTC, datetime
-from itertools import chain
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 from snooker_cli import store
+from snooker_cli.config import Experiment, Point
 from snooker_cli.files import unfinished
-from snooker_cli.formatting import printable
+from snooker_cli.formatting import counted, printable
+from snooker_cli.laws import Constant
 from snooker_cli.runs.folder import failures, is_locked
 from snooker_cli.runs.run import RepeatState, RepeatStatus, Run, named
 from snooker_cli.trace import StopReason
@@ -24,8 +26,10 @@ COUNTS = ("done", "running", "failed", "to_do")  # each repeat is counted in one
 LATEST = 2.5e11  # the year 9892, in s since 1970: dates end soon after it
 
 
-def run_status(run: Run) -> dict[str, Any]:
+def run_status(run: Run, reading: Callable[[str], None] = lambda _: None) -> dict[str, Any]:
     """The status of a run as ``show --json`` prints it, by the headers of its files.
+
+    reading : gets a text about what is read now, for a display of progress
 
     Numbers of repeats, the ``collisions`` of those that are done, and of the newest file its date
     and the command that wrote it. ``ledger`` has the same numbers of each point, the stop reasons
@@ -42,7 +46,7 @@ def run_status(run: Run) -> dict[str, Any]:
     ]
     files: dict[Path, tuple[int, int, RepeatStatus]] = {}
     # Each repeat counts once: the first of done, running, failed and to do that is true of it.
-    for status in chain.from_iterable(run.statuses(point.index) for point in run.points):
+    for status in _read(run, reading):
         row, item, remark = ledger[status.point], (status.point, status.repeat), ""
         if status.path not in files and (info := store.file_info(status.path)):
             files[status.path] = *info, status
@@ -86,6 +90,15 @@ def run_status(run: Run) -> dict[str, Any]:
     }
 
 
+def _read(run: Run, reading: Callable[[str], None]) -> Iterator[RepeatStatus]:
+    """Whether each repeat is done, point after point."""
+    for point in run.points:
+        reading(
+            f"{run.name}: reading the files of point {point.index + 1:,} of {len(run.points):,}"
+        )
+        yield from run.statuses(point.index)
+
+
 def target_of(part: Path) -> Path:
     """The batch's file that a temporary file becomes."""
     return part.with_name(f"{part.name.partition('.h5.')[0]}.h5")
@@ -97,6 +110,40 @@ COMPLETE = (StopReason.COLLISIONS, StopReason.TIME)  # reasons of repeats that d
 def ending(reason: str) -> str:
     """The word for a stop reason: ``complete``, or why the repeat ended early."""
     return "complete" if reason in COMPLETE else reason.replace("_", " ")
+
+
+def continuing(experiment: Experiment, reason: StopReason) -> str:
+    """What a config sets so that repeats with such an end continue; empty if there is no way."""
+    lossy = min(experiment.cor, experiment.effective_wall_cor) < 1.0
+    if reason is StopReason.WALL_TRAP and experiment.collapse == "stop":
+        if not isinstance(experiment.wall_law, Constant):
+            return "`collapse: {tc: 0.01}`"
+        if math.isinf(experiment.container.mass):
+            return "`collapse: slide` (exact)"
+        return "`collapse: slide` (exact, fixed container) or `collapse: {tc: 0.01}`"
+    if reason is StopReason.COLLAPSE and experiment.collapse in ("stop", "slide") and lossy:
+        return "`collapse: {tc: 0.01}`"
+    return ""
+
+
+def early_warning(run: Run, points: Iterable[Point]) -> str:
+    """A sentence if most repeats of points ended early, with what helps; empty if they did not."""
+    total, ways, unfinished_repeats = 0, Counter[str](), False
+    for point in points:
+        for header in filter(None, (status.header for status in run.statuses(point.index))):
+            total += 1
+            if not (reason := header.stop.reason).complete:
+                interrupted = reason is StopReason.INTERRUPTED
+                ways["" if interrupted else continuing(point.experiment, reason)] += 1
+                unfinished_repeats |= interrupted
+    if 2 * ways.total() <= total:
+        return ""
+    helps = " or ".join(filter(None, (way for way, _ in ways.most_common())))
+    advice = f"; to continue them, set {helps} in the config" if helps else ""
+    if unfinished_repeats:
+        advice = "; run the config again to finish them"
+    most = f"{ways.total():,} of {counted(total, 'repeat')}"
+    return f"{most} ended early, so that results rest on their beginnings{advice}"
 
 
 def ended(point: Mapping[str, Any]) -> str:

@@ -16,7 +16,7 @@ from queue import SimpleQueue
 from typing import Any
 
 from snooker_cli import store
-from snooker_cli.config import validated
+from snooker_cli.config import Experiment, validated
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.errors import RunError, StoreError
 from snooker_cli.formatting import listed
@@ -35,7 +35,7 @@ ADVICE = "delete it and run again"
 
 
 def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
-    """The status of each repeat, as they come; every file is read and checked.
+    """The status of each repeat, as they come; every file is read and checked, and its scene too.
 
     Child processes read the files, because a stranger's file may crash or fill what reads it.
 
@@ -81,16 +81,8 @@ def _verified(
     header = status.header
     if header is None or status.state is RepeatState.UNUSABLE:
         return status
-    reason = ""
-    wanted = store.written_rules(collision_rules(run.points[status.point].experiment))
-    rules = header.rules  # zero and false are as good as absent
-    names = [
-        name for name in {**wanted, **rules} if (wanted.get(name) or 0) != (rules.get(name) or 0)
-    ]
-    if names:
-        reason = f"repeat {status.repeat} was simulated with another {listed(names)} than the "
-        reason += "config's"
-    elif replay and not _is_repeatable(run, header, cancelled):
+    reason = origin_fault(run, header)
+    if not reason and replay and not _is_repeatable(run, header, cancelled):
         reason = f"simulating repeat {status.repeat} again gives other bits"
     if not reason:
         return status
@@ -98,14 +90,48 @@ def _verified(
     return status._replace(state=RepeatState.UNUSABLE, error=error)
 
 
+def origin_fault(run: Run, header: store.RepeatHeader) -> str:
+    """Why a stored repeat is not of the config: its rules, limit or start; empty if it may be.
+
+    The start of another engine version is not known.
+    """
+    experiment, repeat = run.points[header.provenance.point].experiment, header.repeat
+    wanted = store.written_rules(collision_rules(experiment))
+    rules = header.rules  # zero and false are as good as absent
+    names = [
+        name for name in {**wanted, **rules} if (wanted.get(name) or 0) != (rules.get(name) or 0)
+    ]
+    if names:
+        return f"repeat {repeat} was simulated with another {listed(names)} than the config's"
+    limits = limits_of(run, header.provenance)
+    at_time = header.stop.time, limits.time
+    ends = {
+        StopReason.COLLISIONS: (header.collisions, limits.collisions),
+        StopReason.TIME: at_time,
+        StopReason.NOTHING_LEFT: at_time if limits.time else (None, None),
+    }
+    end, limit = ends.get(header.stop.reason, (None, None))
+    if end != limit:
+        return f"repeat {repeat} ends at another limit than the config's"
+    if run.engine_version == ENGINE_VERSION:
+        start = starting_scene(experiment, repeat)
+        if header.start != store.scene_hash(start):
+            return f"repeat {repeat} starts from another scene than the config's"
+    return ""
+
+
+def limits_of(run: Run, source: store.Provenance) -> Experiment:
+    """The config whose limits a stored repeat has, perhaps from before an extension of the run."""
+    experiment = run.points[source.point].experiment
+    if source.digest == run.digests[source.point]:
+        return experiment
+    return validated(json.loads(source.config))
+
+
 def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Event) -> bool:
     """Whether simulating a repeat again gives the same bits, or is cancelled."""
     source = header.provenance
-    experiment = run.points[source.point].experiment
-    # The limits are those under which the repeat was simulated, perhaps before an extension.
-    limits = experiment
-    if source.digest != run.digests[source.point]:  # of a shorter run, which this one extends
-        limits = validated(json.loads(source.config))
+    experiment, limits = run.points[source.point].experiment, limits_of(run, source)
     most = limits.collisions or header.collisions
     interrupted = header.stop.reason is StopReason.INTERRUPTED
     fingerprint = store.Fingerprint()

@@ -8,6 +8,7 @@ from snooker_cli.store.file_format import SCHEMA_VERSION as SCHEMA_VERSION
 from snooker_cli.store.file_format import Fingerprint as Fingerprint
 from snooker_cli.store.file_format import Provenance as Provenance
 from snooker_cli.store.file_format import RepeatHeader as RepeatHeader
+from snooker_cli.store.file_format import scene_hash as scene_hash
 from snooker_cli.store.file_format import written_rules as written_rules
 from snooker_cli.store.reader import check as check
 from snooker_cli.store.reader import file_info as file_info
@@ -15,5 +16,6 @@ from snooker_cli.store.reader import read as read
 from snooker_cli.store.reader import read_checkpoint as read_checkpoint
 from snooker_cli.store.reader import read_events as read_events
 from snooker_cli.store.reader import read_headers as read_headers
+from snooker_cli.store.reader import read_last_events as read_last_events
 from snooker_cli.store.writer import Recorder as Recorder
 from snooker_cli.store.writer import write as write

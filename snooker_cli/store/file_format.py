@@ -89,6 +89,7 @@ class RepeatHeader(NamedTuple):
     fingerprint : hash of the trace, see `Fingerprint`
     rules : what collisions do, as in the file, see `written_rules`
     summary : whether it has a summary instead of events
+    start : the `scene_hash` of its start; empty if the content was not read
     """
 
     repeat: int
@@ -99,6 +100,7 @@ class RepeatHeader(NamedTuple):
     fingerprint: str
     rules: Mapping[str, Any] = MappingProxyType({})
     summary: bool = False
+    start: str = ""
 
     @property
     def collisions(self) -> int:
@@ -190,6 +192,11 @@ def checkpoint_hash(checkpoint: Mapping[str, NDArray[Any]], content: str) -> str
         digest.update(f"{name} {values.dtype.str} {values.shape}".encode())
         digest.update(_bytes(values))
     return digest.hexdigest()
+
+
+def scene_hash(scene: Scene) -> str:
+    """SHA-256 of all values of a scene."""
+    return hashlib.sha256(_scene_bytes(scene)).hexdigest()
 
 
 def _scene_bytes(scene: Scene) -> bytes:

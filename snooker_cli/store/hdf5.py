@@ -4,7 +4,7 @@ import io
 import math
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache, lru_cache
 from itertools import count
 from pathlib import Path
@@ -14,6 +14,8 @@ import h5py
 import numpy as np
 from h5py import h5a, h5d, h5g, h5l, h5o, h5p, h5s, h5t, h5z
 from numpy.typing import NDArray
+
+from snooker_cli.files import open_file
 
 FORMAT = ("v110", "v110")  # the version whose metadata have checksums, so damage is noticed
 UNWRITABLE = (OSError, RuntimeError)  # what h5py raises for a file that cannot be written
@@ -64,6 +66,14 @@ def new_file(path: Path) -> Iterator[tuple[h5py.File, Callable[[], None]]]:
         with h5py.File(target, "w", libver=FORMAT) as file:
             yield file, target.check
         target.check()
+
+
+def is_marked(path: Path) -> bool:
+    """Whether HDF5 has marked a file as open for writing; it refuses to read such a file."""
+    with suppress(OSError), open_file(path) as file:
+        start = file.read(12)  # signature, version of the superblock, sizes, consistency flags
+        return start[:8] == b"\x89HDF\r\n\x1a\n" and start[8:9] == b"\3" and start[11:] > b"\0"
+    return False
 
 
 def check_links(file: h5py.File) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import LEAST_TIME, SHAPES, Circle
-from snooker_cli.errors import UNREADABLE, AbsentError, DeniedError, StoreError, error_text
+from snooker_cli.errors import AbsentError, DeniedError, StoreError, error_text
 from snooker_cli.laws import Sides, is_random
 from snooker_cli.scene import EPSILON, Scene, check_speeds, sizes_are_possible
 from snooker_cli.store import file_format as layout
@@ -30,8 +30,17 @@ from snooker_cli.trace import (
     StopReason,
     Summary,
     Trace,
+    joined,
     series_units,
 )
+
+LOCKED = (
+    "is locked: a program such as HDFView, MATLAB or h5py has it open for writing, or ended "
+    "without closing it",
+    "close it there; if none has it open, unlock it with `h5clear -s FILE`, or delete it and run "
+    "again",
+)
+"""The reason and the advice for a file that another program may be changing."""
 
 EVENTS_AT_A_TIME = 1 << 20  # events that are read at a time where they are not kept
 
@@ -90,8 +99,13 @@ def read_checkpoint(path: Path) -> dict[str, NDArray[Any]] | None:
             name: hdf5.read_rows(file, f"{layout.CHECKPOINT}/{name}", None) for name in names
         }
         written = hdf5.read_attribute(file, layout.CHECKPOINT, "content")
-        if layout.checkpoint_hash(checkpoint, _parameter(file, "content")) != written:
-            reason = "its checkpoint is damaged, or of another user, machine or version"
+        content, reason = _parameter(file, "content"), ""
+        try:
+            if layout.checkpoint_hash(checkpoint, content) != written:
+                reason = "its checkpoint is damaged, or of another user, machine or version"
+        except OSError as error:
+            reason = f"its checkpoint cannot be checked without your key ({error_text(error)})"
+        if reason:
             raise StoreError(path, reason, "run it again")
         return checkpoint
 
@@ -108,6 +122,21 @@ def read_events(path: Path, repeats: Iterable[int]) -> Iterator[tuple[int, Event
         for repeat in repeats:
             for events in reader.pieces(rows[numbers.index(repeat)]):
                 yield repeat, events
+
+
+def read_last_events(
+    path: Path, repeats: Collection[int], most: int
+) -> Iterator[tuple[int, Scene, Events]]:
+    """The number, the start and at most so many of the last events of repeats of a file.
+
+    Their hash is not checked. Raises ``StoreError``.
+    """
+    with _opened(path) as file:
+        headers, rows, reader = _headers(file, path), _rows(file), EventReader(file, most)
+        chosen = [k for k, header in enumerate(headers) if header.repeat in repeats]
+        for k, trace in zip(chosen, _traces(file, headers, rows, chosen), strict=True):
+            last = slice(max(rows[k].start, rows[k].stop - most), rows[k].stop)
+            yield headers[k].repeat, trace.start, joined([*reader.pieces(last)])
 
 
 @contextmanager
@@ -133,7 +162,13 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         ) from None
     except PermissionError:
         raise DeniedError(path) from None
-    except UNREADABLE as error:
+    except MemoryError:
+        raise DeniedError(path, "needs more memory than there is", "close other programs") from None
+    except StoreError:
+        raise
+    except Exception as error:  # whatever HDF5, JSON or a value raises is damage
+        if hdf5.is_marked(path):
+            raise DeniedError(path, *LOCKED) from None
         reason = f"not a readable result of snooker ({error_text(error)})"
         if path.is_dir():
             reason = "is a folder where a result's file should be"
@@ -225,7 +260,7 @@ def _checked(
             _check_summary(trace.summary, trace, most)
         if fingerprint.content(trace) != headers[k].fingerprint:
             raise _changed(path)
-        yield trace, headers[k]
+        yield trace, headers[k]._replace(start=layout.scene_hash(trace.start))
 
 
 class _Limits(NamedTuple):
@@ -242,8 +277,9 @@ def _limits(traces: Sequence[Trace]) -> Iterator[_Limits]:
         return
     scene = traces[0].start
     velocities = np.stack([trace.start.velocities for trace in traces])
+    pushes = np.array([trace.start.container_energy for trace in traces])
     # 2 for rounding in all collisions.
-    energies = 2 * (np.einsum("i,ric,ric->r", scene.masses, velocities, velocities) / 2)
+    energies = 2 * (np.einsum("i,ric,ric->r", scene.masses, velocities, velocities) / 2 + pushes)
     # A speed of approach v has an energy of m v^2/2 at least, and an impulse of 2 m v at most.
     impulses = 2 * np.sqrt(2 * energies * np.max(scene.masses))
     slides = np.zeros_like(energies)
@@ -367,14 +403,17 @@ def _check_motion(
     check_speeds(scene, velocities[::2])
     with np.errstate(all="ignore"):
         energies = np.sum(scene.masses * np.sum(velocities**2, axis=2), axis=1)
+        if scene.free:
+            energies += scene.container_mass * np.sum(speeds**2, axis=(1, 2))
         start, finish = energies.reshape(-1, 2).T
         # The energy does not grow. The factor 2 leaves room for rounding in any number of events.
         fastest = np.sqrt(2 * start / scene.container_mass)[:, np.newaxis, np.newaxis]
         farthest = fastest * stops[:, np.newaxis, np.newaxis]
         rest = positions - places
     _require(scene.wall_law.gains or np.all(finish <= 2 * start), "speed of a ball")
-    at_rest = not (places[::2].any() or speeds[::2].any())
-    _require(at_rest and np.all(np.abs(speeds[1::2]) <= fastest), "speed of the container")
+    at_rest = not places[::2].any() and (scene.free or not speeds[::2].any())
+    moving = np.all(np.abs(speeds[::2]) <= fastest) and np.all(np.abs(speeds[1::2]) <= fastest)
+    _require(at_rest and moving, "speed of the container")
     _require(not np.any(np.abs(places[1::2]) > farthest), "place of the container")
     room = max(scene.container.size) + 4 * EPSILON * np.abs(places)
     _require(np.all(np.abs(rest) <= room), "place of a ball")

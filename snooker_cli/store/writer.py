@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
 from snooker_cli.errors import AbsentError, error_text, room_advice
-from snooker_cli.files import discard, move_into_place, temporary_path
+from snooker_cli.files import discard, move_into_place, own_folder, temporary_path
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, write_h5md_group
@@ -83,7 +83,7 @@ class Recorder(AbstractContextManager["Recorder"]):
     def _open(self) -> h5py.File:
         """The file, which is made when it is first needed."""
         if self._file is None:
-            self.path.parent.mkdir(exist_ok=True)
+            own_folder(self.path.parent)
             self._file, self._check = self._exits.enter_context(hdf5.new_file(self._part))
         return self._file
 

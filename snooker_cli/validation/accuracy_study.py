@@ -279,10 +279,11 @@ def error_growth(record: Record, scene: Record) -> FigureData:
     # The longest and the shortest of many time steps.
     curves = [results for _, results in _curves(scene)]
     shown = [result for results in curves for result in results[:: max(1, len(results) - 1)]]
-    layers: list[Layer] = [
-        Line(events, np.array(result["place_errors"]), result["method"], series)
-        for series, result in enumerate(shown)
-    ]
+    layers: list[Layer] = []
+    for series, result in enumerate(shown):
+        errors = np.array(result["place_errors"])
+        layers.append(Line(events, errors, result["method"], series))
+        layers.append(Points(events, errors, series=series))
     chaos = ""
     if exponent is not None:
         # From the rounding of a number near 1 to the distances of the balls.
@@ -295,9 +296,9 @@ def error_growth(record: Record, scene: Record) -> FigureData:
         title=f"How errors grow, {scene['what']}",
         x_label="event",
         y_label="error of position (m)",
-        layers=(*layers, Reference("y", EPSILON)),
+        layers=(*layers, Reference("y", EPSILON, "one rounding of 1 m")),
         caption=f"Root mean square over {scene['balls']} balls, beside the exact twin, at its "
-        f"events. {chaos}The line across is one rounding of 1 m. {_origin(record)}",
+        f"events, at the markers. {chaos}{_origin(record)}",
         numbers={"scene": scene["name"], "exponent": exponent},
         y_log=True,
     )

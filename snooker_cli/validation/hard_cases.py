@@ -24,7 +24,7 @@ from snooker_cli.formatting import counted
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.plan import checked
-from snooker_cli.scene import EPSILON
+from snooker_cli.scene import EPSILON, PLACE
 from snooker_cli.trace import Events, StopReason, Trace
 from snooker_cli.validation.methods import (
     deepest_overlap,
@@ -47,7 +47,7 @@ from snooker_cli.validation.study import LEGENDS, PLANS, Cells, Record, Study, s
 #   body covers until then. A ball that hits the wall several times in a row keeps its distance
 #   from the centre with all errors, so these add up until it meets a ball.
 
-OPERATIONS, PLACE = 16, 8
+OPERATIONS = 16
 
 BUDGET = 1_000_000
 """Pairs of balls, times states, that are checked; of more states, evenly distributed ones."""

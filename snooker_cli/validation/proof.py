@@ -15,16 +15,17 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from snooker_cli import __version__
+from snooker_cli import __version__, store
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.engine.conversion import origin_of
-from snooker_cli.engine.replay import Replay
-from snooker_cli.errors import UNREADABLE, UserError
-from snooker_cli.files import sources_hash, user_hash, write_text
+from snooker_cli.engine.replay import Replay, replay
+from snooker_cli.errors import StoreError, UnsoundError, UserError, install_advice
+from snooker_cli.files import own_folder, read_text, signature, sources_hash, write_text
 from snooker_cli.formatting import counted, duration, plain
 from snooker_cli.laws import Sides, WallLaw, word_of
 from snooker_cli.runs import Run
 from snooker_cli.runs.progress import notice
+from snooker_cli.runs.verification import ADVICE, limits_of, origin_fault
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import CONTAINER, SLIDE, StopReason, Trace
 from snooker_cli.validation.exact_twin import (
@@ -44,6 +45,9 @@ Counting: TypeAlias = Callable[[Iterable[Any], str, int], Iterable[Any]]  # show
 ROUNDINGS = 64
 """As many roundings of places and times may decide what the next event of the engine is."""
 
+ERRORS = {"time": "s", "place": "m", "impulse": "kg m/s"}
+"""Of an event's time, of the places of its balls then, and of its impulse: names and units."""
+
 SOURCES = ("validation/exact_twin.py", "validation/proof.py", "containers.py", "laws.py")
 
 
@@ -51,12 +55,14 @@ class OwnEvent(NamedTuple):
     """An event of the engine, s, and its balls and container just after it.
 
     residual : the part of the time that rounding cuts off
+    impulse : as it is stored, kg m/s
     """
 
     time: float
     residual: float
     i: int
     j: int
+    impulse: float
     state: Scene
 
 
@@ -65,12 +71,12 @@ def own_events(trace: Trace) -> Iterator[OwnEvent]:
     events, start = trace.events, trace.start
     assert events is not None
     run, origin = Replay(trace), origin_of(start)
-    balls, container = np.empty((4, start.number)), np.zeros(4)
+    everything = np.arange(start.number)[np.newaxis]
     rest = np.zeros(len(events)) if events.residual is None else events.residual
-    columns = (column.tolist() for column in (events.time, rest, events.i, events.j))
-    for done, (moment, residual, i, j) in enumerate(zip(*columns, strict=True), start=1):
-        run.advance(done)
-        run.write_state(moment, balls, container)
+    names = events.time, rest, events.i, events.j, events.impulse
+    columns = (column.tolist() for column in names)
+    for done, (moment, residual, i, j, impulse) in enumerate(zip(*columns, strict=True), start=1):
+        (balls,), (container,) = run.states(np.array([done]), np.array([moment]), everything)
         state = replace(
             start,
             positions=balls[:2].T + origin,
@@ -78,18 +84,24 @@ def own_events(trace: Trace) -> Iterator[OwnEvent]:
             container_position=container[:2] + origin,
             container_velocity=container[2:].copy(),
         )
-        yield OwnEvent(moment, residual, i, j, state)
+        yield OwnEvent(moment, residual, i, j, impulse, state)
 
 
 def prove(
-    trace: Trace, collisions: int, counting: Counting = lambda items, _label, _total: items
+    trace: Trace,
+    collisions: int,
+    counting: Counting = lambda items, _label, _total: items,
+    *,
+    limited: bool = True,
 ) -> Record:
     """The certificate of a repeat's first collisions: its events beside those of the exact twin.
 
     It ends at the first event that is different. Its ``verdict`` is "all"; "rounding" if that makes
-    the next event another one; "wrong" if it does not explain the next event, or its time;
-    "undecided" if no precision decides what is next; "slide", which the twin does not have; or
-    "interrupted".
+    the next event another one; "wrong" if it does not explain the next event, its time or its
+    impulse, or if the end and the finish do not follow from all events; "undecided" if no precision
+    decides what is next; "slide", which the twin does not have; or "interrupted".
+
+    limited : whether the repeat had a time limit
 
     Raises ``ValueError`` for a scene that has no exact twin.
     """
@@ -98,8 +110,8 @@ def prove(
     # Up to the end of such a repeat there must be no further event.
     whole = compared == number and end.reason in (StopReason.TIME, StopReason.NOTHING_LEFT)
     until = end.time if end.reason is StopReason.TIME else np.inf
-    verdict, reason, last = "all", "", OwnEvent(0.0, 0.0, CONTAINER, CONTAINER, trace.start)
-    twin, worst, own = Twin(trace.start), np.zeros(2), own_events(trace)
+    verdict, reason, last = "all", "", OwnEvent(0.0, 0.0, CONTAINER, CONTAINER, 0.0, trace.start)
+    twin, worst, own = Twin(trace.start), np.zeros(3), own_events(trace)
     bounds: list[list[float]] = []
     rows: list[list[Any]] = []
     try:
@@ -114,7 +126,7 @@ def prove(
             if event is None or (event.i, event.j) != collision[1:3]:
                 verdict, reason = difference(last, event, collision, until)
                 break
-            if reason := wrong_contact(event):
+            if reason := wrong_contact(event) or wrong_impulse(last.state, event):
                 verdict = "wrong"
                 break
             worst, last = np.maximum(worst, errors(event, twin, collision)), event
@@ -130,13 +142,16 @@ def prove(
         verdict, reason = "interrupted", "not computed"
     if rows and bounds[-1][0] < len(rows):
         bounds.append([len(rows), *worst.tolist()])
+    reason = f"event {len(rows) + 1} is {reason}" if reason else ""
+    if verdict not in ("wrong", "interrupted") and (fault := wrong_end(trace, limited)):
+        verdict, reason = "wrong", fault
     versions = {"snooker": __version__, "engine": ENGINE_VERSION}
     return {
         "certain": len(rows),
         "compared": compared,
         "verdict": verdict,
-        "reason": f"event {len(rows) + 1} is {reason}" if reason else "",
-        "bounds": [dict(zip(("events", "time", "place"), row, strict=True)) for row in bounds],
+        "reason": reason,
+        "bounds": [dict(zip(("events", *ERRORS), row, strict=True)) for row in bounds],
         "bits": twin.bits,
         "seconds": round(time.process_time() - began, 2),
         "versions": versions | {"python-flint": import_module("flint").__version__},
@@ -146,7 +161,7 @@ def prove(
 
 
 def errors(event: OwnEvent, twin: Twin, truth: Collision) -> Floats:
-    """Bounds of the errors of an event's time, s, and of the places of its balls then, m."""
+    """Bounds of the errors that ``ERRORS`` names."""
     moment = twin.number(event.time) + event.residual
     apart = (
         twin.nearest(
@@ -155,7 +170,9 @@ def errors(event: OwnEvent, twin: Twin, truth: Collision) -> Floats:
         for k in (event.i, event.j)
         if k != CONTAINER
     )
-    return np.array([above(abs(moment - truth.time)), max(above(abs(way)) for way in apart)])
+    places = max(above(abs(way)) for way in apart)
+    push = above(abs(twin.number(event.impulse) - truth.impulse))
+    return np.array([above(abs(moment - truth.time)), places, push])
 
 
 def wrong_contact(event: OwnEvent) -> str:
@@ -169,6 +186,50 @@ def wrong_contact(event: OwnEvent) -> str:
         gap = float(np.hypot(*offset) - state.radii[i] - state.radii[j])
     wrong = abs(gap) > place_rounding(event)
     return f"{named(event.time, i, j)}, with a gap of {gap:.2g} m" if wrong else ""
+
+
+def wrong_impulse(before: Scene, event: OwnEvent) -> str:
+    """What is wrong with an event if rounding does not explain its stored impulse.
+
+    It is compared with the change of velocity of its lighter ball.
+    """
+    bodies = [k for k in (event.i, event.j) if k != CONTAINER]
+    k = min(bodies, key=lambda ball: float(before.masses[ball]))
+    change = event.state.velocities[k] - before.velocities[k]
+    impulse = float(before.masses[k] * np.hypot(*change))
+    # The impulse is at most twice this mass times the speed of approach.
+    velocities = [before.velocities[bodies], event.state.velocities[bodies]]
+    speeds = np.hypot(*np.vstack([*velocities, before.container_velocity]).T)
+    rounding = ROUNDINGS * EPSILON * float(before.masses[k] * np.sum(speeds))
+    if abs(event.impulse - impulse) <= rounding:
+        return ""
+    stored = f"with an impulse of {event.impulse:.6g} kg m/s"
+    return f"{named(event.time, event.i, event.j)}, {stored} for {impulse:.6g} kg m/s"
+
+
+def wrong_end(trace: Trace, limited: bool) -> str:
+    """What is wrong with a repeat whose end and finish do not follow from its stored events.
+
+    limited : whether it had a time limit
+    """
+    events, stop = trace.events, trace.stop
+    assert events is not None
+    last = float(events.time[-1]) if len(events) else 0.0
+    # Time passes after the last event only up to a limit, which ``origin_fault`` compares.
+    waits = (StopReason.TIME, StopReason.NOTHING_LEFT) if limited else ()
+    if stop.time != last and stop.reason not in waits:
+        return f"the end is at {stop.time:.10g} s, and the last event at {last:.10g} s"
+    with suppress(UnsoundError):
+        states = replay(trace, [stop.time])
+        pairs = (
+            (states.positions[0], trace.finish.positions),
+            (states.velocities[0], trace.finish.velocities),
+            (states.container_positions[0], trace.finish.container_position),
+            (states.container_velocities[0], trace.finish.container_velocity),
+        )
+        if all(np.array_equal(*pair) for pair in pairs):
+            return ""
+    return "the stored finish is not where the stored events lead"
 
 
 def place_rounding(event: OwnEvent) -> float:
@@ -191,7 +252,8 @@ def difference(
     """
     own, late, wrong, state = "missing", until, "", last.state
     if event is not None:
-        own, late, wrong = named(*event[:1], *event[2:4]), event.time, wrong_contact(event)
+        own, late = named(event.time, event.i, event.j), event.time
+        wrong = wrong_contact(event)
     true = named(float(truth.time), truth.i, truth.j) if truth else "none"
     with suppress(UndecidedError):
         for _, near in islice(follow(state), 1):
@@ -249,33 +311,38 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
     Raises ``UserError`` if there is no such repeat, no exact twin of its scene, or no python-flint,
     and ``StoreError`` for a file that cannot be used.
     """
-    chosen = run.chosen(point, repeat)
-    trace, status = run.read(chosen, repeat), run.status(point, repeat)
+    run.chosen(point, repeat)
+    status = run.status(point, repeat)
+    status.accept()
+    ((trace, header),) = store.read(status.path, [repeat])
     if key := unsupported_key(trace.start):
         raise UserError(f"{run.name}: --exact cannot follow a scene with {key}")
     try:
         flint = import_module("flint").__version__
     except ModuleNotFoundError:
-        advice = "install it with `pip install 'snooker-cli[reference]'`"
-        raise UserError("python-flint is not installed", advice) from None
+        raise UserError("python-flint is not installed", install_advice("reference")) from None
     path = status.path.with_name(f"exact-{repeat:04d}.json")
-    fingerprint = status.header.fingerprint if status.header else ""
-    origin = json.dumps([fingerprint, collisions, sources_hash(*SOURCES), flint])
-    with suppress(*UNREADABLE, KeyError, TypeError):
-        kept = json.loads(path.read_text(encoding="utf-8"))
-        if kept["hash"] == user_hash(origin + json.dumps(kept["proof"])).hexdigest():
+    if fault := origin_fault(run, header):
+        raise StoreError(status.path, fault, ADVICE)
+    origin = [header.fingerprint, collisions, sources_hash(*SOURCES), flint]
+    with suppress(Exception):
+        kept = json.loads(read_text(path))
+        if kept["hash"] == signature(origin, kept["proof"]):
             return dict(kept["proof"])
-    if trace.events is None:
-        limits, most = chosen.experiment, chosen.experiment.collisions or collisions
-        trace = simulate(trace.start, collisions=min(most, collisions), time=limits.time)
+    summary, limits = trace.events is None, limits_of(run, header.provenance)
+    if summary:
+        most = min(trace.collisions, collisions)
+        trace = simulate(trace.start, collisions=most, time=limits.time)
     number = min(len(trace.events or ()), collisions)
     # Measured: in a dilute gas each ball may meet many others, and each of them is computed.
     dilution = min(trace.start.mean_free_path / max(trace.start.container.size), 1.0)
     seconds = number * (3e-4 + (1e-6 + 5e-5 * dilution) * trace.start.number)
     notice(f"computing up to {counted(number, 'event')}; this takes about {duration(seconds)}")
-    proof = {"point": point, "repeat": repeat, **prove(trace, collisions, counting)}
+    about = {"point": point, "repeat": repeat, "stored": header.collisions, "summary": summary}
+    proof: Record = about | prove(trace, collisions, counting, limited=limits.time is not None)
     if proof["verdict"] != "interrupted":
         with suppress(OSError):  # a run that another user owns
-            text = user_hash(origin + json.dumps(proof)).hexdigest()
-            write_text(path, json.dumps({"hash": text, "proof": proof}) + "\n")
+            content = {"hash": signature(origin, proof), "proof": proof}
+            own_folder(path.parent)
+            write_text(path, json.dumps(content) + "\n")
     return proof

@@ -16,7 +16,7 @@ import numpy as np
 from snooker_cli.analysis import run_analysis
 from snooker_cli.config import load
 from snooker_cli.engine import simulate, simulation
-from snooker_cli.errors import UNREADABLE, UserError, error_text
+from snooker_cli.errors import UserError, error_text
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import Run, create
 from snooker_cli.runs.execution import Watcher, execute, processors
@@ -173,7 +173,7 @@ def earlier_record(path: Path) -> Record:
         list(SpeedStudy.tables(record))
         if not all(0 < rate["median"] < math.inf for rate in record["rates"]):
             raise ValueError("it has a rate that is not positive")
-    except (*UNREADABLE, AttributeError) as error:
+    except Exception as error:
         raise UserError(
             f"{path}: cannot be compared ({error_text(error)})",
             "give a speed.json that `snooker bench speed --out DIR` wrote",

@@ -19,7 +19,7 @@ from pydantic import ConfigDict, TypeAdapter
 from snooker_cli import __version__
 from snooker_cli.config import Experiment, load
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import UserError
+from snooker_cli.errors import UserError, install_advice
 from snooker_cli.figures import FigureData
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, plain, text_table
@@ -88,7 +88,7 @@ class Study(ABC):
         try:
             versions |= {name: import_module(name).__version__ for name in self.libraries}
         except ModuleNotFoundError as error:
-            advice = "install it with `pip install 'snooker-cli[reference]'`"
+            advice = install_advice("reference")
             raise UserError(f"{error.name} is not installed", advice) from None
         began, clock = datetime.now(UTC), time.perf_counter()
         results = self.results(report)
@@ -131,11 +131,11 @@ def lattice_gas(
     keys: Mapping[str, Any] | None = None,
     **balls: Any,
 ) -> Experiment:
-    """Equal balls on a lattice with Maxwell's speeds, 10 m/s (root mean square).
+    """Equal balls on a lattice with Maxwell's speeds, 10 m/s (root mean square) by default.
 
     keys : further keys of the config
     """
-    balls |= {"speed": 10.0, "speeds": "maxwell"}
+    balls = {"speed": 10.0, "speeds": "maxwell"} | balls
     known = {"container": dict(container), "balls": balls, "cor": cor, "collisions": 1, "seed": 1}
     return load(known | dict(keys or {})).experiment
 

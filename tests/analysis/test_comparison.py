@@ -12,6 +12,7 @@ from scenes import gas
 from snooker_cli import containers, theory
 from snooker_cli.analysis import comparison, decay, predictions
 from snooker_cli.analysis.comparison import CHI_SQUARE, Comparison
+from snooker_cli.analysis.measurement import relaxed_at
 from snooker_cli.analysis.observables import mean_and_error, reduced_speed_counts
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
@@ -78,13 +79,13 @@ def models(found: Compared, quantity: str) -> dict[str, Comparison]:
 
 
 def test_equilibrium_is_measured_after_the_gas_has_relaxed(elastic: list[Trace]) -> None:
-    """By hand, from the events: after half of those between balls, which is less than fifteen."""
+    """By hand, from the events: after as many of those between balls in each repeat."""
     pressures, pairs, walls = [], [], []
+    skipped = min(RELAXING, int(np.mean([trace.pair_events for trace in elastic]) / 2))
     for trace in elastic:
         events = trace.events
         assert events is not None
         at_wall = events.j == CONTAINER
-        skipped = min(RELAXING, np.count_nonzero(~at_wall) // 2)
         since = events.time[np.flatnonzero(~at_wall)[skipped - 1]]
         later, length = events.time > since, trace.stop.time - since
         force = events.impulse[at_wall & later].sum() / length
@@ -93,7 +94,7 @@ def test_equilibrium_is_measured_after_the_gas_has_relaxed(elastic: list[Trace])
         walls.append(np.sum(at_wall & later) / length / NUMBER)
     found = compare(elastic)
     for quantity, model, expected in (
-        ("pressure", "hard disks with a wall", pressures),
+        ("pressure", "hard disks, finite N", pressures),
         ("ball-ball rate of a ball", "Enskog", pairs),
         ("wall rate of a ball", "ideal gas", walls),
     ):
@@ -101,7 +102,7 @@ def test_equilibrium_is_measured_after_the_gas_has_relaxed(elastic: list[Trace])
         assert (row.measured, row.error) == pytest.approx(mean_and_error(np.array(expected)))
         assert (row.repeats, row.samples) == (6, None)
     note, turning = found[1]
-    assert "143" in note
+    assert f"skip the first {skipped} ball-ball collisions of each repeat" in note
     assert turning == predictions.TURNING
     # Elastic balls in a fixed container keep their temperature: it has no error.
     warm = row_of(found, "temperature", "ideal gas law, PV/N")
@@ -124,22 +125,47 @@ def test_the_error_of_a_difference_is_over_the_differences(cooling: list[Trace])
     assert smaller > 2
 
 
-def test_a_repeat_is_relaxed_with_as_many_collisions_again(elastic: list[Trace]) -> None:
-    """Cut off at the 96th collision between balls it counts, at the one before it does not."""
-    cut = []
-    for count in (2 * LEAST, 2 * LEAST - 1):
-        events = elastic[0].events
-        assert events is not None
-        last = int(np.flatnonzero(events.j != CONTAINER)[count - 1]) + 1
-        stop = elastic[0].stop._replace(time=float(events.time[last - 1]))
-        counts = {"pair_events": count, "wall_events": last - count}
-        cut.append(replace(elastic[0], events=events[:last], stop=stop, **counts))
-    relaxed, too_short = cut
-    assert row_of(compare([relaxed, too_short]), "pressure", "ideal gas law").repeats == 1
-    note, _ = compare([relaxed, too_short])[1]
-    assert "143 ball-ball collisions, at most half" in note
-    assert note.endswith("left out: 1 of 2 repeats, with fewer than 96")
-    assert compare([too_short])[0] == []
+def cut(trace: Trace, pairs: int, reason: StopReason = StopReason.COLLISIONS) -> Trace:
+    """The trace up to this collision between balls."""
+    events = trace.events
+    assert events is not None
+    last = int(np.flatnonzero(events.j != CONTAINER)[pairs - 1]) + 1
+    stop = trace.stop._replace(time=float(events.time[last - 1]), reason=reason)
+    counts = {"pair_events": pairs, "wall_events": last - pairs}
+    return replace(trace, events=events[:last], stop=stop, **counts)
+
+
+def test_all_repeats_have_one_relaxation(elastic: list[Trace]) -> None:
+    """A repeat with fewer collisions than the others counts with them, and with the same start."""
+    shorter, longer = (cut(elastic[0], 2 * LEAST + more) for more in (-9, 9))
+    rows, notes = compare([shorter, longer])
+    assert {row.repeats for row in rows if row.quantity == "pressure"} == {2}
+    assert f"skip the first {LEAST} ball-ball collisions of each repeat (relaxation)" in notes[0]
+    assert "left out" not in notes[0]
+    # The two are one repeat up to the end of the shorter one, so they are measured from one time.
+    starts = [relaxed_at(trace, LEAST) for trace in (shorter, longer)]
+    assert starts[0] == starts[1]
+
+
+def test_too_short_repeats_have_no_relaxation(elastic: list[Trace]) -> None:
+    """Of 96 collisions between balls, five of a ball are skipped and five are left; not of 95."""
+    rows, notes = compare([cut(elastic[0], 2 * LEAST - 1)])
+    assert rows == []
+    assert notes[0].endswith(
+        "the repeats have 95 ball-ball collisions on average, and the relaxation needs 96; "
+        "make the run longer"
+    )
+    assert compare([cut(elastic[0], 2 * LEAST)])[0]
+
+
+def test_a_repeat_that_ended_early_needs_five_collisions_of_a_ball(elastic: list[Trace]) -> None:
+    """It does not choose the relaxation either."""
+    whole, trap = cut(elastic[0], 2 * LEAST), StopReason.WALL_TRAP
+    for pairs, counted in ((2 * LEAST, 2), (2 * LEAST - 1, 1), (3, 1)):
+        rows, notes = compare([whole, cut(elastic[1], pairs, trap)])
+        assert row_of((rows, notes), "pressure", "ideal gas law").repeats == counted
+        (note,) = [note for note in notes if "relaxation" in note]
+        assert ("left out: 1 of 2 repeats, which are too short" in note) == (counted == 1)
 
 
 def test_cooling_is_compared_with_the_reports_own_constant(cooling: list[Trace]) -> None:
@@ -163,8 +189,8 @@ def test_cooling_is_compared_with_the_reports_own_constant(cooling: list[Trace])
     expected = [(1 - (1 - 0.81) / (NUMBER + 0.5)) ** trace.pair_events for trace in cooling]
     assert left.predicted == pytest.approx(np.mean(expected), rel=1e-12)
     # Exactly 19 balls: walls attract them, so that they meet more often; a collision takes less.
-    finite = row_of(found, "Haff's α", "hard disks with a wall")
-    met = row_of(found, "ball-ball rate of a ball", "hard disks with a wall").predicted
+    finite = row_of(found, "Haff's α", "hard disks, finite N")
+    met = row_of(found, "ball-ball rate of a ball", "hard disks, finite N").predicted
     infinite = row_of(found, "ball-ball rate of a ball", "Enskog").predicted
     assert finite.predicted / haff.predicted == pytest.approx(met / infinite * 19 / 19.5, rel=1e-9)
 
@@ -293,7 +319,7 @@ def test_a_periodic_gas_has_the_bulk_s_pressure_and_rates() -> None:
     """
     scenes = [gas("periodic", 256, 0.4, seed=seed) for seed in range(6)]
     found = compare([simulate(scene, collisions=20_000, summary=True) for scene in scenes])
-    ratio = row_of(found, "PV/NT", "hard disks, Padé")
+    ratio = row_of(found, "PV/NT", "hard disks, N → ∞")
     finite = 1.2 / 256
     assert ratio.predicted == pytest.approx(1 + (2.82932 - 1) * 256 / 255, abs=1e-5)
     assert abs(ratio.difference) < 4 * ratio.difference_error + finite
@@ -304,7 +330,7 @@ def test_a_periodic_gas_has_the_bulk_s_pressure_and_rates() -> None:
     assert row_of(found, "PV/NT", "ideal gas law").in_errors > 50
     # There are no walls, and the virial's PV/NT is PV/NT itself.
     assert not {"wall rate of a ball", "PV/NT by the virial"} & quantities(found)
-    assert not {"accessible area", "hard disks with a wall"} & set(models(found, "pressure"))
+    assert "accessible area" not in models(found, "pressure")
     assert predictions.NO_WALLS in found[1]
     # One velocity less is free.
     kurtosis = row_of(found, "kurtosis of speeds", "fixed energy")
@@ -321,7 +347,7 @@ def test_a_moving_centre_of_mass_has_no_law_at_fixed_energy() -> None:
     assert any("centre of mass moves on for ever" in note for note in found[1])
     assert list(models(found, "kurtosis of speeds")) == ["Maxwell-Boltzmann"]
     # Balls meet as they would without the common motion, of 9 of 59 J each.
-    for which in (("ball-ball rate of a ball", "Enskog"), ("PV/NT", "hard disks, Padé")):
+    for which in (("ball-ball rate of a ball", "Enskog"), ("PV/NT", "hard disks, N → ∞")):
         row = row_of(found, *which)
         assert row.measured == pytest.approx(row.predicted, rel=0.05)
     still = theory.compressibility(0.4)
@@ -330,7 +356,7 @@ def test_a_moving_centre_of_mass_has_no_law_at_fixed_energy() -> None:
 
 def test_published_values_appear_at_their_packings() -> None:
     half = math.pi / (2 * math.sqrt(3)) / 2
-    ideal, disks, source = "ideal gas law", "hard disks, Padé", "Erpenbeck & Luban 1985"
+    ideal, disks, source = "ideal gas law", "hard disks, N → ∞", "Erpenbeck & Luban 1985"
     for packing, shown in (
         (half, {ideal, disks, FINITE, source}),
         (half * (1 + 1e-4), {ideal, disks, FINITE}),
@@ -356,7 +382,7 @@ def test_few_balls_in_a_periodic_box_collide_with_the_others_only(packing: float
     rate = row_of(found, "ball-ball rate of a ball", FINITE)
     path = row_of(found, "mean free path", FINITE)
     assert path.predicted * rate.predicted == pytest.approx(speed, rel=1e-9)
-    for quantity, bulk in (("PV/NT", "hard disks, Padé"), ("ball-ball rate of a ball", "Enskog")):
+    for quantity, bulk in (("PV/NT", "hard disks, N → ∞"), ("ball-ball rate of a ball", "Enskog")):
         assert abs(row_of(found, quantity, bulk).in_errors) > 5
 
 
@@ -369,10 +395,10 @@ def test_a_box_has_straight_walls() -> None:
         *("pressure", "PV/NT by the virial", "wall rate of a ball"),
         *("ball-ball rate of a ball", "mean free path"),
     ):
-        found = row_of(box, quantity, "hard disks with a wall")
+        found = row_of(box, quantity, "hard disks, finite N")
         assert abs(found.difference) < left_out * found.predicted + 4 * found.difference_error
     # Far from what leaves out walls, or collisions.
-    assert row_of(box, "pressure", "hard disks, Padé").in_errors > 20
+    assert row_of(box, "pressure", "hard disks, N → ∞").in_errors > 20
     assert row_of(box, "pressure", "accessible area").in_errors > 20
     assert row_of(box, "kurtosis of speeds", "fixed energy").predicted == pytest.approx(2 * 37 / 38)
 
@@ -387,13 +413,13 @@ def test_a_periodic_gas_cools_by_haff_s_law() -> None:
     expected = theory.haff_rate(theory.cooling_rate(0.9, rate))
     assert alpha.predicted == pytest.approx(expected, rel=1e-9)
     assert alpha.measured == pytest.approx(alpha.predicted, rel=0.05)
-    inelastic = row_of(found, "PV/NT", "hard disks, impulses (1 + e)/2")
-    elastic = row_of(found, "PV/NT", "hard disks, Padé")
-    fewer = theory.missing_ratio(0.2, 256) * 256 / 255
-    added = 0.95 * (elastic.predicted - fewer - 1)
-    # The temperature at which balls meet is 255/256 of the mean temperature in both rows.
-    assert inelastic.predicted - 1 == pytest.approx(added, rel=1e-4)
-    assert abs(inelastic.difference) < abs(elastic.difference)
+    # Balls meet at 256/255 of the mean temperature; impulses are 0.95 of those of elastic balls.
+    added = 0.95 * (theory.compressibility(0.2) - 1) * 256 / 255
+    large, finite = (row_of(found, "PV/NT", name) for name in ("hard disks, N → ∞", FINITE))
+    fewer = 0.95 * theory.missing_ratio(0.2, 256) * 256 / 255
+    assert large.predicted - 1 == pytest.approx(added, rel=1e-9)
+    assert finite.predicted - 1 == pytest.approx(added - fewer, rel=1e-4)
+    assert abs(finite.difference) < added / 0.95 - added
     # The pressure decays with the energy.
     fits = decay.decays(traces)
     notes = decay.fit_notes(fits)
@@ -433,7 +459,7 @@ def test_rings_of_few_balls_have_other_angular_momenta() -> None:
     """The number in the note: seven balls of 2 m meet less often than in equilibrium."""
     assert "7 balls: rates 4 % off" in predictions.TURNING
     rings = ("balls.rings=1", "balls.radius=2.0", "balls.ring_extent=0.75", "collisions=4000")
-    row = row_of(compare(runs(100, *rings)), "ball-ball rate of a ball", "hard disks with a wall")
+    row = row_of(compare(runs(100, *rings)), "ball-ball rate of a ball", "hard disks, finite N")
     assert row.difference / row.predicted == pytest.approx(-0.04, abs=0.02)
     assert row.in_errors < -3
 
@@ -447,7 +473,7 @@ def test_a_light_container_is_hit_more_often() -> None:
                 for seed in range(6)
             ]
         )
-        row = row_of(found, "wall rate of a ball", "hard disks with a wall")
+        row = row_of(found, "wall rate of a ball", "hard disks, finite N")
         assert row.measured == pytest.approx(row.predicted, rel=0.02), mass
 
 
@@ -472,3 +498,19 @@ def test_a_gas_whose_restitution_depends_on_speed_cools_as_predicted(
     assert abs(row.difference) < 4 * row.difference_error
     assert row.difference_error < 0.015 * row.predicted
     assert "Haff's α" not in quantities(found)
+
+
+@pytest.mark.parametrize(
+    ("start", "said"),
+    [
+        ("{rings: 1, radius: 1, speed: 5}", True),
+        ("{rings: 3, radius: 0.5, speed: 5, ring_extent: 0.6}", True),
+        ("{count: 19, radius: 1, speed: 5}", False),
+        ("{count: 37, radius: 0.5, speed: 5, start: random}", False),
+        ("{count: 2, radius: 1, speed: 5}", False),
+    ],
+)
+def test_the_note_on_rings_is_for_balls_that_start_on_them(start: str, said: bool) -> None:
+    text = f"container: {{radius: 10}}\nballs: {start}\ncor: 1\ncollisions: 1\n"
+    scene = starting_scene(parse(text).experiment, 0)
+    assert (predictions.TURNING in {note.note for note in predictions.notes(scene)}) is said

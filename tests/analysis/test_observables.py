@@ -200,6 +200,19 @@ def test_distances_are_those_of_the_states(shape: str) -> None:
     np.testing.assert_allclose(observables.central_distances(states), expected, rtol=4 * EPSILON)
 
 
+@pytest.mark.parametrize(("shape", "mixed"), [("circle", False), ("box", True), ("periodic", True)])
+def test_the_closest_balls_are_found_among_neighbours(shape: str, mixed: bool) -> None:
+    """Beside all pairs. In a mixture, small balls far apart have nearer centres than large ones."""
+    trace = simulate(gas(shape, 60, 0.2, mixed=mixed), collisions=200)
+    states, scene = observables.at_collisions(trace, 5), trace.start
+    first, second = np.triu_indices(scene.number, k=1)
+    distances = observables.pair_distances(states, scene).reshape(5, -1)
+    overlap = float(np.max(scene.radii[first] + scene.radii[second] - distances))
+    least, found = observables.closest(states, scene)
+    assert least == pytest.approx(distances.min(), rel=64 * EPSILON)
+    assert found == pytest.approx(overlap, abs=64 * EPSILON * max(scene.container.size))
+
+
 @pytest.mark.parametrize("most", [2, 7, 400, 402])
 def test_states_are_thinned_evenly(
     most: int, simulated: Trace, summarised: Trace, monkeypatch: pytest.MonkeyPatch
@@ -402,3 +415,15 @@ def test_means_of_windows_agree_with_the_pass_of_all_analyses_where_balls_slide(
     energy = columns.kinetic_energy + columns.container_energy
     windows = measurement.measure([trace]).windows.total_energy[0]
     assert observables.time_means(trace, energy, edges) == pytest.approx(windows, rel=1e-12)
+
+
+def test_a_window_has_whole_hits_where_balls_may_slide(in_circle: Trace) -> None:
+    """Such a series has one more row, at the end; hits are not spread between rows for that."""
+    sliding = simulate(replace(in_circle.start, slides=True), time=20.0)
+    assert len(series(sliding).time) == len(series(in_circle).time) + 1
+    edges = np.linspace(0.0, 20.0, 6)
+    expected = observables.pressures(in_circle, edges).tolist()
+    assert observables.pressures(sliding, edges).tolist() == expected
+    for trace in (in_circle, sliding):
+        energy = series(trace).kinetic_energy
+        assert observables.time_means(trace, energy, edges).tolist()[:2] == [1.25, 0.5]

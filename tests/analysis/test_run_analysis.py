@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from repeating import batches_of, file_of
 
 from snooker_cli.analysis import run_analysis
 from snooker_cli.errors import RunError
+from snooker_cli.files import user_key
 from snooker_cli.runs import Run
 from snooker_cli.runs.run import ANALYSIS
 
@@ -33,8 +35,8 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """The number of repeats of each measurement from now on."""
     numbers: list[int] = []
 
-    def counted(traces: Any, *span: float) -> Any:
-        found = measure(traces, *span)
+    def counted(traces: Any, *span: float, **more: float) -> Any:
+        found = measure(traces, *span, **more)
         numbers.append(len(found.time))
         return found
 
@@ -92,12 +94,14 @@ def test_other_repeats_or_other_code_make_a_new_analysis(
 
 
 def damages(content: dict[str, Any]) -> list[Any]:
-    """Contents that are not what was written, and a forged row with the right hash."""
-    forged = json.loads(json.dumps(content))
-    forged["0"]["results"]["fits"]["rows"][0]["value"] = "1"
+    """Contents that are not what was written, also with a hash that anyone can make."""
     changed = json.loads(json.dumps(content))
-    changed["0"]["results"]["table"]["time"][0] += 1.0
-    return ["[]", "{", "", {}, {"0": 5}, {"0": {"results": {}, "hash": ""}}, changed, forged]
+    for row in changed["0"]["results"]["fits"]["rows"]:
+        row["value"] = 7 * (row["value"] or 1)
+    forged = json.loads(json.dumps(changed))
+    forged["0"]["hash"] = sha256(json.dumps(forged["0"]["results"]).encode()).hexdigest()
+    unsigned = {"0": {"results": {}, "hash": ""}}
+    return ["[]", "{", "", {}, {"0": 5}, {"0": {}}, unsigned, changed, forged]
 
 
 def test_a_file_that_is_no_analysis_is_replaced(
@@ -111,3 +115,29 @@ def test_a_file_that_is_no_analysis_is_replaced(
         assert run_analysis.comparisons(run) == compared
         assert measured
         assert path.read_text() == whole
+
+
+def test_only_results_of_this_user_are_believed(
+    run: Run,
+    measured: list[int],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """Another user has another key. One without a key keeps nothing, and reads the reason."""
+    fits, path = run_analysis.fits(run), run.directory / ANALYSIS
+    whole = path.read_text()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "other"))
+    user_key.cache_clear()
+    assert run_analysis.fits(run) == fits
+    assert measured == [2, 2, 2, 2]
+    others = path.read_text()
+    assert others != whole
+    key = tmp_path / "other" / "snooker" / "key"
+    key.write_bytes(b"short")
+    user_key.cache_clear()
+    assert run_analysis.fits(run) == fits
+    user_key.cache_clear()
+    assert measured == [2] * 6
+    assert path.read_text() == others
+    assert f"{key} has 5 bytes, but a key has 32; delete it" in caplog.text

@@ -21,6 +21,7 @@ from snooker_cli.analysis.predictions import NO_THEORY
 from snooker_cli.containers import Box, Channel
 from snooker_cli.engine import replay, series
 from snooker_cli.engine.simulation import simulate_batch
+from snooker_cli.formatting import with_error
 from snooker_cli.laws import Constant, Driven, Sides, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
@@ -121,7 +122,7 @@ def test_elastic_balls_and_a_thermal_wall_are_in_equilibrium(thermal: list[Trace
         assert (found.repeats, found.complete, found.simulated) == (60, 60, 60)
     # Scaled particle theory is within 1 % for so few balls.
     for quantity in ("PV/NT", "PV/NT by the virial", "wall rate of a ball"):
-        found = row(rows, quantity, "hard disks with a wall")
+        found = row(rows, quantity, "hard disks, finite N")
         assert found.difference == pytest.approx(0, abs=0.01 * found.predicted)
     assert not [row for row in rows if "fixed energy" in row.model or "Haff" in row.quantity]
     assert any(note.note.startswith("stationary from ") for note in notes)
@@ -140,8 +141,12 @@ def test_a_driven_gas_takes_what_it_is_given(driven: list[Trace], shape: str) ->
     rows, _ = compare(traces)
     balance = row(rows, "energy from the walls", "taken by collisions")
     assert abs(balance.in_errors) < 4
-    assert row(rows, "PV/NT by the virial", "granular gas").difference == pytest.approx(0, abs=0.05)
-    assert not [row for row in rows if "fixed energy" in row.model or "with a wall" in row.model]
+    large = row(rows, "PV/NT by the virial", "hard disks, N → ∞")
+    assert large.difference == pytest.approx(0, abs=0.05)
+    assert not [row for row in rows if "fixed energy" in row.model]
+    # Theory has the rate of hits in equilibrium only.
+    rates = {row.model for row in rows if row.quantity == "wall rate of a ball"}
+    assert rates == {"ideal gas"}
     across = row(rows, "T across/T along", "equal parts").measured
     assert across > 1.02 if shape != "box" else 0.9 < across < 1.1
 
@@ -161,6 +166,38 @@ def test_a_driven_gas_has_the_temperature_of_the_balance(
     found = row(rows, "temperature", steady_state.BALANCE)
     assert found.predicted == pytest.approx(warm)
     assert found.difference == pytest.approx(0, abs=0.05 * warm)
+
+
+def test_a_driven_circle_keeps_the_common_rotation(driven: list[Trace]) -> None:
+    """Lω/2 of the energy, with the angular velocity ω = L/I of the balls in the end."""
+
+    def sentences(traces: list[Trace]) -> list[str]:
+        return [note.note for note in compare(traces)[1] if note.note.startswith("common rotation")]
+
+    part, shares = steady_state.measured_part(measure(driven)), []
+    energies = measure(driven).windows.kinetic_energy[:, part.first :].mean(axis=1)
+    for trace, energy in zip(driven, energies, strict=True):
+        (x, y), (u, v) = trace.finish.positions.T, trace.finish.velocities.T
+        turning = np.sum(x * v - y * u)
+        shares.append(100 * turning / 2 * (turning / np.sum(x * x + y * y)) / energy)
+    share, error = np.mean(shares), stats.sem(shares)
+    (sentence,) = sentences(driven)
+    assert f": {with_error(share, error)} % of the energy; " in sentence
+    assert ("`common_rotation: false`" in sentence) == (share > 1)
+
+    # Nothing is kept by a wall with a temperature, by a box, or of a gas without angular momentum.
+    scene = gas("circle", 20, 0.05, cor=0.9)
+    assert sentences(repeats_of(scene, Thermal(20.0), 6)) == []
+    square = replace(gas("box", 20, 0.05, cor=0.9), container=Box(60.0, 60.0))
+    assert sentences(repeats_of(square, Driven(1.0, 3.0), 6)) == []
+    starts = []
+    for trace in driven:
+        (x, y), (u, v) = trace.start.positions.T, trace.start.velocities.T
+        rate = np.sum(x * v - y * u) / np.sum(x * x + y * y)
+        velocities = np.column_stack([u + rate * y, v - rate * x])
+        starts.append(replace(trace.start, velocities=velocities))
+    still = simulate_batch(starts, collisions=30_000)
+    assert sentences(still) == ["common rotation: none, and a smooth circle adds none"]
 
 
 def test_two_temperatures_have_no_theory_of_the_mean_one() -> None:

@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from snooker_cli.analysis.tables import finding, overview
+from snooker_cli.analysis.fitting import ENOUGH_REPEATS
+from snooker_cli.analysis.tables import few_repeats, finding, overview
 
 
 def law(model: str = "haff", **changes: Any) -> dict[str, Any]:
@@ -18,7 +19,11 @@ def law(model: str = "haff", **changes: Any) -> dict[str, Any]:
         "value": 0.697,
         "error": 0.021,
         "elastic": False,
-        "judged_repeats": 10,
+        "repeats": 30,
+        "failed": 0,
+        "complete": 30,
+        "requested": 30,
+        "judged_repeats": 30,
         "judged_from": 0.01,
         "judged_to": 3.0,
         "holds_to": 3.0,
@@ -40,12 +45,15 @@ def beside(**changes: Any) -> dict[str, Any]:
         "difference": -0.029,
         "difference_in_errors": -2.1,
         "repeats": 10,
+        "complete": 10,
+        "simulated": 10,
+        "requested": 10,
     }
     return row | changes
 
 
 def state(**changes: Any) -> dict[str, Any]:
-    given = {"quantity": "PV/NT", "unit": "1", "model": "hard disks with a wall"}
+    given = {"quantity": "PV/NT", "unit": "1", "model": "hard disks, finite N"}
     numbers = {"measured": 1.01, "error": 0.0021, "predicted": 1.0, "difference": 0.01}
     return beside(**given, **numbers) | changes
 
@@ -85,6 +93,23 @@ def test_a_law_holds_as_far_as_the_test_says(changes: dict[str, Any], words: str
     assert finding([law(**changes)], []).startswith(f"Haff's law {words}; α = ")
 
 
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, "is not refused up to 3 s by 5 repeats (p = 0.58)"),
+        ({"holds_to": 1.5, "probability": 1e-7}, "is refused after 1.5 of 3 s (p <0.001)"),
+        ({"holds_to": 0.01, "probability": 0.002}, "does not hold (p = 0.002)"),
+    ],
+)
+def test_few_repeats_do_not_show_that_a_law_holds(changes: dict[str, Any], words: str) -> None:
+    few = law(judged_repeats=5, **changes)
+    assert finding([few], []).startswith(f"Haff's law {words}; α = ")
+    assert bool(few_repeats([few])) == ("does not hold" not in words)
+    enough = {**few, "judged_repeats": ENOUGH_REPEATS}
+    assert few_repeats([enough]) == few_repeats([{**few, "probability": None}]) == []
+    assert overview([law(), few], []).startswith("Haff's law is not refused to the end at ")
+
+
 def test_the_law_that_holds_longest_is_named() -> None:
     both = [law("exponential", value=1.0), law(holds_to=0.5, probability=0.001)]
     assert finding(both, [beside()]) == (
@@ -113,5 +138,34 @@ def test_a_run_has_the_range_over_its_points() -> None:
     assert overview([*laws, *others], theories) == (
         "Haff's law holds to the end at 1 of 2 points that cool; "
         "Haff's α differs from Enskog by −4 to 10 %; "
-        "PV/NT differs from theory for hard disks with a wall by 1 %"
+        "PV/NT differs from theory for hard disks, finite N by 1 %"
     )
+
+
+EARLY = "repeats ended early"
+
+
+def test_a_result_names_the_repeats_that_ended_early_or_are_missing() -> None:
+    plain, judged = finding([law()], []), {"complete": 26, "judged_repeats": 26}
+    for changes, words in (
+        (judged, f"4 of 30 {EARLY}, and the law is judged on the others"),
+        ({"complete": 22}, f"8 of 30 {EARLY}"),
+        ({"complete": 0}, f"all 30 {EARLY}"),
+        ({"requested": 40}, "only 30 of 40 repeats are there"),
+        ({"repeats": 1, "complete": 0, "requested": 1}, "the repeat ended early"),
+    ):
+        assert finding([law(**changes)], []) == f"{plain}; {words}"
+    assert finding([], [state(complete=3)]).endswith(f"; 7 of 10 {EARLY}")
+    cors = [{"cor": cor} for cor in (0.7, 0.8)]
+    laws = [law(parameters=cor, complete=4) for cor in cors]
+    compared = [beside(parameters=cor, complete=4) for cor in cors]
+    assert overview(laws, compared).endswith(f"; 12 of 20 {EARLY}")
+    assert overview([], compared).endswith(f"; 12 of 20 {EARLY}")
+
+
+def test_the_ideal_gas_is_no_theory_of_balls_with_a_size() -> None:
+    """A mixture, for example, has no other row: 69.8 errors would say nothing."""
+    ideal = {"model": "ideal gas law", "measured": 1.2347, "error": 0.0034}
+    assert finding([], [state(**ideal)]) == "PV/NT = 1.2347 ± 0.0034 (an ideal gas has 1)"
+    others = [state(**ideal, parameters={"cor": 1.0}), state(**ideal | {"measured": 1.31})]
+    assert overview([], others) == "PV/NT is 1.23 to 1.31 (an ideal gas has 1)"

@@ -14,7 +14,7 @@ from moving_pictures import SHAPES, apart, films, slack, sliding, sliding_films,
 
 from snooker_cli.analysis import diffusion
 from snooker_cli.animation import Film, film, page
-from snooker_cli.animation.movie import BIN, BINS, FLASH, GREEN, MOST_FLASHES, MOST_SHARE
+from snooker_cli.animation.movie import BIN, BINS, EDGE, FLASH, GREEN, MOST_FLASHES, MOST_SHARE
 from snooker_cli.engine import replay
 from snooker_cli.pages.html_page import text_of
 from snooker_cli.trace import SLIDE
@@ -29,6 +29,7 @@ def test_movies_and_the_player_have_the_same_constants() -> None:
     assert f'const GREEN = "{GREEN}";' in script
     assert f"const BIN = {BIN}, BINS = {BINS};" in script
     assert f"const MOST_SHARE = {MOST_SHARE};" in script
+    assert f"const EDGE = {EDGE:.0e};".replace("e-09", "e-9") in script
 
 
 @pytest.fixture

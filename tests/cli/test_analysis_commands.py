@@ -12,10 +12,14 @@ import pytest
 from command_line import Snooker
 from repeating import made
 
+from snooker_cli import store
 from snooker_cli.analysis import run_analysis
 from snooker_cli.cli import analysis_commands
 from snooker_cli.report.content import RUNS
+from snooker_cli.runs import RepeatState, RepeatStatus, Run
 from snooker_cli.runs.run import ANALYSIS
+from snooker_cli.runs.status import early_warning
+from snooker_cli.trace import StopReason
 
 
 def test_an_unfinished_run_is_analysed_as_far_as_it_is(separate: Path, snooker: Snooker) -> None:
@@ -24,6 +28,10 @@ def test_an_unfinished_run_is_analysed_as_far_as_it_is(separate: Path, snooker: 
         rows = json.loads(snooker(command, "small", "--json").out)
         assert {row["repeats"] for row in rows if row["parameters"] == {"cor": 1.0}} <= {0, 2}
         assert "cor=1.0: 2 of 3 repeats" in snooker(command, "small").out
+        brief = snooker(command, "small", "--brief")
+        if command == "compare":  # `fit` states no result of an elastic gas
+            assert "; only 2 of 3 repeats are there" in brief.out
+        assert "the run is unfinished: 5 of 6 repeats are there" in brief.err
     shutil.rmtree(separate / "point-0001")
     for command in ("fit", "compare"):
         assert "cor=1.0: 0 of 3 repeats" in snooker(command, "small").out
@@ -40,7 +48,9 @@ def test_an_unfinished_extension_is_analysed_with_a_note(
         assert ended.code == 0
         assert "\n3 of 3 repeats end " in ended.out
         assert "cor=0.85" in ended.out
-    assert "snooker: 6 of 6 repeats end " in snooker("plot", "small", "energy", "--list").err
+    assert (
+        "snooker: 6 of 6 repeats end " in snooker("plot", "small", "energy", "--format", "svg").err
+    )
 
 
 def test_an_analysis_that_cannot_be_saved_is_printed(
@@ -99,3 +109,32 @@ def test_reproduce_simulates_nothing_without_its_libraries(
     assert (ended.code, ended.out) == (2, "")
     assert "typst is not installed; install it with" in ended.err
     assert not (here / "runs").exists()
+
+
+def test_a_warning_names_what_helps_where_most_repeats_ended_early(
+    finished: Path, snooker: Snooker
+) -> None:
+    """Two of three repeats at a CoR of 0.85 end in a wall trap, and none at 1."""
+    where = ("small", "--where", "cor=0.85")
+    warning = (
+        "snooker: 2 of 3 repeats ended early, so that results rest on their beginnings; to "
+        "continue them, set `collapse: slide` (exact, fixed container) or "
+        "`collapse: {tc: 0.01}` in the config\n"
+    )
+    for command in ("fit", "compare"):
+        for ended in (snooker(command, *where, "--brief"), snooker(command, *where)):
+            assert ended.err == warning
+            assert "; 2 of 3 repeats ended early" in ended.out
+        assert snooker(command, "small", "--brief").err == ""
+    assert snooker("plot", "small", "energy", *where[1:], "--format", "svg").err == warning
+
+
+def test_a_warning_of_interrupted_repeats_says_how_to_finish(
+    finished_one_each: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = finished_one_each
+    (header,) = store.read_headers(run.batches(0)[0])
+    stop = header.stop._replace(reason=StopReason.INTERRUPTED)
+    cut = [RepeatStatus(0, 0, Path(), RepeatState.INTERRUPTED, header._replace(stop=stop))]
+    monkeypatch.setattr(Run, "statuses", lambda *_: cut)
+    assert early_warning(run, run.points[:1]).endswith("; run the config again to finish them")

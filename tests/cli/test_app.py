@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import os
 import re
 import subprocess
 import sys
@@ -11,6 +13,7 @@ import pytest
 from command_line import Snooker
 from config_texts import BASE
 
+from snooker_cli.cli import main
 from snooker_cli.cli.app import COMMANDS, HIDDEN, loaded
 from snooker_cli.cli.options import conditions
 from snooker_cli.config import parse
@@ -43,11 +46,65 @@ def test_bash_completes_commands_and_options(
     snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("_SNOOKER_COMPLETE", "complete_bash")
-    for words, offer in (("snooker va", "validate"), ("snooker verify --repl", "--replay")):
+    for words, offer in (("snooker va", "validate"), ("snooker verify --ex", "--exact")):
         monkeypatch.setenv("COMP_WORDS", words.replace(" ", "\n"))
         monkeypatch.setenv("COMP_CWORD", str(words.count(" ")))
         ended = snooker()
         assert (ended.code, ended.out.strip(), ended.err) == (0, offer, "")
+
+
+PRINTING = (
+    *(f"{name} --help" for name in COMMANDS),
+    *("", "--version", "init", "init driven --out new.yaml", "run small.yaml --fresh", "ls"),
+    *("show small", "show small --hash", "verify small", "verify small --exact", "fit small"),
+    *("compare small --json", "plot small energy-fit"),
+    *("animate small --out film.html", "live --out live.html"),
+    *("export small", "export small --table", "validate small.yaml", "schema"),
+    *("bench hard at-rest", "plot small energi", "run small.yaml -o cor=2"),
+)
+
+
+SOME = ("run --help", "compare small", "run \u03b1.yaml")
+
+
+@pytest.mark.parametrize(
+    ("encoding", "commands"), [("cp1252", (*PRINTING, *SOME)), ("ascii", SOME), ("latin-1", SOME)]
+)
+def test_commands_print_plain_words_for_what_an_encoding_lacks(
+    encoding: str, commands: tuple[str, ...], finished: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Windows gives redirected output the encoding cp1252."""
+    printed = {}
+    for command in commands:
+        streams = [io.BytesIO(), io.BytesIO()]
+        for name, stream in zip(("stdout", "stderr"), streams, strict=True):
+            monkeypatch.setattr(sys, name, io.TextIOWrapper(stream, encoding))
+        monkeypatch.setattr(sys, "argv", ["snooker", *command.split()])
+        with pytest.raises(SystemExit) as end:
+            main()
+        sys.stdout.flush()
+        sys.stderr.flush()
+        out, err = (stream.getvalue().decode(encoding) for stream in streams)
+        wrong = command in ("", *PRINTING[-2:], SOME[-1])
+        assert bool(end.value.code) == wrong, (command, err)
+        assert out or err, command
+        assert "bug" not in err
+        assert "\\u" not in out + err or command in ("compare small --json", "schema"), command
+        printed[command] = out + err
+    assert "10.0; >= 0]" in printed["run --help"]
+    assert "alpha = " in printed["compare small"]
+    assert "alpha.yaml" in printed["run \u03b1.yaml"]
+    assert ("±" in printed["compare small"]) == (encoding != "ascii")
+    assert ("+/-" in printed["compare small"]) == (encoding == "ascii")
+
+
+def test_figures_are_drawn_whatever_backend_the_environment_names(finished: Path) -> None:
+    """A notebook names its own, which a program that it starts may not have."""
+    for backend in ("module://matplotlib_inline.backend_inline", "tkagg", "nonsense"):
+        command = [sys.executable, "-m", "snooker_cli", "plot", "small", "energy", "--format=svg"]
+        environment = os.environ | {"MPLBACKEND": backend}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
 
 
 def test_every_numeric_option_refuses_a_wrong_value_in_one_sentence(

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import base64
 import json
+import os
+import pty
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +16,9 @@ import pytest
 from command_line import Snooker
 
 from snooker_cli.cli import figure_commands
+from snooker_cli.figures import FIGURES, Selection
+from snooker_cli.figures.registry import figures_of
+from snooker_cli.runs import open_run
 
 
 def content(page: str) -> dict[str, Any]:
@@ -50,3 +57,74 @@ def test_animate_opens_the_film(
     assert asked == [Path("runs/small/film-cor-0.85.html").resolve().as_uri()]
     assert "no browser could be started" in ended.err
     assert content(Path("runs/small/film-cor-0.85.html").read_text("utf-8"))["title"] == "small"
+
+
+def test_the_list_of_figures_opens_no_result(
+    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With 5,000 points it gave nothing in 250 s, when it made all figures."""
+    before = snooker("plot", "small", "--list")
+    for path in Path("runs/small").glob("point-*/*.h5"):
+        path.write_bytes(b"")
+    monkeypatch.setattr("snooker_cli.runs.run.Run.statuses", None)
+    after = snooker("plot", "small", "--list")
+    assert (after.code, after.out, after.err) == (0, before.out, "")
+    assert "energy-fit left out at 1 of 2 points: nothing decays" in " ".join(after.out.split())
+    ended = snooker("plot", "small", "--list", "--repeat", "3")
+    assert "there is no repeat 3" in ended.err
+
+
+def test_without_names_figures_of_single_points_are_few(
+    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(figure_commands, "MOST_SERIES", 1)
+    monkeypatch.setattr(figure_commands, "FIGURES", {"tagged-path": FIGURES["tagged-path"]})
+    few = snooker("plot", "small", "--format", "svg")
+    assert few.out.split() == [
+        f"runs/small/figures/tagged-path-cor-0.85.{ending}" for ending in ("svg", "json")
+    ]
+    assert "tagged-path: drawn for 1 of 2 points, evenly chosen; --where" in few.err
+    for chosen in (("tagged-path",), ("--where", "cor>0.1")):
+        ended = snooker("plot", "small", *chosen, "--format", "svg")
+        assert len(ended.out.split(".svg")) == 3
+        assert "evenly chosen" not in ended.err
+
+
+def test_plot_shows_what_it_reads(finished: Path) -> None:
+    """On a terminal; lines on stdout are whole."""
+    texts: list[str] = []
+    run = open_run("small")
+    drawn = list(figures_of(run, ["energy"], Selection(), texts.append))
+    assert len(drawn) == 1
+    assert "energy: point 2 of 2, repeat 3 of 3" in texts
+    read, write = pty.openpty()
+    command = [sys.executable, "-m", "snooker_cli", "plot", "small", "energy", "--format", "svg"]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=write, check=True, text=True)
+    shown = os.read(read, 100_000).decode()
+    assert "reading the files of point" in shown
+    assert done.stdout.splitlines()[0] == "runs/small/figures/energy.svg"
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        (("animate", "small", "--until", "0.1"), "notes.html"),
+        (("live",), "notes.html"),
+        (("export", "small"), "notes.csv"),
+        (("verify", "small", "--exact", "--point", "0"), "notes.json"),
+    ],
+)
+def test_a_file_of_the_user_is_replaced_on_request_only(
+    command: tuple[str, ...], name: str, finished: Path, snooker: Snooker
+) -> None:
+    Path(name).write_text("mine")
+    ended = snooker(*command, "--out", name)
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err == (
+        f"snooker: {name}: exists already; give --replace, or --out for another name\n"
+    )
+    assert Path(name).read_text() == "mine"
+    assert snooker(*command, "--out", name, "--replace").code == 0
+    assert Path(name).read_text() != "mine"
+    again = snooker(*command, "--out", name)  # a page of snooker is no loss
+    assert again.code == (0 if name.endswith(".html") else 2)

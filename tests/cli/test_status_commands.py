@@ -134,6 +134,45 @@ def test_repeats_of_another_engine_version_are_to_do_and_cannot_be_replayed(
     assert f"holds results of engine version {old}" in ended.err
 
 
+THREE = """
+container: {radius: 10.0}
+balls:
+  list:
+    - {position: [-3.0, 0.0], velocity: [1.0, 0.0], radius: 0.5}
+    - {position: [0.0, 0.0], velocity: [0.0, 0.0], radius: 0.5}
+    - {position: [3.0, 0.0], velocity: [-1.0, 0.0], radius: 0.5}
+cor: 0.05
+wall_cor: 1.0
+collisions: 10000
+"""
+
+
+def test_a_collapse_that_an_older_engine_recorded_as_complete(here: Path, snooker: Snooker) -> None:
+    """Engine 8 ended a repeat after 64 collisions for each ball of the scene."""
+    run = made(Path("runs/three"), THREE)
+    (result,) = done(run)
+    assert result.stop is not None
+    assert result.stop.reason is StopReason.COLLAPSE
+    ((trace, header),) = store.read(path := run.path(0, [0]))
+    complete = replace(trace, stop=trace.stop._replace(reason=StopReason.COLLISIONS, balls=()))
+    short = replace(complete, events=trace.events[:-1], pair_events=trace.pair_events - 1)
+    manifest = json.loads((run.directory / runs.MANIFEST).read_text())
+    write_json(run.directory / runs.MANIFEST, manifest | {"engine_version": 8})
+    source = replace(header.provenance, engine_version=8)
+    for stored, hidden in ((complete, True), (short, False)):
+        store.write(path, [(0, stored)], source)
+        (row,) = json.loads(snooker("show", "three", "--json").out)["ledger"]
+        assert row["ended"] == {"collisions": 1}
+        remark = {"repeat": 0, "remark": "has collapsed, which engine version 8 did not recognise"}
+        assert row["remarks"] == [remark] * hidden
+        reason = StopReason.COLLAPSE if hidden else StopReason.COLLISIONS
+        opened = runs.open_run("three")
+        assert opened.read(opened.points[0], 0).stop.reason is reason
+        compared = snooker("compare", "three").out
+        assert ("0 of 1 complete" in compared) is hidden
+        assert ("the repeat ended early, in a collapse" in compared) is hidden
+
+
 @pytest.mark.parametrize(
     ("part", "column"), [("events", "impulse"), ("finish", "positions"), ("start", "velocities")]
 )

@@ -58,7 +58,8 @@ def test_points_of_a_hand_made_experiment_are_checked() -> None:
 CHANGES = """
 container.radius=10.000000000000002 container.mass=.inf balls.rings=2 balls.radius=0.9 balls.mass=2
 balls.speed=9 balls.ring_extent=0.7 cor=0.9 wall_cor=0.9 collapse={"tc":0.1} collisions=501 time=10
-seed=2 record=summary common_random=true cor_speed=1 wall_cor_speed=1
+seed=2 record=summary common_random=true cor_speed=1 wall_cor_speed=1 balls.common_rotation=false
+container.velocity=[1,0]
 """
 
 
@@ -66,7 +67,7 @@ def test_a_digest_depends_on_what_matters_and_on_nothing_else() -> None:
     for text in (
         BASE.replace("1.0e7", "10000000"),
         BASE.replace("500", "5e2"),
-        BASE.replace("mass: 1.0, ", ""),
+        BASE.replace("mass: 1.0, ", "common_rotation: true, "),
         BASE + "title: another\nrepeats: 9\ncommon_random: false\nwall_cor: 0.8\n",
         BASE + "sweep: {cor: [0.1]}\n",
         "".join(sorted(BASE.splitlines(keepends=True))),

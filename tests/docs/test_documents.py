@@ -27,16 +27,21 @@ import repeating
 import yaml
 
 from snooker_cli import __version__
+from snooker_cli.analysis.comparison import compare
 from snooker_cli.analysis.decay import decays
+from snooker_cli.analysis.observables import complete_repeats
 from snooker_cli.cli.app import COMMANDS, loaded
 from snooker_cli.cli.config_commands import templates
 from snooker_cli.config import digest, load, parse
+from snooker_cli.engine.simulation import simulate_batch
 from snooker_cli.errors import ExitCode
 from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.figure_data import Band
-from snooker_cli.formatting import rough, short
+from snooker_cli.formatting import rough, short, with_error
+from snooker_cli.placement.starting_scene import starting_scenes
+from snooker_cli.report.audit import mean_pressure_slope
 from snooker_cli.report.content import measurement
-from snooker_cli.report.explanations import COMBINATIONS, LIKELY, TARGETS, explain
+from snooker_cli.report.explanations import COMBINATIONS, TARGETS, chi_square_limit, explain
 from snooker_cli.report.source_values import SOURCE_VALUES
 from snooker_cli.runs import Run, open_run
 
@@ -329,20 +334,54 @@ def simulated(name: str, folder: Path) -> Run:
 @pytest.mark.long
 def test_the_audit_of_the_source_report(tmp_path: Path) -> None:
     """The sentences in docs/accuracy.md, from all explanations."""
-    run, elastic = (simulated(name, tmp_path) for name in ("audit", "temperature"))
-    found = explain(run, elastic)
-    best, mixed, text = found.best, found.named[-2], sentences_of(ACCURACY)
-    assert f"Of {len(SOURCE_VALUES)} numbers that it prints" in text
-    assert f"Of {len(SOURCE_VALUES)} numbers, " in sentences_of(README)
-    tried, repeats = len(found.named) - 1, run.experiment.repeats
-    assert f"We tried {tried} named explanations with {repeats} repeats each" in text
-    assert f"The best of all {len(COMBINATIONS)} combinations has χ² = {best.score:.0f}" in text
-    assert f"they have χ² = {mixed.score:.0f}" in text
-    assert f"above the 95 % point, {LIKELY}" in text
-    assert best.name == "elastic wall, free amplitude, time axis of the fits × 10"
-    assert all(one.rejected for one in found.named)
-    ratios = [mixed.our_value(one).value / one.value for one in TARGETS[:4]]
-    assert f"{min(ratios):.2f} to {max(ratios):.2f} of the printed" in text
+    run, rings, elastic = (
+        simulated(name, tmp_path) for name in ("audit", "ring-extent", "temperature")
+    )
+    found, text = explain([run, rings], elastic), sentences_of(ACCURACY)
+    numbers = SOURCE_VALUES.values()
+    follow, again = (
+        sum(map(bool, column))
+        for column in zip(*((one.follows, one.repeats) for one in numbers), strict=True)
+    )
+    assert f"Of {len(numbers)} numbers that it prints" in text
+    assert f"{follow} follow from others, and {again} are printed again" in text
+    own_best, best = found.named[-2], found.best
+    own_rings = run.experiment.balls.ring_extent
+    assert own_best.name == "elastic wall, free amplitude, time axis of the fits × 10"
+    assert f"with {run.experiment.repeats} repeats each" in text
+    rejected = f"With rings to {own_rings} R all {len(COMBINATIONS)} are rejected"
+    assert f"{rejected}: the least χ² of seven numbers is {own_best.score:.0f}." in text
+    assert all(one.rejected for one in found.named[:-1])
+    assert f"a χ² distribution is {chi_square_limit(len(TARGETS)):.2f}." in text
+    assert f"has its 95 % point at {found.named[0].limit:.1f}." in text
+    assert f"and {rings.experiment.repeats} repeats each, there are {found.tried} comb" in text
+    scores = " and ".join(f"{one.score:.0f}" for one in found.possible)
+    assert f"Two are not rejected, with χ² of {scores}." in text
+    assert len(found.possible) == 2
+    assert found.possible[0] is best or found.possible[0].name == best.name
+    same = "balls of 0.1 m in the fits only, rings of the fits to 0.125 R"
+    rest = "elastic wall, first 200 collisions, free amplitude"
+    assert [one.name for one in found.possible] == [
+        f"{same}, {rest}",
+        f"{same}, other rings to 0.63 R, {rest}",
+    ]
+    assert found.slipped.rejected
+    readme = sentences_of(README)
+    assert f"Of {len(numbers)} numbers, " in readme
+    assert f"With rings to {own_rings} R none of {len(COMBINATIONS)} explanations fits" in readme
+    assert f"two of {found.tried} do" in readme
+
+
+@pytest.mark.long
+def test_the_mean_pressure_falls_at_about_half_of_the_logarithmic_rate(tmp_path: Path) -> None:
+    run = simulated("restitution", tmp_path)
+    slopes = [
+        f"{mean_pressure_slope(complete_repeats(run.traces(point))).value:.2f}"
+        for point in run.points
+        if point.experiment.cor in (0.8, 0.9)
+    ]
+    rates = "falls at {} (CoR 0.8) and {} (CoR 0.9) of the logarithmic rate".format(*slopes)
+    assert rates in sentences_of(ACCURACY)
 
 
 @pytest.mark.long
@@ -372,6 +411,33 @@ def test_haffs_law_depends_on_the_start_and_the_error_of_a_single_fit_is_too_sma
     assert f"for {held['mixed', 0.8].holds_to:.2g} s at CoR 0.8" in text
     factor = f"{min(factors):.0f} to {max(factors):.0f} times too small"
     assert factor in sentences_of(README)
+
+
+def test_only_without_a_common_rotation_a_driven_gas_forgets_its_start() -> None:
+    """The sentence in docs/how-it-works.md; errors are standard errors of independent means."""
+    found = {}
+    for rotates in ("true", "false"):
+        for speed in (10, 40):
+            balls = f"{{rings: 3, radius: 1, speed: {speed}, common_rotation: {rotates}}}"
+            text = f"container: {{radius: 10}}\nballs: {balls}\ncor: 0.9\nwall_cor: 1\n"
+            gas = parse(f"{text}wall_speed: 1\ncollisions: 10000\n").experiment
+            starts = starting_scenes(gas, range(100))
+            rows, notes = compare(simulate_batch(starts, collisions=10_000, summary=True))
+            (warm,) = (row for row in rows if row.quantity == "temperature")
+            found[rotates, speed] = warm
+            (note,) = (note.note for note in notes if note.note.startswith("common rotation: "))
+            assert ("`common_rotation: false`" in note) == (rotates == "true")
+    (slow, fast), (slower, faster) = (
+        [found[rotates, speed] for speed in (10, 40)] for rotates in ("true", "false")
+    )
+    assert abs(fast.measured - slow.measured) > 4 * math.hypot(fast.error, slow.error)
+    assert abs(faster.measured - slower.measured) < 3 * math.hypot(faster.error, slower.error)
+    for turning, still in ((slow, slower), (fast, faster)):
+        assert turning.measured - still.measured > 4 * math.hypot(turning.error, still.error)
+    values = [with_error(row.measured, row.error) for row in (slow, fast, slower, faster)]
+    text = sentences_of(DOCS / "how-it-works.md")
+    assert "reach {} J from 10 m/s and {} J from 40 m/s (100 repeats)".format(*values) in text
+    assert "Then they reach {} J and {} J".format(*values[2:]) in text
 
 
 def test_200_repeats_refuse_haffs_law_where_10_do_not(tmp_path: Path) -> None:

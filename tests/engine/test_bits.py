@@ -187,7 +187,7 @@ def test_a_repeat_that_is_continued_has_the_same_bits(name, monkeypatch):
     """Also from arrays in another memory, as they are read from a file."""
     case = CASES[name]
     # Not the chunks of many balls: balls are put into the order of their cells between these.
-    monkeypatch.setattr(simulation, "CHUNK", 30 if case.stop is TRAP else 280)
+    monkeypatch.setattr(simulation, "CHUNK", 280 if case.stop is StopReason.COLLISIONS else 30)
     parts: list[Events] = []
     checkpoint, stops = None, 0
     while True:

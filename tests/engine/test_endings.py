@@ -21,7 +21,7 @@ from test_twin import compared
 
 from snooker_cli.config import parse, validated
 from snooker_cli.containers import Box, PeriodicBox
-from snooker_cli.engine import clock, contact, simulate, simulation, sliding
+from snooker_cli.engine import clock, contact, simulate, simulation, sliding, stands_still
 from snooker_cli.errors import SceneError
 from snooker_cli.laws import Constant
 from snooker_cli.placement.starting_scene import starting_scene
@@ -416,6 +416,89 @@ def test_three_balls_in_a_line(container, cor):
         assert trace.stop.reason is StopReason.TIME
         assert not trace.events.at_wall.any()
         assert np.all(np.diff(trace.finish.velocities[:, 0]) > 0)
+
+
+@pytest.mark.parametrize("collapses_at_once", [False, True])
+def test_balls_elsewhere_do_not_delay_a_collapse(collapses_at_once):
+    """Three balls collapse after as many events among 600 others, also if they touch at first."""
+    gap = 0.0 if collapses_at_once else 0.9
+    line = [(-2.0 - gap, 0.0, 1.0, 0.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0, 1.0, 1.0)]
+    line.append((2.0 + gap, 0.0, -1.0, 0.0, 1.0, 1.0))
+    others = [
+        (3.0 * column, 3.0 * row, 0.0, 0.0, 1.0, 1.0)
+        for column in range(-10, 10)
+        for row in (*range(-17, -2), *range(3, 18))
+    ]
+    ends = [
+        simulate(
+            scene_of(balls, restitution=0.05, container=PeriodicBox(120.0, 120.0)),
+            collisions=10_000,
+        )
+        for balls in (line, line + others)
+    ]
+    assert [end.stop.reason for end in ends] == [StopReason.COLLAPSE] * 2
+    assert same_events(ends[0].events, ends[1].events)
+    assert len(ends[0].events) < 300
+
+
+def test_few_balls_of_a_large_gas_collapse():
+    """Of 1,000 dilute balls: before the limit for them few collide, in no time."""
+    experiment = parse("""
+    container: {shape: periodic, packing: 0.05}
+    balls: {count: 1000, radius: 1.0, speed: 10.0}
+    cor: 0.2
+    collisions: 10000
+    """).experiment
+    for repeat in (0, 1):
+        trace = simulate(starting_scene(experiment, repeat), collisions=10_000)
+        assert trace.stop.reason is StopReason.COLLAPSE
+        last = trace.events[-300:]
+        assert len({*last.i.tolist(), *last.j.tolist()}) <= 7
+        assert last.time[-1] - last.time[0] <= 300 * clock.CLOCK_DIGITS * last.time[-1]
+        assert stands_still(trace.start, trace.events)
+        assert not stands_still(trace.start, trace.events[:-1])
+
+
+# Finite racks: many collisions in one instant, which are no collapse.
+
+
+@pytest.mark.parametrize("cor", [1.0, 0.99, 0.95])
+def test_a_row_in_which_each_meets_each(cor):
+    """n balls that touch, each faster than the next: n (n - 1)/2 collisions, each pair once.
+
+    With losses they are endless below tan^2(pi/4 (1 - 1/n)), which is 0.978 for 140 (Bernu &
+    Mazighi, J. Phys. A 23, 5745 (1990)).
+    """
+    number = 140
+    balls = [(2.0 * k - number, 0.0, 0.7 - 0.01 * k, 0.0, 1.0, 1.0) for k in range(number)]
+    scene = scene_of(balls, restitution=cor, container=PeriodicBox(8.0 * number, 12.0))
+    trace = simulate(scene, collisions=100_000, time=1.0)
+    if cor < math.tan(math.pi / 4 * (1 - 1 / number)) ** 2:
+        assert trace.stop.reason is StopReason.COLLAPSE
+    else:
+        assert trace.stop.reason is StopReason.TIME
+        assert len(trace.events) == number * (number - 1) // 2
+        assert trace.events.time[-1] == 0.0
+        assert not stands_still(scene, trace.events[:-1])
+
+
+@pytest.mark.parametrize("ratio", [1e2, 1e4, 1e6])
+@pytest.mark.parametrize("cor", [1.0, 0.99])
+def test_a_light_ball_between_heavy_ones(ratio, cor):
+    """They touch. An angle theta has pi/theta collisions (Galperin 2003), or with losses, if
+    sin(theta) < (1 - e)/(1 + e), infinitely many."""
+    balls = [(-4.0, 0.0, 1.0, 0.0, 1.0, 1.0), (-2.0, 0.0, 0.0, 0.0, 1.0, 1 / ratio)]
+    balls.append((0.0, 0.0, 0.0, 0.0, 1.0, 1.0))
+    scene = scene_of(balls, restitution=cor, container=Box(20.0, 16.0))
+    trace = simulate(scene, collisions=1_000_000, time=4.0)
+    angle = math.acos(ratio / (1 + ratio))
+    if math.sin(angle) < (1 - cor) / (1 + cor):
+        assert trace.stop.reason is StopReason.COLLAPSE
+    else:
+        assert trace.stop.reason is StopReason.TIME
+        most = int(math.pi / angle)
+        assert len(trace.events) == most if cor == 1.0 else most <= len(trace.events) < 2 * most
+        assert trace.events.time[-1] == trace.events.time[0]
 
 
 @pytest.mark.parametrize("engine", ["allpairs", "cells"])

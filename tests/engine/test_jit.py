@@ -52,11 +52,10 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def set_folder(chosen: Path | str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What NUMBA_CACHE_DIR does, which Numba reads when it is imported; "" if it is not set."""
-    import numba
-
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(chosen))
+    """Set NUMBA_CACHE_DIR; "" if it is not set."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(chosen))
     jit.cache_folder.cache_clear()
+    jit._warn.cache_clear()
 
 
 def test_a_kernel_gives_what_its_function_does(cache: Path) -> None:
@@ -69,6 +68,11 @@ def test_a_kernel_gives_what_its_function_does(cache: Path) -> None:
     assert len([*cache.rglob("*.nbc")]) == 3
 
 
+def hits_of(kernel: Any) -> int:
+    """How many kernels came from the cache; the others were compiled."""
+    return sum(kernel.compiled.stats.cache_hits.values())
+
+
 def test_a_kernel_is_loaded_from_the_cache(cache: Path) -> None:
     """And other functions of the user keep the cache folder that they had."""
     import numba
@@ -76,9 +80,39 @@ def test_a_kernel_is_loaded_from_the_cache(cache: Path) -> None:
     expected = jit.kernel(sum_of)(*arguments())
     again = jit.kernel(sum_of)
     assert again(*arguments()) == expected
-    stats = again.compiled.stats
-    assert (sum(stats.cache_hits.values()), sum(stats.cache_misses.values())) == (1, 0)
+    assert hits_of(again) == 1
     assert str(cache) == numba.config.CACHE_DIR
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+DAMAGES: dict[str, tuple[str, Callable[[Path], object]]] = {
+    "empty index": ("nbi", lambda path: path.write_bytes(b"")),
+    "half an index": ("nbi", cut),
+    "another index": ("nbi", lambda path: path.write_bytes(b"text")),
+    "empty code": ("1.nbc", lambda path: path.write_bytes(b"")),
+    "half of the code": ("1.nbc", cut),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_damaged_code_is_compiled_again(
+    damage: str, cache: Path, warnings_of: Callable[[], list[str]]
+) -> None:
+    """With one warning."""
+    for order in "CF":
+        jit.kernel(sum_of)(*arguments(order))
+    ending, change = DAMAGES[damage]
+    (path,) = cache.rglob(f"*.{ending}")
+    change(path)
+    assert jit.kernel(sum_of)(*arguments()) == sum_of(*arguments())
+    (warning,) = warnings_of()
+    assert str(path.parent) in warning
+    repaired = jit.kernel(sum_of)
+    assert repaired(*arguments()) == sum_of(*arguments())
+    assert hits_of(repaired) == 1
 
 
 def test_a_kernel_leaves_reference_counts_as_they_were() -> None:

@@ -12,9 +12,10 @@ from repeating import batches_of, file_of
 
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Points, Selection, registry, selected
-from snooker_cli.figures.captions import unfinished
+from snooker_cli.figures import FIGURES, Line, Points, Selection, registry, selected
+from snooker_cli.figures.captions import FigureBuilder, unfinished
 from snooker_cli.figures.selection import along, evenly
+from snooker_cli.formatting import short
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
 
@@ -115,7 +116,7 @@ def test_many_collisions_are_those_of_few_repeats(
     decaying: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each repeat has 200: two fit. Means of pressures and fits use all repeats."""
-    monkeypatch.setattr(registry, "MOST_COLLISIONS", 599)
+    monkeypatch.setattr(registry, "MOST_COLLISIONS", 3 * 599)
     found = FIGURES["energy"].make(decaying, Selection())
     assert [row["repeats"] for row in found.numbers["points"]] == [2, 2, 2]
     assert found.caption.endswith("The figure uses 2 repeats, evenly chosen, of each point.")
@@ -123,3 +124,36 @@ def test_many_collisions_are_those_of_few_repeats(
         figure = FIGURES[name].make(decaying, Selection())
         assert [row["repeats"] for row in figure.numbers["points"]] == [3, 3]
         assert "evenly chosen" not in figure.caption
+
+
+def test_states_are_as_many_as_a_figure_can_afford(decaying: Run) -> None:
+    """19 balls, three repeats of three points: fewer repeats first, and then fewer states."""
+
+    def afforded(most: int, **options: int) -> tuple[int, int]:
+        build = FigureBuilder(decaying, Selection(), [list(decaying.points)], {"kind": "energy"})
+        states = build.states(decaying.points[0], 61, most, **options)
+        return states, len(build.repeats(decaying.points[0]))
+
+    assert afforded(10**9) == (61, 3)
+    assert afforded(3 * 19 * 61 * 2, fewest=61) == (61, 2)
+    assert afforded(3 * 19 * 61 * 2) == (40, 3)
+    assert afforded(3 * 20 * 10, each=1, fewest=61) == (10, 1)
+    assert afforded(3 * 19) == (2, 1)  # the share of the point is one
+    with pytest.raises(FigureError, match="too long for more than 15 balls"):
+        afforded(30)
+
+
+def test_a_caption_names_the_end_of_its_curve(tmp_path: Path) -> None:
+    """The laws are judged on complete repeats, and the curve ends with the shortest of all."""
+    overrides = ("balls.rings=1", "cor=0.85", "wall_cor=null", "repeats=12", "seed=8")
+    run = made(tmp_path / "trapped", *overrides)
+    ends = [trace.stop.time for trace in traces(run, 0)]
+    complete = [trace.stop.reason.complete for trace in traces(run, 0)]
+    assert 2 < sum(complete) < 12
+    found = shown(run, "energy-fit")
+    (line,) = (line for line in layers(found, Line) if line.broad)
+    assert line.x[-1] == min(ends)
+    assert (
+        f" The curve ends at {short(min(ends))} s; the laws are judged on the {sum(complete)} "
+        "complete repeats."
+    ) in found.caption

@@ -14,7 +14,7 @@ from snooker_cli.analysis.decay import curve, decays
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.engine import series
 from snooker_cli.figures import Line, Points
-from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
+from snooker_cli.figures.captions import LOG_SPREAD
 from snooker_cli.figures.figure_data import Band, at_common_times
 from snooker_cli.formatting import with_error
 from snooker_cli.runs import Run
@@ -66,12 +66,13 @@ def test_fits_are_those_of_the_repeat_and_of_all(
         times, rows = at_common_times(pairs)
         pairs = [(times, row) for row in rows]
     values = np.concatenate([row for _, row in pairs])
-    assert found.y_log == (values.max() > 10 * values.min())
-    assert band.label == f"all 3 repeats, {LOG_SPREAD if found.y_log else SPREAD}"
-    if found.y_log:
-        # The axis ends below the data: a fit may fall by many more decades.
-        assert found.y_limits == (pytest.approx(values.min() / 10), None)
-    around(band, pairs, found.y_log)
+    assert found.y_log
+    assert band.label == f"all 3 repeats, {LOG_SPREAD}"
+    # The axis ends below the data: a fit may fall by many more decades.
+    least = values.min() / 10
+    falls = min(line.y.min() for line in lines) < least
+    assert found.y_limits == (pytest.approx(least) if falls else None, None)
+    around(band, pairs, True)
 
 
 def test_decay_against_cor(decaying: Run) -> None:
@@ -88,6 +89,10 @@ def test_decay_against_cor(decaying: Run) -> None:
     rate = theory.ball_ball_rate(density, 1.0, 50.0, contact)
     expected = theory.haff_rate(theory.cooling_rate(0.9, rate))  # the wall is elastic
     assert kinetic_theory.y[-1] == pytest.approx(expected, rel=1e-12)
+    _, residuals = found.panel
+    assert isinstance(residuals, Points)
+    assert residuals.y[-1] == pytest.approx(100 * (alpha.y[-1] / expected - 1), rel=1e-9)
+    assert residuals.y_error[-1] == pytest.approx(100 * alpha.y_error[-1] / expected, rel=1e-12)
 
 
 def test_local_rates_and_the_forms_of_haffs_law(decaying: Run) -> None:
@@ -128,6 +133,29 @@ def test_local_rates_and_the_forms_of_haffs_law(decaying: Run) -> None:
     assert floored.y[100] == pytest.approx(slope, rel=1e-7)
 
 
+def test_haffs_laws_of_several_points_are_one_curve(decaying: Run) -> None:
+    found = shown(decaying, "haff-time")
+    law = next(line for line in layers(found, Line) if len(line.x) and line.style == "solid")
+    assert law.y == pytest.approx(1 / (1 + law.x), rel=1e-13)
+    assert not any(line.style in ("dashed", "dotted") for line in layers(found, Line))
+    below = [layer for layer in found.panel if isinstance(layer, Points)]
+    for index, points in enumerate(layers(found, Points)):
+        record = found.numbers["points"][index]
+        alpha = record["theory_alpha"]
+        alone = shown(decaying, "haff-time", cor=record["parameters"]["cor"])
+        (in_seconds,) = layers(alone, Points)
+        assert points.x == pytest.approx(in_seconds.x * alpha, rel=1e-13)
+        assert points.y == pytest.approx(in_seconds.y / (2 * alpha), rel=1e-13)
+        assert points.y_error == pytest.approx(in_seconds.y_error / (2 * alpha), rel=1e-13)
+        # Over a window the law takes ln E by the difference of 2 ln(1 + αt).
+        half = in_seconds.x[0]
+        mean = 2 * math.log1p(alpha * 2 * half) / (2 * half)
+        above = 100 * (in_seconds.y[0] / mean - 1)
+        assert below[index].y[0] == pytest.approx(above, rel=1e-9)
+        (residuals,) = (layer for layer in alone.panel if isinstance(layer, Points))
+        assert below[index].y == pytest.approx(residuals.y, rel=1e-12)
+
+
 def test_no_rate_is_claimed_from_few_collisions(decaying: Run, tmp_path: Path) -> None:
     few = made(tmp_path / "run", "cor=0.8", "collisions=12", "repeats=2")
     assert "fewer than 10 collisions" in why_not(few, "haff-time")
@@ -160,3 +188,7 @@ def test_energy_against_collisions(decaying: Run) -> None:
     above = np.mean(floors + (1 - floors) * (1 - (1 - 0.9**2) / 19) ** pairs)
     assert record["theory_above_floor"] == pytest.approx(above, rel=1e-12)
     assert record["floor"] < 0.1 * record["final_ratio"]
+    _, residuals = found.panel
+    assert isinstance(residuals, Points)
+    assert residuals.y[-1] == pytest.approx(100 * (points.y[-1] / above - 1), rel=1e-9)
+    assert residuals.x.tolist() == points.x[1:].tolist()

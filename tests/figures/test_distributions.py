@@ -9,9 +9,17 @@ import pytest
 from figure_runs import ADRIFT, layers, made, shown, traces
 
 from snooker_cli import theory
-from snooker_cli.analysis import predictions
+from snooker_cli.analysis import observables, predictions
 from snooker_cli.engine import replay
-from snooker_cli.figures import FigureData, Line, Points, Reference
+from snooker_cli.figures import (
+    FIGURES,
+    FigureData,
+    Line,
+    Points,
+    Reference,
+    Selection,
+    distributions,
+)
 from snooker_cli.figures.captions import MEAN_SPREAD
 from snooker_cli.figures.figure_data import NEUTRAL, Band
 from snooker_cli.runs import Run
@@ -44,6 +52,26 @@ def test_distances_from_the_centre(decaying: Run) -> None:
     assert [reference.value for reference in layers(found, Reference)] == [9.0]
 
 
+def test_distances_are_those_of_equal_steps_of_time(decaying: Run) -> None:
+    """At collisions two balls touch, so such times would have too many short distances."""
+    found = shown(decaying, "pair-distances", cor=1.0)
+    (histogram,) = histograms(found)
+    densities = []
+    first, second = np.triu_indices(19, k=1)
+    for trace in traces(decaying, 2):
+        steps = trace.collisions + 1
+        states = replay(trace, (np.arange(steps) + 0.5) / steps * trace.stop.time)
+        apart = states.positions[:, first] - states.positions[:, second]
+        distances = np.hypot(apart[..., 0], apart[..., 1])
+        densities.append(np.histogram(distances, histogram.x[1:], density=True)[0])
+    mean = np.mean(densities, axis=0)
+    assert histogram.y[1:-1] == pytest.approx(mean, rel=1e-9)
+    band = layers(found, Band)[0]
+    errors = np.std(densities, axis=0, ddof=1) / np.sqrt(3)
+    assert (band.high - band.low)[1:-1] / 2 == pytest.approx(errors, rel=1e-9)
+    assert band.steps
+
+
 def test_distances_between_balls(decaying: Run) -> None:
     found = shown(decaying, "pair-distances", repeat=1, cor=1.0)
     trace = traces(decaying, 2)[1]
@@ -65,6 +93,17 @@ def test_speeds_in_metres_if_elastic(warm: Run) -> None:
         widths = np.diff(histogram.x)
         assert widths[1:] == pytest.approx(SPEED_BIN * speed, rel=1e-13)
         assert np.sum(histogram.y[:-1] * widths) == pytest.approx(1, abs=1e-12)
+    shares = [observables.reduced_speed_counts(trace) for trace in traces(warm, 3)]
+    cdf = theory.fixed_energy_speed_cdf(histograms(found)[0].x[[4, 5]], 19, 12.5)
+    _, residuals, *_ = found.panel
+    assert isinstance(residuals, Points)
+    share = np.sum(shares, axis=0)[3] / np.sum(shares)
+    assert residuals.y[3] == pytest.approx((share - np.diff(cdf)[0]) / (SPEED_BIN * 5), rel=1e-9)
+    assert len({int(np.sum(counts)) for counts in shares}) == 1
+    each = [counts[3] / np.sum(counts) / (SPEED_BIN * 5) for counts in shares]
+    error = np.std(each, ddof=1) / np.sqrt(3)
+    assert residuals.y_error[3] == pytest.approx(error, rel=1e-9)
+    assert found.panel_label == "minus law at fixed energy"
     maxwell, fixed = laws(found)[:2]
     assert maxwell.y == pytest.approx(theory.maxwell_speed_density(maxwell.x, 12.5), rel=1e-12)
     assert fixed.y == pytest.approx(
@@ -102,3 +141,16 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: Run) -> None:
     (band, _) = layers(found, Band)
     assert f"Lines: means over the repeats; bands: {MEAN_SPREAD}." in found.caption
     np.testing.assert_allclose((band.low + band.high) / 2, line.y, atol=1e-12)
+
+
+def test_distances_of_many_balls_are_those_of_a_choice(
+    decaying: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All pairs of 100,000 balls would need 37 GiB. The smallest distance stays that of all."""
+    whole = FIGURES["pair-distances"].make(decaying, Selection({"cor": 1.0}))
+    monkeypatch.setattr(distributions, "PAIRED", 9)
+    found = FIGURES["pair-distances"].make(decaying, Selection({"cor": 1.0}))
+    key = "smallest_distance"
+    assert found.numbers[key] == pytest.approx(whole.numbers[key], rel=4 * EPSILON)
+    assert "Of 19 balls, the histogram has 9, chosen at random" in found.caption
+    assert "chosen at random" not in whole.caption

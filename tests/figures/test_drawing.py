@@ -45,8 +45,8 @@ EVERYTHING = FigureData(
     caption="“Quoted” & <escaped> − 1/3.",
     numbers={"third": 1 / 3, "nothing": float("nan")},
     y_limits=(0.0, None),
-    inset=(Line(X, X), Reference("y", 0.2)),
-    inset_label="detail",
+    panel=(Points(X, X, np.array([0.1, np.nan, 0.3])), Reference("y", 0.2)),
+    panel_label="above theory (%)",
 )
 
 
@@ -101,27 +101,26 @@ def test_every_figure_is_drawn_legibly(name: str, figures: dict[str, FigureData]
     with styled():
         figure = draw(shown)
         figure.draw_without_rendering()
-        (axes,) = figure.axes
-        ticks = [tick_labels(axis) for axis in (axes.xaxis, axes.yaxis)]
+        axes, *panels = figure.axes
+        lowest = figure.axes[-1]
+        ticks = [tick_labels(axis) for axis in (lowest.xaxis, *(one.yaxis for one in figure.axes))]
         in_legends = [text for legend in figure.legends for text in legend.get_texts()]
         titles = [text for text in axes.findobj(Text) if plain_text(text) == shown.title]
-        words = [*titles, axes.xaxis.label, axes.yaxis.label, *axes.texts, *in_legends]
-        for inset in axes.child_axes:
-            ticks += [tick_labels(axis) for axis in (inset.xaxis, inset.yaxis)]
-            words.append(inset.yaxis.label)
+        words = [*titles, lowest.xaxis.label, *axes.texts, *in_legends]
+        words += [one.yaxis.label for one in figure.axes]
         for text in [*words, *itertools.chain(*ticks)]:
             box = text.get_window_extent()
             inside = figure.bbox.contains(box.x0, box.y0) and figure.bbox.contains(box.x1, box.y1)
             assert inside or not text.get_text(), f"{text.get_text()!r} is cut off"
         for legend in figure.legends:
-            assert not legend.get_window_extent().overlaps(axes.get_window_extent())
-        for line in axes.lines:
+            assert not legend.get_window_extent().overlaps(lowest.get_window_extent())
+        for owner, line in [(one, line) for one in figure.axes for line in one.lines]:
             if str(line.get_marker()) in "os^DvP" and len(
                 line.get_xdata()
             ):  # not an error bar's cap
                 assert not line.get_clip_on()
-                shown_at = axes.transAxes.inverted().transform(
-                    axes.transData.transform(np.column_stack(line.get_data()))
+                shown_at = owner.transAxes.inverted().transform(
+                    owner.transData.transform(np.column_stack(line.get_data()))
                 )
                 assert np.nanmin(shown_at) >= 0
                 assert np.nanmax(shown_at) < 1, "a marker is at the upper limit"
@@ -131,7 +130,11 @@ def test_every_figure_is_drawn_legibly(name: str, figures: dict[str, FigureData]
             assert not any(one.overlaps(two) for one, two in itertools.combinations(boxes, 2))
     drawn = {plain_text(text) for text in words}
     assert {shown.title, shown.x_label, shown.y_label} <= drawn
-    assert shown.inset_label in {"", *drawn}
+    assert len(panels) == bool(shown.panel)
+    assert shown.panel_label in {"", *drawn}
+    for panel in panels:
+        assert panel.get_xlim() == axes.get_xlim()
+        assert not panel.get_window_extent().overlaps(axes.get_window_extent())
     for layer in shown.layers:
         label = getattr(layer, "label", None)
         assert label is None or label in drawn
@@ -142,7 +145,11 @@ def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
     content = json.loads(path.read_text(encoding="utf-8"))
     assert content["numbers"] == {"third": 1 / 3, "nothing": None}
     _, line, steps, points, _, vertical, horizontal = content["layers"]
-    (axes,) = draw(EVERYTHING).axes
+    axes, panel = draw(EVERYTHING).axes
+    residuals = content["panel"][0]
+    assert [residuals["x"], residuals["y"]] in [
+        np.array(artist.get_data()).tolist() for artist in panel.lines
+    ]
     drawn = [np.array(artist.get_data()).tolist() for artist in axes.lines]
     for layer in (line, steps, points):
         assert [layer["x"], layer["y"]] in drawn

@@ -12,7 +12,8 @@ from figure_runs import PERIODIC, in_circle, layers, made, shown, traces, why_no
 from snooker_cli import theory
 from snooker_cli.analysis.observables import ideal_gas_ratio
 from snooker_cli.engine import series
-from snooker_cli.figures import Line, Points
+from snooker_cli.figures import Line, Points, Reference
+from snooker_cli.formatting import with_error
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
 
@@ -39,6 +40,20 @@ def test_pressure_against_temperature(warm: Run) -> None:
     curve_of_large = next(line for line in layers(found, Line) if line.series == 1)
     expected = [in_circle(temperature, 1.0) for temperature in curve_of_large.x]
     assert curve_of_large.y == pytest.approx(expected, rel=1e-12)
+    across, *residuals = found.panel
+    assert vars(across) == vars(Reference("y", 0.0))
+    for points, radius, below in zip((small, large), (0.2, 1.0), residuals, strict=True):
+        assert isinstance(below, Points)
+        theirs = np.array([in_circle(temperature, radius) for temperature in points.x])
+        assert below.x.tolist() == points.x.tolist()
+        assert below.y == pytest.approx(100 * (points.y - theirs) / theirs, rel=1e-9)
+        assert below.y_error == pytest.approx(100 * points.y_error / theirs, rel=1e-12)
+    values = np.concatenate([below.y for below in residuals])
+    largest = found.numbers["largest_residual"]
+    assert (abs(largest), found.numbers["residuals"]) == (np.abs(values).max(), 6)
+    error = found.numbers["largest_residual_error"]
+    differences = f"Largest of 6 differences from theory: {with_error(largest, error, '%')}."
+    assert differences in found.caption
     point = found.numbers["points"][5]
     assert point["parameters"] == {"balls.radius": 1.0, "balls.speed": 20.0}
     assert point["over_ideal"] == pytest.approx(large.y[2] / (19 * 200 / (100 * math.pi)), rel=1e-9)

@@ -6,10 +6,12 @@ import json
 from pathlib import Path
 
 import pytest
-from figure_runs import layers, made, shown, why_not
+from figure_runs import BASE, layers, made, shown, why_not
 
+from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Points, Reference, Selection
+from snooker_cli.figures.registry import MOST_ALONG, possible
 from snooker_cli.runs import Run
 
 
@@ -43,8 +45,9 @@ def test_figures_describe_the_shape_that_is_there(
 
 
 def test_reasons_for_missing_figures(warm: Run, decaying: Run) -> None:
-    for kind in ("central-distances", "pair-distances", "momentum-x", "momentum-y"):
+    for kind in ("central-distances", "pair-distances"):
         assert "run the config with `record: events`" in why_not(warm, kind)
+    assert "fixed walls take momentum" in why_not(warm, "momentum-x")
     for kind in ("decay-against-cor", "haff-time", "event-decay", "energy-fit"):
         assert "nothing decays" in why_not(warm, kind)
     for kind, keys in (
@@ -70,3 +73,34 @@ def test_odd_scenes_get_a_sentence(tmp_path: Path) -> None:
     fixed = made(tmp_path / "fixed", "container.mass=.inf", "collisions=20", "repeats=1")
     assert "container.mass" in why_not(fixed, "momentum-y")
     assert "cannot be fitted" in why_not(fixed, "pressure-fit")
+
+
+def reason_against(run: Run, figure: str) -> str:
+    """Why a run cannot give a figure; empty if it can."""
+    try:
+        FIGURES[figure].make(run, Selection(), first=True)
+    except FigureError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize("name", ["box", "decaying", "driven", "heated", "periodic", "warm"])
+def test_the_list_of_figures_has_all_that_a_run_gives(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    """It reads configs alone. What it has beyond needs more collisions, or a choice of points."""
+    run: Run = request.getfixturevalue(name)
+    listed = {figure: (fits, why) for figure, fits, why in possible(FIGURES, run.points)}
+    needs_more = ("longer", "more repeats", "is zero at the start", "two or more areas", "--where")
+    for figure, (fits, why) in listed.items():
+        error = reason_against(run, figure)
+        if fits:
+            assert not error or any(words in error for words in needs_more), (figure, error)
+        else:
+            assert error in why, figure
+
+
+def test_series_of_many_points_are_thinned() -> None:
+    points = parse(BASE, overrides=["cor=0.1:0.9:900"]).points()
+    (group,) = FIGURES["decay-against-cor"].groups(points)
+    assert (len(group), group[0], group[-1]) == (MOST_ALONG, points[0], points[-1])

@@ -53,13 +53,13 @@ def test_momentum_is_summed_from_the_states(decaying: Run, component: int, kind:
     assert found.numbers["largest_deviation"] == np.max(np.abs(deviation))
     (line,) = layers(found, Line)
     assert line.y.tolist() == (total[:, component] / total[0, component]).tolist()
-    _, line = found.inset
+    _, line = found.panel
     assert isinstance(line, Line)
     assert line.y.tolist() == (deviation / 1e-15).tolist()
-    lines = [shown(decaying, kind, repeat=repeat, cor=0.9).inset[-1] for repeat in range(3)]
+    lines = [shown(decaying, kind, repeat=repeat, cor=0.9).panel[-1] for repeat in range(3)]
     of_all = shown(decaying, kind, cor=0.9)
     assert layers(of_all, Band)[-1].label == SPREAD
-    band = of_all.inset[0]
+    band = of_all.panel[0]
     assert isinstance(band, Band)
     around(band, [(line.x, line.y) for line in lines if isinstance(line, Line)])
     # A collision rounds two momenta of at most that of a ball with all of the energy.

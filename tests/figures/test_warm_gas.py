@@ -56,6 +56,7 @@ def test_a_profile_counts_the_balls_of_each_ring(driven: Run) -> None:
     assert np.mean(record["density"][:10]) == pytest.approx(np.mean(means), rel=1e-3)
     assert np.mean(record["density"]) * 9.5**2 * math.pi == pytest.approx(40, rel=1e-12)
     # The wall drives the motion towards it; the middle is colder.
+    assert record["last_temperature"] == pytest.approx(record["temperature"][-1], rel=1e-12)
     assert record["across"][-1] > 1.2 * record["along"][-1]
     assert record["temperature"][-1] > 1.2 * record["temperature"][0]
 
@@ -131,6 +132,21 @@ def test_temperature_and_pressure_in_the_steady_state(driven: Run) -> None:
             assert one["temperature"] == pytest.approx(one["theory"], rel=1 - e**2)
         # Walls raise the density inside by some per cent; N balls meet N - 1.
         assert other["virial"] - 1 == pytest.approx(expected - 1, rel=0.15)
+        state = theory.fluid_state(40, 1.0, radius, start.container).inelastic(e)
+        assert other["theory_here"] == pytest.approx(state.virial_ratio, rel=1e-12)
+        # By the virial theorem, but for what Σ m x·v changes over the time.
+        at_wall, errors = other["virial"] * 10 / (10 - radius), 4 * other["wall_error"]
+        assert other["wall"] == pytest.approx(at_wall, abs=errors)
+    # The figure has what collisions add over the packing, beside theory of both kinds.
+    marks = layers(pressures, Points)
+    for points, cor in zip(marks, (0.9, 0.95), strict=True):
+        rows = [row for row in pressures.numbers["points"] if row["parameters"]["cor"] == cor]
+        added = [(row["virial"] - 1) / row["packing"] for row in rows]
+        assert points.y == pytest.approx(added, rel=1e-9)
+    ends = {line.style: line.y[-1] for line in layers(pressures, Line)[:2]}
+    last = next(row for row in pressures.numbers["points"] if row["packing"] > 0.01)
+    for style, name in (("solid", "theory_here"), ("dotted", "theory")):
+        assert ends[style] == pytest.approx((last[name] - 1) / last["packing"], rel=1e-9)
     of_cor = shown(driven, "stationary", balls__radius=0.1)
     assert [points.x.tolist() for points in layers(of_cor, Points)] == [[0.9, 0.95]]
 

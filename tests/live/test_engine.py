@@ -86,6 +86,9 @@ GASES: dict[str, dict[str, Any]] = {
     "packed slide": gas(CIRCLE, RINGS, 0.95, wall_cor=0.5, collapse="slide"),
     # Walls that give energy, and a CoR that depends on the speed.
     "driven": gas(packed("circle", 0.3), SIXTY, 0.9, wall_speed=2.0),
+    "driven, no rotation": gas(
+        packed("circle", 0.3), SIXTY | {"common_rotation": False}, 0.9, wall_speed=2.0
+    ),
     "driven, dilute": gas(CIRCLE, TINY, 0.8, wall_speed=1.0),
     "thermal": gas(packed("circle", 0.3), SIXTY, 0.9, wall_temperature=20.0, cor_speed=5.0),
     "slow collisions almost elastic": gas(CIRCLE, RINGS, 0.8, cor_speed=5.0, wall_cor_speed=5.0),

@@ -82,12 +82,19 @@ def test_laws_of_speed_are_those_of_theory(javascript: LiveScripts) -> None:
     np.testing.assert_allclose(np.transpose(found), known, atol=1e-12)
 
 
+THEORIES = """((row) => {
+  const of = (key) => theoriesOf(key, fluid).map(([name, , , law]) => [name, law(row)]);
+  const keys = ["pressure", "ratio", "alpha"];
+  return [row, Object.fromEntries(keys.map((key) => [key, Object.fromEntries(of(key))]))];
+})"""
+
 MEASURE = "tableRow(config, Array.from({ length: starts }, (_, k) => measureRepeat(config, k)))"
 
 CASES: dict[str, dict[str, Any]] = {
     "report": {"cor": 0.8},  # some repeats end in a wall trap
     "cooling": {},
     "crowded": {"collisions": 3000},
+    "ideal": {"collisions": 4300},  # some have fewer collisions than the relaxation needs
     "periodic": {
         "container": {"shape": "periodic"},
         "balls": {"count": 50, "packing": 0.2, "radius": 1.0, "speed": 2.0},
@@ -112,9 +119,10 @@ def test_a_measurement_is_that_of_the_program(
     config |= {"repeats": starts}
     experiment = configs.load(config).experiment
     complete = json.loads(configs.to_json(experiment))
-    row = javascript.value(MEASURE, config=complete, starts=starts)
+    row, theories = javascript.value(f"{THEORIES}({MEASURE})", config=complete, starts=starts)
     run = snooker.run(config, out=tmp_path / "run", progress=False)
-    compared = {found["quantity"]: found for found in run.compare()}
+    rows = run.compare()
+    compared = {found["quantity"]: found for found in rows}
     quantities = {"temperature": "temperature", "pressure": "pressure", "ratio": "PV/NT"}
     for key, quantity in quantities.items():
         assert row[key] == pytest.approx(compared[quantity]["measured"], rel=1e-11)
@@ -133,6 +141,46 @@ def test_a_measurement_is_that_of_the_program(
     ended = run.table()["ending"]
     assert row["early"] == np.count_nonzero(ended == "wall trap")
     assert row["N"] == run[0, 0].scene.number
+    # A theory has the same name and the same value in both.
+    quantities["alpha"] = "Haff's α"
+    for key, known_theories in theories.items():
+        for model, value in known_theories.items():
+            predicted = [
+                found["predicted"]
+                for found in rows
+                if (found["quantity"], found["model"]) == (quantities[key], model)
+            ]
+            assert predicted == ([] if value is None else [pytest.approx(value, rel=1e-9)])
+
+
+def test_too_few_collisions_between_balls_have_no_means(javascript: LiveScripts) -> None:
+    """100 balls need 500: of these 250, five of a ball, are skipped."""
+    row = javascript.value(
+        "tableRow(config, [0, 1].map((k) => measureRepeat(config, k)))", config=ideal(3000)
+    )
+    assert (row["short"], row["pressure"], row["ratio"]) == (500, None, None)
+
+
+def ideal(collisions: int) -> dict[str, Any]:
+    """The complete config of the ideal gas, with a number of collisions."""
+    (config,) = (scene["config"] for scene in presets() if scene["name"] == "ideal")
+    return config | {"collisions": collisions}
+
+
+def test_a_heated_gas_has_the_theory_of_the_program(
+    javascript: LiveScripts, tmp_path: Path
+) -> None:
+    """PV/NT; the two measure it in other parts of the time."""
+    (config,) = (scene["config"] for scene in presets() if scene["name"] == "heated")
+    config |= {"repeats": 6, "collisions": 8000}
+    _, theories = javascript.value(f"{THEORIES}({MEASURE})", config=config, starts=1)
+    compared = {
+        found["model"]: found["predicted"]
+        for found in snooker.run(config, out=tmp_path / "run", progress=False).compare()
+        if found["quantity"] == "PV/NT"
+    }
+    for name, ratio in theories["ratio"].items():
+        assert compared[name] == pytest.approx(ratio, rel=1e-12)
 
 
 def test_the_running_gas_measures_as_a_repeat_does(javascript: LiveScripts) -> None:
@@ -154,6 +202,22 @@ def test_the_running_gas_measures_as_a_repeat_does(javascript: LiveScripts) -> N
     assert most <= 2000
     for name in ("k", "alpha"):
         assert decay[name] == pytest.approx(measured[name], rel=0.02)  # other weights of the times
+
+
+@pytest.mark.parametrize("scene", ["trap", "report"])
+def test_balls_of_one_speed_are_one_bar_that_is_as_high_as_it_says(
+    scene: str, javascript: LiveScripts
+) -> None:
+    """The speed over √(2T/m) is 1 but for rounding, at an edge; the axis ends at 100 %."""
+    shares, top = javascript.value(
+        """(() => {
+          const { shares } = new Gas(configOf(scene));
+          return [shares, speedsTop(shares)];
+        })()""",
+        scene=scene,
+    )
+    assert shares == [0.0] * 5 + [1.0] + [0.0] * 9
+    assert top == 1
 
 
 @pytest.mark.parametrize(("mass", "digits"), [(1, 3), (100, 31), (1e4, 314), (1e6, 3141)])

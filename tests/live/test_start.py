@@ -65,6 +65,9 @@ def drawn_config(dice: random.Random) -> dict[str, Any]:
         elif way == "species":
             species.insert(0, ball(dice, radius))
         config["balls"] = species if way == "species" else species[0]
+    if way != "list" and shape == "circle" and dice.random() < 0.5:
+        groups = config["balls"] if way == "species" else [config["balls"]]
+        groups[-1]["common_rotation"] = dice.random() < 0.2
     if dice.random() < 0.3 and shape != "periodic":
         config["wall_temperature"] = dice.uniform(1, 50)
     if dice.random() < 0.3:
@@ -144,6 +147,16 @@ def test_what_only_the_program_can_do_is_refused(engine, changes, sentence):
     config = {"container": CIRCLE, "balls": balls, "cor": 1.0, "collisions": 10} | changes
     answer = engine.answer(f"startOfRepeat({to_json(validated(config))}, 0)")
     assert sentence in answer["error"]
+
+
+def test_a_slider_that_leaves_one_ball_is_refused_as_in_a_config(engine):
+    balls = {"rings": 2, "radius": 0.1, "speed": 1.0, "common_rotation": False}
+    config = {"container": CIRCLE, "balls": balls, "cor": 1.0, "collisions": 10}
+    moved = to_json(validated(config)).replace('"rings": 2', '"rings": 0')
+    with pytest.raises(ConfigError) as refused:
+        validated(config | {"balls": balls | {"rings": 0}})
+    (problem,) = refused.value.problems
+    assert engine.answer(f"startOfRepeat({moved}, 0)")["error"] == problem.sentence
 
 
 @pytest.mark.parametrize("size", [0, 3, 55, 56, 63, 64, 65, 119, 120, 1000])

@@ -392,6 +392,53 @@ def test_every_species_has_the_energy_of_its_speed(shape):
     assert np.array_equal(at_rest, scene.container.periodic)
 
 
+ROTATING = {
+    "rings": "{rings: 3, radius: 1, mass: 2, speed: 10}",
+    "count": "{count: 60, radius: 0.4, speed: 3, start: random, speeds: maxwell}",
+    "two": "{count: 2, radius: 1, speed: 3}",
+    "mixed": f"[{PLACED}, {{count: 9, radius: 0.5, speed: 3}}, {{count: 9, radius: 1, speed: 1}}]",
+}
+
+
+@pytest.mark.parametrize("balls", ROTATING.values(), ids=ROTATING)
+def test_a_start_without_a_common_rotation(balls):
+    """The same draws less a rigid rotation, times one factor; listed velocities stay."""
+    end = balls.rindex("}")
+    without = f"{balls[:end]}, common_rotation: false{balls[end:]}"
+    drawn, scene = (
+        starting_scene(counted("radius: 10", text, "common_random=true"), 5)
+        for text in (balls, without)
+    )
+    first = 1 if "position" in balls else 0
+    assert np.array_equal(scene.positions, drawn.positions)
+    assert np.array_equal(scene.velocities[:first], drawn.velocities[:first])
+    (x, y), masses = scene.positions[first:].T, scene.masses[first:]
+    (u, v), (u0, v0) = (start.velocities[first:].T for start in (scene, drawn))
+    momenta, inertia = masses * np.hypot(x, y) * np.hypot(u, v), masses @ (x**2 + y**2)
+    # Each velocity has a few roundings.
+    assert abs(math.fsum(masses * (x * v - y * u))) < 8 * EPSILON * math.fsum(momenta)
+    before = math.fsum(masses * (u0**2 + v0**2))
+    assert math.fsum(masses * (u**2 + v**2)) == pytest.approx(before, rel=8 * EPSILON)
+    rate = masses @ (x * v0 - y * u0) / inertia
+    rest = before - rate**2 * inertia
+    expected = np.column_stack([u0 + rate * y, v0 - rate * x]) * math.sqrt(before / rest)
+    assert scene.velocities[first:] == pytest.approx(expected, rel=1e-12, abs=1e-12)
+    assert rate**2 * inertia > 1e-6 * before  # there was a rotation
+
+
+def test_common_rotation_is_part_of_the_digest_only_if_it_is_taken_out():
+    for balls in ROTATING.values():
+        end = balls.rindex("}")
+        texts = (f"{balls[:end]}, common_rotation: {way}{balls[end:]}" for way in ("true", "false"))
+        absent, kept, taken = (digest(counted("radius: 10", text)) for text in (balls, *texts))
+        assert absent == kept != taken
+    first, second = (
+        f"[{{count: 20, radius: 0.5, speed: 3{a}}}, {{count: 9, radius: 1, speed: 1{b}}}]"
+        for a, b in ((", common_rotation: false", ""), ("", ", common_rotation: false"))
+    )
+    assert digest(counted("radius: 10", first)) == digest(counted("radius: 10", second))
+
+
 def test_speeds_have_maxwells_distribution():
     scene = gas("radius: 1", "{count: 20000, packing: 1.0e-4, speed: 3, speeds: maxwell}")
     speeds = np.hypot(*scene.velocities.T)
@@ -408,6 +455,10 @@ def test_speeds_have_maxwells_distribution():
         listed(ball(0, 0), ball(3, 4, 0.5)),
         counted("radius: 10", "{count: 20, radius: 0.3, speed: 2, speeds: maxwell}"),
         counted("radius: 10", "{count: 20, radius: 0.3, speed: 2, start: random}"),
+        counted(
+            "radius: 10",
+            "{count: 20, radius: 0.3, speed: 2, start: random, common_rotation: false}",
+        ),
         counted("shape: box, width: 9", "{count: 30, radius: 0.3, speed: 2, speeds: maxwell}"),
         counted(
             "shape: periodic, packing: 0.3",

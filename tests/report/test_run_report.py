@@ -120,6 +120,8 @@ def test_its_tables_are_the_rows_of_the_commands(small: Path, finished_run: Run)
         (["cor=0.9"], {"pressure", "hexatic-order", "local-energy"}),
         (["cor=0.9,1"], {"hexatic-order", "local-energy"}),
         (["balls.radius=1.9"], {"pressure"}),
+        # L/L_c is 2.7: clusters are dense in a dilute gas.
+        (["cor=0.5", "balls.rings=9", "balls.radius=0.3"], {"pressure"}),
     ],
 )
 def test_a_figure_is_trivial_where_its_physics_is(overrides: list[str], left_out: set[str]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -252,3 +253,30 @@ def test_a_folder_of_runs_is_no_run_but_names_some(tmp_path: Path) -> None:
     named = ", ".join(str(tmp_path / name) for name in "abcde")
     with pytest.raises(RunError, match=f"give one of the runs in it: {named} and 2 more$"):
         runs.open_run(tmp_path)
+
+
+def test_a_lost_manifest_is_made_again(
+    copied: Path, finished_one_each: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = replace(finished_one_each, directory=copied)
+    manifest, before = copied / MANIFEST, files(copied)
+    manifest.unlink()
+    with pytest.raises(RunError, match=r"run\.json is lost; run its config again with --out"):
+        runs.open_run(copied)
+    assert copied in runs.runs_in(copied.parent)
+    assert runs.runs_in(copied) == [copied]
+    assert runs.planned_change(run).endswith("it is made again, and the repeats are kept")
+    runs.create(run)
+    assert files(copied) == before
+    assert runs.open_run(copied) == run
+
+
+def test_repeats_of_another_config_are_kept_without_their_manifest(
+    copied: Path, one_point: str, finished_one_each: Run
+) -> None:
+    (copied / MANIFEST).unlink()
+    assert refusal(run_of(copied, one_point.replace("cor: 1", "cor: 0.5"))) == "other_config"
+    assert refusal(run_of(copied, one_point)) == "other_config"
+    other = run_of(copied, one_point)
+    assert runs.create(other, fresh=True) == ""
+    assert not list(copied.glob("point-*/*.h5"))

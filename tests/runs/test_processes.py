@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from repeating import StopsAfter, batches_of, contents, done, made
 from snooker_cli import runs
 from snooker_cli.errors import RunError
 from snooker_cli.runs import execution
-from snooker_cli.runs.execution import Watcher, execute
+from snooker_cli.runs.execution import Processes, Watcher, execute
 
 
 @pytest.fixture(autouse=True)
@@ -88,18 +89,42 @@ def test_an_interrupt_does_not_wait_for_long_batches(small_config: str, tmp_path
 
 
 class Kills(Watcher):
-    """Kills the processes after the first batch."""
+    """Kills processes after the first batch: this many of two."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
 
     def events(self, _number: int) -> None:
-        for process in multiprocessing.active_children():
+        for process in multiprocessing.active_children()[: self.number]:
             process.kill()
 
 
-def test_a_killed_process_is_one_sentence(small_config: str, tmp_path: Path) -> None:
-    run = made(tmp_path / "run", small_config, "repeats=400")
+@pytest.mark.parametrize("number", [1, 2])
+def test_a_killed_process_is_one_sentence(number: int, small_config: str, tmp_path: Path) -> None:
+    run = made(tmp_path / "run", small_config, "repeats=60")
     with pytest.raises(RunError, match=r"the system ended a process of this run.*fewer --jobs"):
-        done(run, workers=2, watcher=Kills(), processes=True)
-    assert len(done(run)) == 800
+        done(run, workers=2, watcher=Kills(number), processes=True)
+    assert not multiprocessing.active_children()
+    assert len(done(run)) == 120
+
+
+def test_processes_end_although_one_died_with_a_lock() -> None:
+    """One that waits for work has a lock that the others need to end, and they ignore SIGTERM."""
+    with Processes(2) as processes:
+        long, short = processes.submit(time.sleep, 600), processes.submit(os.getpid)
+        waiting = short.result()
+        time.sleep(0.2)
+        os.kill(waiting, signal.SIGKILL)
+        with pytest.raises(BrokenProcessPool):
+            long.result(timeout=60)
+        processes.kill()
+        ending = threading.Thread(target=processes.shutdown)
+        ending.start()
+        ending.join(timeout=60)
+        left = multiprocessing.active_children()
+        for process in left:
+            process.kill()
+        assert not left
 
 
 @pytest.mark.long

@@ -19,9 +19,8 @@ from scenes import gas, lone_bouncer
 
 from snooker_cli import export, runs, store
 from snooker_cli.containers import Circle
-from snooker_cli.engine import simulate
+from snooker_cli.engine import replayed, simulate
 from snooker_cli.engine.clock import LEAST_EVENTS
-from snooker_cli.export import frames
 from snooker_cli.laws import Thermal, Viscoelastic
 from snooker_cli.runs.folder import FAILURES, record_failure
 from snooker_cli.scene import Scene
@@ -312,7 +311,7 @@ def test_exported_states_are_what_the_page_says(
     trace, times = trace_of(scene, "events"), np.array([0.0, 0.1, 0.1])
     out = tmp_path / "states.h5md"
     header = RepeatHeader(7, trace.stop, 30, 10, provenance, "bits")
-    export.write_states(out, trace.start, header, times, frames(trace, times))
+    export.write_states(out, trace.start, header, times, replayed(trace, times))
     data, attrs = tables("### States: `.h5md`")
     with h5py.File(out) as file:
         compare(file, data, attrs, {"all"}, {"N": trace.start.number, "t": 3}, "string")

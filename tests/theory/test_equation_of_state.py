@@ -187,6 +187,23 @@ def test_circle_state_solves_its_equations(number, radius):
     assert found.bulk_packing <= number * (radius / accessible) ** 2 * (1 + 1e-14)
 
 
+@pytest.mark.parametrize("container", [CIRCLE, Box(30.0, 18.0), PeriodicBox(20.0, 25.0)])
+def test_inelastic_collisions_add_a_smaller_part(container):
+    """(1 + e)/2 of what elastic ones add; by the virial theorem the two of a circle agree."""
+    elastic = theory.fluid_state(N, T, 1.0, container)
+    e, ideal = 0.8, N * T / container.area
+    found = elastic.inelastic(e)
+    assert elastic.inelastic(1.0) == elastic
+    assert found.virial_ratio - 1 == pytest.approx(0.9 * (elastic.virial_ratio - 1), rel=1e-12)
+    if not container.has_wall:
+        assert found.pressure == pytest.approx(ideal * found.virial_ratio, rel=1e-12)
+    elif container is CIRCLE:
+        assert found.pressure == pytest.approx(ideal * found.virial_ratio * R / (R - 1), rel=1e-12)
+    else:
+        alone = theory.accessible_wall_pressure(N, T, 1.0, container)
+        assert found.pressure - alone == pytest.approx(0.9 * (elastic.pressure - alone), rel=1e-12)
+
+
 @pytest.mark.parametrize("radius", [0.1, 1.0])
 def test_box_forces_are_the_derivative_of_the_grand_potential(radius):
     """The work of moving one wall, and of scaling the box, at one bulk density, numerically."""

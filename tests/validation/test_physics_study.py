@@ -27,22 +27,22 @@ def record(bench: Any) -> Record:
     return bench("physics")[1]
 
 
-def a_row(measured: float = 1.03, error: float = 0.01, **changes: float) -> Record:
+def a_row(measured: float = 1.029, error: float = 0.01, **changes: float) -> Record:
     gas = GasSample(100, 0.3, 50, 200, 12)
-    return known_value("group", "quantity", gas, (measured, error), 1.0, "somebody", **changes)
+    return known_value("group", "quantity", gas, (measured, error), 1.0, "source", **changes)
 
 
 @pytest.mark.parametrize(
     ("changes", "agrees"),
     [
         ({}, True),
-        ({"measured": 1.05}, False),
-        ({"measured": 0.95}, False),
-        ({"measured": 1.05, "expected_error": 0.01}, True),
-        ({"measured": 1.05, "known": 0.02}, True),
-        ({"measured": 1.03, "known": -0.02}, False),
-        ({"measured": 1.05, "systematic": 0.02}, True),
-        ({"measured": 1.07, "systematic": 0.02}, False),
+        ({"measured": 1.031}, False),
+        ({"measured": 0.969}, False),
+        ({"measured": 1.04, "expected_error": 0.01}, True),
+        ({"measured": 1.04, "known": 0.02}, True),
+        ({"measured": 1.02, "known": -0.02}, False),
+        ({"measured": 1.04, "systematic": 0.02}, True),
+        ({"measured": 1.06, "systematic": 0.02}, False),
     ],
 )
 def test_what_is_left_is_judged(changes: dict[str, float], agrees: bool) -> None:
@@ -55,7 +55,7 @@ def test_a_gas_with_losses_does_not_agree(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(PhysicsStudy, "planned", lambda _: lossy)
     ended = CliRunner().invoke(app, ["bench", "physics", "--quick"])
     assert ended.exit_code == 4
-    assert "0 of 2 rows agree" in ended.stdout
+    assert "0 of 2 rows agree within 3 standard errors" in ended.stdout
     assert re.search(
         r"not: Z = PV/NT at packing 0\.3 and CoR 0\.98 \(\S+\) and collisions of a ball, 1/s at pa",
         ended.stdout,
@@ -63,7 +63,45 @@ def test_a_gas_with_losses_does_not_agree(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_every_quick_row_agrees(record: Record) -> None:
-    assert {row["agreement"] for row in record["rows"]} == {"yes"}
+    """Those that theory knows exactly without what is open."""
+    rows = record["rows"]
+    assert {row["agreement"] for row in rows if not row["systematic"]} == {"yes"}
+    assert {row["agreement"] for row in rows} <= {"yes", "only with open"}
+
+
+def test_an_approximation_is_open(record: Record) -> None:
+    """Enskog's conductivity has no error of its own that is known; it is 1/s in two dimensions."""
+    (row,) = [row for row in record["rows"] if row["quantity"].startswith("conductivity")]
+    assert row["quantity"] == "conductivity, 1/s"
+    # The packing of the middle; the gas is a little denser at walls.
+    assert row["systematic"] / row["expected"] == pytest.approx(row["setting"]["packing"], rel=0.05)
+
+
+def test_rows_that_chance_puts_beyond_three_errors() -> None:
+    """Two thirds of a hundredth of Student's t with eleven degrees of freedom, in two tails."""
+    rows = [a_row(), a_row(), a_row(systematic=0.1)]
+    draws = np.random.default_rng(1).standard_normal((200_000, 12))
+    t = draws.mean(axis=1) / (draws.std(axis=1, ddof=1) / math.sqrt(12))
+    share = np.mean(abs(t) > measurements.ALLOWED)
+    error = math.sqrt(share / len(t))
+    assert measurements.by_chance(rows) / 2 == pytest.approx(share, abs=4 * error)
+
+
+def test_a_table_names_walls_and_starts(record: Record) -> None:
+    """Rows with other expected values differ in their scene."""
+    scenes: dict[Any, float] = {}
+    for row in record["rows"]:
+        setting = row["setting"]
+        names = row["quantity"], row["source"], measurements.walls(setting), setting["speed"]
+        scene = *names, setting["balls"], setting["packing"], setting["cor"]
+        assert scenes.setdefault(scene, row["expected"]) == row["expected"]
+    walls = {measurements.walls(row["setting"]) for row in record["rows"]}
+    assert {"circle, 20 J", "channel, 35 and 70 J", "circle, driven, 0.067 m/s"} <= walls
+
+
+def test_driven_gases_start_away_from_their_temperature() -> None:
+    for gas in measurements.PLANS["physics"]["full"]["gases"]["driven"]:
+        assert not 25 < gas["speed"] ** 2 / 2 < 100
 
 
 @pytest.mark.parametrize("shape", ["box", "periodic"])

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import certificates
+import hostile
 import numpy as np
 import pytest
 from command_line import SMALL, Snooker, output_of
 from scenes import gas, lone_bouncer, scene_of
 
 from snooker_cli import runs, store
-from snooker_cli.engine import simulate
+from snooker_cli.engine import replay, simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events, Trace
 from snooker_cli.validation.methods import rings
@@ -125,6 +126,69 @@ def test_events_that_change_places_are_found(finished: Path, snooker: Snooker) -
     ended = snooker("verify", "small", "--exact", "--point", "1", "--json")
     (proof,) = json.loads(ended.out)["exact"]
     assert (ended.code, proof["verdict"], proof["certain"]) == (1, "wrong", first)
+
+
+FORGED = {
+    "impulses halved": hostile.with_traces(lambda trace: scaled(trace, 0.5)),
+    "impulses zero": hostile.with_traces(lambda trace: scaled(trace, 0.0)),
+    "finish halved": hostile.with_traces(
+        lambda trace: replace(
+            trace, finish=replace(trace.finish, velocities=trace.finish.velocities / 2)
+        )
+    ),
+    "last event dropped": hostile.with_traces(lambda trace: shortened(trace)),
+    "later end": hostile.with_traces(
+        lambda trace: replace(trace, stop=trace.stop._replace(time=2 * trace.stop.time))
+    ),
+    "another scene": lambda path: store.write(
+        path, other_scene(path), store.read(path)[0][1].provenance
+    ),
+}
+"""Files whose hashes are right, and whose numbers are not."""
+
+
+def scaled(trace: Trace, factor: float) -> Trace:
+    assert trace.events is not None
+    return replace(trace, events=replace(trace.events, impulse=factor * trace.events.impulse))
+
+
+def shortened(trace: Trace) -> Trace:
+    """The trace before its last event, with the finish that follows from the others."""
+    assert trace.events is not None
+    at_wall = bool(trace.events.at_wall[-1])
+    stop = trace.stop._replace(time=float(trace.events.time[-2]))
+    states = replay(replace(trace, stop=stop), [stop.time])
+    finish = replace(trace.finish, positions=states.positions[0], velocities=states.velocities[0])
+    return replace(
+        trace,
+        finish=finish,
+        stop=stop,
+        events=trace.events[:-1],
+        wall_events=trace.wall_events - at_wall,
+        pair_events=trace.pair_events - (not at_wall),
+    )
+
+
+def other_scene(path: Path) -> list[tuple[int, Trace]]:
+    """What snooker gives for the same balls with half their speed."""
+    changed = []
+    for trace, header in store.read(path):
+        start = replace(trace.start, velocities=trace.start.velocities / 2)
+        changed.append((header.repeat, simulate(start, collisions=trace.collisions)))
+    return changed
+
+
+@pytest.mark.parametrize("name", FORGED)
+def test_forged_numbers_are_found(name: str, finished: Path, snooker: Snooker) -> None:
+    """Point 1 of the run is elastic, and its repeats end at their number of collisions."""
+    (path,) = runs.open_run("small").batches(1)
+    assert snooker("verify", "small", "--exact", "--point", "1").code == 0
+    FORGED[name](path)
+    ended = snooker("verify", "small", "--exact", "--point", "1")
+    assert ended.code == 1, ended.out
+    read = snooker("verify", "small")
+    found_by_reading = name in ("last event dropped", "another scene")
+    assert (read.code, "than the config's" in read.out) == (int(found_by_reading), found_by_reading)
 
 
 # Certificates

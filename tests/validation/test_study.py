@@ -44,8 +44,8 @@ def test_a_study_gives_a_record_tables_and_figures(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("error", "--quick"), "pip install 'snooker-cli[reference]'"),
-        (("hard", "at-rest-periodic"), "pip install 'snooker-cli[reference]'"),
+        (("error", "--quick"), "pip install 'python-flint>="),
+        (("hard", "at-rest-periodic"), "pip install 'python-flint>="),
         (("hard", "nonsense"), "there is no hard case nonsense; `snooker init --list` lists all"),
     ],
 )

@@ -37,7 +37,7 @@ class Course {
     const double = 2 * this.temperature(row) || 1;
     for (let ball = 0; ball < number; ball++) {
       const reduced = this.motion.speed(ball) * Math.sqrt(this.masses[ball] / double);
-      shares[Math.min(Math.floor(reduced / BIN), BINS - 1)] += 1 / number;
+      shares[binOf(reduced)] += 1 / number;
     }
     return shares;
   }
@@ -123,7 +123,7 @@ class Charts extends Panels {
     this.grid(pen);
     const [energy, pressure, speeds] = this.panels;
     this.footer(pen, pressure, this.across, low, high, byStep ? 1 : 0, byStep ? "collisions shown" : "time (s)");
-    this.footer(pen, speeds, (v) => this.reduced(v), 0, BIN * BINS, 0, "speed ÷ √(2T/m)");
+    this.footer(pen, speeds, (v) => this.reduced(v), 0, BIN * BINS, 0, SPEED_AXIS);
     this.laws(pen, energy, speeds, byStep);
     this.drawCurves(sized(this.curves, width, height), [energy, pressure], byStep);
   }

@@ -1,0 +1,120 @@
+"""What a figure needs of a point's config, so that no repeat must be read to refuse the point.
+
+Each condition gives the reason why a figure cannot show a point, or an empty text.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from snooker_cli.config import Point
+from snooker_cli.containers import Circle
+from snooker_cli.figures.selection import gas
+from snooker_cli.laws import Sides
+
+Condition = Callable[[Point], str]
+
+MOST_SPECIES = 6  # that one figure can show
+
+REFUSED = {
+    "cooling": "nothing decays where all collisions are elastic; take cor below 1",
+    "elastic": "it is about the equilibrium of elastic balls; run it at cor 1",
+    "warm": "it is about walls that give energy; set wall_speed or wall_temperature",
+}
+"""Why a figure of these gases does not show the points."""
+
+WARM = "walls give energy, so the gas neither cools nor keeps its energy; see `stationary`"
+
+
+def shows_gas(*gases: str) -> Condition:
+    """That a point's gas is one of these."""
+
+    def reason(point: Point) -> str:
+        if (found := gas(point)) in gases:
+            return ""
+        return WARM if found == "warm" else REFUSED[gases[0]]
+
+    return reason
+
+
+def _events(point: Point) -> str:
+    kept = point.experiment.keeps_events
+    return "" if kept else "it needs the balls' states; run the config with `record: events`"
+
+
+def _several(point: Point) -> str:
+    several = point.experiment.number > 1
+    return "" if several else "one ball is alone; it needs two or more"
+
+
+def _moves(point: Point) -> str:
+    balls: Any = point.experiment.balls
+    groups = balls if isinstance(balls, tuple) else getattr(balls, "list", [balls])
+    moves = any(
+        getattr(group, "speed", 0) or any(getattr(group, "velocity", ())) for group in groups
+    )
+    return "" if moves else "nothing moves at the start, so there is no ratio to it"
+
+
+def _circle(point: Point) -> str:
+    shape = point.experiment.container.shape_class
+    distant = "only the wall of a circle is at one distance from the centre"
+    return "" if issubclass(shape, Circle) else distant
+
+
+def _keeps_momentum(point: Point) -> str:
+    case = point.experiment
+    if case.container.shape_class.has_wall:
+        fixed = case.container.mass == math.inf
+        return "fixed walls take momentum; give a circle a finite container.mass" if fixed else ""
+    at_rest = case.species and not case.placed
+    return "the momentum is zero at the start, so it has no ratio to it" if at_rest else ""
+
+
+def _walls(point: Point) -> str:
+    walls = point.experiment.container.shape_class.has_wall
+    return "" if walls else "it shows the gas between walls; set another container.shape"
+
+
+def _hot_sides(point: Point) -> str:
+    law = point.experiment.wall_law
+    sides = (law.left, law.right) if isinstance(law, Sides) else (law,)
+    straight = point.experiment.container.shape_class.sides
+    if not straight or not any(side.gains for side in sides):
+        return "it needs a box or a channel whose left or right wall gives energy"
+    return "the conductivity is that of equal balls" if len(_species(point)) > 1 else ""
+
+
+def _few_species(point: Point) -> str:
+    number = len(_species(point))
+    needed = f"it needs 2 to {MOST_SPECIES} species of balls, not {number}"
+    return "" if 1 < number <= MOST_SPECIES else needed
+
+
+def _states_of_mixture(point: Point) -> str:
+    if len(_species(point)) == 1:
+        return ""
+    if (reason := _few_species(point)) or point.experiment.keeps_events:
+        return reason
+    return "a2 of a mixture needs the balls' states; run it with `record: events`"
+
+
+def _species(point: Point) -> set[tuple[float | None, float]]:
+    """The radii (m; ``None`` for all if packing gives them) and masses (kg) of the balls."""
+    balls: Any = point.experiment.balls
+    groups = balls if isinstance(balls, tuple) else getattr(balls, "list", [balls])
+    return {(group.radius, group.mass) for group in groups}
+
+
+CONDITIONS: Mapping[str, Condition] = {
+    "circle": _circle,
+    "events": _events,
+    "few_species": _few_species,
+    "hot_sides": _hot_sides,
+    "keeps_momentum": _keeps_momentum,
+    "moves": _moves,
+    "several": _several,
+    "states_of_mixture": _states_of_mixture,
+    "walls": _walls,
+}
+"""The conditions by their names in ``requires`` of registry.yaml."""
