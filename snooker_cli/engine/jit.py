@@ -184,9 +184,9 @@ def syntax_of(source: str) -> str:
     Kernels depend on no more, so a changed sentence compiles nothing anew.
     """
     tree = ast.parse(source)
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef)
     for node in ast.walk(tree):
-        documented = isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
-        if documented and ast.get_docstring(node):
+        if isinstance(node, documented) and ast.get_docstring(node):
             del node.body[0]
     return ast.dump(tree)
 
