@@ -241,9 +241,9 @@ def check_current_folder() -> None:
 
 
 @cache
-def give_notice() -> None:
+def give_notice(text: str = NOTICE) -> None:
     """Explain the wait, once in a process."""
-    _log.info(NOTICE)
+    _log.info(text)
 
 
 @cache

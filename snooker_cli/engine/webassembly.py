@@ -5,30 +5,92 @@ is a module for each boundary. Its functions take one number: the address of a b
 the parts of a ``Page``. ``layout`` says where each part is.
 """
 
+import os
 import re
+import subprocess
+import sys
 from collections.abc import Iterator, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from llvmlite import binding as llvm
 
-from snooker_cli.engine import jit, products
+from snooker_cli.engine import clock, jit, page_kernels, products, restitution
+from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import LANES
-from snooker_cli.engine.page_kernels import KERNELS, example
+from snooker_cli.engine.page_kernels import BOUNDARIES, EVENTS, KERNELS, SEARCHES, example
+from snooker_cli.files import atomic_write
+from snooker_cli.laws import LAWS
+from snooker_cli.trace import SLIDE, StopReason
+
+# Modules in the cache of kernels
+
+PROCESSES = 2
+"""How many compile at a time: more take too much memory on small machines."""
+
+SETTINGS = {"NUMBA_OPT": "1", "NUMBA_LOOP_VECTORIZE": "0"}
+"""Numba's settings: it optimises little, because LLVM does so again for WebAssembly."""
+
+NOTICE = "compiling the engine of the live page (first use on this machine, about 30 to 60 s)"
+
+
+def modules() -> dict[str, bytes]:
+    """The module of each boundary. What is not in the cache of kernels is compiled."""
+    folder = jit.cache_folder()
+    if folder is not None:
+        return _modules_in(folder)
+    with TemporaryDirectory() as temporary:
+        return _modules_in(Path(temporary))
+
+
+def _modules_in(folder: Path) -> dict[str, bytes]:
+    paths = {boundary: folder / f"{boundary}.wasm" for boundary in BOUNDARIES}
+    missing = [boundary for boundary, path in paths.items() if not path.is_file()]
+    if missing:
+        jit.give_notice(NOTICE)
+        _compile_in_processes(missing, folder)
+    return {boundary: path.read_bytes() for boundary, path in paths.items()}
+
+
+def _compile_in_processes(boundaries: list[str], folder: Path) -> None:
+    """Compile in processes of their own, with other settings of Numba than those of this one."""
+    command = [sys.executable, "-P", "-m", __name__, str(folder)]
+    paths = os.pathsep.join(path for path in sys.path if path)
+    settings = os.environ | SETTINGS | {"PYTHONPATH": paths}
+    shares = [boundaries[k::PROCESSES] for k in range(PROCESSES)]
+    running = [
+        subprocess.Popen(
+            [*command, *share], env=settings, stderr=subprocess.PIPE, text=True, encoding="utf-8"
+        )
+        for share in shares
+        if share
+    ]
+    for process in running:
+        _, problem = process.communicate()
+        if process.returncode:
+            raise RuntimeError(f"the engine of the live page cannot be compiled:\n{problem}")
+
+
+def write_modules(folder: Path, boundaries: list[str]) -> None:
+    """Compile modules into files."""
+    for boundary in boundaries:
+        with atomic_write(folder / f"{boundary}.wasm") as part:
+            part.write_bytes(compiled(boundary))
 
 # The layout of a block of memory
 
+BEGIN = 65536
+"""Where the block begins. The stack is before it."""
+
 Length: TypeAlias = int | str
+
+LENGTHS: Mapping[str, tuple[int, int]] = {"number": (0, 1), "bodies": (1, 1), "padded": (LANES - 1, LANES)}
+"""Lengths of arrays that depend on the number of balls N: what is added to N, and of what the sum
+is rounded down to a whole multiple."""
 
 NUMBER = 17
 """Balls of the example from which the layout comes. No other length is as large, but EVENTS."""
-
-LENGTHS: Mapping[int, str] = {
-    NUMBER: "number",
-    NUMBER + 1: "bodies",
-    -(-NUMBER // LANES) * LANES: "padded",
-}
-"""The lengths of arrays that depend on the number of balls N: N, N + 1, and N filled up."""
 
 SLOT = 8
 """Bytes of a part in the block. The first slot has the number of balls."""
@@ -54,18 +116,56 @@ class Part(NamedTuple):
 
 def layout(boundary: str) -> list[Part]:
     """The parts of pages with a boundary, in the order in which Numba passes them."""
-    leaves = leaves_of("", example(boundary, NUMBER))
-    return [
-        Part(
-            name[1:],
-            np.asarray(value).dtype.name,
-            tuple(LENGTHS.get(length, length) for length in value.shape)
-            if isinstance(value, np.ndarray)
-            else None,
-            SLOT * (1 + k),
-        )
-        for k, (name, value) in enumerate(leaves)
-    ]
+    names = {(NUMBER + more) // unit * unit: name for name, (more, unit) in LENGTHS.items()}
+    parts = []
+    for name, value in leaves_of("", example(boundary, NUMBER)):
+        shape = None
+        if isinstance(value, np.ndarray):
+            shape = tuple(names.get(length, length) for length in value.shape)
+        place = SLOT * (1 + len(parts))
+        parts.append(Part(name[1:], np.asarray(value).dtype.name, shape, place))
+    return parts
+
+
+def description() -> dict[str, Any]:
+    """What the page has to know of the modules, for JSON: layouts, and the names of numbers."""
+    return {
+        "begin": BEGIN,
+        "events": EVENTS,
+        "searches": SEARCHES,
+        "layouts": {boundary: layout(boundary) for boundary in BOUNDARIES},
+        "names": {
+            "ball": named(ks, "X", "Y", "U", "V", "CLOCK"),
+            "history": named(ks, "FORMER"),
+            "sums": named(
+                ks,
+                *("CONTACT_LASTS", "EPOCH", "NOW", "STILL_SINCE", "TIME_LIMIT"),
+                *("WALL_IMPULSE", "PAIR_VIRIAL", "WALL_IMPULSE_REST", "PAIR_VIRIAL_REST"),
+            ),
+            "counts": named(
+                ks, *("WALL_EVENTS", "PAIR_EVENTS", "FIRST", "SECOND", "STALLED", "INVOLVED", "KEY")
+            ),
+            "law": named(restitution, "KIND", "COR", "SPEED", "TEMPERATURE", "COLUMNS"),
+            "kinds": {word: getattr(restitution, word.upper()) for word in LAWS if word != "sides"},
+            "answers": named(
+                page_kernels, "REASON", "EVENTS_DONE", "REACHED", "LASTS", "GIVEN"
+            ),
+            "followed": named(
+                page_kernels,
+                *("ENERGY", "CONTAINER_ENERGY", "WALL_IMPULSE", "PAIR_VIRIAL", "FOLLOWED_SUMS"),
+            ),
+            "SLIDE": SLIDE,
+            "NO_PARTNER": ks.NO_PARTNER,
+            "FULL": clock.FULL,
+            "REASONS": list(StopReason)[: clock.IDLE + 1],
+            "LENGTHS": LENGTHS,
+        },
+    }
+
+
+def named(module: Any, *names: str) -> dict[str, int]:
+    """Constants of a module."""
+    return {name: getattr(module, name) for name in names}
 
 
 def leaves_of(name: str, part: Any) -> Iterator[tuple[str, Any]]:
@@ -117,6 +217,8 @@ class Caller:
     """
 
     def __init__(self, name: str, code: str, function: str) -> None:
+        from llvmlite import binding as llvm
+
         self.name, self.function = name, function
         compiled = llvm.parse_assembly(code).get_function(function)
         self.types = [str(argument.type) for argument in compiled.arguments]
@@ -140,9 +242,10 @@ class Caller:
         """A length of an array."""
         if isinstance(length, int):
             return str(length)
-        more = {"number": 0, "bodies": 1, "padded": LANES - 1}[length]
-        sum_ = self.add(f"add i64 {self.loaded(0, 'i64')}, {more}")
-        return self.add(f"and i64 {sum_}, {-LANES}") if length == "padded" else sum_
+        more, unit = LENGTHS[length]
+        filled = self.add(f"add i64 {self.loaded(0, 'i64')}, {more}")
+        units = self.add(f"udiv i64 {filled}, {unit}")
+        return self.add(f"mul i64 {units}, {unit}")
 
     def product(self, numbers: list[str]) -> str:
         first, *others = numbers
@@ -199,6 +302,8 @@ def compiled(boundary: str) -> bytes:
 
 def object_of(texts: list[str]) -> tuple[bytes, list[str]]:
     """An object file, which is a module with imports, and the names of its functions."""
+    from llvmlite import binding as llvm
+
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     target = llvm.Target.from_triple(TRIPLE)
@@ -224,11 +329,11 @@ def object_of(texts: list[str]) -> tuple[bytes, list[str]]:
 
 
 # Sections of a module, see https://webassembly.github.io/spec/core/binary/modules.html
-CUSTOM, IMPORT, MEMORY, GLOBAL, EXPORT = 0, 2, 5, 6, 7
-ORDER = (1, IMPORT, 3, 4, MEMORY, GLOBAL, EXPORT, 8, 9, 12, 10, 11)
+CUSTOM, IMPORT, MEMORY, GLOBAL, EXPORT, DATA = 0, 2, 5, 6, 7, 11
+ORDER = (1, IMPORT, 3, 4, MEMORY, GLOBAL, EXPORT, 8, 9, 12, 10, DATA)
 
-PAGES, STACK = 2, 65536
-"""Pages of 64 KiB that a memory has at first, and the end of the stack. Data are before it."""
+PAGES = 2
+"""Pages of 64 KiB that a memory has at first: for the stack, and for a block."""
 
 
 def module_of(data: bytes, functions: list[str]) -> bytes:
@@ -241,9 +346,11 @@ def module_of(data: bytes, functions: list[str]) -> bytes:
     unknown = [name for name, kind in imported if kind == FUNCTION]
     if unknown:
         raise ValueError(f"the module would import {', '.join(unknown)}")
+    if DATA in sections:
+        raise ValueError("the module would have data where its stack is")
     if ("__stack_pointer", VARIABLE) in imported:
         # A variable, an i32, that begins with a constant.
-        sections[GLOBAL] = leb(1) + b"\x7f\x01\x41" + signed_leb(STACK) + b"\x0b"
+        sections[GLOBAL] = leb(1) + b"\x7f\x01\x41" + signed_leb(BEGIN) + b"\x0b"
     sections[MEMORY] = leb(1) + b"\0" + leb(PAGES)
     exports = [("memory", 2, 0)]
     exports += [(kernel.__name__, 0, functions.index(kernel.__name__)) for kernel in KERNELS]
@@ -316,3 +423,7 @@ def signed_leb(number: int) -> bytes:
 
 def text_of(name: str) -> bytes:
     return leb(len(name)) + name.encode()
+
+
+if __name__ == "__main__":
+    write_modules(Path(sys.argv[1]), sys.argv[2:])

@@ -17,8 +17,6 @@ const energyKept = ({ pairLaw, wallLaw, container, positions }) => {
 
 const isWarm = ({ wallLaw, container }) => hasWalls(container) && givesEnergy(wallLaw);
 
-const givesEnergy = (law) => lawsOfWall(law).some(({ word }) => word === "thermal" || word === "driven");
-
 // Follows a simulation, event by event: its energies and what has added up since the start.
 class Meter {
   constructor(scene, simulation) {
