@@ -20,9 +20,10 @@ from snooker_cli.engine import clock, jit, page_kernels, products, restitution
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import LANES
 from snooker_cli.engine.page_kernels import BOUNDARIES, EVENTS, KERNELS, SEARCHES, example
+from snooker_cli.engine.sliding import SETTLES
 from snooker_cli.files import atomic_write
 from snooker_cli.laws import LAWS
-from snooker_cli.trace import SLIDE, StopReason
+from snooker_cli.trace import StopReason
 
 # Modules in the cache of kernels
 
@@ -154,7 +155,7 @@ def description() -> dict[str, Any]:
                 page_kernels,
                 *("ENERGY", "CONTAINER_ENERGY", "WALL_IMPULSE", "PAIR_VIRIAL", "FOLLOWED_SUMS"),
             ),
-            "SLIDE": SLIDE,
+            "SETTLES": SETTLES,
             "NO_PARTNER": ks.NO_PARTNER,
             "FULL": clock.FULL,
             "REASONS": list(StopReason)[: clock.IDLE + 1],

@@ -5,8 +5,8 @@
 // makes, says where in memory each array is, and what the numbers of its rows and elements mean.
 
 const {
-  ball: BALL, history: HISTORY, sums: SUMS, counts: COUNTS, laws: LAWS, law: LAW, kinds: KINDS,
-  answers: ANSWERS, followed: FOLLOWED, SLIDE, NO_PARTNER, FULL, REASONS, LENGTHS,
+  ball: BALL, history: HISTORY, sums: SUMS, counts: COUNTS, law: LAW, kinds: KINDS, answers: ANSWERS,
+  followed: FOLLOWED, SETTLES, NO_PARTNER, FULL, REASONS, LENGTHS,
 } = ENGINE.names;
 const [COLLISIONS, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE] = REASONS;
 const NO_LIMIT = 2 ** 53; // as good as no limit for a number of events
@@ -14,7 +14,7 @@ const LARGE = 1e100; // large but finite, so that times zero it is zero
 const IDLE_CALLS = 5000; // of ``follow`` in a row without an event, after which a repeat without a time ends
 
 const ARRAYS = {
-  float64: Float64Array, int64: BigInt64Array, int32: Int32Array, bool: Uint8Array, uint8: Uint8Array,
+  float64: Float64Array, int64: BigInt64Array, int32: Int32Array, bool: Uint8Array,
 };
 const ALIGNED = 16, PAGE = 65536; // bytes
 
@@ -179,7 +179,7 @@ class Simulation {
     this.eventI = parts["followed.i"];
     this.eventJ = parts["followed.j"];
     this.eventImpulse = parts["followed.impulse"];
-    this.eventSums = parts["followed.sums"]; // FOLLOWED.COLUMNS for each event
+    this.eventSums = parts["followed.sums"]; // FOLLOWED_SUMS for each event
     this.eventPlaces = parts["followed.places"]; // of ball i, and of ball j or the container
     this.shown = NaN;
   }
@@ -279,6 +279,11 @@ class Simulation {
     return [this.flights[4 * i + BALL.U], this.flights[4 * i + BALL.V]];
   }
 
+  /** Whether the way of a ball is curved, or bounces along the wall. */
+  isCurved(ball) {
+    return this.motions?.[ball] >= SETTLES;
+  }
+
   get wallEvents() {
     return Number(this.counts[COUNTS.WALL_EVENTS]);
   }
@@ -297,12 +302,12 @@ class Simulation {
     return this.sums[SUMS.PAIR_VIRIAL] + this.sums[SUMS.PAIR_VIRIAL_REST];
   }
 
-  /** A sum over the balls, and a free container, of a function of mass, place and velocity. */
-  sumOf(value, withContainer = true) {
+  /** A sum of a function of mass, place and velocity over balls; number N is a free container. */
+  sumOf(value, begin = 0, end = this.number + isFree(this.scene)) {
     this.show(this.time);
     const { flights, number, scene } = this, { masses, containerMass } = scene;
     let sum = 0;
-    for (let k = 0; k < number + (withContainer && isFree(scene)); k += 1) {
+    for (let k = begin; k < end; k += 1) {
       sum += value(k < number ? masses[k] : containerMass, ...flights.subarray(4 * k, 4 * k + 4));
     }
     return sum;
@@ -310,7 +315,12 @@ class Simulation {
 
   /** Kinetic energy of the balls, J. */
   kineticEnergy() {
-    return this.sumOf((m, x, y, u, v) => 0.5 * m * (u * u + v * v), false);
+    return this.sumOf((m, x, y, u, v) => 0.5 * m * (u * u + v * v), 0, this.number);
+  }
+
+  /** Kinetic energy of a free container, J. */
+  containerEnergy() {
+    return this.sumOf((m, x, y, u, v) => 0.5 * m * (u * u + v * v), this.number);
   }
 
   /** Momentum of balls and free container, [kg m/s, kg m/s]. */
