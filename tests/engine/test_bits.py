@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from command_line import output_of
 from numpy.typing import ArrayLike
-from scenes import digest, gas, mixed_scene, report_scene
+from scenes import EVERYONE, NEIGHBOURS, digest, gas, mixed_scene, report_scene
 
 from snooker_cli.containers import Box, Channel, Container, PeriodicBox
 from snooker_cli.engine import ENGINE_VERSION, replay, series, simulate, simulation
@@ -63,7 +63,7 @@ class Case(NamedTuple):
 
     scene: Callable[[], Scene]
     collisions: int = 2000
-    engine: str | None = None
+    search: type[simulation.Simulation] | None = None
     summary: bool = False
     long: bool = False
     stop: StopReason = StopReason.COLLISIONS
@@ -134,8 +134,12 @@ CASES = {
     "channel, driven": Case(
         lambda: heated(gas("channel", 60, 0.3, cor=0.9, aspect=1.5), Driven(0.9, 2.0))
     ),
-    "cells, fixed, mixture": Case(partial(circle, cor=0.95, mixed=True), search=NEIGHBOURS, long=True),
-    "cells, free": Case(partial(circle, cor=0.95, container_mass=20.0), search=NEIGHBOURS, long=True),
+    "cells, fixed, mixture": Case(
+        partial(circle, cor=0.95, mixed=True), search=NEIGHBOURS, long=True
+    ),
+    "cells, free": Case(
+        partial(circle, cor=0.95, container_mass=20.0), search=NEIGHBOURS, long=True
+    ),
     "periodic box, mixture": Case(partial(periodic, mixed=True), long=True),
     # Balls are put into the order of their cells after 20 collisions of each.
     "5,000 balls, re-ordered": Case(partial(gas, "periodic", 5000, 0.3, cor=0.98), 110_000),
@@ -148,7 +152,7 @@ def simulated(name: str) -> Trace:
     """The trace of a case."""
     case = CASES[name]
     return simulate(
-        case.scene(), collisions=case.collisions, engine=case.engine, summary=case.summary
+        case.scene(), collisions=case.collisions, search=case.search, summary=case.summary
     )
 
 
@@ -194,7 +198,7 @@ def test_a_repeat_that_is_continued_has_the_same_bits(name, monkeypatch):
         trace = simulate(
             case.scene(),
             collisions=case.collisions,
-            engine=case.engine,
+            search=case.search,
             summary=case.summary,
             sink=parts.append,
             watch=lambda _: True,
@@ -248,7 +252,7 @@ OF_FEW_EVENTS = "fa8b9b46c379b61dd4027283959810d0c9c3bb8ce24e37d8ab6932a1fd604c0
 
 def short(name: str, collisions: int, *, summary: bool = False) -> Trace:
     """A short run, in cells if its name says so."""
-    engine = "cells" if name.startswith("cells") else None
+    search = NEIGHBOURS if name.startswith("cells") else None
     return simulate(FEW_EVENTS[name](), collisions=collisions, summary=summary, search=search)
 
 
