@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 import pytest
 from scenes import gas, report_scene, sort_often
-from test_bits import CASES, SIDES, heated
+from test_bits import CASES, SIDES, bits, heated
 
 from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
@@ -108,6 +108,13 @@ def test_golden_scenes(name: str) -> None:
     assert_one_trajectory(scene, (1.0, 2.5), case.collisions)
 
 
+@pytest.mark.parametrize("name", ["inelastic", "free, mixture"])
+def test_summaries_are_the_same(name: str) -> None:
+    search = AmongEveryone, AmongNeighbours
+    ends = [simulate(GASES[name](), collisions=5000, summary=True, search=one) for one in search]
+    assert bits(ends[0]) == bits(ends[1])
+
+
 @pytest.mark.parametrize("name", ["report", "free, mixture", "box", "periodic", "thermal"])
 def test_the_order_in_memory_decides_no_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Balls are put into the order of their cells after every chunk of 1,000 events."""
@@ -164,9 +171,8 @@ def random_scene(seed: int) -> tuple[Scene, float]:
 
 def check_random(seed: int, collisions: int) -> None:
     scene, time = random_scene(seed)
-    idle = (
-        scene.container.period is not None
-    )  # balls that drift together would cross cells for ever
+    # Balls that drift together would cross cells for ever.
+    idle = scene.container.period is not None
     limit = None if math.isinf(time) and not idle else min(time, 300.0)
     assert_one_trajectory(scene, (0.0, random.Random(seed).uniform(1, 4)), collisions, limit)
 
