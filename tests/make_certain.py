@@ -1,8 +1,8 @@
 """What the reproduction says about certain events: snooker_cli/report/measured/certain.json.
 
 ``python tests/make_certain.py`` makes the file anew, in some minutes. It has the certain events of
-the first repeats of the configs of the reproduction. It also has averages from the given starts, and
-from starts that differ by one rounding. Chaos separates the trajectories of these.
+the first repeats of the configs of the reproduction. It also has averages from the given starts,
+and from starts that differ by one rounding. Chaos separates the trajectories of these.
 """
 
 from __future__ import annotations
