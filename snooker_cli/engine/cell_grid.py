@@ -102,7 +102,10 @@ def column_and_row(cell: int, mesh: Mesh) -> tuple[int, int]:
 
 @by_class
 def wrapped(boundary: Any, column: int, row: int, columns: int, rows: int) -> tuple[int, int]:
-    """The column and the row, of those that there are, in a periodic box beyond its sides."""
+    """The column and the row, of those that there are, in a periodic box beyond its sides.
+
+    Of ``ChannelSides``, ``PeriodicSides``.
+    """
     return column, row
 
 

@@ -141,18 +141,27 @@ def nearest(
 def wall_contact(
     margin: Any, i: int, now: float, exact: bool, state: State, cells: Cells
 ) -> tuple[float, int]:
-    """When ball i hits the wall, s, and NO_PARTNER; or SEARCH_AGAIN, and a time before that."""
+    """When ball i hits the wall, s, and NO_PARTNER; or SEARCH_AGAIN, and a time before that.
+
+    Of ``Margin``.
+    """
     return next_hit(i, state), ks.NO_PARTNER
 
 
 @by_class
 def push(margin: Any, now: float, state: State, cells: Cells) -> None:
-    """Predict again what the new velocity of a free container changes."""
+    """Predict again what the new velocity of a free container changes.
+
+    Of ``Margin``.
+    """
 
 
 @by_class
 def before_renewal(margin: Any, time: float) -> float:
-    """The time, or when a free container may leave its margin, if that is earlier; s."""
+    """The time, or when a free container may leave its margin, if that is earlier; s.
+
+    Of ``Margin``.
+    """
     return time
 
 

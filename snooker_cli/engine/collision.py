@@ -107,6 +107,8 @@ def hit_wall(boundary: Any, i: int, now: float, state: State, elastic: bool) -> 
     """Collide ball i, at the present, with the wall; the impulse (1 + e) mu |v_n|, kg m/s.
 
     mu is the reduced mass of the ball and a free container, or the ball's mass if it is fixed.
+
+    Of ``FixedCircle``, ``FreeCircle``, ``StraightWalls``, ``ChannelSides``, ``SlidingCircle``.
     """
     return 0.0
 
@@ -146,7 +148,10 @@ def hit_side(i: int, across: bool, state: State, elastic: bool) -> float:
 
 @by_class
 def slide(boundary: Any, i: int, now: float, state: State) -> float:
-    """Bring ball i to where it begins to slide, or slides, now; its impulse on the way, kg m/s."""
+    """Bring ball i to where it begins to slide, or slides, now; its impulse on the way, kg m/s.
+
+    Of ``SlidingCircle``.
+    """
     return 0.0
 
 

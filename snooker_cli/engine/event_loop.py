@@ -26,6 +26,8 @@ def begin(search: Any, now: float, state: State) -> None:
     """If an epoch has begun, forget all predictions and begin with new ones at a time, s.
 
     ``Neighbours`` does so from outside.
+
+    Of ``Everyone``.
     """
 
 
@@ -36,6 +38,8 @@ def next_entry(search: Any, state: State) -> tuple[int, int, float]:
     The partner is a ball, the wall (NO_PARTNER), or SEARCH_AGAIN if what the entry says no longer
     holds: no event is before that time. A lower number is an answer of ``advance``: the kernel
     stops, see `stops_with`.
+
+    Of ``Neighbours``, ``Everyone``.
     """
     raise NotImplementedError
 
@@ -45,6 +49,8 @@ def predict(search: Any, i: int, j: int, happened: bool, now: float, state: Stat
     """Find what ball i does next, and after a collision ball j.
 
     happened : whether they had an event; else the entry of ball i no longer holds
+
+    Of ``Neighbours``, ``Everyone``.
     """
     raise NotImplementedError
 
@@ -63,6 +69,8 @@ def carry_out_slide(
     """The ball of the two that slides up to now, whether it begins now, and its impulse, kg m/s.
 
     The ball is NO_PARTNER if none slides; then i and j collide.
+
+    Of ``SlidingCircle``.
     """
     return ks.NO_PARTNER, False, 0.0
 
@@ -73,6 +81,8 @@ def settle(boundary: Any, i: int, trapped: bool, now: float, state: State) -> bo
 
     trapped : whether it will hit the wall infinitely often before all else; the answer, if it can
         only be so, is whether the repeat ends
+
+    Of ``SlidingCircle``.
     """
     return trapped
 
@@ -151,7 +161,10 @@ def simulate_repeat(
 
 @by_class
 def of_repeat(search: Any, repeat: int) -> Any:
-    """The search of one of many stacked repeats; cells have only one."""
+    """The search of one of many stacked repeats; cells have only one.
+
+    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``.
+    """
     return search
 
 

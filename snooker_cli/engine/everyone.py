@@ -83,24 +83,36 @@ def new_search(repeats: int, number: int) -> Everyone:
 
 @by_class
 def search_until(boundary: Any, i: int, now: float, wall_time: float, state: State) -> float:
-    """Until when to search contacts of ball i, which hits the wall at a time, s."""
+    """Until when to search contacts of ball i, which hits the wall at a time, s.
+
+    Of ``FreeCircle``, ``ChannelSides``, ``PeriodicSides``.
+    """
     return wall_time
 
 
 @by_class
 def predict_walls(boundary: Any, now: float, state: State, times: Floats) -> None:
-    """Enter when each ball hits the wall, if that moves: it has just been given a new velocity."""
+    """Enter when each ball hits the wall, if that moves: it has just been given a new velocity.
+
+    Of ``FreeCircle``.
+    """
 
 
 @by_class
 def time_of_next_hit(boundary: Any, i: int, state: State) -> float:
-    """When ball i next does something at the wall, s: it hits it, or begins to slide."""
+    """When ball i next does something at the wall, s: it hits it, or begins to slide.
+
+    Of ``SlidingCircle``.
+    """
     return next_hit(i, state)
 
 
 @by_class
 def without_curved(boundary: Any, mask: int, start: int, stop: int, i: int) -> int:
-    """The mask of balls from ``start`` to ``stop`` without those that ball i meets on an arc."""
+    """The mask of balls from ``start`` to ``stop`` without those that ball i meets on an arc.
+
+    Of ``SlidingCircle``.
+    """
     return mask
 
 
@@ -108,7 +120,10 @@ def without_curved(boundary: Any, mask: int, start: int, stop: int, i: int) -> i
 def earliest_on_arc(
     boundary: Any, i: int, now: float, time: float, partner: int, state: State, wall_times: Floats
 ) -> tuple[float, int]:
-    """When ball i first touches another, if one of them slides, and which, if before a time, s."""
+    """When ball i first touches another, if one of them slides, and which, if before a time, s.
+
+    Of ``SlidingCircle``.
+    """
     return time, partner
 
 

@@ -182,19 +182,28 @@ Sizes: TypeAlias = EqualBalls | UnequalBalls
 
 @by_class
 def radius_of(sizes: Sizes, i: int) -> float:
-    """Radius of ball i, m."""
+    """Radius of ball i, m.
+
+    Of ``EqualBalls``, ``UnequalBalls``.
+    """
     raise NotImplementedError
 
 
 @by_class
 def mass_of(sizes: Sizes, i: int) -> float:
-    """Mass of ball i, kg."""
+    """Mass of ball i, kg.
+
+    Of ``EqualBalls``, ``UnequalBalls``.
+    """
     raise NotImplementedError
 
 
 @by_class
 def sizes_between(sizes: Sizes, start: int, stop: int) -> Sizes:
-    """The sizes of some balls, counted from 0."""
+    """The sizes of some balls, counted from 0.
+
+    Of ``EqualBalls``, ``UnequalBalls``.
+    """
     raise NotImplementedError
 
 
@@ -216,18 +225,27 @@ def position(i: int, now: float, balls: Floats) -> tuple[float, float]:
 
 @by_class
 def of_repeat(stacked: Any, repeat: int) -> Any:
-    """The boundary of one of many stacked repeats: the same if it has no arrays."""
+    """The boundary of one of many stacked repeats: the same if it has no arrays.
+
+    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``.
+    """
     return stacked
 
 
 @by_class
 def set_back(boundary: Any, shift: float) -> None:
-    """Set the clocks of the boundary back by a shift, s: a fixed one has none."""
+    """Set the clocks of the boundary back by a shift, s: a fixed one has none.
+
+    Of ``FreeCircle``.
+    """
 
 
 @by_class
 def nearest_image(boundary: Any, x: float, y: float) -> tuple[float, float]:
-    """The offset (x, y) to the nearest of a ball's images, m; without images, to itself."""
+    """The offset (x, y) to the nearest of a ball's images, m; without images, to itself.
+
+    Of ``ChannelSides``, ``PeriodicSides``.
+    """
     return x, y
 
 
@@ -235,7 +253,10 @@ def nearest_image(boundary: Any, x: float, y: float) -> tuple[float, float]:
 def image_nearest_at(
     boundary: Any, x: float, y: float, way_x: float, way_y: float
 ) -> tuple[float, float]:
-    """The offset (x, y) now to that image which is the nearest after a way (m) of the ball."""
+    """The offset (x, y) now to that image which is the nearest after a way (m) of the ball.
+
+    Of ``ChannelSides``, ``PeriodicSides``.
+    """
     return x, y
 
 
@@ -243,19 +264,28 @@ def image_nearest_at(
 def relative(
     boundary: Any, x: float, y: float, u: float, v: float, now: float
 ) -> tuple[float, float, float, float]:
-    """A place (m) and a velocity (m/s) relative to the container's centre at a time, s."""
+    """A place (m) and a velocity (m/s) relative to the container's centre at a time, s.
+
+    Of ``FreeCircle``.
+    """
     return x, y, u, v
 
 
 @by_class
 def is_curved(boundary: Any) -> bool:
-    """Whether balls may slide along the wall on curved ways, see ``sliding``."""
+    """Whether balls may slide along the wall on curved ways, see ``sliding``.
+
+    Of ``SlidingCircle``.
+    """
     return False
 
 
 @by_class
 def place(boundary: Any, i: int, now: float, balls: Floats) -> tuple[float, float]:
-    """Where ball i is at a time, m: on a straight way, unless it slides."""
+    """Where ball i is at a time, m: on a straight way, unless it slides.
+
+    Of ``SlidingCircle``.
+    """
     return position(i, now, balls)
 
 
@@ -266,6 +296,8 @@ def flight(
     """Place (m) and velocity (m/s) of ball i at a time, s: on a straight way, unless it slides.
 
     settles : whether its next event sums up the bounces before it slides
+
+    Of ``SlidingCircle``.
     """
     balls = state.balls
     x, y = position(i, now, balls)
@@ -274,13 +306,19 @@ def flight(
 
 @by_class
 def container_flight(boundary: Any, now: float) -> tuple[float, float, float, float]:
-    """Place (m) and velocity (m/s) of a free container at a time, s; zeros for a fixed one."""
+    """Place (m) and velocity (m/s) of a free container at a time, s; zeros for a fixed one.
+
+    Of ``FreeCircle``.
+    """
     return 0.0, 0.0, 0.0, 0.0
 
 
 @by_class
 def take_off_wall(boundary: Any, i: int) -> None:
-    """Ball i, which may have slid up to its collision, slides no longer."""
+    """Ball i, which may have slid up to its collision, slides no longer.
+
+    Of ``SlidingCircle``.
+    """
 
 
 @inlined

@@ -68,6 +68,8 @@ def time_at_wall(boundary: Any, i: int, state: State) -> float:
     """When ball i hits the wall next, s; inf if never.
 
     After a hit, the next one is at the end of a chord: the ball is exactly at the wall.
+
+    Of ``FixedCircle``, ``FreeCircle``, ``StraightWalls``, ``ChannelSides``, ``SlidingCircle``.
     """
     return NEVER
 
@@ -175,7 +177,10 @@ def earliest(
 
 @by_class
 def same_image(boundary: Any, x: float, y: float, new_x: float, new_y: float) -> bool:
-    """Whether two offsets of a ball have the same image of it as the nearest."""
+    """Whether two offsets of a ball have the same image of it as the nearest.
+
+    Of ``ChannelSides``, ``PeriodicSides``.
+    """
     return True
 
 
@@ -225,13 +230,18 @@ def pushed_speed(boundary: Any, i: int, inward: float, state: State) -> float:
     Its bounces push a free container together by no more than its share of ``bounce_sums``.
 
     inward : v_n of the ball after its last hit, m/s
+
+    Of ``FreeCircle``.
     """
     return 0.0
 
 
 @by_class
 def wall_comes_near(boundary: Any, k: int, x: float, y: float, way: float, state: State) -> bool:
-    """Whether a wall may reach ball k at (x, y) if the two come nearer by a way, m."""
+    """Whether a wall may reach ball k at (x, y) if the two come nearer by a way, m.
+
+    Of ``FreeCircle``.
+    """
     return False
 
 

@@ -142,24 +142,36 @@ def halve(grid: Grid) -> None:
 
 @by_class
 def energy(boundary: Any) -> float:
-    """Kinetic energy of a free container, J."""
+    """Kinetic energy of a free container, J.
+
+    Of ``FreeCircle``.
+    """
     return 0.0
 
 
 @by_class
 def pressing(boundary: Any, now: float, state: State) -> float:
-    """Impulse on the wall of all balls that slide, each since its clock, kg m/s."""
+    """Impulse on the wall of all balls that slide, each since its clock, kg m/s.
+
+    Of ``SlidingCircle``.
+    """
     return 0.0
 
 
 @by_class
 def bounce_on(boundary: Any, time: float, state: State) -> None:
-    """Bring balls that bounce until they slide to a time, s; add their impulse on the wall."""
+    """Bring balls that bounce until they slide to a time, s; add their impulse on the wall.
+
+    Of ``SlidingCircle``.
+    """
 
 
 @by_class
 def bounce_back(boundary: Any, state: State) -> None:
-    """Bring these balls back to where ``bounce_on`` found them."""
+    """Bring these balls back to where ``bounce_on`` found them.
+
+    Of ``SlidingCircle``.
+    """
 
 
 # Rows

@@ -160,7 +160,10 @@ def chord_sum(q: float, restitution: float) -> float:
 
 @by_class
 def bouncing_mass(boundary: Any, mass: float) -> float:
-    """The mass (kg) of a ball that bounces at the wall; at a free one the reduced mass."""
+    """The mass (kg) of a ball that bounces at the wall; at a free one the reduced mass.
+
+    Of ``FreeCircle``.
+    """
     return mass
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import gas, mixed_scene, report_scene
+from scenes import NEIGHBOURS, gas, mixed_scene, report_scene
 
 from snooker_cli.engine import clock, simulate, simulate_batch, simulation
 from snooker_cli.laws import Constant
@@ -156,9 +156,7 @@ def test_scenes_of_another_point_are_refused(change):
         simulate_batch(scenes, collisions=10)
 
 
-def test_a_batch_needs_a_limit_and_an_engine_that_exists():
+def test_a_batch_needs_a_limit():
     scenes = [report_scene(repeat) for repeat in range(2)]
     with pytest.raises(ValueError, match="a number of collisions or a time"):
         simulate_batch(scenes)
-    with pytest.raises(ValueError, match="there is no engine fast"):
-        simulate_batch(scenes, collisions=1, engine="fast")

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import EPSILON, energy_losses, lone_bouncer, scene_of
+from scenes import EPSILON, EVERYONE, NEIGHBOURS, energy_losses, lone_bouncer, scene_of
 
 from snooker_cli.analysis.observables import (
     total_angular_momentum,
@@ -58,10 +58,10 @@ def test_star_polygon(corners, turns):
 
 
 @pytest.mark.parametrize(
-    ("engine", "container_mass", "bounces"),
-    [("allpairs", math.inf, 100_000), ("cells", math.inf, 20_000), ("cells", 1e12, 20_000)],
+    ("search", "container_mass", "bounces"),
+    [(EVERYONE, math.inf, 100_000), (NEIGHBOURS, math.inf, 20_000), (NEIGHBOURS, 1e12, 20_000)],
 )
-def test_whispering_gallery(engine, container_mass, bounces):
+def test_whispering_gallery(search, container_mass, bounces):
     """At an angle of 1e-6 a chord takes 2a sin(angle)/v = 1.8e-6 s, and none is missed.
 
     A thousand thousand million times as heavy, the container is as good as fixed.

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scenes import gas, report_scene, trap_sums, twin_collisions
+from scenes import NEIGHBOURS, gas, report_scene, trap_sums, twin_collisions
 from scipy import stats
 from single_fit import fit
 
