@@ -187,7 +187,10 @@ def follow(page: Page) -> None:
 
 @by_class
 def settles(boundary: Any, i: int) -> bool:
-    """Whether ball i bounces until it slides."""
+    """Whether ball i bounces until it slides.
+
+    Of ``SlidingCircle``.
+    """
     return False
 
 

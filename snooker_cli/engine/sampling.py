@@ -255,13 +255,19 @@ def count_speeds(row: Floats, histogram: Any, state: State) -> None:
 
 @by_class
 def next_sample(grid: Grid | None, sums: Floats) -> float:
-    """What clocks show at the grid's next time, s; never without rows."""
+    """What clocks show at the grid's next time, s; never without rows.
+
+    Of ``Grid``.
+    """
     return NEVER
 
 
 @by_class
 def take_samples(grid: Grid | None, now: float, state: State) -> float:
-    """``sample_until``, if there is a grid."""
+    """``sample_until``, if there is a grid.
+
+    Of ``Grid``.
+    """
     return NEVER
 
 

@@ -298,11 +298,11 @@ class Caller:
 
 def compiled(boundary: str) -> bytes:
     """The module of a boundary. It imports nothing and exports its memory and the kernels."""
-    return module_of(*object_of(assembly(boundary)))
+    return module_of(object_of(assembly(boundary)))
 
 
-def object_of(texts: list[str]) -> tuple[bytes, list[str]]:
-    """An object file, which is a module with imports, and the names of its functions."""
+def object_of(texts: list[str]) -> bytes:
+    """An object file, which is a module with imports, and with sections for a linker."""
     from llvmlite import binding as llvm
 
     llvm.initialize_all_targets()
@@ -325,8 +325,7 @@ def object_of(texts: list[str]) -> tuple[bytes, list[str]]:
     tuning = llvm.create_pipeline_tuning_options(speed_level=3)
     builder = llvm.create_pass_builder(machine, tuning)
     builder.getModulePassManager().run(whole, builder)
-    defined = [function.name for function in whole.functions if not function.is_declaration]
-    return machine.emit_object(whole), defined
+    return bytes(machine.emit_object(whole))
 
 
 # Sections of a module, see https://webassembly.github.io/spec/core/binary/modules.html
@@ -337,24 +336,21 @@ PAGES = 2
 """Pages of 64 KiB that a memory has at first: for the stack, and for a block."""
 
 
-def module_of(data: bytes, functions: list[str]) -> bytes:
-    """A module with its own memory and stack instead of imported ones, and with exports.
-
-    functions : the names of those that it defines, in order
-    """
-    sections = dict(sections_of(data))
+def module_of(data: bytes) -> bytes:
+    """A module with its own memory and stack instead of imported ones, and with exports."""
+    sections = {kind: content for kind, content in sections_of(data) if kind != CUSTOM}
+    linking = (content for kind, content in sections_of(data) if kind == CUSTOM)
+    functions = dict(functions_of(next(content for content in linking if LINKING in content[:9])))
     imported = list(imports_of(sections.pop(IMPORT)))
     unknown = [name for name, kind in imported if kind == FUNCTION]
     if unknown:
         raise ValueError(f"the module would import {', '.join(unknown)}")
-    if DATA in sections:
-        raise ValueError("the module would have data where its stack is")
     if ("__stack_pointer", VARIABLE) in imported:
         # A variable, an i32, that begins with a constant.
         sections[GLOBAL] = leb(1) + b"\x7f\x01\x41" + signed_leb(BEGIN) + b"\x0b"
     sections[MEMORY] = leb(1) + b"\0" + leb(PAGES)
     exports = [("memory", 2, 0)]
-    exports += [(kernel.__name__, 0, functions.index(kernel.__name__)) for kernel in KERNELS]
+    exports += [(kernel.__name__, 0, functions[kernel.__name__]) for kernel in KERNELS]
     entries = [text_of(name) + bytes([kind]) + leb(index) for name, kind, index in exports]
     sections[EXPORT] = leb(len(entries)) + b"".join(entries)
     whole = [bytes([k]) + leb(len(sections[k])) + sections[k] for k in ORDER if k in sections]
@@ -362,17 +358,46 @@ def module_of(data: bytes, functions: list[str]) -> bytes:
 
 
 def sections_of(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """The sections of a module without those for linkers."""
+    """The sections of a module: kind and content."""
     place = 8
     while place < len(data):
         kind = data[place]
         size, place = number_at(data, place + 1)
-        if kind != CUSTOM:
-            yield kind, data[place : place + size]
+        yield kind, data[place : place + size]
         place += size
 
 
-FUNCTION, TABLE, LINEAR_MEMORY, VARIABLE = range(4)
+LINKING, SYMBOLS = b"linking", 8
+"""A section for linkers, see the tool conventions of WebAssembly, and its part with names."""
+
+FUNCTION_SYMBOL, _, VARIABLE_SYMBOL = range(3)
+UNDEFINED, NAMED = 0x10, 0x40  # flags of symbols
+
+
+def functions_of(linking: bytes) -> Iterator[tuple[str, int]]:
+    """Name and number of each function that a module defines."""
+    version = 1 + len(LINKING)
+    kind, place = linking[version + 1], version + 2
+    while kind != SYMBOLS:
+        size, place = number_at(linking, place)
+        kind, place = linking[place + size], place + size + 1
+    _, place = number_at(linking, place)
+    count, place = number_at(linking, place)
+    for _ in range(count):
+        kind = linking[place]
+        flags, place = number_at(linking, place + 1)
+        if kind not in (FUNCTION_SYMBOL, VARIABLE_SYMBOL):
+            raise ValueError("the module would have data where its stack is")
+        number, place = number_at(linking, place)
+        if flags & UNDEFINED and not flags & NAMED:
+            continue
+        size, place = number_at(linking, place)
+        if kind == FUNCTION_SYMBOL:
+            yield linking[place : place + size].decode(), number
+        place += size
+
+
+FUNCTION, TABLE, _, VARIABLE = range(4)
 
 
 def imports_of(section: bytes) -> Iterator[tuple[str, int]]:

@@ -134,10 +134,10 @@ def engine() -> Iterator[JavaScript]:
         yield engine
 
 
-def check(engine: JavaScript, scene: Scene, call: str, limits: Any, name: str | None) -> None:
-    """JavaScript answers what the program does with a scene, in the engine of a name."""
-    trace = simulate(scene, engine=name, **limits)
-    answer = engine.answer(f"simulated({call}, {json.dumps(limits)}, {json.dumps(name)})")
+def check(engine: JavaScript, scene: Scene, call: str, limits: Any) -> None:
+    """The page answers what the program does with a scene."""
+    trace = simulate(scene, **limits)
+    answer = engine.answer(f"simulated({call}, {json.dumps(limits)})")
     assert answer == answer_of(trace)
 
 
@@ -146,7 +146,7 @@ def test_a_config_has_the_same_collisions(engine, name):
     experiment = validated(GASES[name])
     limits = {"collisions": experiment.collisions, "time": experiment.time}
     call = f"startingScene({to_json(experiment)}, 1)"
-    check(engine, starting_scene(experiment, 1), call, limits, None)
+    check(engine, starting_scene(experiment, 1), call, limits)
 
 
 def is_simulated(case: test_bits.Case) -> bool:
@@ -165,7 +165,7 @@ def is_simulated(case: test_bits.Case) -> bool:
 def test_a_golden_scene_has_the_same_collisions(engine, name):
     case = test_bits.CASES[name]
     scene = case.scene()
-    check(engine, scene, scene_json(scene), {"collisions": case.collisions}, None)
+    check(engine, scene, scene_json(scene), {"collisions": case.collisions})
 
 
 def test_sums_are_those_of_the_events(engine):
