@@ -57,15 +57,22 @@ function simulated(scene, limits) {
 """
 
 
+def modules_source() -> str:
+    """A script that compiles the modules of the engine at once, as no page may do."""
+    codes = {name: ",".join(map(str, code)) for name, code in webassembly.modules().items()}
+    return "".join(
+        f"modules.{name} = new WebAssembly.Module(Uint8Array.of({code}));\n"
+        for name, code in codes.items()
+    )
+
+
 class JavaScript:
     """The scripts of the engine and of the start, in V8."""
 
     def __init__(self) -> None:
         self.context = MiniRacer()
         self.context.eval(engine_source())
-        for boundary, code in webassembly.modules().items():
-            module = f"new WebAssembly.Module(Uint8Array.of({','.join(map(str, code))}))"
-            self.context.eval(f"modules.{boundary} = {module}; 0")
+        self.context.eval(modules_source() + "0")
         self.context.eval(HELPERS)
 
     def __enter__(self) -> Self:

@@ -16,6 +16,7 @@ LEAST = 2.0**-960
 STEP, UNIT = 2.0**256, 2.0**-1074
 """A factor that brings small numbers near 1, again and again; and the least double."""
 
+
 @inlined
 def halves(a: float) -> tuple[float, float]:
     """Two parts of a number with half of its digits each, which add up to it."""

@@ -79,6 +79,7 @@ def write_modules(folder: Path, boundaries: list[str]) -> None:
         with atomic_write(folder / f"{boundary}.wasm") as part:
             part.write_bytes(compiled(boundary))
 
+
 # The layout of a block of memory
 
 BEGIN = 65536
@@ -86,7 +87,11 @@ BEGIN = 65536
 
 Length: TypeAlias = int | str
 
-LENGTHS: Mapping[str, tuple[int, int]] = {"number": (0, 1), "bodies": (1, 1), "padded": (LANES - 1, LANES)}
+LENGTHS: Mapping[str, tuple[int, int]] = {
+    "number": (0, 1),
+    "bodies": (1, 1),
+    "padded": (LANES - 1, LANES),
+}
 """Lengths of arrays that depend on the number of balls N: what is added to N, and of what the sum
 is rounded down to a whole multiple."""
 
@@ -148,9 +153,7 @@ def description() -> dict[str, Any]:
             ),
             "law": named(restitution, "KIND", "COR", "SPEED", "TEMPERATURE", "COLUMNS"),
             "kinds": {word: getattr(restitution, word.upper()) for word in LAWS if word != "sides"},
-            "answers": named(
-                page_kernels, "REASON", "EVENTS_DONE", "REACHED", "LASTS", "GIVEN"
-            ),
+            "answers": named(page_kernels, "REASON", "EVENTS_DONE", "REACHED", "LASTS", "GIVEN"),
             "followed": named(
                 page_kernels,
                 *("ENERGY", "CONTAINER_ENERGY", "WALL_IMPULSE", "PAIR_VIRIAL", "FOLLOWED_SUMS"),
