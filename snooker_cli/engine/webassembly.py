@@ -124,7 +124,7 @@ def layout(boundary: str) -> list[Part]:
     """The parts of pages with a boundary, in the order in which Numba passes them."""
     names = {(NUMBER + more) // unit * unit: name for name, (more, unit) in LENGTHS.items()}
     leaves = {name[1:]: value for name, value in leaves_of("", example(boundary, NUMBER))}
-    # Parts of the boundary are the last in the block: the others are where all boundaries have them.
+    # Parts of the boundary are the last in the block, so that the others have one place.
     slots = sorted(leaves, key=is_of_boundary)
     parts = []
     for name, value in leaves.items():

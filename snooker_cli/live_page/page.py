@@ -32,7 +32,7 @@ ENGINE_SCRIPTS = ("engine.js", "random_numbers.js", "places.js", "start.js")
 """The engine and the start, in an order in which they can run."""
 
 PACKED = ("sliding_circle", "periodic", "fixed_circle", "box", "channel", "free_circle")
-"""The modules in the order in which they deflate best, because each is similar to the one before."""
+"""The modules in the order in which they deflate best: each is similar to the one before."""
 
 MEASURING = ("theory.js", "measurements.js")
 SHOWING = ("gas.js", "yaml.js", "charts.js", "table.js", "controls.js", "live.js")
