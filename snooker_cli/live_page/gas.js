@@ -3,6 +3,7 @@
 "use strict";
 
 const TC = 0.01; // the duration of contacts, in mean free times, that prevents a collapse
+const FLASH_NUMBERS = 7; // time, ball, other ball or wall, places of both
 const SLIDING = { slides: true, contactDuration: 0, elasticBelow: 0 }; // of a scene whose balls slide
 
 class Gas {
@@ -12,7 +13,7 @@ class Gas {
     this.config = config;
     this.changed = false; // whether no config describes it any more
     this.time = 0; // s, that is shown
-    this.contacts = []; // the last ones: { time, step, x, y, radius }
+    this.flashes = new Float64Array(FLASH_NUMBERS * MOST_FLASHES); // of each of the last events
     const scene = startingScene(config, 0);
     this.simulation = new Simulation(scene, { time: config.time }, { hash: true });
     this.meter = new Meter(scene, this.simulation);
@@ -73,21 +74,31 @@ class Gas {
         this.course.push([eventTime[row], eventPlaces[begin], eventPlaces[begin + 1]]);
       }
     }
-    const before = this.collisions - eventCount;
     for (let row = Math.max(eventCount - MOST_FLASHES, 0); row < eventCount; row++) {
-      this.contacts.push({ time: eventTime[row], step: before + row + 1, ...this.contact(row) });
+      const at = FLASH_NUMBERS * ((this.collisions - eventCount + row) % MOST_FLASHES);
+      this.flashes[at] = eventTime[row];
+      this.flashes[at + 1] = eventI[row];
+      this.flashes[at + 2] = eventJ[row];
+      for (let k = 0; k < 4; k++) this.flashes[at + 3 + k] = eventPlaces[4 * row + k];
     }
-    this.contacts.splice(0, this.contacts.length - MOST_FLASHES);
     if (this.collisions >= this.nextSample) this.sampleSpeeds();
   }
 
-  // Where the balls of an event touch each other, or the ball the wall, m; the radius of the first.
-  contact(row) {
-    const { container } = this.scene, { eventI, eventJ, eventPlaces } = this.simulation;
-    const radius = this.radii[eventI[row]], [width, height] = container.size;
-    const [x, y, otherX, otherY] = eventPlaces.subarray(4 * row, 4 * row + 4);
+  // The contacts of the last events, the latest one last: { time, step, x, y, radius }.
+  get contacts() {
+    const { collisions } = this, known = Math.min(collisions, MOST_FLASHES);
+    return Array.from({ length: known }, (_, k) => {
+      const before = collisions - known + k, begin = FLASH_NUMBERS * (before % MOST_FLASHES);
+      const [time, i, j, ...places] = this.flashes.subarray(begin, begin + FLASH_NUMBERS);
+      return { time, step: before + 1, ...this.contact(i, j, places) };
+    });
+  }
+
+  // Where balls i and j touch each other, or ball i the wall, m; and the radius of ball i.
+  contact(i, j, [x, y, otherX, otherY]) {
+    const { container } = this.scene, radius = this.radii[i], [width, height] = container.size;
     let across, along;
-    if (eventJ[row] >= 0) {
+    if (j >= 0) {
       [across, along] = [otherX - x, otherY - y];
       if (container.shape === "periodic") across -= width * Math.round(across / width);
       if (container.shape !== "box" && container.shape !== "circle") along -= height * Math.round(along / height);

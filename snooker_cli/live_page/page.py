@@ -69,7 +69,7 @@ def live_page(loaded: Loaded) -> str:
     if own["config"] != scenes[0]["config"]:
         scenes.insert(0, own)
     data = {
-        "scenes": scenes,
+        "scenes": [scene | {"config": _with_rows(scene["config"])} for scene in scenes],
         "defaults": _defaults(),
         "theory": theory_numbers(),
         "colours": SPEED_COLOURS,
@@ -128,6 +128,16 @@ def theory_numbers() -> dict[str, Any]:
         "denominator": theory.PADE_DENOMINATOR.tolist(),
         "densest": theory.DENSEST_FLUID,
     }
+
+
+def _with_rows(config: dict[str, Any]) -> dict[str, Any]:
+    """The config with listed balls as rows of values below one row of keys: half as long."""
+    balls = config["balls"]
+    if not isinstance(balls, dict) or balls.get("list") is None:
+        return config
+    keys = list({key: None for ball in balls["list"] for key in ball})
+    rows = [[ball.get(key) for key in keys] for ball in balls["list"]]
+    return config | {"balls": balls | {"list": [keys, *rows]}}
 
 
 def _defaults() -> dict[str, Any]:
