@@ -40,7 +40,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "trace": ("scene",),
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "laws", "neighbours", "scene"),
-    "engine": ("containers", "errors", "laws", "scene", "trace"),
+    "engine": ("containers", "errors", "files", "laws", "scene", "trace"),
     "store": ("containers", "errors", "files", "laws", "scene", "trace"),
     "runs": tuple(part for part in RUNNING if part != "runs"),
     "export": ("engine", "errors", "files", "scene", "store", "trace"),
@@ -50,7 +50,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     # Pages
     "pages": (),
     "animation": (*SIMULATING, "analysis", "engine", "figures", "formatting", "pages"),
-    "live_page": ("config", "errors", "formatting", "pages", "placement", "scene", "theory"),
+    "live_page": ("config", "engine", "errors", "pages", "placement", "theory"),
     "validation": (*RUNNING, "analysis", "figures"),
 }
 # These may import all parts above them.
@@ -67,7 +67,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "pydantic_core": ("config",),
     "yaml": ("config", "figures", "live_page", "report", "validation"),
     "numba": ("engine.jit",),
-    "llvmlite": ("engine.jit",),
+    "llvmlite": ("engine.jit", "engine.webassembly"),
     "h5py": ("export", "store"),
     "pyarrow": ("export",),
     "distributed": ("runs.dask_executor",),

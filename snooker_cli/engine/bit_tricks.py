@@ -25,6 +25,12 @@ def fused(a: float, b: float, c: float) -> float:
 
 
 @instruction
+def next_below(value: float) -> float:
+    """The double before a positive one."""
+    return math.nextafter(value, 0.0)
+
+
+@instruction
 def lowest_bit(mask: int) -> int:
     """Place of the lowest bit that is set, from 0."""
     return (int(mask) & -int(mask)).bit_length() - 1

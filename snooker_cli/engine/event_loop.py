@@ -15,7 +15,7 @@ from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import by_class, inlined, kernel
 from snooker_cli.engine.kernel_state import Integers, Recorded, State
 from snooker_cli.engine.prediction import is_trapped
-from snooker_cli.engine.sampling import Grid, grid_of, next_sample, sample_until
+from snooker_cli.engine.sampling import Grid, grid_of, next_sample, take_samples
 from snooker_cli.trace import SLIDE
 
 # What a search does: a method of ``Everyone`` and of ``Neighbours`` for each
@@ -91,7 +91,7 @@ def settle(boundary: Any, i: int, trapped: bool, now: float, state: State) -> bo
 #
 #   at the beginning of an epoch, whose clocks have been set back: predict everything
 #   i, j, now = the earliest contact of all; j is a ball or the wall
-#   stop if there is none, or if the time limit comes first
+#   stop if there is none, or if the time up to which to simulate comes first
 #   if the entry no longer holds: search i's contacts again, and take the next turn
 #   fill the rows of the summary up to now
 #   a ball that slides: bring it to now along the wall; the same contact is next
@@ -99,23 +99,36 @@ def settle(boundary: Any, i: int, trapped: bool, now: float, state: State) -> bo
 #   stop if i is trapped at the wall, or if the clock stands still
 #   predict the next contacts of i and j; if a free container has moved, all its hits
 @inlined
-def simulate_repeat(state: State, search: Any, recorded: Recorded, grid: Grid, limit: int) -> int:
-    """Simulate at most ``limit`` events of a repeat; why it stopped, see ``clock``."""
+def simulate_repeat(
+    state: State,
+    search: Any,
+    recorded: Recorded,
+    grid: Grid | None,
+    limit: int,
+    until: float,
+    turns: int,
+) -> int:
+    """Simulate at most ``limit`` events of a repeat; why it stopped, see ``clock``.
+
+    until : what clocks show at the end, s; TIME_LIMIT, unless more is simulated later
+    turns : of the loop, at most
+    """
     sums, boundary = state.sums, state.boundary
     filled, sample_time = 0, next_sample(grid, sums)
     begin(search, sums[ks.NOW], state)
-    while filled < limit:
+    while filled < limit and turns > 0:
+        turns -= 1
         i, j, time = next_entry(search, state)
         if j <= STOPS:
             return int(STOPS - j)
         if time == NEVER:
             return clock.NOTHING_LEFT
-        if time > sums[ks.TIME_LIMIT]:
+        if time > until:
             return clock.TIME
         now, happens = max(time, sums[ks.NOW]), j != ks.SEARCH_AGAIN
         if happens:
             if now > sample_time:
-                sample_time = sample_until(now, grid, state)
+                sample_time = take_samples(grid, now, state)
             if j >= 0 and ks.label_of(j, state.labels) < ks.label_of(i, state.labels):
                 i, j = j, i
             clock.begin_event(i, j, now, state)
@@ -176,4 +189,5 @@ def advance(
         state = ks.state_of(states, repeat)
         recorded = Recorded(records.time[row], records.i[row], records.j[row], records.impulse[row])
         search, grid = of_repeat(searches, repeat), grid_of(grids, repeat)
-        answers[row] = simulate_repeat(state, search, recorded, grid, limit)
+        end = state.sums[ks.TIME_LIMIT]
+        answers[row] = simulate_repeat(state, search, recorded, grid, limit, end, ks.NO_LIMIT)

@@ -106,6 +106,19 @@ class Kernel:
             numba.config.CACHE_DIR = users
 
 
+def code_of(kernel: Any, *arguments: Any) -> tuple[str, str]:
+    """What Numba makes of a kernel for such arguments: code for LLVM, and its function's name.
+
+    It is compiled anew, because the cache of kernels has none.
+    """
+    kernel.compiled  # noqa: B018  # makes Numba know all functions
+    dispatcher = _numba().njit(**HELPER_OPTIONS)(kernel.function)
+    signature = tuple(map(_numba().typeof, arguments))
+    dispatcher.compile(signature)
+    compiled = dispatcher.overloads[signature]
+    return compiled.library.get_llvm_str(), compiled.fndesc.llvm_func_name
+
+
 def kernel(function: Function) -> Function:
     """Compile a function that Python or another kernel calls."""
     return cast("Function", Kernel(function))
@@ -232,9 +245,9 @@ def check_current_folder() -> None:
 
 
 @cache
-def give_notice() -> None:
+def give_notice(text: str = NOTICE) -> None:
     """Explain the wait, once in a process."""
-    _log.info(NOTICE)
+    _log.info(text)
 
 
 @cache
@@ -311,6 +324,14 @@ def _instructions() -> dict[str, Callable[..., Any]]:
         return number(number, number, number), lambda _, builder, __, numbers: builder.fma(*numbers)
 
     @intrinsic
+    def next_below_instruction(_typing: Any, value: Any) -> Any:
+        def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+            bits = builder.bitcast(arguments[0], ir.IntType(64))
+            return builder.bitcast(builder.sub(bits, ir.IntType(64)(1)), ir.DoubleType())
+
+        return types.float64(types.float64), generate
+
+    @intrinsic
     def lowest_bit_instruction(_typing: Any, mask: Any) -> Any:
         number, no_matter_at_0 = types.int64, ir.Constant(ir.IntType(1), 1)
         return number(number), lambda _, builder, __, masks: builder.cttz(*masks, no_matter_at_0)
@@ -332,6 +353,7 @@ def _instructions() -> dict[str, Callable[..., Any]]:
 
     return {
         "fused": lambda a, b, c: lambda a, b, c: fused_instruction(a, b, c),
+        "next_below": lambda value: lambda value: next_below_instruction(value),
         "lowest_bit": lambda mask: lambda mask: lowest_bit_instruction(mask),
         "fetch": lambda array, place: lambda array, place: fetch_instruction(array, place),
     }

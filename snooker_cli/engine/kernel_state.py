@@ -107,11 +107,8 @@ class State(NamedTuple):
         return int(self.counts[WALL_EVENTS] + self.counts[PAIR_EVENTS])
 
     def next_epoch(self, epoch: float, shift: float) -> None:
-        """Set all clocks back by a shift, s; the epoch is the time at which they then show zero."""
-        self.balls[CLOCK] -= shift
-        set_back(self.boundary, shift)
-        self.sums[[NOW, STILL_SINCE, TIME_LIMIT]] -= shift
-        self.sums[EPOCH] = epoch
+        """As ``begin_epoch``."""
+        begin_epoch(self, epoch, shift)
 
 
 @inlined
@@ -322,6 +319,18 @@ def take_off_wall(boundary: Any, i: int) -> None:
 
     Of ``SlidingCircle``.
     """
+
+
+@inlined
+def begin_epoch(state: State, epoch: float, shift: float) -> None:
+    """Set all clocks back by a shift, s; the epoch is the time at which they then show zero."""
+    sums, clocks = state.sums, state.balls[CLOCK]
+    clocks -= shift
+    set_back(state.boundary, shift)
+    sums[NOW] -= shift
+    sums[STILL_SINCE] -= shift
+    sums[TIME_LIMIT] -= shift
+    sums[EPOCH] = epoch
 
 
 @inlined

@@ -57,6 +57,14 @@ class Grid(NamedTuple):
     early_rows: Floats
     early_histogram: Indices
 
+    def next_sample(self, sums: Floats) -> float:
+        if len(self.rows) == 0:
+            return NEVER
+        return float(self.used[0] * self.step[0] - sums[ks.EPOCH])
+
+    def take_samples(self, now: float, state: State) -> float:
+        return sample_until(now, self, state)
+
 
 def columns_of(scene: Scene) -> int:
     """Number of columns of a row."""
@@ -245,12 +253,22 @@ def count_speeds(row: Floats, histogram: Any, state: State) -> None:
             histogram[min(int(reduced / SPEED_BIN), SPEED_BINS - 1)] += 1
 
 
-@inlined
-def next_sample(grid: Grid, sums: Floats) -> float:
-    """What clocks show at the grid's next time, s; never if it has no rows."""
-    if len(grid.rows) == 0:
-        return NEVER
-    return float(grid.used[0] * grid.step[0] - sums[ks.EPOCH])
+@by_class
+def next_sample(grid: Grid | None, sums: Floats) -> float:
+    """What clocks show at the grid's next time, s; never without rows.
+
+    Of ``Grid``.
+    """
+    return NEVER
+
+
+@by_class
+def take_samples(grid: Grid | None, now: float, state: State) -> float:
+    """``sample_until``, if there is a grid.
+
+    Of ``Grid``.
+    """
+    return NEVER
 
 
 @kernel

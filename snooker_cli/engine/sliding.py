@@ -133,6 +133,7 @@ def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
     return (x, y, u, v, now), float(ks.mass_of(state.sizes, i) * given / math.sqrt(square))
 
 
+@inlined
 def chord_sum(q: float, restitution: float) -> float:
     """Sum of q e^k/(1 + (q e^k)^2) over all k from 0, with only + - * / and roots, for equal bits.
 
@@ -166,14 +167,16 @@ def bouncing_mass(boundary: Any, mass: float) -> float:
     return mass
 
 
+@helper
 def bounces_to_come(i: int, state: State) -> tuple[float, float]:
     """How long the bounces of ball i, trapped just off the wall, last, s; their impulse, kg m/s.
 
     With another law than CONSTANT, both are upper bounds.
     """
     law = state.setup.laws[WALL]
-    e, column = float(law[COR]), state.balls[: ks.BALL_ROWS, i].tolist()
-    x, y, u, v = ks.relative(state.boundary, *column)
+    e = float(law[COR])
+    x, y, u, v, clock = ball_of(i, state.balls)
+    x, y, u, v = ks.relative(state.boundary, x, y, u, v, clock)
     square, inward, cross = x * x + y * y, max(0.0, -(x * u + y * v)), abs(x * v - y * u)
     mass = bouncing_mass(state.boundary, float(ks.mass_of(state.sizes, i)))
     if law[KIND] != CONSTANT:
@@ -327,6 +330,9 @@ class SlidingCircle(NamedTuple):
 
     def hit_wall(self, i: int, now: float, state: State, elastic: bool) -> float:
         return hit_wall(self.circle, i, now, state, elastic)
+
+    def settles(self, i: int) -> bool:
+        return bool(self.motions[i] == SETTLES)
 
     def is_curved(self) -> bool:
         return True

@@ -32,23 +32,24 @@ class Gas {
   }
 
   get collisions() {
-    return this.simulation.wallEvents + this.simulation.pairEvents;
+    return this.simulation.collisions;
   }
 
   // Simulates at most a number of collisions, up to a time, s, and a deadline of the computer's clock,
   // ms. Whether it got as far as it was asked to.
   advance(until, most = Infinity, deadline = Infinity) {
     const { simulation } = this;
-    for (let done = 0; done < most && !this.stop; done++) {
-      const stop = simulation.advance(1, until), { eventCount, reached } = simulation;
+    for (let done = 0; done < most && !this.stop; done += simulation.eventCount) {
+      const toSample = Math.ceil(this.nextSample - this.collisions); // then velocities are needed
+      const stop = simulation.advance(Math.min(most - done, toSample), until), { eventCount, reached } = simulation;
+      if (eventCount) this.follow();
       // Where no collision can happen any more, balls still move.
       const isFree = stop?.reason === NOTHING_LEFT && until < simulation.timeLimit;
       if (isFree) simulation.stop = null;
-      if (isFree || (!stop && !eventCount && reached === until)) {
+      if (isFree || (!stop && reached === until)) {
         this.time = until;
         return true;
       }
-      if (eventCount) this.follow();
       // A step to the next collision gives up when it is far.
       const isFar = !eventCount && deadline === Infinity;
       if (!stop && (isFar || Date.now() >= deadline)) {
@@ -60,33 +61,38 @@ class Gas {
     return true;
   }
 
-  // Keeps what the charts need of the event that has just happened.
+  // Keeps what the charts need of the events that have just happened.
   follow() {
-    this.meter.follow();
-    const { simulation } = this, { time } = simulation;
-    const i = simulation.eventI[0], j = simulation.eventJ[0];
-    this.contacts.push({ time, step: this.collisions, ...this.contact(i, j) });
-    if (this.contacts.length > MOST_FLASHES) this.contacts.shift();
-    if (this.course && (i === this.tagged || j === this.tagged)) {
-      this.course.push([time, ...this.place(this.tagged, time)]);
+    const { simulation, meter, series, tagged } = this, { eventCount, eventTime, eventI, eventJ } = simulation;
+    const { eventPlaces } = simulation, rowNow = () => this.row();
+    for (let row = 0; row < eventCount; row++) {
+      meter.follow(row);
+      series.add(rowNow);
+      if (this.course && (eventI[row] === tagged || eventJ[row] === tagged)) {
+        const begin = 4 * row + (eventI[row] === tagged ? 0 : 2);
+        this.course.push([eventTime[row], eventPlaces[begin], eventPlaces[begin + 1]]);
+      }
     }
-    this.series.add(() => this.row());
+    const before = this.collisions - eventCount;
+    for (let row = Math.max(eventCount - MOST_FLASHES, 0); row < eventCount; row++) {
+      this.contacts.push({ time: eventTime[row], step: before + row + 1, ...this.contact(row) });
+    }
+    this.contacts.splice(0, this.contacts.length - MOST_FLASHES);
     if (this.collisions >= this.nextSample) this.sampleSpeeds();
   }
 
-  // Where ball i touches ball j or the wall, m, and the radius of ball i.
-  contact(i, j) {
-    const { container } = this.scene, { time } = this.simulation, radius = this.radii[i];
-    const [x, y] = this.place(i, time), [width, height] = container.size;
+  // Where the balls of an event touch each other, or the ball the wall, m; the radius of the first.
+  contact(row) {
+    const { container } = this.scene, { eventI, eventJ, eventPlaces } = this.simulation;
+    const radius = this.radii[eventI[row]], [width, height] = container.size;
+    const [x, y, otherX, otherY] = eventPlaces.subarray(4 * row, 4 * row + 4);
     let across, along;
-    if (j >= 0) {
-      const [otherX, otherY] = this.place(j, time);
+    if (eventJ[row] >= 0) {
       [across, along] = [otherX - x, otherY - y];
       if (container.shape === "periodic") across -= width * Math.round(across / width);
       if (container.shape !== "box" && container.shape !== "circle") along -= height * Math.round(along / height);
     } else {
-      const [cx, cy] = this.place(this.number, time);
-      [across, along] = [x - cx, y - cy];
+      [across, along] = [x - otherX, y - otherY];
       if (container.shape !== "circle") {
         const isNearer = width / 2 - Math.abs(across) <= height / 2 - Math.abs(along);
         [across, along] = isNearer || container.shape === "channel" ? [Math.sign(across), 0] : [0, Math.sign(along)];
@@ -116,8 +122,8 @@ class Gas {
 
   // Adds where the tagged ball is while it slides: then its path is no line between its collisions.
   followSlide() {
-    const motion = this.course && this.simulation.state.boundary.motions?.[this.tagged];
-    if (motion) this.course.push([this.time, ...this.place(this.tagged, this.time)]);
+    if (!this.course || !this.simulation.isCurved(this.tagged)) return;
+    this.course.push([this.time, ...this.place(this.tagged, this.time)]);
   }
 
   row() {
@@ -146,8 +152,10 @@ class Gas {
     this.nextSample = this.collisions + Math.max(1, this.number / 2);
     const twiceTemperature = (2 * this.meter.energy) / this.number;
     if (!(twiceTemperature > 0)) return;
+    const { flights, time } = this.simulation;
+    this.simulation.show(time);
     for (let ball = 0; ball < this.number; ball++) {
-      const [u, v] = this.simulation.velocityOf(ball);
+      const u = flights[4 * ball + BALL.U], v = flights[4 * ball + BALL.V];
       const reduced = Math.sqrt((this.scene.masses[ball] * (u * u + v * v)) / twiceTemperature);
       this.counts[binOf(reduced)]++;
     }

@@ -1,6 +1,8 @@
 """A config -> the live page: the gas of its first point, which the browser simulates."""
 
 import json
+import zlib
+from base64 import b64encode
 from typing import Any
 
 import yaml
@@ -8,6 +10,7 @@ import yaml
 from snooker_cli import config as configs
 from snooker_cli import theory
 from snooker_cli.config import Experiment, Loaded
+from snooker_cli.engine import webassembly
 from snooker_cli.errors import SceneError
 from snooker_cli.pages.html_page import (
     PAGES,
@@ -25,17 +28,7 @@ MOST_SEED = 2**53 - 1  # the largest that JavaScript's numbers have exactly
 MOST_BYTES = 250_000  # of a page, which teachers send by mail
 
 LIVE = "snooker_cli.live_page"
-ENGINE_SCRIPTS = (
-    "collision.js",
-    "boundaries.js",
-    "all_pairs.js",
-    "cells.js",
-    "sliding.js",
-    "simulation.js",
-    "random_numbers.js",
-    "places.js",
-    "start.js",
-)
+ENGINE_SCRIPTS = ("engine.js", "random_numbers.js", "places.js", "start.js")
 """The engine and the start, in an order in which they can run."""
 
 MEASURING = ("theory.js", "measurements.js")
@@ -80,11 +73,12 @@ def live_page(loaded: Loaded) -> str:
     }
     parts = {
         "data": script_data(data),
+        "modules": script_data(packed_modules()),
         "engine": worker_source(),
         "script": script_of(PAGES, *SHARED) + script_of(LIVE, *SHOWING),
     }
     title = own["title"] if scenes[0] is own else "snooker live"
-    return html_page(LIVE, "live", title, parts, workers=True)
+    return html_page(LIVE, "live", title, parts, simulates=True)
 
 
 def report_scene() -> dict[str, Any]:
@@ -103,8 +97,18 @@ def presets() -> list[dict[str, Any]]:
 
 
 def engine_source() -> str:
-    """The scripts of the engine and of the start, one after the other."""
-    return script_of(LIVE, *ENGINE_SCRIPTS)
+    """The scripts of the engine and of the start, one after the other; modules are not in them."""
+    layout = script_data(webassembly.description())
+    return f"const ENGINE = {layout};\n{script_of(LIVE, *ENGINE_SCRIPTS)}"
+
+
+def packed_modules() -> dict[str, str]:
+    """The compiled engine: the module of each boundary, deflated, in base64.
+
+    They are compiled if the cache of kernels lacks them.
+    """
+    modules = webassembly.modules().items()
+    return {name: b64encode(zlib.compress(code, 9)).decode() for name, code in modules}
 
 
 def worker_source() -> str:
