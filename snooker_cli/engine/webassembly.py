@@ -123,7 +123,7 @@ class Part(NamedTuple):
 def layout(boundary: str) -> list[Part]:
     """The parts of pages with a boundary, in the order in which Numba passes them."""
     names = {(NUMBER + more) // unit * unit: name for name, (more, unit) in LENGTHS.items()}
-    parts = []
+    parts: list[Part] = []
     for name, value in leaves_of("", example(boundary, NUMBER)):
         shape = None
         if isinstance(value, np.ndarray):
