@@ -123,23 +123,41 @@ class Part(NamedTuple):
 def layout(boundary: str) -> list[Part]:
     """The parts of pages with a boundary, in the order in which Numba passes them."""
     names = {(NUMBER + more) // unit * unit: name for name, (more, unit) in LENGTHS.items()}
+<<<<<<< HEAD
     parts: list[Part] = []
     for name, value in leaves_of("", example(boundary, NUMBER)):
+=======
+    leaves = {name[1:]: value for name, value in leaves_of("", example(boundary, NUMBER))}
+    # Parts of the boundary are the last in the block, so that the others have one place.
+    slots = sorted(leaves, key=is_of_boundary)
+    parts = []
+    for name, value in leaves.items():
+>>>>>>> wasm
         shape = None
         if isinstance(value, np.ndarray):
             shape = tuple(names.get(length, length) for length in value.shape)
-        place = SLOT * (1 + len(parts))
-        parts.append(Part(name[1:], np.asarray(value).dtype.name, shape, place))
+        place = SLOT * (1 + slots.index(name))
+        parts.append(Part(name, np.asarray(value).dtype.name, shape, place))
     return parts
+
+
+def is_of_boundary(name: str) -> bool:
+    return name.startswith("state.boundary.")
 
 
 def description() -> dict[str, Any]:
     """What the page has to know of the modules, for JSON: layouts, and the names of numbers."""
+    layouts = {boundary: layout(boundary) for boundary in BOUNDARIES}
+    common = next(iter(layouts.values()))
     return {
         "begin": BEGIN,
         "events": EVENTS,
         "searches": SEARCHES,
-        "layouts": {boundary: layout(boundary) for boundary in BOUNDARIES},
+        "common": [part for part in common if not is_of_boundary(part.name)],
+        "boundaries": {
+            boundary: [part for part in parts if is_of_boundary(part.name)]
+            for boundary, parts in layouts.items()
+        },
         "names": {
             "ball": named(ks, "X", "Y", "U", "V", "CLOCK"),
             "history": named(ks, "FORMER"),
@@ -321,11 +339,15 @@ def object_of(texts: list[str]) -> bytes:
         whole.link_in(llvm.parse_assembly(heading + own))
     names = [kernel.__name__ for kernel in KERNELS]
     for function in whole.functions:
-        if not function.is_declaration and function.name not in names:
+        if function.is_declaration:
+            continue
+        if function.name not in names:
             function.linkage = "internal"
+        if not re.search(r"(^|\d)follow", function.name):
+            function.add_function_attribute("optsize")
     for variable in whole.global_variables:
         variable.linkage = "internal"
-    tuning = llvm.create_pipeline_tuning_options(speed_level=3)
+    tuning = llvm.create_pipeline_tuning_options(speed_level=2)
     builder = llvm.create_pass_builder(machine, tuning)
     builder.getModulePassManager().run(whole, builder)
     return bytes(machine.emit_object(whole))

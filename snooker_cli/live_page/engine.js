@@ -20,12 +20,19 @@ const ALIGNED = 16, PAGE = 65536; // bytes
 
 const modules = {}; // the compiled code of each boundary
 
-/** Compile the modules, which are deflated and in base64. Rejects where a page may not do so. */
-async function compileModules(packed) {
-  await Promise.all(Object.entries(packed).map(async ([boundary, text]) => {
-    const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-    modules[boundary] = await WebAssembly.compile(await new Response(stream).arrayBuffer());
+/** Compile the modules, which are one after the other, deflated and in base64.
+ *
+ * Rejects where a page may not do so.
+ */
+async function compileModules({ lengths, packed }) {
+  const bytes = Uint8Array.from(atob(packed), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const codes = await new Response(stream).arrayBuffer();
+  let begin = 0;
+  await Promise.all(Object.entries(lengths).map(async ([boundary, length]) => {
+    const code = codes.slice(begin, begin + length);
+    begin += length;
+    modules[boundary] = await WebAssembly.compile(code);
   }));
 }
 
@@ -36,7 +43,7 @@ async function compileModules(packed) {
 class Kernels {
   constructor(boundary, number) {
     const { exports } = new WebAssembly.Instance(modules[boundary]);
-    const layout = ENGINE.layouts[boundary], { memory } = exports;
+    const layout = [...ENGINE.common, ...ENGINE.boundaries[boundary]], { memory } = exports;
     const lengthOf = (name) => {
       const [more, unit] = LENGTHS[name];
       return Math.floor((number + more) / unit) * unit;

@@ -31,6 +31,9 @@ LIVE = "snooker_cli.live_page"
 ENGINE_SCRIPTS = ("engine.js", "random_numbers.js", "places.js", "start.js")
 """The engine and the start, in an order in which they can run."""
 
+PACKED = ("sliding_circle", "periodic", "fixed_circle", "box", "channel", "free_circle")
+"""The modules in the order in which they deflate best: each is similar to the one before."""
+
 MEASURING = ("theory.js", "measurements.js")
 SHOWING = ("gas.js", "yaml.js", "charts.js", "table.js", "controls.js", "live.js")
 
@@ -102,13 +105,15 @@ def engine_source() -> str:
     return f"const ENGINE = {layout};\n{script_of(LIVE, *ENGINE_SCRIPTS)}"
 
 
-def packed_modules() -> dict[str, str]:
-    """The compiled engine: the module of each boundary, deflated, in base64.
+def packed_modules() -> dict[str, Any]:
+    """The compiled engine: the modules of all boundaries, deflated, in base64; and their lengths.
 
     They are compiled if the cache of kernels lacks them.
     """
-    modules = webassembly.modules().items()
-    return {name: b64encode(zlib.compress(code, 9)).decode() for name, code in modules}
+    modules = webassembly.modules()
+    codes = {boundary: modules[boundary] for boundary in PACKED}
+    packed = b64encode(zlib.compress(b"".join(codes.values()), 9)).decode()
+    return {"lengths": {name: len(code) for name, code in codes.items()}, "packed": packed}
 
 
 def worker_source() -> str:
