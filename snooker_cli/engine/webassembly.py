@@ -123,16 +123,11 @@ class Part(NamedTuple):
 def layout(boundary: str) -> list[Part]:
     """The parts of pages with a boundary, in the order in which Numba passes them."""
     names = {(NUMBER + more) // unit * unit: name for name, (more, unit) in LENGTHS.items()}
-<<<<<<< HEAD
-    parts: list[Part] = []
-    for name, value in leaves_of("", example(boundary, NUMBER)):
-=======
     leaves = {name[1:]: value for name, value in leaves_of("", example(boundary, NUMBER))}
     # Parts of the boundary are the last in the block, so that the others have one place.
     slots = sorted(leaves, key=is_of_boundary)
     parts = []
     for name, value in leaves.items():
->>>>>>> wasm
         shape = None
         if isinstance(value, np.ndarray):
             shape = tuple(names.get(length, length) for length in value.shape)

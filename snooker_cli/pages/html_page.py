@@ -32,17 +32,12 @@ def text_of(package: str, *names: str) -> str:
 
 
 def script_of(package: str, *names: str) -> str:
-<<<<<<< HEAD
-    """The scripts in files of a package without indents and lines of comments, a fifth of them."""
-    return re.sub(r"(?m)^ *(?:(?://.*|/\*\*[\s\S]*?\*/)\n)?", "", text_of(package, *names))
-=======
     """The scripts in files of a package without comments and indentation: a fifth of a page.
 
     A comment at the end of a line has spaces around its slashes; texts of one line have none.
     """
     code = re.sub(r"(?m)^ *(//.*|/\*\*[\s\S]*?\*/)\n", "", text_of(package, *names))
     return re.sub(r"(?m)^ +|(?<=\S) +// .*$", "", code)
->>>>>>> wasm
 
 
 def html_page(
