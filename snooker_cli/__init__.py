@@ -1,7 +1,5 @@
 """Experiments with inelastic hard disks. ``import snooker_cli as snooker`` has these names."""
 
-from importlib import import_module
-
 TYPE_CHECKING = False  # type checkers take it as true; typing takes 10 ms to load
 if TYPE_CHECKING:
     from snooker_cli.api import LivePage, Repeat, Run, live, new_scene, open, run, simulate
@@ -31,6 +29,8 @@ _HOMES = ("errors", "containers", "scene", "trace", "config", "api")
 def __getattr__(name: str) -> object:
     """A name of ``__all__``, whose module is loaded now: ``import snooker_cli`` takes no time."""
     if name in __all__:
+        from importlib import import_module  # here, so that `snooker` begins sooner
+
         for home in _HOMES:
             if hasattr(module := import_module(f"{__name__}.{home}"), name):
                 return getattr(module, name)

@@ -61,7 +61,6 @@ UNITS |= {"wall_energy": "J", "lost_energy": "J", "stationary_from": "s"}
 
 
 ARGUMENTS = {
-    "--engine": "engine",
     "--fresh": "fresh=True",
     "--from": "since",
     "--jobs": "jobs",

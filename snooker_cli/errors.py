@@ -2,21 +2,22 @@
 
 import difflib
 import errno
+import mmap
 import os
 import shlex
-import signal
 import sys
 import traceback
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from contextvars import ContextVar
 from enum import IntEnum
 from pathlib import Path
-from typing import Any, ClassVar, NoReturn
+from typing import Any, ClassVar, TextIO
 
 from snooker_cli.formatting import printable
+from snooker_cli.signals import INTERRUPTED, end_interrupted, raising
 
-STOPPING = (signal.SIGINT, signal.SIGTERM)  # Ctrl-C, and what `kill` and batch systems send
+ROOM = 1 << 28  # bytes without which a command can hardly do anything
 
 IN_COMMAND: ContextVar[bool] = ContextVar("in_command", default=False)
 """Whether a command runs, so that errors name its options, and not the arguments of Python."""
@@ -33,7 +34,7 @@ class ExitCode(IntEnum):
     USAGE = 2
     CONFIG = 3
     SOME_FAILED = 4
-    INTERRUPTED = 130
+    INTERRUPTED = INTERRUPTED
 
 
 def error_text(error: Exception) -> str:
@@ -172,59 +173,34 @@ def check_name(name: str, names: Iterable[str], noun: str, command: str) -> None
 # How a command ends.
 
 
-@contextmanager
-def handling(
-    handler: Callable[[int, object], None], numbers: Iterable[int] | None = None
-) -> Iterator[None]:
-    """Inside, a function handles these signals.
-
-    numbers : by default ``STOPPING``, without those that the parent process ignores
-    """
-    if numbers is None:
-        numbers = [n for n in STOPPING if signal.getsignal(n) is not signal.SIG_IGN]
-    previous = {number: signal.signal(number, handler) for number in numbers}
+def notice(message: str) -> None:
+    """Print a notice on stderr, if that can be written."""
     try:
-        yield
-    finally:
-        for number, before in previous.items():
-            signal.signal(number, before)
+        print(printable(f"snooker: {message}", "\n"), file=sys.stderr, flush=True)
+    except OSError:
+        drop(sys.stderr)
 
 
-def end_interrupted(*_signal: object) -> NoReturn:
-    """End the process now, after an interrupt.
-
-    While modules load, an exception would not do: those in C print it and continue, or raise
-    another one.
-    """
-    os.write(2, b"snooker: interrupted\n")
-    os._exit(ExitCode.INTERRUPTED)
+def drop(stream: TextIO) -> None:
+    """Let nothing come of what was and will be printed: the reader has left, or a disk is full."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-@contextmanager
-def raising() -> Iterator[list[int]]:
-    """Inside, an interrupt raises ``KeyboardInterrupt``; gives the signals that came.
-
-    Python drops an exception that is raised in a callback, for example when HDF5 deletes objects.
-    The process then ends there.
-    """
-    came: list[int] = []
-    before = sys.unraisablehook
-
-    def interrupt(number: int, _frame: object) -> None:
-        came.append(number)
-        raise KeyboardInterrupt
-
-    def dropped(unraisable: Any) -> None:
-        if unraisable.exc_type is KeyboardInterrupt:
-            end_interrupted()
-        before(unraisable)
-
-    sys.unraisablehook = dropped
+def lacks_memory(error: BaseException) -> bool:
+    """Whether an error comes from too little memory, which libraries report in many ways."""
+    if isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM:
+        return True
     try:
-        with handling(interrupt):
-            yield came
-    finally:
-        sys.unraisablehook = before
+        mmap.mmap(-1, ROOM).close()
+    except (OSError, MemoryError):
+        return True
+    return False
+
+
+def described(error: BaseException) -> str:
+    """The type and text of an unexpected error, as ``MemoryError`` if it is one."""
+    name = "MemoryError" if lacks_memory(error) else type(error).__name__
+    return f"{name}: {error}"
 
 
 def bug_message(error: str, trace: str, less: str = "use fewer balls") -> str:
@@ -260,14 +236,14 @@ def guarded(app: Callable[..., Any]) -> None:
         code = ExitCode.UNEXPECTED
         if isinstance(end, SnookerError):
             code, message = end.exit_code, str(end)
-        elif isinstance(end, OSError):
+        elif isinstance(end, OSError) and not lacks_memory(end):
             file, reason = f"{end.filename}: " if end.filename else "", end.strerror or end
             message = f"{file}{reason}; check the path, the disk and its permissions"
             code = ExitCode.USAGE
         else:
             trace = "".join(traceback.format_exception(end))
-            message = bug_message(f"{type(end).__name__}: {end}", trace)
-        print(printable(f"snooker: {message}", "\n"), file=sys.stderr)
+            message = bug_message(described(end), trace)
+        notice(message)
         raise SystemExit(int(code)) from None
     finally:
         IN_COMMAND.reset(before)

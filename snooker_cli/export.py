@@ -155,18 +155,21 @@ SYMBOLS = ("H", "He", "Li", "Be", "B", "C", "N", "O", "X")
 
 XYZ_HEAD = (
     '{}\nLattice="{!r} 0 0 0 {!r} 0 0 0 {!r}" Origin="{!r} {!r} {!r}" pbc="{}" '
-    "Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1 Time={!r}\n"
+    "Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1:masses:R:1:momenta:R:3 "
+    "Time={!r}\n"
 )
-XYZ_BALL = "{} {!r} {!r} 0 {!r} {!r} 0 {!r} {!r}\n"
+XYZ_BALL = "{} {!r} {!r} 0 {!r} {!r} 0 {!r} {!r} {!r} {!r} {!r} 0\n"
 
 
 def write_xyz(path: Path, start: Scene, batches: Iterable[States]) -> None:
     """Write states as extended XYZ with z = 0, whole or not at all. Raises ``UserError``.
 
     Each frame has the rectangle around the container as its cell, periodic along axes without
-    walls, and the time in s. Numbers read back as the same doubles.
+    walls, and the time in s. Numbers read back as the same doubles. OVITO knows `velo` and `mass`,
+    ASE `momenta` and `masses`.
     """
     sizes = np.column_stack([start.radii, start.masses])
+    masses = start.masses[:, np.newaxis]
     group = np.unique(sizes, axis=0, return_inverse=True)[1].ravel()
     names = [SYMBOLS[k] for k in np.minimum(group, len(SYMBOLS) - 1)]
     cell = np.array([*start.container.size, 2 * float(np.max(start.radii))])
@@ -177,7 +180,8 @@ def write_xyz(path: Path, start: Scene, batches: Iterable[States]) -> None:
                 corner = np.append(batch.container_positions[k], 0.0) - cell / 2
                 edges = (*cell.tolist(), *corner.tolist())
                 file.write(XYZ_HEAD.format(start.number, *edges, pbc, time))
-                rows = np.hstack([batch.positions[k], batch.velocities[k], sizes]).tolist()
+                states = batch.positions[k], batch.velocities[k], sizes
+                rows = np.hstack([*states, masses, masses * batch.velocities[k]]).tolist()
                 balls = zip(names, rows, strict=True)
                 file.writelines(XYZ_BALL.format(name, *row) for name, row in balls)
 

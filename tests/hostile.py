@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import zlib
 from collections.abc import Callable, Iterator
@@ -72,6 +73,17 @@ def event(name: str, value: float) -> Damage:
 def scene(name: str, value: Any, row: int | None = None) -> Damage:
     """Changes a value of the start and of the finish."""
     return trace(f"start.{name} finish.{name}", value, row)
+
+
+def fixed_and_moving() -> Damage:
+    """A fixed container that has a velocity; a free one may begin with any."""
+    new = {"container_mass": math.inf, "container_velocity": np.array([1.0, 0.0])}
+
+    def change(before: Trace) -> Trace:
+        start, finish = (replace(state, **new) for state in (before.start, before.finish))
+        return replace(before, start=start, finish=finish)
+
+    return with_traces(change)
 
 
 def times(factor: float) -> Damage:
@@ -187,6 +199,17 @@ def bomb(name: str) -> Damage:
     return edited(change)
 
 
+def garbled(name: str) -> Damage:
+    """A dataset in a chunk that cannot be unpacked."""
+
+    def change(file: h5py.File) -> None:
+        rows = file.pop(name).shape[0]
+        declared(rows, rows)(file, name, rows)
+        file[name].id.write_direct_chunk((0,), b"\x78\x01" + bytes(range(255, 0, -1)))
+
+    return edited(change)
+
+
 def filled(values: Callable[[int], Any]) -> Make:
     """A dataset with values that a function of the number of rows gives."""
     return lambda file, name, rows: file.create_dataset(name, data=values(rows))
@@ -276,7 +299,7 @@ REFUSED: dict[str, dict[str, Damage]] = {
     "wrong speed of the container": {
         "all at rest": trace("start.velocities finish.velocities", np.zeros((7, 2))),
         "away": scene("container_position", 1.0, 0),
-        "moves": scene("container_velocity", 1.0, 0),
+        "moves, though it is fixed": fixed_and_moving(),
         "at the finish": trace("finish.container_velocity", np.nan, 0),
     },
     "wrong radius, mass or length": {
@@ -291,7 +314,7 @@ REFUSED: dict[str, dict[str, Damage]] = {
     "wrong contact_duration": {"above 1": rules(contact_duration=1.5)},
     "wrong rules": {"slides": rules(slides=True), "all slide": scene("slides", True)},
     "wrong number of events": {
-        "too many": trace("wall_events", 10**9),
+        "too few": trace("wall_events", 0),
         "none at the wall": ending(wall_events=0, pair_events=150),
     },
     "wrong ending": {
@@ -308,6 +331,8 @@ REFUSED: dict[str, dict[str, Damage]] = {
         "back": parameter("rows", lambda ends: ends[[0, 2, 1, 3]]),
         "beyond": parameter("rows", lambda ends: np.append(ends[:-1], 10**15)),
         "one time less": dataset(TIME, one_less),
+        "many chunks of one row": dataset(TIME, declared(3 * 10**7, 1)),
+        "many rows": dataset(TIME, declared(5 * 10**8, 5 * 10**8)),
     },
     "wrong lengths of the columns": {"one less": dataset(f"{layout.IMPULSE}/value", one_less)},
     "has neither numbers nor text of fixed length": {
@@ -326,6 +351,12 @@ REFUSED: dict[str, dict[str, Damage]] = {
         "another filter": dataset(
             TIME, lambda file, name, rows: file.create_dataset(name, (rows,), "f8", scaleoffset=3)
         ),
+        "chunks of one row": dataset(TIME, declared(None, 1)),
+        "large chunk": dataset(TIME, declared(None, 5 * 10**8)),
+    },
+    "wrong number of collisions": {
+        "more than its config allows": provenance(config='{"collisions": 149}'),
+        "too many": trace("wall_events", 10**9),
     },
     "it has a link to another place": {
         "soft": linked(h5py.SoftLink("/observables/impulse/value")),
@@ -339,7 +370,6 @@ REFUSED: dict[str, dict[str, Damage]] = {
     },
     "a chunk has another size than it declares": {"a bomb": bomb(TIME)},
     " bytes, and ": {
-        "large chunk": dataset(TIME, declared(None, 5 * 10**8)),
         "wide text": dataset(
             layout.ENDINGS, lambda file, name, _: file.create_dataset(name, (3,), "S1000000000")
         ),
@@ -354,6 +384,7 @@ OTHERS: dict[str, Damage] = {
     "stop: balls": trace("stop.balls", (10**30,)),
     "stop: reason": ending(reason=ESCAPES),
     "stop: message": trace("stop.message", ESCAPES),
+    "ending: null": parameter("ending", np.array([b"null"] * 3)),
     "ending: deep": parameter("ending", np.array([DEEP.encode()] * 3)),
     "rows: none": parameter("rows", np.zeros(0, np.int64)),
     "repeats: twice": parameter("repeat", np.array([0, 0, 2])),
@@ -368,6 +399,7 @@ OTHERS: dict[str, Damage] = {
     "version: text": attribute("schema_version", ESCAPES),
     "scene: deep": attribute("scene", DEEP),
     "scene: bytes": attribute("scene", np.bytes_(b"\xff\x1b")),
+    "storage: no deflate stream": garbled(TIME),
     "storage: lost link": linked(h5py.SoftLink("/nowhere")),
     "storage: 4e8 repeats": dataset(layout.REPEATS, declared(4 * 10**8, 1000)),
     "storage: no array": dataset(TIME, filled(lambda _: 1.0)),

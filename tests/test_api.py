@@ -160,6 +160,18 @@ def test_the_table_has_a_row_for_each_repeat(run: snooker.Run) -> None:
     assert np.isnan(table["k"][3:]).all()
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_gas_at_rest_has_temperature_zero(here: Path) -> None:
+    """Its time is 0, over which there is no mean; and no share of an energy 0 is left."""
+    run = snooker.run(CONFIG | {"balls": CONFIG["balls"] | {"speed": 0.0}})
+    table = run.table()
+    for name in ("time", "temperature", "pressure", "mean_speed"):
+        assert table[name].tolist() == [0.0] * 6
+    assert np.isnan(table["energy_ratio"]).all()
+    with pytest.raises(snooker.FigureError, match="has nothing to show: no further collision"):
+        run[0, 0].animate("film.html")
+
+
 def test_the_table_of_a_heated_gas_has_its_energy_account(here: Path) -> None:
     """The stationary part is that of the point; other scenes have no such numbers."""
     heated = {"balls": {"count": 7, "radius": 1.0, "speed": 6.0}, "wall_temperature": 20.0}
@@ -388,7 +400,7 @@ def test_completion_shows_what_scripts_use(run: snooker.Run) -> None:
 def test_errors_name_arguments_of_python(run: snooker.Run, command: Snooker) -> None:
     """The command line names its options."""
     with pytest.raises(snooker.RunError, match="give fresh=True to replace them or out=… for"):
-        snooker.run(CONFIG | {"cor": 0.5}, out=run.directory, progress=False)
+        snooker.run(CONFIG | {"cor": 0.5, "sweep": {}}, out=run.directory, progress=False)
     with pytest.raises(snooker.UserError, match="with 0 ≤ since < until"):
         run.fit(2.0, 1.0)
     with pytest.raises(snooker.UserError, match="`snooker plot --list` lists"):

@@ -19,7 +19,10 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 # A part is a module or a folder of the package. It may import the parts named beside it, which
 # come earlier in the table. So data flows in one direction and there are no circles.
 SIMULATING = ("containers", "errors", "files", "laws", "memory", "neighbours", "scene", "trace")
-RUNNING = (*SIMULATING, "config", "engine", "formatting", "placement", "runs", "store", "theory")
+RUNNING = (
+    *("config", "engine", "formatting", "placement", "runs", "signals", "store", "theory"),
+    *SIMULATING,
+)
 PARTS: dict[str, tuple[str, ...]] = {
     # Nothing of ours below
     "files": (),
@@ -27,7 +30,8 @@ PARTS: dict[str, tuple[str, ...]] = {
     "memory": (),
     "neighbours": (),
     "laws": (),
-    "errors": ("formatting",),
+    "signals": (),
+    "errors": ("formatting", "signals"),
     "containers": ("errors", "neighbours"),
     # A scene and its trace
     "config": ("containers", "errors", "formatting", "laws"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -13,8 +14,7 @@ import pytest
 from command_line import Snooker
 
 AS_A_MODULE_LOADS = """
-import os, signal, sys
-from snooker_cli.cli import main
+import os, sys
 
 module, number, *sys.argv = sys.argv[1:]
 
@@ -25,6 +25,7 @@ class Finder:
             os.kill(os.getpid(), int(number))
 
 sys.meta_path.insert(0, Finder)
+from snooker_cli.cli import main
 main()
 """
 
@@ -54,6 +55,11 @@ def command():
 
 guarded(command)
 """
+
+
+STDOUT_IS_FULL = (
+    "snooker: stdout: No space left on device; check the path, the disk and its permissions\n"
+)
 
 
 def lost(*_arguments: object) -> str:
@@ -106,6 +112,32 @@ def test_streams_that_are_closed_are_no_error(here: Path) -> None:
         assert "snooker: tip:" not in done_in_shell.stdout
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux only")
+@pytest.mark.parametrize("megabytes", [200, 300])
+def test_too_little_memory_is_one_sentence(megabytes: int, here: Path) -> None:
+    """Libraries that do not load report it in ways of their own."""
+    done = subprocess.run(
+        [sys.executable, "-m", "snooker_cli", "run", "small.yaml"],
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (megabytes * 10**6,) * 2),
+    )
+    assert done.returncode == 1
+    assert "snooker: there is too little memory (MemoryError: " in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device here")
+def test_a_full_device_is_named(here: Path) -> None:
+    command = [sys.executable, "-m", "snooker_cli", "init"]
+    with Path("/dev/full").open("w") as full:
+        for where in ({"stderr": subprocess.PIPE}, {"stderr": full}):
+            done = subprocess.run(command, stdout=full, text=True, check=False, **where)
+            assert done.returncode == 2
+            assert done.stderr in (None, STDOUT_IS_FULL)
+
+
 def test_a_reader_that_leaves_or_waits_ends_an_export(here: Path, snooker: Snooker) -> None:
     """While its reader waits, an export hangs in a write until it is interrupted."""
     long = ["-o", "cor=1", "-o", "repeats=1", "-o", "collisions=20000", "--out", "long"]
@@ -145,9 +177,12 @@ def ended(script: str, *arguments: str, folder: Path) -> tuple[int, str, str]:
 @pytest.mark.parametrize(
     ("module", "number", "command"),
     [
+        ("signal", signal.SIGINT, "run"),
+        ("pathlib", signal.SIGINT, "run"),
         ("typer", signal.SIGINT, "run"),
         ("numpy", signal.SIGINT, "run"),
         ("h5py", signal.SIGTERM, "run"),
+        ("rich", signal.SIGHUP, "run"),
     ],
 )
 def test_an_interrupt_while_modules_load(

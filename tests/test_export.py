@@ -217,7 +217,7 @@ def test_extended_xyz_has_the_same_states(written: tuple[Path, Trace, Any]) -> N
     export.write_xyz(out, start, replayed(trace, states.time, batch=2 * start.number))
     found = xyz_frames(out.read_text())
     assert [float(keys["Time"]) for keys, _ in found] == states.time.tolist()
-    names = "species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1"
+    names = "species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1:masses:R:1:momenta:R:3"
     for k, (keys, rows) in enumerate(found):
         assert keys["Properties"] == names
         cell = np.array(keys["Lattice"].split(), dtype=float).reshape(3, 3)
@@ -229,13 +229,34 @@ def test_extended_xyz_has_the_same_states(written: tuple[Path, Trace, Any]) -> N
         numbers = np.array([row[1:] for row in rows], dtype=float)
         assert np.array_equal(numbers[:, 0:2], states.positions[k])
         assert np.array_equal(numbers[:, 3:5], states.velocities[k])
-        assert not np.any(numbers[:, [2, 5]])
-        assert np.array_equal(numbers[:, 6:], np.column_stack([start.radii, start.masses]))
+        assert not np.any(numbers[:, [2, 5, 11]])
+        sizes = np.column_stack([start.radii, start.masses, start.masses])
+        assert np.array_equal(numbers[:, 6:9], sizes)
     species = [row[0] for row in found[0][1]]
     types: dict[str, set[tuple[float, float]]] = {name: set() for name in species}
     for name, radius, mass in zip(species, start.radii, start.masses, strict=True):
         types[name].add((radius, mass))
     assert all(len(sizes) == 1 for name, sizes in types.items() if name != "X")
+
+
+def test_ase_reads_the_states(written: tuple[Path, Trace, Any]) -> None:
+    """ASE keeps momenta, and divides them by the masses: two roundings."""
+    ase = pytest.importorskip("ase.io")
+    path, trace, states = written
+    start, out = trace.start, path.with_suffix(".xyz")
+    export.write_xyz(out, start, replayed(trace, states.time, batch=2 * start.number))
+    frames = ase.read(out, index=":")
+    assert [frame.info["Time"] for frame in frames] == states.time.tolist()
+    for k, frame in enumerate(frames):
+        assert np.array_equal(frame.positions[:, :2], states.positions[k])
+        assert np.array_equal(frame.get_masses(), start.masses)
+        assert np.array_equal(frame.arrays["radius"], start.radii)
+        velocities = frame.get_velocities()
+        np.testing.assert_allclose(velocities[:, :2], states.velocities[k], rtol=2**-51, atol=0)
+        assert not np.any(velocities[:, 2])
+        assert frame.pbc.tolist() == [not start.container.has_wall] * 2 + [False]
+        width, height = start.container.size
+        assert frame.cell.lengths()[:2].tolist() == [width, height]
 
 
 def test_a_damaged_repeat_is_not_exported(finished: Path, trace: Trace, snooker: Snooker) -> None:

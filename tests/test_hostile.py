@@ -276,13 +276,13 @@ def test_a_hostile_certificate(kind: hostile.Damage, finished: Path, snooker: Sn
 OWN_FILES = {
     "fit small": ["analysis.json"],
     "plot small energy": ["figures/energy.svg", "figures/energy.png", "figures/energy.json"],
-    "animate small": ["film-cor-0.85.html"],
+    "animate small --replace": ["film-cor-0.85.html"],
     "verify small --exact --point 0 --collisions 9": ["point-0000/exact-0000.json"],
     "run small.yaml --no-progress": ["point-0000/repeats-0000-0002.h5"],
     "run small.yaml --no-progress --part 1/1": ["failures.jsonl"],
     "run small.yaml --no-progress --fresh": ["run.json"],
     "report small": ["report/report.html", "report/report.pdf", "report/small.yaml"],
-    "live": ["../../gas.html"],
+    "live --replace": ["../../gas.html"],
 }
 """Files by the command that writes them under names of its own, from the run's folder."""
 

@@ -155,7 +155,11 @@ def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict
         try:
             for name, origin in made.items():
                 saved[name]["hash"] = signature(origin, saved[name]["results"])
-            write_text(run.directory / ANALYSIS, json.dumps(saved, allow_nan=False))
+            try:
+                text = json.dumps(saved, allow_nan=False)
+            except (ValueError, RecursionError):  # other points may hold anything
+                text = json.dumps({name: saved[name] for name in made}, allow_nan=False)
+            write_text(run.directory / ANALYSIS, text)
         except OSError as error:
             problem = f"cannot be written ({error_text(error)}); the result is not kept"
             _log.warning("%s: %s", run.directory / ANALYSIS, problem)
@@ -228,7 +232,12 @@ def _columns(measured: Measurements, constants: Sequence[Decay]) -> dict[str, li
     """The columns of ``Run.table`` of ``api`` that follow from the repeats."""
     fitted = {decay.law: decay.fits for decay in constants if decay.quantity == "kinetic_energy"}
     whole, scene = measured.whole, measured.scene
-    pressure = np.where(whole.length > 0, whole.pressure(scene), 0.0)
+    lasts = whole.length > 0  # or else the mean over its time is what it starts with
+    energy = np.where(lasts, whole.kinetic_energy, measured.start_energy)
+    speed = np.where(lasts | (measured.start_energy > 0), whole.mean_speed, 0.0)
+    pressure = np.where(lasts, whole.pressure(scene), 0.0)
+    with np.errstate(invalid="ignore"):  # nothing may move at all
+        ratio = measured.last_energy / measured.first_energy
     begins = np.full_like(whole.length, math.nan)
     if scene.wall_law.gains and (first := measured_part(measured).first) is not None:
         begins[measured.complete] = first / WINDOWS * measured.time[measured.complete]
@@ -239,10 +248,10 @@ def _columns(measured: Measurements, constants: Sequence[Decay]) -> dict[str, li
         "wall_collisions": measured.events[:, 0],
         "pair_collisions": measured.events[:, 1],
         "time": measured.time,
-        "temperature": whole.kinetic_energy / scene.number,
+        "temperature": energy / scene.number,
         "pressure": pressure,
-        "mean_speed": whole.mean_speed,
-        "energy_ratio": measured.last_energy / measured.first_energy,
+        "mean_speed": speed,
+        "energy_ratio": ratio,
         "k": [fit.value for fit in fitted["exponential"]],
         "alpha": [fit.value for fit in fitted["haff"]],
         "wall_energy": whole.wall_energy,

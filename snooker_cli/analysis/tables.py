@@ -259,6 +259,6 @@ def _beside(row: dict[str, Any]) -> str:
 
 
 def _theory(row: dict[str, Any]) -> str:
-    """The name of a model as a theory: ``Enskog``, ``theory for hard disks with a wall``."""
+    """The name of a model as a theory: ``Enskog``, ``theory for hard disks, finite N``."""
     known = {"Enskog rates at the start": "Enskog"}
     return known.get(row["model"], f"theory for {row['model']}")

@@ -134,6 +134,8 @@ def film(
         raise FigureError("was recorded as a summary; run it with `record: events` to get a film")
     if scene.number > MOST_BALLS:
         raise FigureError(f"has {scene.number:,} balls; a film shows at most {MOST_BALLS:,}")
+    if trace.stop.time == 0:
+        raise FigureError(f"has nothing to show: {trace.stop.message}")
     end = trace.stop.time if until is None else until
     if not 0 <= since < end <= trace.stop.time:
         raise FigureError(

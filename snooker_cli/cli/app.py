@@ -9,7 +9,8 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from snooker_cli.errors import UserError, check_name, end_interrupted, handling
+from snooker_cli.errors import UserError, check_name
+from snooker_cli.signals import end_interrupted, handling
 
 COMMANDS = {
     "init": ("config_commands", "Write a commented config; without TEMPLATE, list all templates."),

@@ -13,7 +13,7 @@ from snooker_cli.config import EXAMPLES, SCHEMA_FILE
 from snooker_cli.errors import UserError, check_name
 from snooker_cli.files import write_text
 from snooker_cli.runs.plan import checked
-from snooker_cli.runs.progress import notice
+from snooker_cli.runs.progress import notice, reporting
 from snooker_cli.runs.starting_state import load
 
 SCHEMA = "snooker-schema.json"  # beside a config, whose first line names it for editors
@@ -87,7 +87,8 @@ def validate(config: ConfigPath, override: Overrides = None) -> None:
     The check includes the starting scene of every point.
     """
     loaded = load(config, override or ())
-    points, scene_classes = checked(loaded)
+    with reporting() as show:
+        points, scene_classes = checked(loaded, show=show)
     balls = sorted({number for scenes in scene_classes for number in scenes.balls})
     fewest = f"{balls[0]} to " if balls[1:] else ""
     counts = f"points: {len(points):,}, repeats of each: {loaded.experiment.repeats}"

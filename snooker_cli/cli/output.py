@@ -1,5 +1,6 @@
 """What commands print on stdout: lines, tables and JSON."""
 
+import errno
 import json
 import os
 import shutil
@@ -13,7 +14,7 @@ from typing import Any
 
 import typer
 
-from snooker_cli.errors import UserError
+from snooker_cli.errors import UserError, drop
 from snooker_cli.files import own_folder
 from snooker_cli.formatting import printable, text_table
 from snooker_cli.pages.html_page import is_page
@@ -41,12 +42,18 @@ def check_free(out: Path, replace: bool) -> None:
 
 @contextmanager
 def until_the_reader_leaves() -> Iterator[None]:
-    """Inside, a reader that goes away, as `| head` does, causes no error."""
+    """Inside, a reader that goes away, as `| head` or a terminal does, causes no error.
+
+    Another error is named after stdout.
+    """
     try:
         yield
         sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:
+        drop(sys.stdout)
+        if error.errno not in (errno.EPIPE, errno.EIO):
+            error.filename = error.filename or "stdout"
+            raise
 
 
 def print_line(line: str) -> None:

@@ -30,7 +30,7 @@ from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import processors, share_of
 from snooker_cli.runs.plan import LAW, checked, is_excessive, run_plan
-from snooker_cli.runs.progress import execute_watched, notice, run_summary, share_done
+from snooker_cli.runs.progress import execute_watched, notice, reporting, run_summary, share_done
 from snooker_cli.runs.starting_state import load
 from snooker_cli.runs.status import continuing, ended
 
@@ -67,7 +67,8 @@ def run(
     """
     cancelled = threading.Event()
     loaded = load(config, override or ())
-    points, scene_classes = checked(loaded)
+    with reporting() as show:
+        points, scene_classes = checked(loaded, show)
     target = Run(out or runs.RUNS / config.stem, loaded.experiment, points)
     share, idle = (None, "") if part is None else _share(target, part, fresh)
     cluster = _cluster(executor, jobs, cancelled)

@@ -60,8 +60,8 @@ def clocks(epoch: float, events: Events) -> Floats:
 # Endings
 
 # Answers of ``advance``; TIME to IDLE have the places that they have in ``StopReason``. After
-# FULL the repeat continues with the next chunk. The last two are for ``InCells``: make cells
-# larger, or put them round the container's new place.
+# FULL the repeat continues with the next chunk. The last two are for ``AmongNeighbours``: make
+# cells larger, or put them round the container's new place.
 FULL, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, CELL_FULL, OUT_OF_MARGIN = range(8)
 
 CLOCK_DIGITS = 4 * 2.0**-52

@@ -80,10 +80,14 @@ class Kernel:
             folder = None if "numba" not in sys.modules else cache_folder()
             if folder is None or isinstance(error, sys.modules["numba"].errors.NumbaError):
                 raise
-            _warn(DAMAGED, folder)
-            for path in folder.rglob("*.nb[ci]"):
-                path.unlink(missing_ok=True)
-            del self.compiled
+            if isinstance(error, OSError):  # such as a full disk
+                _warn(UNUSABLE, error.strerror or error, "every process compiles again")
+                self.compiled = sys.modules["numba"].njit(**OPTIONS)(self.function)
+            else:
+                _warn(DAMAGED, folder)
+                for path in folder.rglob("*.nb[ci]"):
+                    path.unlink(missing_ok=True)
+                self.__dict__.pop("compiled", None)  # another thread may have been here
         return self.compiled(*arguments)
 
     @cached_property

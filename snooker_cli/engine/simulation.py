@@ -55,7 +55,7 @@ REORDERED = 4096
 REORDER_AFTER = 20  # events per ball after which balls are put into the order of their cells again
 
 FEW, FEW_IN_FREE, MOST = 48, 150, 1000
-"""Balls up to which all pairs are faster than cells, times the packing to the 3/8; at most."""
+"""Balls up to which a search among everyone is faster, times the packing to the 3/8; at most."""
 
 BALLS_PER_CELL, DILUTE = 1.0, 0.4
 """In a packed gas, and in a dilute one over the cube root of the packing."""
@@ -63,7 +63,7 @@ BALLS_PER_CELL, DILUTE = 1.0, 0.4
 IDLE_CALLS = 100
 """Calls in a row of only crossings after which a repeat without a time limit ends, 10 s."""
 
-MOST_PROVEN = 1000  # balls up to which all pairs are looked at before that
+MOST_PROVEN = 1000  # balls of which all pairs are looked at before that
 
 RENEWAL = 400  # cost of predicting all again, in crossings
 
@@ -441,7 +441,7 @@ def usual_search(scene: Scene) -> type[Simulation]:
 
 
 def few_at(packing_fraction: float, *, free: bool) -> int:
-    """Balls in a circle up to which all pairs are faster than cells, see docs/engine.md."""
+    """Balls in a circle up to which a search among everyone is faster, see docs/engine.md."""
     return int(min((FEW_IN_FREE if free else FEW) / packing_fraction**0.375, MOST))
 
 

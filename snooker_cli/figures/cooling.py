@@ -180,10 +180,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
             law = [theory.source_decay_constant(float(e), free_path, speed) for e in grid]
             name = "k, mean free path after Enskog"
             build.lines.append(Line(grid, np.array(law), name, k_series, "dotted"))
-            caption += (
-                "Dotted: k with ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ), χ for the size of "
-                "the balls."
-            )
+            caption += "Dotted: ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ)."
         wall = points[0].experiment.wall_cor
         losses = (
             theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
@@ -265,7 +262,7 @@ def haff_time(build: FigureBuilder) -> FigureData:
     legend = {_HAFF[law][0].format(kept): _HAFF[law][1] for law in _HAFF if law in drawn}
     legend |= {} if several else {"one constant k, fitted": "dotted"}
     build.lines += [legend_line(text, style) for text, style in legend.items()]
-    caption = f"Rates in the first and the last of {WINDOWS} windows of time: {build.results_text}."
+    caption = f"Rates in the first and last of {WINDOWS} windows: {build.results_text}."
     if any(record["windows"] < WINDOWS for record in build.records):
         caption += f" Windows with fewer than {LEAST_COLLISIONS} collisions are left out."
     return build.figure(caption + (_FLOORS[kept] if "floor" in drawn else ""), **labels)
@@ -353,7 +350,6 @@ def event_decay(build: FigureBuilder) -> FigureData:
         record, text = {"collisions_per_ball": x[-1], "floor": floor}, with_error(*final)
         if not build.too_thin(scene):
             record["theory"] = alone[-1]
-            text += f", expected {short(alone[-1])}"
             build.lines.append(Line(x, alone, None, index, "solid"))
             nearest = alone
             if math.isfinite(floor):
@@ -368,11 +364,11 @@ def event_decay(build: FigureBuilder) -> FigureData:
     kept, caption = _kept(build.points), f"E/E(0) in the end: {build.results_text}."
     if any("theory" in record for record in build.records):
         build.lines.append(legend_line("expected from the counted collisions", "solid"))
-        shared, bodies = ("(N + ½)", "balls or wall") if kept == "L" else ("(N − ½)", "balls")
-        caption += f" Lines: a collision takes (1 − e²)E/{shared}, with the CoR e of {bodies}."
+        shared = "(N + ½)" if kept == "L" else "(N − ½)"
+        caption += f" Lines: a collision takes (1 − e²)E/{shared}."
     if floor_drawn:
         build.lines.append(legend_line(f"the same above the energy kept by {kept}", "dashed"))
-        caption += f"{_FLOORS[kept]} Below, theory counts this energy."
+        caption += f"{_FLOORS[kept][:-1]}, counted below."
     return build.figure(caption)
 
 

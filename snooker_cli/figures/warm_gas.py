@@ -342,7 +342,7 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
             }
             numbers |= {"temperature": warm, "virial": inner, "wall": outer}
             build.record(point, packing=packing, **numbers)
-            result = f"{with_error(*inner)} and {with_error(*outer)}"
+            result = with_error(*inner)
         first = scenes[0]
         packings, added, errors = np.array(rows).T
         label = build.label(group[0], names) or "simulation"
@@ -358,9 +358,7 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
     drawn = {line.style for line in build.lines if isinstance(line, Line)}
     legend = {"solid": theory.FINITE, "dotted": theory.INFINITE}
     build.lines += [legend_line(legend[style], style) for style in legend if style in drawn]
-    return build.figure(
-        f"{steady.text} PV/NT at the largest packing, by virial and wall: {build.results_text}."
-    )
+    return build.figure(f"{steady.text} PV/NT at the largest packing: {build.results_text}.")
 
 
 def _of_scene(scene: Scene, packing: float) -> float:

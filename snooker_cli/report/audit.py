@@ -32,7 +32,7 @@ from snooker_cli.analysis.observables import (
     standard_errors,
     time_means,
 )
-from snooker_cli.analysis.predictions import speed_laws
+from snooker_cli.analysis.predictions import finite_ratio, speed_laws
 from snooker_cli.figures import Selection, selected
 from snooker_cli.figures.selection import distinct, value_at
 from snooker_cli.formatting import listed, ratio, short
@@ -92,13 +92,15 @@ class InWindows:
     """A gas in ``WINDOWS`` equal windows of time, up to the end of the shortest repeat.
 
     ratios : P V/(N T) of the means over repeats in each window, with standard errors
-    probability : that of deviations as large if all ratios are 1 (Hotelling's test); nan for too
+    theory : P V/(N T) of so many hard disks of this size and CoR in the container
+    probability : that of deviations as large if all ratios are that (Hotelling's test); nan for too
         few repeats
     cooling : T of the first window over that of the last
     repeats, end : number of repeats; end of the last window, s
     """
 
     ratios: list[OurValue]
+    theory: float
     probability: float
     cooling: float
     repeats: int
@@ -113,14 +115,17 @@ def in_windows(traces: Sequence[Trace]) -> InWindows:
     energy = np.array([time_means(t, series(t).kinetic_energy, edges) for t in traces])
     ratios = work.mean(axis=0) / energy.mean(axis=0)
     errors = standard_errors(work - ratios * energy) / energy.mean(axis=0)  # to first order
-    probability, excess = math.nan, (work - energy) / energy.mean(axis=0)
+    scene = traces[0].start
+    disks = finite_ratio(scene.number, float(scene.radii[0]), scene.container, scene.restitution)
+    expected = disks.pressure if disks else math.nan
+    probability, excess = math.nan, (work - expected * energy) / energy.mean(axis=0)
     if repeats > WINDOWS:
         mean, covariance = excess.mean(axis=0), np.cov(excess, rowvar=False) / repeats
         squares = float(mean @ np.linalg.solve(covariance, mean))
         probability = hotelling(squares, WINDOWS, repeats)[1]
     cooling = float(energy[:, 0].mean() / energy[:, -1].mean())
     values = list(map(OurValue, ratios, errors))
-    return InWindows(values, probability, cooling, repeats, end)
+    return InWindows(values, expected, probability, cooling, repeats, end)
 
 
 def mean_pressure_slope(traces: Sequence[Trace]) -> OurValue:
@@ -336,11 +341,11 @@ def _tiny_ball_checks(run: Run, elastic: OurValue) -> Checks:
     elastic : P V/(N T) at CoR 1
     """
     radius = SOURCE_VALUES["ratio_caption"].radius
-    means, at_end, warm = [], [], []
+    means, ends, warm = [], [], []
     where = {"balls.radius": radius, "cor": COEFFICIENTS, "collapse": "slide"}
     points = selected(run, Selection(where))
     for point in points:
-        traces, temperatures, ratios = complete_repeats(run.traces(point)), [], []
+        traces, temperatures, ratios, at_end = complete_repeats(run.traces(point)), [], [], []
         for trace in traces:
             temperatures.append(mean_temperature(trace))
             ratios.append(ideal_gas_ratio(trace))
@@ -348,11 +353,12 @@ def _tiny_ball_checks(run: Run, elastic: OurValue) -> Checks:
             at_end.append(ratios[-1] * temperatures[-1] / last)
         warm.append(Sample(temperatures))
         means.append(Sample(ratios))
+        ends.append(Sample(at_end))
     every = np.concatenate([sample.values for sample in means])
     ratio, (low, high) = Sample(every), warm
-    least = means[0]
+    least = ends[0]
     grows = abs(elastic.value - 1) - abs(least.value - 1)
-    by_cor = at_each_coefficient([*map(value_text, means)])
+    by_cor, ends_by_cor = (at_each_coefficient([*map(value_text, each)]) for each in (means, ends))
     return {
         "pressure_excess": (
             ratio.value - 1 > max(2 * ratio.error, CLOSE),
@@ -360,14 +366,14 @@ def _tiny_ball_checks(run: Run, elastic: OurValue) -> Checks:
                 "ratio": value_text(ratio),
                 "least": every.min(),
                 "most": every.max(),
-                "at_end": np.mean(at_end),
+                "at_end": np.mean([sample.value for sample in ends]),
                 "complete": len(every),
                 "total": len(points) * run.experiment.repeats,
             },
         ),
         "divergence": (
             grows > 2 * math.hypot(elastic.error, least.error),
-            {"ratios": f"{by_cor}; {value_text(elastic)} at CoR 1"},
+            {"ratios": f"{by_cor}; {value_text(elastic)} at CoR 1", "at_end": ends_by_cor},
         ),
         "lower_temperatures": (
             high.value - low.value > 2 * math.hypot(low.error, high.error),

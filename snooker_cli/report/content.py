@@ -299,7 +299,8 @@ def mixed_starts(run: Run) -> list[dict[str, Any]]:
     """Haff's α of repeats that start mixed, beside kinetic theory's; a row for each CoR.
 
     Keys: ``cor``; ``stated`` and ``elastic``, for the wall: α and its error, 1/s, and what Enskog's
-    rates (``enskog``) and those of N balls in the container (``finite``) exceed it by, as shares.
+    rates (``enskog``) and those of N balls in the container (``finite``) exceed it by, as shares;
+    ``share`` is the error as a share of α.
     """
     rows: dict[float, dict[str, Any]] = {}
     for point in run.points:
@@ -313,7 +314,7 @@ def mixed_starts(run: Run) -> list[dict[str, Any]]:
         assert finite is not None
         wall = "elastic" if scene.wall_restitution == 1.0 else "stated"
         row = {"alpha": alpha, "error": error, "complete": number_complete(haff.ended)}
-        row |= {"enskog": enskog / alpha - 1, "finite": finite / alpha - 1}
+        row |= {"enskog": enskog / alpha - 1, "finite": finite / alpha - 1, "share": error / alpha}
         rows.setdefault(scene.restitution, {"cor": scene.restitution})[wall] = row
     return [*rows.values()]
 
@@ -330,11 +331,11 @@ def tiny_balls_in_windows(runs: Runs) -> list[tuple[str, float, InWindows]]:
 
 
 def _largest_deviations(found: Sequence[tuple[str, float, InWindows]], start: str) -> str:
-    """The largest deviation of PV/(NT) from 1 for a start, by CoR, in words."""
+    """The largest deviation of PV/(NT) from theory for a start, by CoR, in words."""
     texts = []
     for cor, one in ((cor, one) for name, cor, one in found if name == start):
-        most = max(one.ratios, key=lambda ratio: abs(ratio.value - 1))
-        percent = with_error(100 * abs(most.value - 1), 100 * most.error)
+        most = max(one.ratios, key=lambda ratio: abs(ratio.value - one.theory))
+        percent = with_error(100 * abs(most.value - one.theory), 100 * most.error)
         texts.append(f"{percent} % at CoR {cor:g}")
     return listed(texts)
 

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeAlias
 from snooker_cli import __version__, store
 from snooker_cli.config import Experiment, to_json
 from snooker_cli.engine import ENGINE_VERSION, CheckpointError, simulate, simulate_batch
-from snooker_cli.errors import SceneError, StoreError
+from snooker_cli.errors import SceneError, StoreError, described
 from snooker_cli.placement.starting_scene import starting_scenes
 from snooker_cli.runs.plan import first_scene
 from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
@@ -298,7 +298,7 @@ def cached(status: RepeatStatus) -> RepeatResult | None:
 def unexpected(batch: Batch, error: BaseException) -> list[RepeatResult]:
     """The results of a batch with an internal error."""
     where = "".join(traceback.format_exception(error))
-    text = f"{type(error).__name__}: {error}"
+    text = described(error)
     return [
         RepeatResult(batch.point, repeat, error=text, traceback=where) for repeat in batch.repeats
     ]

@@ -1,5 +1,6 @@
 """Execute a run: check its files, compile, simulate what is missing, and store it."""
 
+import logging
 import os
 import shlex
 import signal
@@ -11,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from concurrent import futures
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import partial
 from itertools import chain, groupby, islice, product
 from multiprocessing import get_context
@@ -22,7 +23,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
 from snooker_cli import store
-from snooker_cli.errors import STOPPING, DeniedError, RunError
+from snooker_cli.errors import DeniedError, RunError
 from snooker_cli.files import discard
 from snooker_cli.formatting import counted
 from snooker_cli.runs.batch import (
@@ -44,12 +45,15 @@ from snooker_cli.runs.folder import (
 )
 from snooker_cli.runs.plan import alike, batch_size
 from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
+from snooker_cli.signals import STOPPING
 
 POLL_INTERVAL = 0.02  # seconds between two looks whether a run was cancelled
 LEAST_FOR_PROCESS = 6  # batches of short repeats for each process; its start takes a second
 MOST_PROCESSES = 61  # that Windows can wait for
 
 Result = TypeVar("Result")
+
+_log = logging.getLogger(__name__)
 
 
 def processors() -> int:
@@ -159,9 +163,14 @@ class ThreadExecutor(Executor):
             watcher.simulating(time.perf_counter() - clock)
         short = sum(len(batch.repeats) > 1 for batch in missing)
         if self._processes > 1 and short >= LEAST_FOR_PROCESS * self._processes:
-            with ProcessExecutor(self._processes, job, self._cancelled) as others:
-                yield from others.simulate(job, missing, watcher)
-            return
+            try:
+                others = ProcessExecutor(self._processes, job, self._cancelled)
+            except RunError as error:
+                _log.warning("%s; threads simulate instead, more slowly", error.problem)
+            else:
+                with others:
+                    yield from others.simulate(job, missing, watcher)
+                return
         simulated = partial(simulate_and_store, job, begun=self._begun, events=watcher.events)
         yield from self.results(simulated, missing)
 
@@ -169,10 +178,24 @@ class ThreadExecutor(Executor):
         return not self._begun.stop().isdisjoint(pending)
 
 
+@contextmanager
+def using_shared_memory() -> Iterator[None]:
+    """Inside, a system that refuses locks between processes causes a ``RunError``."""
+    try:
+        yield
+    except OSError as error:
+        raise RunError(
+            f"no processes can begin: shared memory (/dev/shm) cannot be used ({error.strerror})",
+            "make room there, and check its permissions",
+        ) from None
+
+
 class Processes(ProcessPoolExecutor):
     """Processes that leave signals to this one, and end with it.
 
     begin, arguments : called once in each process
+
+    Raises ``RunError`` without shared memory.
     """
 
     def __init__(
@@ -180,7 +203,8 @@ class Processes(ProcessPoolExecutor):
     ) -> None:
         context = get_context("spawn")
         lifeline, self._lifeline = context.Pipe(duplex=False)
-        super().__init__(workers, context, _begin_process, (lifeline, begin, arguments))
+        with using_shared_memory():
+            super().__init__(workers, context, _begin_process, (lifeline, begin, arguments))
 
     def kill(self) -> None:
         """End all processes now. After one has died, others may wait for its locks for ever."""
@@ -210,7 +234,8 @@ class ProcessExecutor(Executor):
     _pool: Processes
 
     def __init__(self, workers: int, job: Job, cancelled: threading.Event) -> None:
-        self._stopped = get_context("spawn").Event()
+        with using_shared_memory():
+            self._stopped = get_context("spawn").Event()
         super().__init__(Processes(workers, _take_job, job, self._stopped), 2 * workers, cancelled)
 
     def __exit__(self, *_error: object) -> None:
@@ -219,6 +244,12 @@ class ProcessExecutor(Executor):
     def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
         try:
             yield from self.counted(_simulate_here, missing, watcher)
+        except OSError as error:
+            self._pool.kill()
+            raise RunError(
+                f"{job.run.directory}: no further process can begin ({error.strerror})",
+                "close other programs, or run the same command again with --jobs 1",
+            ) from None
         except BrokenProcessPool:
             self._pool.kill()
             raise RunError(

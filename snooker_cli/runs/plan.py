@@ -3,7 +3,7 @@
 import math
 import shutil
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -60,26 +60,41 @@ def first_scene(experiment: Experiment, repeat: int) -> Scene:
     return MEMORY.get(key, lambda: starting_scene(experiment, repeat))
 
 
-def checked(loaded: Loaded) -> tuple[tuple[Point, ...], list[SceneClass]]:
+def unseen(_text: str) -> None:
+    """Show nothing."""
+
+
+def checked(
+    loaded: Loaded, show: Callable[[str], None] = unseen
+) -> tuple[tuple[Point, ...], list[SceneClass]]:
     """The points of a loaded config and the classes of their scenes.
+
+    show : called with texts that say how far this is
 
     Raises ``ConfigError``, also for a scene that cannot exist.
     """
     try:
+        show("checking the config")
         points = loaded.points()
-        return points, scene_classes(points)
+        return points, scene_classes(points, show)
     except SceneError as error:
         raise loaded.error(error.key, str(error)) from None
 
 
-def scene_classes(points: Sequence[Point]) -> list[SceneClass]:
+def scene_classes(
+    points: Sequence[Point], show: Callable[[str], None] = unseen
+) -> list[SceneClass]:
     """The classes of the points' scenes. Places the balls of each scene once.
+
+    show : as of ``checked``
 
     Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated.
     """
     groups: dict[Any, list[tuple[Point, int, float | None, tuple[float, float]]]] = {}
     # Points that differ in losses or limits alone have the same first scene, which is made once.
-    for same in alike(points).values():
+    scenes = alike(points).values()
+    for number, same in enumerate(scenes, 1):
+        show(f"placing balls: scene {number:,} of {len(scenes):,}")
         experiment = same[0].experiment
         try:
             repeats, listed = experiment.repeats, "start" if experiment.start else "balls.list"

@@ -16,23 +16,20 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.text import Text
 
 from snooker_cli.engine.jit import check_current_folder
-from snooker_cli.errors import STOPPING, bug_message, handling
-from snooker_cli.formatting import counted, printable
+from snooker_cli.errors import bug_message
+from snooker_cli.errors import notice as notice
+from snooker_cli.formatting import counted
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.folder import create, locked, locked_for_part
 from snooker_cli.runs.plan import batch_size
 from snooker_cli.runs.run import Run
+from snooker_cli.signals import STOPPING, handling
 from snooker_cli.trace import StopReason
 
 Item = TypeVar("Item")
 
 MOST_FAILURES = 10  # failures that are printed as they come; a full disk fails every repeat
-
-
-def notice(message: str) -> None:
-    """Print a notice on stderr."""
-    print(printable(f"snooker: {message}", "\n"), file=sys.stderr, flush=True)
 
 
 class _Notices(logging.Handler):

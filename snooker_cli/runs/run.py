@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -256,6 +257,7 @@ class Run:
         """Whether a repeat with this header belongs to this run and is complete."""
         source, own = header.provenance, self.points[point]
         state, reason, advice = RepeatState.UNUSABLE, "", REPLACES
+        most = own.experiment.collisions or math.inf
         if source.engine_version != self.engine_version:
             reason = f"is of engine version {source.engine_version}, not {self.engine_version}"
         elif source.digest != self.digests[point]:
@@ -266,6 +268,8 @@ class Run:
                 state, reason, advice = RepeatState.SHORTER, "is shorter than the extended run", ""
             elif order > 0:  # a run may extend it while other commands read
                 reason, advice = "is longer than the run was", "give the command again"
+        elif header.collisions > most:
+            reason = f"has {header.collisions:,} collisions, where its config allows {most:,}"
         elif header.stop.reason is StopReason.INTERRUPTED:
             state, reason, advice = RepeatState.INTERRUPTED, printable(header.stop.message), ""
         else:

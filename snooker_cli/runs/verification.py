@@ -31,6 +31,8 @@ if sys.platform != "win32":
 SECONDS, BYTES_PER_SECOND = 20, 1e6  # processor time for a file; most take a hundredth of it
 MEMORY, MEMORY_PER_BYTE = 1.2e9, 8  # bytes for a process and a file; the libraries take 2e8
 
+NO_CRASH = ("SIGHUP", "SIGINT", "SIGKILL", "SIGTERM")  # ends of a process that no file causes
+
 ADVICE = "delete it and run again"
 
 
@@ -167,11 +169,16 @@ class IsolatedChecker(AbstractContextManager["IsolatedChecker"]):
         if self._process is None:
             context = get_context("spawn")  # a fork would copy locks that other threads hold
             self._files, there = context.Pipe()
-            self._process = context.Process(target=_check_files, args=(there,), daemon=True)
-            self._process.start()
+            process = context.Process(target=_check_files, args=(there,), daemon=True)
+            problem = "no process to check files can begin", "close other programs"
+            try:
+                process.start()
+            except OSError:
+                raise RunError(*problem) from None
+            self._process = process
             there.close()
             if self._answer() is not None:
-                raise RunError("no process to check files can begin", "close other programs")
+                raise RunError(*problem)
         size = (store.file_info(path) or (0, 0))[0]
         seconds = int(SECONDS + size / BYTES_PER_SECOND)
         with suppress(OSError):
@@ -181,6 +188,12 @@ class IsolatedChecker(AbstractContextManager["IsolatedChecker"]):
             how = f"ends its process (exit code {answer})"
             if answer < 0:
                 name = signal.Signals(-answer).name
+                if name in NO_CRASH:
+                    raise RunError(
+                        f"{path}: the system ended the process that read this file, perhaps for "
+                        "lack of memory",
+                        "run the same command again, with fewer --jobs",
+                    )
                 how = f"takes longer than {seconds} s" if name == "SIGXCPU" else f"crashes ({name})"
             answer = StoreError(path, f"reading it {how}", ADVICE)
         if isinstance(answer, StoreError):

@@ -21,6 +21,7 @@ FORMAT = ("v110", "v110")  # the version whose metadata have checksums, so damag
 UNWRITABLE = (OSError, RuntimeError)  # what h5py raises for a file that cannot be written
 MOST_LINKS = 1000  # names in a file. snooker writes fewer than 100.
 TYPES = (h5t.TypeIntegerID, h5t.TypeFloatID, h5t.TypeStringID, h5t.TypeReferenceID, h5t.TypeEnumID)
+ROWS = 65536  # in a chunk of a dataset that is not written at once
 INFLATION = 1032  # the most bytes that deflate makes of one byte, https://zlib.net/zlib_tech.html
 
 ZLIB_HEADER = b"\x78\x01"  # of a zlib stream, RFC 1950
@@ -156,11 +157,13 @@ def read_rows(
     filters = [settings.get_filter(k)[0] for k in range(settings.get_nfilters())]
     layout, declared, most = settings.get_layout(), math.prod(data.shape), stored
     expected = []
+    known = layout in (h5d.CHUNKED, h5d.COMPACT, h5d.CONTIGUOUS)
     if layout == h5d.CHUNKED:
         expected, most = [h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE], INFLATION * stored
-        chunk = math.prod(settings.get_chunk()) if declared else 0
-        declared = chunk if sparse else max(declared, chunk)
-    known = layout in (h5d.CHUNKED, h5d.COMPACT, h5d.CONTIGUOUS)
+        chunk, *rest = settings.get_chunk()
+        known = chunk in (data.shape[0], ROWS) and rest == [*data.shape[1:]]
+        size = chunk * math.prod(rest)
+        declared = size if sparse else max(declared, size)
     if not known or settings.get_external_count() or filters != expected:
         raise ValueError(f"{path} is stored in a way that snooker does not use")
     size = declared * data.get_type().get_size()
@@ -171,37 +174,39 @@ def read_rows(
     if kind.kind not in "biufS" or not np.can_cast(kind, dtype, "same_kind"):
         raise ValueError(f"{path} has neither numbers of its type nor text of fixed length")
     if layout == h5d.CHUNKED:
-        return _unpacked(data, settings.get_chunk(), rows, dtype)
+        return _unpacked(data, chunk, rows, dtype, sparse)
     values = np.empty(data.shape, dtype)
     data.read(h5s.ALL, h5s.ALL, values, native(dtype))
     return values[rows] if data.shape else values
 
 
 def _unpacked(
-    data: Any, chunk: tuple[int, ...], wanted: slice, dtype: np.dtype[Any]
+    data: Any, rows: int, wanted: slice, dtype: np.dtype[Any], sparse: bool
 ) -> NDArray[Any]:
     """Rows of a dataset in chunks that have the size which they declare.
 
     HDF5 would unpack all of a chunk, up to ``INFLATION`` times its bytes, before it compares. Both
     ways take the same time.
     """
-    kind, rows, rest = data.dtype, chunk[0], data.shape[1:]
+    kind, rest = data.dtype, data.shape[1:]
     first, last, _ = wanted.indices(data.shape[0])
     values = np.zeros((last - first, *rest), dtype)
-    size = kind.itemsize * math.prod(chunk)
+    size = kind.itemsize * rows * math.prod(rest)
     # Chunk by chunk: inflate at most one byte too many, undo the shuffle, keep the wanted rows.
     for start in range(first - first % rows, last, rows):
         place = (start, *(0 for _ in rest))
         if data.get_chunk_info_by_coord(place).byte_offset is None:
+            if not sparse:
+                raise ValueError("a chunk is missing")
             continue
         skipped, content = data.read_direct_chunk(place)
         inflate = zlib.decompressobj()
         content = inflate.decompress(content, size + 1)
-        if skipped or chunk[1:] != rest or len(content) != size or not inflate.eof:
+        if skipped or len(content) != size or not inflate.eof:
             raise ValueError("a chunk has another size than it declares")
         # The shuffle filter puts the first bytes of all numbers first, then the second ones.
         numbers = np.frombuffer(content, np.uint8).reshape(kind.itemsize, -1).T
-        numbers = np.ascontiguousarray(numbers).view(kind).reshape(chunk)
+        numbers = np.ascontiguousarray(numbers).view(kind).reshape(rows, *rest)
         begin, end = max(start, first), min(start + rows, last)
         values[begin - first : end - first] = numbers[begin - start : end - start]
     return values

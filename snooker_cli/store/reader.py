@@ -44,6 +44,8 @@ LOCKED = (
 
 EVENTS_AT_A_TIME = 1 << 20  # events that are read at a time where they are not kept
 
+SUMMARY_ROWS = 10_000  # of a repeat, at most; the engine makes fewer
+
 GROWING = ("time", "wall_impulse", "pair_virial", "wall_events", "pair_events")  # of a summary
 SUM_ROUNDING = 1e-9  # by which a sum may seem to shrink
 
@@ -117,8 +119,9 @@ def read_events(path: Path, repeats: Iterable[int]) -> Iterator[tuple[int, Event
     ``StoreError``.
     """
     with _opened(path) as file:
-        numbers = [header.repeat for header in _headers(file, path)]
-        rows, reader = _rows(file), EventReader(file, EVENTS_AT_A_TIME)
+        headers = _headers(file, path)
+        numbers = [header.repeat for header in headers]
+        rows, reader = _rows(file, headers), EventReader(file, EVENTS_AT_A_TIME)
         for repeat in repeats:
             for events in reader.pieces(rows[numbers.index(repeat)]):
                 yield repeat, events
@@ -132,7 +135,8 @@ def read_last_events(
     Their hash is not checked. Raises ``StoreError``.
     """
     with _opened(path) as file:
-        headers, rows, reader = _headers(file, path), _rows(file), EventReader(file, most)
+        headers = _headers(file, path)
+        rows, reader = _rows(file, headers), EventReader(file, most)
         chosen = [k for k, header in enumerate(headers) if header.repeat in repeats]
         for k, trace in zip(chosen, _traces(file, headers, rows, chosen), strict=True):
             last = slice(max(rows[k].start, rows[k].stop - most), rows[k].stop)
@@ -195,10 +199,13 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     endings = json.loads(f"[{','.join(hdf5.read_text(file, layout.ENDINGS))}]")
     rules, is_summary = {**json.loads(_parameter(file, "scene"))}, layout.SUMMARY in file
     del rules["shape"]
-    return [
+    headers = [
         RepeatHeader(number, *_ending(ending), provenance, content, rules, is_summary)
         for number, ending, content in zip(numbers, endings, contents, strict=True)
     ]
+    most = json.loads(provenance.config).get("collisions") or math.inf
+    _require(all(header.collisions <= most for header in headers), "number of collisions")
+    return headers
 
 
 def _require(holds: object, what: str) -> None:
@@ -222,12 +229,16 @@ def _ending(stored: dict[str, Any]) -> tuple[Stop, int, int]:
     return stop, *counts
 
 
-def _rows(file: h5py.File) -> list[slice]:
+def _rows(file: h5py.File, headers: Sequence[RepeatHeader]) -> list[slice]:
     """Which rows of the events or summaries each repeat has."""
     column = layout.TIME if "connectivity" in file else f"{layout.SUMMARY}/time"
     ends = hdf5.read_rows(file, layout.ROWS, np.int64).tolist()
     last = hdf5.length(file, f"{column}/value")
     _require(ends[0] == 0 and ends[-1] == last and sorted(ends) == ends, "rows of its repeats")
+    counts = [last - first for first, last in pairwise(ends)]
+    if column == layout.TIME:
+        _require(counts == [header.collisions for header in headers], "number of events")
+    _require(column == layout.TIME or max(counts) <= SUMMARY_ROWS, "rows of its summaries")
     return [slice(first, last) for first, last in pairwise(ends)]
 
 
@@ -236,7 +247,8 @@ def _checked(
 ) -> Iterator[tuple[Trace, RepeatHeader]]:
     """Repeats whose content has the hash that was written, with or without their events."""
     hdf5.check_types(file)
-    headers, rows = _headers(file, path), _rows(file)
+    headers = _headers(file, path)
+    rows = _rows(file, headers)
     chosen = [k for k, header in enumerate(headers) if wanted is None or header.repeat in wanted]
     if wanted is not None and len(chosen) < len(wanted):
         raise _changed(path)
@@ -247,7 +259,6 @@ def _checked(
     for k, trace, most in zip(chosen, traces, _limits(traces), strict=True):
         fingerprint = Fingerprint()
         if reader and trace.summary is None:
-            _require(trace.collisions == rows[k].stop - rows[k].start, "number of events")
             at_wall = 0
             for events in reader.pieces(rows[k]):
                 _check_events(events, trace, most)
@@ -410,10 +421,10 @@ def _check_motion(
         fastest = np.sqrt(2 * start / scene.container_mass)[:, np.newaxis, np.newaxis]
         farthest = fastest * stops[:, np.newaxis, np.newaxis]
         rest = positions - places
-    _require(scene.wall_law.gains or np.all(finish <= 2 * start), "speed of a ball")
     at_rest = not places[::2].any() and (scene.free or not speeds[::2].any())
     moving = np.all(np.abs(speeds[::2]) <= fastest) and np.all(np.abs(speeds[1::2]) <= fastest)
     _require(at_rest and moving, "speed of the container")
+    _require(scene.wall_law.gains or np.all(finish <= 2 * start), "speed of a ball")
     _require(not np.any(np.abs(places[1::2]) > farthest), "place of the container")
     room = max(scene.container.size) + 4 * EPSILON * np.abs(places)
     _require(np.all(np.abs(rest) <= room), "place of a ball")

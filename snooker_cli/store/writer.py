@@ -21,10 +21,10 @@ from snooker_cli.files import discard, move_into_place, own_folder, temporary_pa
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, write_h5md_group
+from snooker_cli.store.hdf5 import ROWS  # events in a chunk take 24 to 32 bytes each
 from snooker_cli.store.reader import EventReader
 from snooker_cli.trace import Events, Trace, joined, series_units
 
-ROWS = 65536  # events in a chunk of a file, 24 to 32 bytes each; longer files are written in chunks
 WAITING = 4  # chunks that may wait to be written before the simulation has to wait
 
 COMPRESS_FROM = 4096  # numbers; compressing fewer takes more time and space than it saves

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import pty
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -74,3 +78,12 @@ def test_the_pressure_in_dense_is_the_published_one() -> None:
     assert published is not None
     text = templates()["dense"].read_text(encoding="utf-8")
     assert f"of the literature, {published.ratio:.2f}," in text
+
+
+def test_a_terminal_shows_how_far_a_check_is(here: Path) -> None:
+    """Many points, or many balls at random places, take a while."""
+    read, write = pty.openpty()
+    command = [sys.executable, "-m", "snooker_cli", "validate", "small.yaml"]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=write, check=True, text=True)
+    assert "placing balls: scene 1 of 1" in os.read(read, 100_000).decode()
+    assert done.stdout.startswith("small.yaml: valid; ")

@@ -228,7 +228,7 @@ FEW_EVENTS |= {
     "cells, channel": lambda: heated(boxed(report_scene(cor=0.9), Channel), Driven(0.9, 2.0)),
 }
 
-OF_FEW_EVENTS = "fa8b9b46c379b61dd4027283959810d0c9c3bb8ce24e37d8ab6932a1fd604c0f"
+OF_FEW_EVENTS = "42a4ae76e6ef38d993ed1baa0efc298636f106bdabd2ba5d3dcf0ca9862c930c"
 """A hash of ``HASHED``."""
 
 

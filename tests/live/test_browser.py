@@ -42,7 +42,7 @@ RUN = """
   live.setPace("events");
   live.speeds.events = 1000;
   live.play(true);
-  await wait(250);
+  while (!live.gas.stop && (NAME === "trap" || live.gas.collisions < 2)) await wait(20);
   const seen = [live.gas.collisions, live.gas.stop?.message ?? "", find("ending").hidden];
   live.play(false);
   live.step();
@@ -139,7 +139,7 @@ MEASURE = """
   find("measure").click();
   const refused = find("measured").textContent;
   find("starts").value = 5;
-  find("length").value = 200;
+  find("length").value = 600;
   find("measure").click();
   const busy = [find("measure").disabled, find("cancel").hidden];
   while (!find("cancel").hidden) await wait(20);
@@ -153,7 +153,7 @@ MEASURE = """
   const cancelled = [said, find("measure").disabled, live.table.rows.length];
   find("plot-y").value = "pressure";
   find("plot-y").onchange();
-  const config = { ...live.config, collisions: 200 };
+  const config = { ...live.config, collisions: 600 };
   return { refused, busy, row, text, cancelled, config, hashes: hashesOf(config),
     plot: find("plot").getAttribute("aria-label"), cells: find("table").rows.length };
 })()
@@ -172,11 +172,14 @@ FITTED = 1e-10
 """The fits use Math.exp and others, which each version of a browser rounds in its own way. They end
 at steps of 1e-12 of a constant, of which its error over the starts is some hundredths or more."""
 
+MEANS = 1e-12
+"""Versions of a browser round sums of some hundred numbers in their own way, by 1e-16 each."""
+
 
 def test_a_worker_measures(opened: Opened, javascript: LiveScripts) -> None:
     """The table has the numbers of the same scripts in V8, and the CSV all of their digits.
 
-    Events have the same bits, and so have means of them; fits agree to rounding.
+    Events have the same bits. Means and fits agree to rounding, which differs by browser.
     """
     seen = opened().value(HASHES + MEASURE)
     javascript.context.eval(HASHES)
@@ -187,13 +190,15 @@ def test_a_worker_measures(opened: Opened, javascript: LiveScripts) -> None:
     )
     assert seen["refused"] == "Give 5 to 500 starts."
     assert seen["busy"] == [True, False]
-    for name in ("N", "starts", "temperature", "pressure", "ratio"):
+    for name in ("N", "starts"):
         assert seen["row"][name] == row[name]
+    for name in ("temperature", "pressure", "ratio"):
+        assert seen["row"][name] == pytest.approx(row[name], rel=MEANS, abs=0)
     for name in ("k", "alpha", "kError", "alphaError"):
         assert seen["row"][name] == pytest.approx(row[name], rel=FITTED, abs=0)
     head, line = seen["text"].splitlines()
     assert head.startswith("starts,N,r (m),R (m),CoR,packing,T (J),error of T,P (Pa m),")
-    assert float(line.split(",")[6]) == row["temperature"]
+    assert float(line.split(",")[6]) == seen["row"]["temperature"]
     assert seen["cancelled"] == ["Cancelled.", False, 1]
     assert seen["plot"].startswith("P (Pa m) against packing: ")
     assert seen["cells"] == 2
@@ -201,9 +206,11 @@ def test_a_worker_measures(opened: Opened, javascript: LiveScripts) -> None:
 
 DIFFERENT = """
 (() => {
-  const repeat = Object.fromEntries(MEASURED.map((name) => [name, 1]));
   const heads = () => Array.from(find("table").rows[0].cells, (cell) => cell.textContent);
-  const add = (more) => live.table.add(tableRow({ ...live.config, ...more }, [repeat, repeat]));
+  const add = (more) => {
+    const config = { ...live.config, ...more, collisions: 20 };
+    live.table.add(tableRow(config, [measureRepeat(config, 0), measureRepeat(config, 1)]));
+  };
   const container = { ...live.config.container, mass: null };
   const warm = { container, wall_cor: null, wall_temperature: 50 };
   add(warm);
@@ -212,7 +219,10 @@ DIFFERENT = """
   add({ ...warm, seed: 2 });
   const csv = live.table.text(",").split("\\n")[0].split(",");
   const more = heads().slice(alone.length);
-  add({ ...warm, title: "another scene", wall_temperature: { left: 20 } });
+  const channel = { shape: "channel", width: 20, height: 20, mass: null };
+  const balls = { count: 5, radius: 0.5, mass: 1, speed: 10 };
+  const sides = { ...warm, container: channel, balls, wall_temperature: { left: 20 } };
+  add({ ...sides, title: "another scene" });
   return [alone, more, csv.slice(-2), heads()[0], heads().includes("left wall T, J")];
 })()
 """

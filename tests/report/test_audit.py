@@ -365,7 +365,8 @@ def test_windows_of_tiny_balls_obey_the_ideal_gas_law_from_a_mixed_start(tmp_pat
     assert found["rings"].probability < 1e-6
     assert found["mixed"].cooling == pytest.approx(1)
     for ratio in found["mixed"].ratios:
-        assert abs(ratio.value - 1) < 4 * ratio.error < 0.05
+        assert abs(ratio.value - found["mixed"].theory) < 4 * ratio.error < 0.05
+    assert found["mixed"].theory == pytest.approx(10 / 9.99, abs=1e-4)
 
 
 def test_no_result_is_typed_in_the_text_of_the_report() -> None:

@@ -7,13 +7,14 @@ import resource
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from command_line import Snooker
 from repeating import contents, done, made
 
-from snooker_cli import runs
+from snooker_cli import runs, store
 from snooker_cli.runs.status import run_status
 
 # -B, because many versions of Python leave cut files of compiled modules on a full disk.
@@ -79,15 +80,15 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "command",
     [
-        "animate small --out film.html",
-        "animate small --out film.gif --seconds 0.1",
-        "animate small --out film.mp4 --seconds 0.1",
+        "animate small --replace --out film.html",
+        "animate small --replace --out film.gif --seconds 0.1",
+        "animate small --replace --out film.mp4 --seconds 0.1",
         "plot small energy",
         "fit small",
         "compare small",
         "report small --out written",
         "bench hard touching --out measured",
-        "export small --out events.csv",
+        "export small --replace --out events.csv",
         "init haff --out new/haff.yaml",
     ],
 )
@@ -161,6 +162,39 @@ def test_a_repeat_of_another_run_is_used_by_no_command(
     assert not [*Path().glob("film*"), *Path().glob("states*")]
 
 
+@pytest.mark.parametrize("command", ["fit small", "export small", "verify small"])
+def test_a_repeat_has_no_more_collisions_than_its_config_allows(
+    command: str, finished: Path, snooker: Snooker
+) -> None:
+    """Although its provenance is that of another config, with the digest of this one."""
+    assert snooker("run", "small.yaml", "-o", "collisions=200", "--out", "long").code == 0
+    path = finished / "point-0001" / "repeats-0000-0002.h5"
+    forged, own = Path("long/point-0001") / path.name, store.check(path)[0].provenance
+    found = [(header.repeat, trace) for trace, header in store.read(forged)]
+    other = store.check(forged)[0].provenance
+    store.write(path, found, replace(other, digest=own.digest))
+    ended = snooker(*command.split(), *(["--point", "1"] if "export" in command else []))
+    assert ended.code == 1
+    output = ended.out if command.startswith("verify") else ended.err
+    assert "has 200 collisions, where its config allows 150; run the config" in output
+
+
+@pytest.mark.parametrize("collisions", [150, 200])
+def test_a_locked_result_is_replaced_by_no_run(
+    collisions: int, finished: Path, snooker: Snooker
+) -> None:
+    """Also if it would be longer then: another program may be changing it."""
+    path = finished / "point-0001" / "repeats-0000-0002.h5"
+    holding = "import h5py, os, sys; held = h5py.File(sys.argv[1], 'r+'); os._exit(0)"
+    subprocess.run([sys.executable, "-c", holding, path], check=True)
+    before = path.read_bytes()
+    for command in ("fit small", f"run small.yaml -o collisions={collisions}"):
+        ended = snooker(*command.split())
+        assert ended.code == 2
+        assert f"{path.name}: is locked: a program such as HDFView" in ended.err
+    assert path.read_bytes() == before
+
+
 def test_an_export_replaces_exports_but_no_results(separate: Path, snooker: Snooker) -> None:
     snooker("fit", "small")
     shutil.copy(REPEAT, "copy.h5")
@@ -171,5 +205,5 @@ def test_an_export_replaces_exports_but_no_results(separate: Path, snooker: Snoo
         assert (ended.code, ended.out) == (2, "")
         assert f"--out {out}: this file holds results of a run; give another name" in ended.err
         assert Path(out).read_bytes() == before
-    for _ in range(2):
-        assert snooker(*states, "--out", "states.h5").code == 0
+    assert snooker(*states, "--out", "states.h5").code == 0
+    assert snooker(*states, "--out", "states.h5", "--replace").code == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import multiprocessing
 import os
 import signal
@@ -125,6 +126,24 @@ def test_processes_end_although_one_died_with_a_lock() -> None:
         for process in left:
             process.kill()
         assert not left
+
+
+def test_without_shared_memory_threads_simulate(
+    small_config: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """As on a system whose /dev/shm is full or read-only."""
+
+    def refused(*_arguments: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("multiprocessing.synchronize._multiprocessing.SemLock", refused)
+    run = made(tmp_path / "run", small_config, "repeats=20")
+    assert len(done(run, workers=2, processes=True)) == 40
+    (notice,) = caplog.messages
+    assert "shared memory (/dev/shm) cannot be used (No space left on device)" in notice
 
 
 @pytest.mark.long

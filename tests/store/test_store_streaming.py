@@ -9,12 +9,14 @@ import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import pytest
 from repeating import content_hash
 
 from snooker_cli import store
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
+from snooker_cli.errors import StoreError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance, Recorder
@@ -37,6 +39,23 @@ def trace(scene: Scene) -> Trace:
 def events_of(trace: Trace) -> Events:
     assert trace.events is not None
     return trace.events
+
+
+def test_a_missing_chunk_is_damage(trace: Trace, tmp_path: Path, provenance: Provenance) -> None:
+    """But of residuals, those that were never written are zero."""
+    path = tmp_path / "long.h5"
+    store.write(path, [(0, trace)], provenance)
+    with h5py.File(path, "r+") as file:
+        old = file["observables/impulse/value"]
+        options = {"maxshape": (None,), "shuffle": True, "compression": 1}
+        new = file.create_dataset("new", old.shape, old.dtype, chunks=old.chunks, **options)
+        new.attrs.update(old.attrs)
+        for start in (0, 2 * ROWS, 3 * ROWS):
+            new.id.write_direct_chunk((start,), old.id.read_direct_chunk((start,))[1])
+        del file["observables/impulse/value"]
+        file.move("new", "observables/impulse/value")
+    with pytest.raises(StoreError, match="a chunk is missing"):
+        store.check(path)
 
 
 @pytest.mark.parametrize("number", [0, 1, ROWS - 1, ROWS, ROWS + 1, 2 * ROWS, LONG])
