@@ -21,6 +21,7 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import LANES
 from snooker_cli.engine.page_kernels import BOUNDARIES, EVENTS, KERNELS, SEARCHES, example
 from snooker_cli.engine.sliding import SETTLES
+from snooker_cli.errors import UserError
 from snooker_cli.files import atomic_write
 from snooker_cli.laws import LAWS
 from snooker_cli.trace import StopReason
@@ -70,7 +71,11 @@ def _compile_in_processes(boundaries: list[str], folder: Path) -> None:
     for process in running:
         _, problem = process.communicate()
         if process.returncode:
-            raise RuntimeError(f"the engine of the live page cannot be compiled:\n{problem}")
+            reason = (problem.strip() or f"exit code {process.returncode}").splitlines()[-1]
+            raise UserError(
+                f"the engine of the live page cannot be compiled: {reason}",
+                "set NUMBA_CACHE_DIR to a folder with space that only you can write to",
+            )
 
 
 def write_modules(folder: Path, boundaries: list[str]) -> None:
