@@ -159,10 +159,6 @@ def follow(page: Page) -> None:
     energy, account, reason, done = 0.0, state.account, clock.FULL, 0
     answers[REACHED] = page.until
     while done < page.limit and reason == clock.FULL:
-        # Over more collisions the energy may fall by orders of magnitude, and the account with it
-        # would not be exact enough.
-        if done % number == 0:
-            energy, account[:] = sampling.totals(state)[0], 0.0
         record = Recorded(
             followed.time[done:], followed.i[done:], followed.j[done:], followed.impulse[done:]
         )
@@ -176,7 +172,9 @@ def follow(page: Page) -> None:
                 times = search.times[everyone.NEXT_TIME]
                 answers[REACHED] = sums[ks.EPOCH] + times[soonest(times)[0]]
             break
-        if followed.j[done] == SLIDE:  # the account leaves out what a ball loses until it slides
+        # Over more collisions the energy may fall by orders of magnitude, and the account would not
+        # be exact enough. It leaves out what a ball loses until it slides.
+        if done % number == 0 or followed.j[done] == SLIDE:
             energy, account[:] = sampling.totals(state)[0], 0.0
         write_row(done, energy + gained(account), followed, state)
         done += 1
