@@ -11,6 +11,7 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, cached_property, update_wrapper, wraps
+from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryFile, gettempdir
 from typing import IO, Any, TypeVar, cast
@@ -173,8 +174,7 @@ def cache_folder() -> Path | None:
     If it cannot be used, it is a private one in the temporary folder, or ``None``, with a warning.
     """
     here = Path(__file__).parent
-    numba = _numba()
-    digest = hashlib.sha256(numba.__version__.encode())
+    digest = hashlib.sha256(version("numba").encode())
     others = (here.with_name(name) for name in ("laws.py", "trace.py"))
     for source in (*sorted(here.glob("*.py")), *others):
         digest.update(syntax_of(source.read_text("utf-8")).encode())
