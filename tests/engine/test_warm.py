@@ -32,7 +32,7 @@ def driven_speeds(first: float, law: Driven, hits: int) -> np.ndarray:
 @pytest.mark.parametrize(
     ("container", "wall_law", "search"),
     [
-        (None, Driven(0.9, 2.0), "allpairs"),
+        (None, Driven(0.9, 2.0), EVERYONE),
         (Channel(20.0, 12.0), Driven(0.9, 2.0), NEIGHBOURS),
         (Box(20.0, 12.0), Sides(*2 * [Driven(0.9, 2.0)], *2 * [Constant(0.5)]), NEIGHBOURS),
     ],
@@ -262,7 +262,7 @@ def test_a_gas_in_a_channel_keeps_its_momentum_along_it():
 
 
 @pytest.mark.parametrize(
-    ("wall_law", "search"), [(Driven(0.8, 2.0), "allpairs"), (Thermal(20.0), NEIGHBOURS)]
+    ("wall_law", "search"), [(Driven(0.8, 2.0), EVERYONE), (Thermal(20.0), NEIGHBOURS)]
 )
 def test_the_energy_is_that_at_the_start_and_what_walls_gave_less_what_collisions_took(
     wall_law, search
