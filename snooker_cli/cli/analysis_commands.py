@@ -16,13 +16,13 @@ from snooker_cli.cli.options import RUN, AsJson, Names, RunName, Where, conditio
 from snooker_cli.cli.output import make_folder, make_own_folder, print_line, print_result
 from snooker_cli.cli.run_command import run as simulate
 from snooker_cli.config import EXAMPLES
-from snooker_cli.errors import RunError, UserError, check_name
+from snooker_cli.errors import RunError, UserError, check_name, notice
 from snooker_cli.figures import FIGURES
 from snooker_cli.figures.captions import unfinished
 from snooker_cli.figures.selection import Selection, matching
 from snooker_cli.formatting import listed
 from snooker_cli.runs import open_run
-from snooker_cli.runs.progress import counting, notice
+from snooker_cli.runs.progress import counting
 from snooker_cli.runs.status import early_warning, run_status
 
 All = Annotated[bool, flag("--all", "Print more columns and rows.")]

@@ -11,8 +11,7 @@ import typer
 from snooker_cli.cli.app import Command, Group
 from snooker_cli.cli.options import AsJson, flag, option
 from snooker_cli.cli.output import make_folder, print_line
-from snooker_cli.errors import ExitCode
-from snooker_cli.runs.progress import notice
+from snooker_cli.errors import ExitCode, notice
 
 if TYPE_CHECKING:
     from snooker_cli.validation.study import Study

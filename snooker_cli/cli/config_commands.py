@@ -10,10 +10,10 @@ import typer
 from snooker_cli.cli.options import ConfigPath, Overrides, flag, option
 from snooker_cli.cli.output import print_line, print_table
 from snooker_cli.config import EXAMPLES, SCHEMA_FILE
-from snooker_cli.errors import UserError, check_name
+from snooker_cli.errors import UserError, check_name, notice
 from snooker_cli.files import write_text
 from snooker_cli.runs.plan import checked
-from snooker_cli.runs.progress import notice, reporting
+from snooker_cli.runs.progress import reporting
 from snooker_cli.runs.starting_state import load
 
 SCHEMA = "snooker-schema.json"  # beside a config, whose first line names it for editors

@@ -22,7 +22,7 @@ from snooker_cli.cli.output import (
     print_wrapped,
 )
 from snooker_cli.config import Point
-from snooker_cli.errors import FigureError, UserError, check_name
+from snooker_cli.errors import FigureError, UserError, check_name, notice
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import unfinished
 from snooker_cli.figures.registry import figures_of, possible
@@ -30,7 +30,7 @@ from snooker_cli.figures.selection import MOST_SERIES, begun, file_stem, matchin
 from snooker_cli.formatting import listed, point_label, text_table, with_error
 from snooker_cli.runs import Run, open_run
 from snooker_cli.runs.folder import writing
-from snooker_cli.runs.progress import notice, reporting
+from snooker_cli.runs.progress import reporting
 from snooker_cli.runs.status import early_warning
 
 LISTED = "The list follows from the config. A figure may still need more collisions than there are."

@@ -8,11 +8,10 @@ import typer
 
 from snooker_cli.cli.options import Overrides, Replace, flag, option
 from snooker_cli.cli.output import check_free, print_line
-from snooker_cli.errors import UserError
+from snooker_cli.errors import UserError, notice
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label
 from snooker_cli.live_page import live_page, report_scene
-from snooker_cli.runs.progress import notice
 from snooker_cli.runs.starting_state import load
 
 

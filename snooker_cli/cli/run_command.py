@@ -16,7 +16,7 @@ import typer
 from snooker_cli import runs, theory
 from snooker_cli.cli.options import AsJson, ConfigPath, Jobs, Overrides, flag, option
 from snooker_cli.cli.output import first, print_result
-from snooker_cli.errors import ExitCode, UserError
+from snooker_cli.errors import ExitCode, UserError, notice
 from snooker_cli.formatting import (
     counted,
     duration,
@@ -30,7 +30,7 @@ from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import processors, share_of
 from snooker_cli.runs.plan import LAW, checked, is_excessive, run_plan
-from snooker_cli.runs.progress import execute_watched, notice, reporting, run_summary, share_done
+from snooker_cli.runs.progress import execute_watched, reporting, run_summary, share_done
 from snooker_cli.runs.starting_state import load
 from snooker_cli.runs.status import continuing, ended
 

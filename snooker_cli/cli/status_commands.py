@@ -14,7 +14,7 @@ from snooker_cli import store
 from snooker_cli.cli.options import AsJson, Jobs, Replace, RunName, flag, option
 from snooker_cli.cli.output import check_free, first, print_result
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import ExitCode, RunError, StoreError, UserError
+from snooker_cli.errors import ExitCode, RunError, StoreError, UserError, notice
 from snooker_cli.files import write_text
 from snooker_cli.formatting import (
     counted,
@@ -27,7 +27,7 @@ from snooker_cli.formatting import (
 )
 from snooker_cli.runs import RepeatState, Run, open_run, runs_in
 from snooker_cli.runs.execution import processors
-from snooker_cli.runs.progress import counting, notice, reporting
+from snooker_cli.runs.progress import counting, reporting
 from snooker_cli.runs.run import hidden_collapses
 from snooker_cli.runs.status import COUNTS, ended, run_status
 from snooker_cli.runs.verification import verify as verdicts

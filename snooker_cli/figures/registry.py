@@ -52,6 +52,7 @@ class FigureSpec:
     gases: Sequence[Gas] = ()
     along: Sequence[str] = ()
     by: str | None = None
+    alike: str | None = None
     most: int = MOST_SERIES
     each_point: bool = False
     sample: bool = False
@@ -77,6 +78,9 @@ class FigureSpec:
 
     def groups(self, points: Sequence[Point]) -> list[list[Point]]:
         """Points that fit, as ``FigureBuilder`` has them. Raises ``FigureError``."""
+        if self.alike in varying(points):
+            name = self.alike.rpartition(".")[2]
+            raise FigureError(f"it needs one {name}; choose it by {self.alike} with --where")
         if not self.along:
             return [evenly(points, self.most)]
         return [spread(group, MOST_ALONG) for group in along(points, self.along, self.by)]

@@ -92,7 +92,7 @@ class InWindows:
     """A gas in ``WINDOWS`` equal windows of time, up to the end of the shortest repeat.
 
     ratios : P V/(N T) of the means over repeats in each window, with standard errors
-    theory : P V/(N T) of so many hard disks of this size and CoR in the container
+    theory : P V/(N T) of this many hard disks of this size and CoR in the container
     probability : that of deviations as large if all ratios are that (Hotelling's test); nan for too
         few repeats
     cooling : T of the first window over that of the last

@@ -16,8 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.text import Text
 
 from snooker_cli.engine.jit import check_current_folder
-from snooker_cli.errors import bug_message
-from snooker_cli.errors import notice as notice
+from snooker_cli.errors import bug_message, notice
 from snooker_cli.formatting import counted
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute

@@ -130,7 +130,7 @@ def read_events(path: Path, repeats: Iterable[int]) -> Iterator[tuple[int, Event
 def read_last_events(
     path: Path, repeats: Collection[int], most: int
 ) -> Iterator[tuple[int, Scene, Events]]:
-    """The number, the start and at most so many of the last events of repeats of a file.
+    """The number, the start and the last events, at most this many, of repeats of a file.
 
     Their hash is not checked. Raises ``StoreError``.
     """
@@ -237,7 +237,8 @@ def _rows(file: h5py.File, headers: Sequence[RepeatHeader]) -> list[slice]:
     counts = [last - first for first, last in pairwise(ends)]
     if column == layout.TIME:
         _require(counts == [header.collisions for header in headers], "number of events")
-    _require(column == layout.TIME or max(counts) <= SUMMARY_ROWS, "rows of its summaries")
+    else:
+        _require(max(counts) <= SUMMARY_ROWS, "rows of its summaries")
     return [slice(first, last) for first, last in pairwise(ends)]
 
 

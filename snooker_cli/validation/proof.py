@@ -19,12 +19,11 @@ from snooker_cli import __version__, store
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.engine.conversion import origin_of
 from snooker_cli.engine.replay import Replay, replay
-from snooker_cli.errors import StoreError, UnsoundError, UserError, install_advice
+from snooker_cli.errors import StoreError, UnsoundError, UserError, install_advice, notice
 from snooker_cli.files import own_folder, read_text, signature, sources_hash, write_text
 from snooker_cli.formatting import counted, duration, plain
 from snooker_cli.laws import Sides, WallLaw, word_of
 from snooker_cli.runs import Run
-from snooker_cli.runs.progress import notice
 from snooker_cli.runs.verification import ADVICE, limits_of, origin_fault
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import CONTAINER, SLIDE, StopReason, Trace

@@ -88,10 +88,10 @@ def reason_against(run: Run, figure: str) -> str:
 def test_the_list_of_figures_has_all_that_a_run_gives(
     name: str, request: pytest.FixtureRequest
 ) -> None:
-    """It reads configs alone. What it has beyond needs more collisions, or a choice of points."""
+    """It reads configs alone. What it has beyond is a figure that needs more collisions."""
     run: Run = request.getfixturevalue(name)
     listed = {figure: (fits, why) for figure, fits, why in possible(FIGURES, run.points)}
-    needs_more = ("longer", "more repeats", "is zero at the start", "two or more areas", "--where")
+    needs_more = ("longer", "more repeats", "is zero at the start", "two or more areas")
     for figure, (fits, why) in listed.items():
         error = reason_against(run, figure)
         if fits:
