@@ -61,7 +61,6 @@ UNITS |= {"wall_energy": "J", "lost_energy": "J", "stationary_from": "s"}
 
 
 ARGUMENTS = {
-    "--engine": "engine",
     "--fresh": "fresh=True",
     "--from": "since",
     "--jobs": "jobs",
@@ -393,7 +392,7 @@ class Run(runs.Run):
                     raise FigureError(
                         "is a summary of another engine version, which cannot be replayed"
                     )
-                trace = with_events(trace, since, span[2], self.engine)
+                trace = with_events(trace, since, span[2])
                 films.append(film(trace, self.experiment.title or self.name, subtitle, *span))
             except FigureError as error:
                 raise UserError(f"repeat {number} of {self.name} {error}") from None

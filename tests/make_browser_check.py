@@ -13,7 +13,7 @@ from pathlib import Path
 TESTS = Path(__file__).parent
 sys.path[:0] = [str(TESTS / name) for name in ("", "engine", "live")]
 
-from javascript import HELPERS, answer_of  # noqa: E402  # after the path
+from javascript import HELPERS, answer_of, modules_source  # noqa: E402  # after the path
 from test_engine import GASES  # noqa: E402
 
 from snooker_cli.config import to_json, validated  # noqa: E402
@@ -47,7 +47,7 @@ def case(name: str) -> dict[str, object]:
 
 def main(path: Path) -> None:
     cases = f"const CASES = {json.dumps([case(name) for name in GASES])};"
-    script = "\n".join([engine_source(), HELPERS, cases, COMPARE])
+    script = "\n".join([engine_source(), modules_source(), HELPERS, cases, COMPARE])
     if path.suffix == ".html":
         script = script.replace("</", "<\\/")
         script = f'<!doctype html><meta charset="utf-8"><body><script>{script}</script>'

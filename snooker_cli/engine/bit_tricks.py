@@ -25,6 +25,12 @@ def fused(a: float, b: float, c: float) -> float:
 
 
 @instruction
+def next_below(value: float) -> float:
+    """The double before a positive one."""
+    return math.nextafter(value, 0.0)
+
+
+@instruction
 def lowest_bit(mask: int) -> int:
     """Place of the lowest bit that is set, from 0."""
     return (int(mask) & -int(mask)).bit_length() - 1
@@ -49,19 +55,25 @@ def lesser(a: int, b: int) -> int:
 
 
 @inlined
-def soonest(times: Floats) -> int:
-    """The ball whose time is earliest, of equal ones the first; times are not negative, nor -0.0.
+def soonest(times: Floats) -> tuple[int, int, bool]:
+    """The ball whose time is earliest; times are not negative, nor -0.0.
 
-    The minimum runs in vector registers. Then a mask of LANES times at once shows where it is.
+    Of equal ones it is the first. Then come the second, or -1 if there is none, and whether there
+    are more. The minimum runs in vector registers; then a mask of LANES times at once shows where.
     """
     bits = times.view(np.int64)
     least = bits[0]
     for k in range(len(bits)):
         least = min(least, bits[k])
+    first, second, more = -1, -1, False
     for start in range(0, len(bits), LANES):
         mask = 0
         for k in range(LANES):
             mask |= 1 << k if bits[start + k] == least else 0
-        if mask != 0:
-            return int(start + lowest_bit(mask))
-    return 0
+        while mask != 0:
+            k = int(start + lowest_bit(mask))
+            mask &= mask - 1
+            more = second >= 0
+            second = k if first >= 0 and second < 0 else second
+            first = k if first < 0 else first
+    return first, second, more

@@ -34,7 +34,7 @@ def pair_delay(x: float, y: float, u: float, v: float, contact_squared: float) -
 def may_touch(
     x: float, y: float, u: float, v: float, contact_squared: float, twice_horizon: float
 ) -> bool:
-    """Whether ``pair_delay`` can be less than a horizon: a cheap, necessary condition.
+    """Whether ``pair_delay`` can be up to a horizon: a cheap, necessary condition.
 
     For c > 0 the delay is c / (-b + sqrt(D)) with sqrt(D) <= -b, so it is at least c / (-2b).
     Without branch, root and division, a loop over partners runs in vector registers.
@@ -44,7 +44,7 @@ def may_touch(
     c = x * x + y * y - contact_squared
     cross = x * v - y * u
     discriminant = w2 * contact_squared - cross * cross
-    in_time = c + b * twice_horizon < 0.0
+    in_time = c + b * twice_horizon <= 0.0
     return (b < 0.0) & ((discriminant > 0.0) | (c <= 0.0)) & in_time
 
 

@@ -66,10 +66,36 @@ def update(i: int, time: float, tree: Tree) -> None:
 
 
 @inlined
-def first(bits: Integers) -> int:
-    """The ball whose time is earliest; of several, the first."""
-    leaves = len(bits) // 2
-    return nonnegative(earliest_below(1, lowest_bit(leaves) // STEP, bits) - leaves)
+def first(bits: Integers) -> tuple[int, bool]:
+    """The ball whose time is earliest, of several the first, and whether there are several."""
+    leaves, least = len(bits) // 2, bits[1]
+    k, others = 1, 0
+    for _ in range(lowest_bit(leaves) // STEP):
+        k = nonnegative(k << STEP)
+        mask = 0
+        for place in range(CHILDREN):
+            mask |= int(bits[k + place] == least) << place
+        others |= mask & (mask - 1)
+        k += lowest_bit(mask)
+    return nonnegative(k - leaves), others != 0
+
+
+@inlined
+def next_equal(i: int, bits: Integers) -> int:
+    """The next ball after ball i whose time is the earliest of all, or -1."""
+    leaves, least = len(bits) // 2, bits[1]
+    k = nonnegative(leaves + i)
+    while k > 1:
+        k += 1
+        if k & (CHILDREN - 1) == 0:  # the last child of its parent
+            k = (k - 1) >> STEP
+        elif bits[k] == least:
+            while k < leaves:
+                k <<= STEP
+                while bits[k] != least:
+                    k += 1
+            return int(k - leaves)
+    return -1
 
 
 @inlined

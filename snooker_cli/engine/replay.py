@@ -336,7 +336,7 @@ def carry_out(event: int, record: Recorded, state: State) -> tuple[int, int]:
         ks.take_off_wall(boundary, i)
         if j >= 0:
             ks.take_off_wall(boundary, j)
-        collide(state.account, i, j, now, state)
+        collide(i, j, now, state)
     count(i, j, record.impulse[event], state)
     return i, j
 

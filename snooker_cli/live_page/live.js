@@ -2,6 +2,11 @@
 "use strict";
 
 const content = JSON.parse(find("data").textContent);
+for (const { config: { balls } } of content.scenes) {
+  if (!balls.list) continue;
+  const [keys, ...rows] = balls.list; // without what a ball does not give
+  balls.list = rows.map((row) => Object.fromEntries(keys.map((key, k) => [key, row[k]]).filter(([, value]) => value !== null)));
+}
 const BUDGET = 10; // ms of a frame in which the gas is simulated
 const LONGEST = 200000; // collisions of a start that is measured: 20 MB
 const CHARTS_EVERY = 50, FIT_EVERY = 300; // ms
@@ -328,7 +333,7 @@ class LivePage extends Showing {
       end(`${starts} starts measured.${row.short ? ` ${needed} Give more collisions.` : ""}`);
     };
     this.worker.onerror = (event) => end(`The measurement failed: ${event.message}`);
-    this.worker.postMessage({ config, starts });
+    this.worker.postMessage({ config, starts, compiled: modules });
   }
 
   // How many starts and collisions are asked for; none, with a sentence, where they do not fit.
@@ -439,7 +444,8 @@ class LivePage extends Showing {
 
 // What a worker does: measures one start after the other, and reports each.
 function worker() {
-  onmessage = ({ data: { config, starts } }) => {
+  onmessage = ({ data: { config, starts, compiled } }) => {
+    Object.assign(modules, compiled);
     try {
       for (let repeat = 0; repeat < starts; repeat++) postMessage(measureRepeat(config, repeat));
     } catch (error) {
@@ -460,5 +466,16 @@ const fraction = (speed) => ({ 0.125: "⅛", 0.25: "¼", 0.5: "½" })[speed] ?? 
 // A time to a thousandth of what passes in a second at speed 1.
 const timeText = (time, rate) => time.toFixed(Math.min(Math.max(0, 3 - Math.ceil(Math.log10(rate))), 9));
 
-const live = new LivePage();
-live.open(content.scenes[0]);
+let live = null;
+
+function start() {
+  live = new LivePage();
+  live.open(content.scenes[0]);
+}
+
+function forbidden() {
+  find("refusal").hidden = false;
+  find("refusal").textContent = "This site does not allow WebAssembly, which computes the collisions: save the page, and open the file.";
+}
+
+const started = compileModules(JSON.parse(find("modules").textContent)).then(start, forbidden);

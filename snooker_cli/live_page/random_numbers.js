@@ -117,6 +117,24 @@ function randomNormals(number, seed, repeat) {
   return points;
 }
 
+/** Natural logarithm of a number from 2^-106 to 1. */
+function logarithm(value) {
+  let exponent = 0;
+  while (value < 2 ** -32) {
+    value *= 2 ** 32;
+    exponent -= 32;
+  }
+  while (value < 0.7071067811865476) {
+    value *= 2;
+    exponent -= 1;
+  }
+  const z = (value - 1) / (value + 1);
+  const square = z * z;
+  let series = 1 / 23;
+  for (let odd = 21; odd > 0; odd -= 2) series = series * square + 1 / odd;
+  return exponent * 0.6931471805599453 + 2 * z * series;
+}
+
 /** The whole numbers below ``number`` in random order. */
 function shuffled(stream, number) {
   const keys = Array.from({ length: number }, () => stream.raw());
@@ -248,6 +266,13 @@ class EventHash {
     this.count = 0;
     this.next = 1000;
     this.kept = [];
+  }
+
+  /** Add the events of the last call of ``advance``. */
+  addAll({ eventCount, eventTime, eventI, eventJ, eventImpulse }) {
+    for (let k = 0; k < eventCount; k += 1) {
+      this.add(eventTime[k], eventI[k], eventJ[k], eventImpulse[k]);
+    }
   }
 
   add(time, i, j, impulse) {

@@ -204,6 +204,11 @@ function packingFraction(container, squares) {
   return packingFactor(container.shape) * squares / (width * height);
 }
 
+/** The packing of a scene. */
+function packingOf({ container, radii }) {
+  return packingFraction(container, pairwiseSum(radii.map((radius) => radius * radius)));
+}
+
 /** The container, and the radius of each species (m); one of them may follow from packing. */
 function containerAndRadii(config, species) {
   const shape = config.container.shape ?? "circle", factor = packingFactor(shape);
@@ -527,4 +532,11 @@ function nearestOffset(offset, axis, { shape, size }) {
 /** Whether a container of a shape repeats along the axis: 0 is x, 1 is y. */
 function repeatsAlong(axis, shape) {
   return shape === "periodic" || (shape === "channel" && axis === 1);
+}
+
+/** A number rounded to a whole one, of two equally near ones to the even one. */
+function rint(value) {
+  const size = Math.abs(value);
+  const whole = size < 4503599627370496 ? (size + 4503599627370496) - 4503599627370496 : size;
+  return value < 0 ? -whole : whole;
 }

@@ -331,7 +331,7 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
     summary, limits = trace.events is None, limits_of(run, header.provenance)
     if summary:
         most = min(trace.collisions, collisions)
-        trace = simulate(trace.start, collisions=most, time=limits.time, engine=run.engine)
+        trace = simulate(trace.start, collisions=most, time=limits.time)
     number = min(len(trace.events or ()), collisions)
     # Measured: in a dilute gas each ball may meet many others, and each of them is computed.
     dilution = min(trace.start.mean_free_path / max(trace.start.container.size), 1.0)

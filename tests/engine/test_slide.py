@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import EPSILON, lone_bouncer, report_scene, scene_of, trap_sums
+from scenes import EPSILON, NEIGHBOURS, lone_bouncer, report_scene, scene_of, trap_sums
 
 from snooker_cli.analysis.observables import cumulative_pressure, so_far, total_angular_momentum
 from snooker_cli.engine import replay, series, simulate
@@ -221,9 +221,9 @@ def test_the_wall_gives_what_the_balls_lack():
     assert lost < 0.05 * kept.sum()
 
 
-def test_it_is_for_all_pairs_in_a_fixed_circle():
+def test_it_is_for_one_search_in_a_fixed_circle():
     scene = gas_that_slides()
-    with pytest.raises(ValueError, match="only engine allpairs"):
-        simulate(scene, collisions=1, engine="cells")
+    with pytest.raises(ValueError, match="slide"):
+        simulate(scene, collisions=1, search=NEIGHBOURS)
     with pytest.raises(ValueError, match="fixed wall of a circle"):
         simulate(replace(scene, container_mass=10.0), collisions=1)

@@ -28,6 +28,7 @@ def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
         browser.look(width, dark, height)
         browser.open(tmp_path / "gas.html")
         browser.value("globalThis.wait = (ms) => new Promise((done) => setTimeout(done, ms)), 0")
+        browser.value("started")
         return browser
 
     yield show
@@ -162,7 +163,7 @@ HASHES = """
 const hashesOf = (config) => [0, 1, 2, 3, 4].map((repeat) => {
   const limits = { collisions: config.collisions };
   const simulation = new Simulation(startingScene(config, repeat), limits, { hash: true });
-  while (!simulation.stop) simulation.advance(1000);
+  while (!simulation.stop) simulation.advance(Infinity);
   return simulation.eventHash();
 });
 """

@@ -62,7 +62,7 @@ def test_the_first_scene_is_that_of_the_config() -> None:
     own, *others = data_of(page)["scenes"]
     assert (own["config"]["cor"], own["title"]) == (0.7, title)
     assert [scene["name"] for scene in others] == [scene["name"] for scene in SCENES]
-    assert page.count("</script>") == 3
+    assert page.count("</script>") == 4
 
 
 @pytest.mark.parametrize(
