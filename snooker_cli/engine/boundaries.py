@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.bit_tricks import earlier, enter_lanes
 from snooker_cli.engine.collision import (
     change_at_circle,
     hit_circle,
@@ -17,7 +18,7 @@ from snooker_cli.engine.collision import (
     shares,
 )
 from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_delay
-from snooker_cli.engine.everyone import NEXT_TIME, PAIR_TIME, WALL_TIME
+from snooker_cli.engine.everyone import LANE_TIME, NEXT_TIME, PAIR_TIME, WALL_TIME
 from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 from snooker_cli.engine.restitution import WALL, bounce_sums
@@ -47,6 +48,12 @@ class FixedCircle(NamedTuple):
     """A circular wall that does not move; its radius, m."""
 
     radius: float
+
+    def filter_time(self, now: float, _later: float) -> float:
+        return now
+
+    def filter_square(self, distance: float) -> float:
+        return distance * (distance + 2.0**-40 * (distance + self.radius))
 
     def time_at_wall(self, i: int, state: State) -> float:
         balls = state.balls
@@ -136,7 +143,8 @@ class FreeCircle(NamedTuple):
             delay = wall_delay(x - xc, y - yc, balls[U, k] - uc, balls[V, k] - vc, reach * reach)
             time = now + delay
             times[WALL_TIME, k] = time
-            times[NEXT_TIME, k] = min(time, times[PAIR_TIME, k])
+            times[NEXT_TIME, k] = earlier(time, times[PAIR_TIME, k])
+        enter_lanes(times[NEXT_TIME], times[LANE_TIME])
 
     def pushed_speed(self, i: int, inward: float, state: State) -> float:
         m, (_, changes) = (
@@ -161,6 +169,12 @@ class StraightWalls(NamedTuple):
 
     half_width: float
     half_height: float
+
+    def filter_time(self, now: float, _later: float) -> float:
+        return now
+
+    def filter_square(self, distance: float) -> float:
+        return distance * (distance + 2.0**-40 * (distance + (self.half_width + self.half_height)))
 
     def time_at_wall(self, i: int, state: State) -> float:
         balls, r = state.balls, ks.radius_of(state.sizes, i)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.engine.kernel_state import HISTORY_ROWS, Flags, Floats, Indices, Integers
+from snooker_cli.engine.kernel_state import Flags, Floats, Indices, Integers
 
 LEAST_MEMBERS = 4  # balls that every cell has room for, at least
 LINE = 64  # bytes of a line of the processor's cache
@@ -87,10 +87,13 @@ def aligned_zeros(number: int) -> Floats:
 def ball_memory(number: int) -> tuple[Floats, Indices]:
     """(CELL_BALL_ROWS, *number*) ``State.balls`` in which each ball is a line of the cache.
 
-    The second array is the ``State.history`` in it.
+    The second array is the ``State.history`` in it. Its further rows are those of the next ball:
+    so both arrays have a contiguous axis.
     """
-    lines = aligned_zeros(CELL_BALL_ROWS * number).reshape(number, -1)
-    return lines.T, lines.view(np.int32)[:, -HISTORY_ROWS:].T
+    memory = aligned_zeros(CELL_BALL_ROWS * (number + 1))
+    lines, ends = memory[:-CELL_BALL_ROWS], memory[CELL_BALL_ROWS - 1 : -1]
+    history = ends.view(np.int32).reshape(number, 2 * CELL_BALL_ROWS)
+    return lines.reshape(number, -1).T, history.T
 
 
 def room_for(capacity: int, number: int) -> tuple[Indices, NDArray[np.uint32]]:

@@ -12,7 +12,7 @@ import numpy as np
 from snooker_cli.engine import cell_grid, clock, contact, prediction
 from snooker_cli.engine import cell_memory as cm
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.bit_tricks import lowest_bit, nonnegative
+from snooker_cli.engine.bit_tricks import earlier, lowest_bit, nonnegative
 from snooker_cli.engine.cell_memory import Cells
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.event_loop import STOPS
@@ -52,14 +52,14 @@ class Neighbours(NamedTuple):
     def next_entry(self, state: State) -> tuple[int, int, float]:
         balls, cells, tree = state.balls, self.cells, self.cells.tree
         while True:
-            i, several = first(tree.bits)
+            i, second, more = first(tree.bits)
             now = tree.times[1]
             valid_until = before_renewal(cells.margin, now)
             if valid_until == NEVER or valid_until > state.sums[ks.TIME_LIMIT]:
                 return i, ks.SEARCH_AGAIN, valid_until
             if valid_until < now:
                 return i, STOPS - clock.OUT_OF_MARGIN, now
-            if several:
+            if second >= 0 and (more or not is_same_contact(i, second, now, state, cells)):
                 i = first_of_equal(i, now, state, cells)
             if balls.shape[1] >= LARGE:
                 fetch_ahead(now, self.progress, self.begun, state, cells)
@@ -98,20 +98,21 @@ def nearest(
 
     Of contacts at one time, that with the lesser ball in the scene's numbers is first.
     """
-    balls, near, boundary, labels = state.balls, cells.near, state.boundary, state.labels
+    balls, near, boundary = state.balls, cells.near, state.boundary
     parted = prediction.cannot_meet(i, now, state)
     x, y, u, v, own = balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i]
-    # As many as fill vectors: ball i, which never meets itself, makes up for what is missing.
+    # As many as fill vectors; bits of what is too many are cleared.
     gathered = nonnegative(gathered)
     for place in range(3):
         near[gathered + place] = i
-    gathered = (gathered + 3) & ~3
-    for start in range(0, gathered, BLOCK):
+    filled = (gathered + 3) & ~3
+    several = False
+    for start in range(0, filled, BLOCK):
         mask = 0
-        for place in range(start, min(start + BLOCK, gathered)):
+        for place in range(start, min(start + BLOCK, filled)):
             k = near[place]
             d, its = ks.contact_distance(state.sizes, i, k), balls[CLOCK, k]
-            since = own if own > its else its
+            since = prediction.filter_time(boundary, now, own if own > its else its)
             own_age, later = since - own, now - since
             xk, yk = ks.position(k, since, balls)
             uk, vk = balls[U, k] - u, balls[V, k] - v
@@ -119,19 +120,34 @@ def nearest(
                 boundary, xk - (x + u * own_age), yk - (y + v * own_age), uk * later, vk * later
             )
             twice = prediction.twice_ahead(time, since)
-            may = contact.may_touch(xk, yk, uk, vk, d * d, twice) & (k != parted)
+            square = prediction.filter_square(boundary, d)
+            may = contact.may_touch(xk, yk, uk, vk, square, twice) & (k != parted)
             mask |= int(may) << (place - start)
+        mask &= (1 << min(gathered - start, BLOCK)) - 1
         while mask != 0:
             k = near[start + lowest_bit(mask)]
             mask &= mask - 1
             its_time = prediction.contact_time(i, k, now, state)
-            if its_time < time or (
-                its_time == time
-                and partner >= 0
-                and ks.label_of(k, labels) < ks.label_of(partner, labels)
-            ):
+            several |= its_time == time
+            if its_time < time:
                 time, partner = its_time, int(k)
+        if several and partner >= 0:
+            partner = least_of_equal(i, now, gathered, time, partner, state, cells)
     return time, partner
+
+
+@helper
+def least_of_equal(
+    i: int, now: float, gathered: int, time: float, partner: int, state: State, cells: Cells
+) -> int:
+    """Of a partner and gathered balls that touch ball i at a time, s, the least by number."""
+    labels, parted = state.labels, prediction.cannot_meet(i, now, state)
+    for place in range(gathered):
+        k = int(cells.near[place])
+        is_less = k != parted and ks.label_of(k, labels) < ks.label_of(partner, labels)
+        if is_less and prediction.contact_time(i, k, now, state) == time:
+            partner = k
+    return partner
 
 
 # The wall
@@ -261,7 +277,15 @@ def certain_partner(i: int, state: State, cells: Cells) -> int:
 @inlined
 def enqueue(i: int, balls: Floats, cells: Cells) -> None:
     """Queue ball i's earliest event: its contact or a crossing."""
-    update(i, min(balls[cm.CONTACT_TIME, i], balls[cm.CROSSING_TIME, i]), cells.tree)
+    update(i, earlier(balls[cm.CONTACT_TIME, i], balls[cm.CROSSING_TIME, i]), cells.tree)
+
+
+@inlined
+def is_same_contact(i: int, k: int, now: float, state: State, cells: Cells) -> bool:
+    """Whether balls i and k, whose entries have one time, have each other as partners."""
+    balls, links = state.balls, cells.links
+    both = links[cm.PARTNER, i] == k and links[cm.PARTNER, k] == i
+    return bool(both and balls[cm.CONTACT_TIME, i] <= now and balls[cm.CONTACT_TIME, k] <= now)
 
 
 @helper
@@ -303,10 +327,15 @@ def predict_contact(i: int, now: float, exact: bool, state: State, cells: Cells)
     if cells.at_wall[cell]:
         time, partner = wall_contact(cells.margin, i, now, exact, state, cells)
     column, row = cell_grid.column_and_row(cell, cells.mesh)
-    gathered = 0
+    gathered, own = 0, 0
     for up in range(-1, 2):
         for right in range(-1, 2):
+            if up == 0 and right == 0:
+                own = gathered + cells.links[cm.PLACE, i]
             gathered = cell_grid.collect(gathered, column + right, row + up, cells, state.boundary)
+    # All but ball i itself.
+    gathered -= 1
+    cells.near[nonnegative(own)] = cells.near[nonnegative(gathered)]
     time, partner = nearest(i, now, gathered, time, partner, state, cells)
     enter_contact(i, time, partner, state, cells)
 

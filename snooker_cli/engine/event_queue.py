@@ -15,7 +15,7 @@ Nodes 2, 3 and 8 to 15 are not used. Times are compared as integers (``bit_trick
 
 import numpy as np
 
-from snooker_cli.engine.bit_tricks import lesser, lowest_bit, nonnegative
+from snooker_cli.engine.bit_tricks import earlier, lowest_bit, nonnegative
 from snooker_cli.engine.cell_memory import Tree, aligned_zeros
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import inlined
@@ -51,33 +51,49 @@ def nodes_agree(tree: Tree) -> bool:
 @inlined
 def update(i: int, time: float, tree: Tree) -> None:
     """Give ball i another time."""
-    bits = tree.bits
-    k = nonnegative(len(bits) // 2 + int(i))
-    tree.times[k] = time
+    times = tree.times
+    k = nonnegative(len(times) // 2 + int(i))
+    times[k] = time
     while k > 1:
         k >>= STEP
         child = k << STEP
-        least = lesser(
-            lesser(bits[child], bits[child + 1]), lesser(bits[child + 2], bits[child + 3])
+        least = earlier(
+            earlier(times[child], times[child + 1]), earlier(times[child + 2], times[child + 3])
         )
-        if bits[k] == least:
+        if times[k] == least:
             break
-        bits[k] = least
+        times[k] = least
 
 
 @inlined
-def first(bits: Integers) -> tuple[int, bool]:
-    """The ball whose time is earliest, of several the first, and whether there are several."""
+def first(bits: Integers) -> tuple[int, int, bool]:
+    """The ball whose time is earliest; if several have that time, a second, and whether more do.
+
+    The second is -1 if there is none.
+    """
     leaves, least = len(bits) // 2, bits[1]
-    k, others = 1, 0
+    k, other, more = 1, 0, False
     for _ in range(lowest_bit(leaves) // STEP):
-        k = nonnegative(k << STEP)
-        mask = 0
-        for place in range(CHILDREN):
-            mask |= int(bits[k + place] == least) << place
-        others |= mask & (mask - 1)
-        k += lowest_bit(mask)
-    return nonnegative(k - leaves), others != 0
+        k, rest = equal_below(k, least, bits)
+        if rest != 0:
+            more |= (other != 0) | (rest & (rest - 1) != 0)
+            other = nonnegative((k & ~(CHILDREN - 1)) + lowest_bit(rest))
+    second = -1
+    if other != 0:
+        while other < leaves:
+            other, rest = equal_below(other, least, bits)
+            more |= rest != 0
+        second = other - leaves
+    return nonnegative(k - leaves), second, more
+
+
+@inlined
+def equal_below(node: int, least: int, bits: Integers) -> tuple[int, int]:
+    """The first child of a node with a time, and a mask of the places of others with it."""
+    children, mask = nonnegative(node << STEP), 0
+    for place in range(CHILDREN):
+        mask |= int(bits[children + place] == least) << place
+    return children + lowest_bit(mask), mask & (mask - 1)
 
 
 @inlined

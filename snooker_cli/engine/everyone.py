@@ -10,15 +10,16 @@ import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine import prediction
-from snooker_cli.engine.bit_tricks import LANES, soonest
+from snooker_cli.engine.bit_tricks import LANES, earlier, enter_lane, soonest
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import by_class, helper, inlined
 from snooker_cli.engine.kernel_state import EVENTS, Flags, Floats, Indices, State
 from snooker_cli.engine.prediction import next_hit
 
 # Rows of ``Everyone.times``, s: a ball's earliest contact with another, or when it searches again;
-# its hit of the wall; and the earlier of the two.
-PAIR_TIME, WALL_TIME, NEXT_TIME, TIME_ROWS = range(4)
+# its hit of the wall; the earlier of the two; and of each lane of balls the least of these, see
+# ``soonest``.
+PAIR_TIME, WALL_TIME, NEXT_TIME, LANE_TIME, TIME_ROWS = range(5)
 
 # Rows of ``Everyone.links``: the partner of the earliest contact, and its number of events when the
 # contact was found.
@@ -28,7 +29,8 @@ PARTNER, PARTNER_EVENTS, LINK_ROWS = range(3)
 class Everyone(NamedTuple):
     """What each ball does next. The event loop calls its methods, as those of ``Cells``.
 
-    times : (TIME_ROWS, *N* or up to LANES - 1 more, which never come), nonnegative
+    times : (TIME_ROWS, *N* or up to LANES - 1 more, which never come), nonnegative; of the last row
+        the first LANES
     links : (LINK_ROWS, *N*)
     begun : (1,), whether predictions are those of the present epoch
     """
@@ -49,7 +51,7 @@ class Everyone(NamedTuple):
             enter(i, now, ks.NOT_SEARCHED, state, self)
 
     def next_entry(self, state: State) -> tuple[int, int, float]:
-        i, another, more = soonest(self.times[NEXT_TIME])
+        i, another, more = soonest(self.times[NEXT_TIME], self.times[LANE_TIME])
         now = self.times[NEXT_TIME, i]
         if another >= 0 and now != NEVER and (more or not is_same_contact(i, another, self)):
             i = first_of_equal(i, state, self)
@@ -143,7 +145,8 @@ def enter(i: int, time: float, partner: int, state: State, search: Everyone) -> 
     """Enter ball i's earliest contact with another; its time at the wall is there already."""
     times, links = search.times, search.links
     times[PAIR_TIME, i] = time
-    times[NEXT_TIME, i] = min(time, times[WALL_TIME, i])
+    times[NEXT_TIME, i] = earlier(time, times[WALL_TIME, i])
+    enter_lane(i, times[NEXT_TIME], times[LANE_TIME])
     links[PARTNER, i] = partner
     if partner >= 0:
         links[PARTNER_EVENTS, i] = state.history[EVENTS, partner]
@@ -167,7 +170,7 @@ def first_of_equal(i: int, state: State, search: Everyone) -> int:
     """
     times, now = search.times, search.times[NEXT_TIME, i]
     first, lesser, greater = i, ks.NO_LIMIT, ks.NO_LIMIT
-    for k in range(i, state.balls.shape[1]):
+    for k in range(state.balls.shape[1]):
         if times[NEXT_TIME, k] != now:
             continue
         a, b = k, ks.NO_PARTNER
@@ -213,6 +216,7 @@ def find_contact(i: int, now: float, state: State, search: Everyone) -> None:
     for start in range(0, number, prediction.BLOCK):
         stop = min(start + prediction.BLOCK, number)
         mask = prediction.candidates(i, now, time, state, start, stop)
+        mask = prediction.without(mask, start, i)
         if parted >= 0:
             mask = prediction.without(mask, start, parted)
         mask = without_curved(boundary, mask, start, stop, i)
@@ -232,9 +236,11 @@ def find_contacts(i: int, j: int, now: float, state: State, search: Everyone) ->
         mask_i, mask_j = prediction.candidates_of_two(i, j, now, time_i, time_j, state, start, stop)
         mask_i = prediction.without(mask_i, start, j)  # they part
         mask_j = prediction.without(mask_j, start, i)
+        mask_i = prediction.without(mask_i, start, i)
+        mask_j = prediction.without(mask_j, start, j)
         mask_i = without_curved(boundary, mask_i, start, stop, i)
         mask_j = without_curved(boundary, mask_j, start, stop, j)
-        time_i, partner_i = prediction.earliest(mask_i, start, i, now, time_i, partner_i, state)
-        time_j, partner_j = prediction.earliest(mask_j, start, j, now, time_j, partner_j, state)
+        time_i, partner_i = prediction.earliest_now(mask_i, start, i, now, time_i, partner_i, state)
+        time_j, partner_j = prediction.earliest_now(mask_j, start, j, now, time_j, partner_j, state)
     complete_search(i, now, time_i, partner_i, state, search)
     complete_search(j, now, time_j, partner_j, state, search)

@@ -339,6 +339,16 @@ def label_of(i: int, labels: Indices) -> int:
     return int(labels[i]) if len(labels) > 0 and i >= 0 else i
 
 
+@inlined
+def in_order(i: int, j: int, labels: Indices) -> tuple[int, int]:
+    """Ball i and its partner, of two balls that with the lesser number in the scene first."""
+    if j < 0:
+        return i, j
+    if len(labels) > 0:
+        return (i, j) if labels[i] < labels[j] else (j, i)
+    return min(i, j), max(i, j)
+
+
 # History
 
 

@@ -170,7 +170,8 @@ def follow(page: Page) -> None:
                 reason = clock.FULL
             elif reason == clock.FULL:
                 times = search.times[everyone.NEXT_TIME]
-                answers[REACHED] = sums[ks.EPOCH] + times[soonest(times)[0]]
+                first, _, _ = soonest(times, search.times[everyone.LANE_TIME])
+                answers[REACHED] = sums[ks.EPOCH] + times[first]
             break
         # Over more collisions the energy may fall by orders of magnitude, and the account would not
         # be exact enough. It leaves out what a ball loses until it slides.

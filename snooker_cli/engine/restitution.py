@@ -58,15 +58,15 @@ def kick(law: Floats, normal: float, length: float, elastic: bool) -> float:
     length : m, of the vector along which it is measured; 1 if ``normal`` is a speed, m/s
     elastic : whether a rule of ``collapse`` makes the hit elastic; walls that give energy need none
     """
-    kind = law[KIND]
+    kind, factor = law[KIND], 1.0 + law[COR]
     if kind == DRIVEN:
-        return float((1.0 + law[COR]) * (normal + law[SPEED] / length))
-    if elastic:
-        return 2.0 * normal
-    if kind == VISCOELASTIC:
+        normal += law[SPEED] / length
+    elif elastic:
+        factor = 2.0
+    elif kind == VISCOELASTIC:
         root = math.sqrt(min(abs(normal) * length / law[SPEED], 1.0))
-        return float((2.0 - (1.0 - law[COR]) * (root * math.sqrt(root))) * normal)
-    return float((1.0 + law[COR]) * normal)
+        factor = 2.0 - (1.0 - law[COR]) * (root * math.sqrt(root))
+    return float(factor * normal)
 
 
 @inlined

@@ -286,7 +286,7 @@ class Simulation(ABC):
 def plain(states: State) -> State:
     """The states with the balls in the scene's order, and no more rows than all searches have."""
     balls, history, labels, sizes = states.balls, states.history, states.labels, states.sizes
-    balls = balls[:, : ks.BALL_ROWS]
+    balls, history = balls[:, : ks.BALL_ROWS], history[:, : ks.HISTORY_ROWS]
     if len(labels):
         order = np.argsort(labels)
         former = history[:, ks.FORMER]
@@ -345,9 +345,9 @@ class AmongNeighbours(Simulation):
         begun, renewals, answer = self.state.collisions, 0, CELL_FULL
         while answer in (CELL_FULL, OUT_OF_MARGIN):
             done = self.state.collisions - begun
-            rest = records.after(done)
-            super().advance(rest, answers, limit - done)
-            answer = int(answers[0])
+            rest = Recorded(*(column[0] for column in records.after(done)))
+            grid = sampling.grid_of(self.grids, 0)
+            answer = event_loop.advance_alone(self.state, self.search, rest, grid, limit - done)
             if answer == CELL_FULL:
                 self._fill(2 * self.search.cells.members.shape[1])
             elif answer == OUT_OF_MARGIN:

@@ -328,6 +328,12 @@ class SlidingCircle(NamedTuple):
             return float(clock + chord_delay(x, y, u, v))
         return prediction.time_at_wall(self.circle, i, state)
 
+    def filter_time(self, now: float, later: float) -> float:
+        return prediction.filter_time(self.circle, now, later)
+
+    def filter_square(self, distance: float) -> float:
+        return prediction.filter_square(self.circle, distance)
+
     def hit_wall(self, i: int, now: float, state: State, elastic: bool) -> float:
         return hit_wall(self.circle, i, now, state, elastic)
 

@@ -9,7 +9,7 @@ from snooker_cli.engine.simulation import AmongNeighbours
 
 
 def test_each_ball_is_a_line_of_the_cache() -> None:
-    balls = cm.ball_memory(7)
+    balls, _ = cm.ball_memory(7)
     assert balls.shape == (cm.CELL_BALL_ROWS, 7)
     assert balls.strides == (8, cm.LINE)
     assert balls.ctypes.data % cm.LINE == 0
