@@ -10,7 +10,7 @@ its children 4k to 4k + 3, which lie in one line of the processor's cache. Ball 
 
 A ball's new time goes into its leaf. From there the minimum of four children climbs, as far as it
 changes anything: a few nodes. The first ball is found from node 1 down, by the child that is equal.
-Nodes 2, 3 and 8 to 15 are not used. Times are compared as integers (``bit_tricks``).
+Nodes 2, 3 and 8 to 15 are not used. Which times are equal, integers show (``bit_tricks``).
 """
 
 import numpy as np

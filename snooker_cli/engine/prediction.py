@@ -332,12 +332,15 @@ def highest_speed(state: State) -> float:
 def is_trapped(i: int, now: float, state: State) -> bool:
     """Whether ball i, which has just hit the wall, will hit it infinitely often before all else.
 
-    Looked at after 2, 4, 8 … hits in a row, or after the first one if a ball may stay at the wall.
+    Looked at after 2, 4, 8 … hits in a row, or after the first one if a ball may stay at the wall;
+    and after each that does not move the clock, before these are a collapse.
     """
     law, hits = state.setup.laws[WALL], ks.hits_in_a_row(i, state)
     if is_endless(law, hits):
         return True
-    if not state.setup.traps or hits & (hits - 1) != 0 or (hits == 1 and not may_stay(law)):
+    if not state.setup.traps or (hits == 1 and not may_stay(law)):
+        return False
+    if hits & (hits - 1) != 0 and state.counts[ks.STALLED] == 0:
         return False
     return stays_alone(i, now, bouncing_time(i, now, state), state)
 
