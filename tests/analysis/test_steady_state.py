@@ -174,7 +174,7 @@ def test_a_driven_gas_has_the_temperature_of_the_balance(
 def test_the_balance_is_too_warm_where_balls_lose_much_on_the_way(
     radius: float, excess: float, tmp_path: Path
 ) -> None:
-    """The percentages in `theory.balance_temperature`, which are rounded to .1 %: of 400 repeats."""
+    """The percentages in `theory.balance_temperature`, from 400 repeats."""
     balls = {"count": 37, "radius": radius, "speed": 10.0, "common_rotation": False}
     config = {"container": {"radius": 10.0}, "balls": balls | {"speeds": "maxwell"}}
     config |= {"cor": 0.9, "wall_speed": 1.0, "wall_cor": 1.0, "collisions": 40_000, "repeats": 10}
