@@ -21,6 +21,7 @@ from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_dela
 from snooker_cli.engine.everyone import LANE_TIME, NEXT_TIME, PAIR_TIME, WALL_TIME
 from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
+from snooker_cli.engine.prediction import candidates_from
 from snooker_cli.engine.restitution import WALL, bounce_sums
 
 LAST_HIT = ks.BALL_ROWS
@@ -132,6 +133,14 @@ class FreeCircle(NamedTuple):
 
     def search_until(self, _i: int, now: float, wall_time: float, _state: State) -> float:
         return now + (wall_time - now) * self.search_factor
+
+    def candidates(
+        self, i: int, now: float, until: float, state: State, start: int, stop: int
+    ) -> int:
+        # Two loops: that after an event of ball i is shorter.
+        if state.balls[CLOCK, i] == now:
+            return candidates_from(True, i, now, until, state, start, stop)
+        return candidates_from(False, i, now, until, state, start, stop)
 
     def predict_walls(self, now: float, state: State, times: Floats) -> None:
         # The loop of ``time_at_wall``, in vector registers.

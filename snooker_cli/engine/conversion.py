@@ -166,7 +166,7 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
         for repeat, clock in enumerate(clocks.tolist()):
             state = ks.state_of(states, repeat)
             for ball in range(scenes[0].number):
-                columns[repeat][:, ball] = ks.flight(state.boundary, ball, clock, False, state)
+                columns[repeat][:, ball] = ks.flight(state.boundary, ball, clock, state)
     if scenes[0].container.period is not None:
         period = np.array(scenes[0].container.period)[:, np.newaxis]
         columns[:, :2] -= period * np.rint(columns[:, :2] / period)

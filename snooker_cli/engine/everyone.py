@@ -215,7 +215,7 @@ def find_contact(i: int, now: float, state: State, search: Everyone) -> None:
     partner = ks.SEARCH_AGAIN
     for start in range(0, number, prediction.BLOCK):
         stop = min(start + prediction.BLOCK, number)
-        mask = prediction.candidates(i, now, time, state, start, stop)
+        mask = prediction.candidates(boundary, i, now, time, state, start, stop)
         mask = prediction.without(mask, start, i)
         if parted >= 0:
             mask = prediction.without(mask, start, parted)

@@ -290,12 +290,8 @@ def place(boundary: Any, i: int, now: float, balls: Floats) -> tuple[float, floa
 
 
 @by_class
-def flight(
-    boundary: Any, i: int, now: float, settles: bool, state: State
-) -> tuple[float, float, float, float]:
+def flight(boundary: Any, i: int, now: float, state: State) -> tuple[float, float, float, float]:
     """Place (m) and velocity (m/s) of ball i at a time, s: on a straight way, unless it slides.
-
-    settles : whether its next event sums up the bounces before it slides
 
     Of ``SlidingCircle``.
     """

@@ -11,7 +11,7 @@ from snooker_cli.engine import boundaries, clock, event_loop, everyone, restitut
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import soonest
 from snooker_cli.engine.everyone import Everyone
-from snooker_cli.engine.jit import by_class, inlined, kernel
+from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Recorded, State, U, V, X, Y
 from snooker_cli.engine.sliding import SlidingCircle, bounces_to_come
 from snooker_cli.trace import SLIDE
@@ -186,15 +186,6 @@ def follow(page: Page) -> None:
     answers[REASON], answers[EVENTS_DONE] = reason, done
 
 
-@by_class
-def settles(boundary: Any, i: int) -> bool:
-    """Whether ball i bounces until it slides.
-
-    Of ``SlidingCircle``.
-    """
-    return False
-
-
 @kernel
 def show(page: Page) -> None:
     """Write into ``flights`` where all balls are at a time, and how fast; images are the inner."""
@@ -202,7 +193,7 @@ def show(page: Page) -> None:
     boundary, number = state.boundary, state.balls.shape[1]
     now = page.until - state.sums[ks.EPOCH]
     for i in range(number):
-        x, y, u, v = ks.flight(boundary, i, now, settles(boundary, i), state)
+        x, y, u, v = ks.flight(boundary, i, now, state)
         x, y = ks.nearest_image(boundary, x, y)
         flights[i, X], flights[i, Y], flights[i, U], flights[i, V] = x, y, u, v
     x, y, u, v = ks.container_flight(boundary, now)

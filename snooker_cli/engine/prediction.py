@@ -102,7 +102,7 @@ def filter_time(boundary: Any, now: float, later: float) -> float:
     It is that of ``contact_time``, unless ways are so short that a filter may look at both now,
     which is faster; see ``filter_square``.
 
-    Of ``FixedCircle``, ``StraightWalls``, ``SlidingCircle``.
+    Of ``FixedCircle``, ``StraightWalls``.
     """
     return later
 
@@ -117,26 +117,27 @@ def filter_square(boundary: Any, distance: float) -> float:
     of about d^2 then differs by less than 2^-45 L d. ``contact_time`` itself is rounded as if the
     square were 2^-50 (d + L) d off. The sum is below 2^-40 (d + L) d.
 
-    Of ``FixedCircle``, ``StraightWalls``, ``SlidingCircle``.
+    Of ``FixedCircle``, ``StraightWalls``.
     """
     return distance * distance * (1.0 + 2.0**-40)
 
 
-@inlined
-def candidates(i: int, now: float, until: float, state: State, start: int, stop: int) -> int:
+@by_class
+def candidates(
+    boundary: Any, i: int, now: float, until: float, state: State, start: int, stop: int
+) -> int:
     """The balls from ``start`` to ``stop`` that may touch ball i up to a time, a bit each.
 
     The bit of ball i itself, which overlaps itself, is set.
+
+    Of ``FreeCircle``.
     """
-    # Two loops: the one after an event of ball i is shorter.
-    if state.balls[CLOCK, i] == now:
-        return candidates_from(i, now, True, until, state, start, stop)
-    return candidates_from(i, now, False, until, state, start, stop)
+    return candidates_from(False, i, now, until, state, start, stop)
 
 
 @inlined
 def candidates_from(
-    i: int, now: float, just_moved: bool, until: float, state: State, start: int, stop: int
+    just_moved: bool, i: int, now: float, until: float, state: State, start: int, stop: int
 ) -> int:
     """``candidates`` of a ball whose clock may be known to be at ``now``."""
     balls = state.balls

@@ -24,6 +24,8 @@ from snooker_cli.engine.restitution import CONSTANT, COR, KIND, WALL, bounce_sum
 # bounces until it slides; it slides.
 FLIES, LEAVES, SETTLES, SLIDES = range(4)
 
+BEYOND = 2.0**-36  # share of a square that rounding does not reach, see ``SlidingCircle.flight``
+
 FLAT = 2.0**-27  # normal over tangential speed from which on its square does not count beside 1
 
 NEARLY_ELASTIC, HALVINGS = 1e-3, 7
@@ -328,17 +330,8 @@ class SlidingCircle(NamedTuple):
             return float(clock + chord_delay(x, y, u, v))
         return prediction.time_at_wall(self.circle, i, state)
 
-    def filter_time(self, now: float, later: float) -> float:
-        return prediction.filter_time(self.circle, now, later)
-
-    def filter_square(self, distance: float) -> float:
-        return prediction.filter_square(self.circle, distance)
-
     def hit_wall(self, i: int, now: float, state: State, elastic: bool) -> float:
         return hit_wall(self.circle, i, now, state, elastic)
-
-    def settles(self, i: int) -> bool:
-        return bool(self.motions[i] == SETTLES)
 
     def is_curved(self) -> bool:
         return True
@@ -434,14 +427,16 @@ class SlidingCircle(NamedTuple):
             if self.motions[i] == SETTLES:
                 set_ball(i, ball_of(i, state.scratch), state.balls)
 
-    def flight(
-        self, i: int, now: float, settles: bool, state: State
-    ) -> tuple[float, float, float, float]:
+    def flight(self, i: int, now: float, state: State) -> tuple[float, float, float, float]:
         ball = ball_of(i, state.balls)
         if self.motions[i] == SLIDES:
             ball = turned(i, now, state.balls)
-        elif settles:
-            ball = bounced(i, now, state)[0]
+        else:
+            # Beyond the wall, only one that settles: each hit of another is an event.
+            x, y = ks.position(i, now, state.balls)
+            reach = self.circle.radius - ks.radius_of(state.sizes, i)
+            if x * x + y * y > reach * reach * (1.0 + BEYOND):
+                ball = bounced(i, now, state)[0]
         x, y, u, v, clock = ball
         age = now - clock
         return x + u * age, y + v * age, u, v

@@ -177,7 +177,7 @@ def test_the_balance_is_too_warm_where_balls_lose_much_on_the_way(
     """The percentages in `theory.balance_temperature`, from 400 repeats."""
     balls = {"count": 37, "radius": radius, "speed": 10.0, "common_rotation": False}
     config = {"container": {"radius": 10.0}, "balls": balls | {"speeds": "maxwell"}}
-    config |= {"cor": 0.9, "wall_speed": 1.0, "wall_cor": 1.0, "collisions": 40_000, "repeats": 10}
+    config |= {"cor": 0.9, "wall_speed": 1.0, "wall_cor": 1.0, "collisions": 40_000, "repeats": 40}
     (found,) = (
         row
         for row in snooker.run(config, out=tmp_path / "run", progress=False).compare()

@@ -125,7 +125,7 @@ def test_a_warning_names_what_helps_where_most_repeats_ended_early(
     for command in ("fit", "compare"):
         for ended in (snooker(command, *where, "--brief"), snooker(command, *where)):
             assert ended.err == warning
-            assert "; 3 of 3 repeats ended early" in ended.out
+            assert "; all 3 repeats ended early" in ended.out
         assert snooker(command, "small", "--where", "cor=1.0", "--brief").err == ""
     assert snooker("plot", "small", "energy", *where[1:], "--format", "svg").err == warning
 

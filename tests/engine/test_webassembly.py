@@ -47,7 +47,7 @@ def test_arguments_are_those_that_numba_compiled(boundary: str) -> None:
 
 def test_lengths_of_the_layout_are_those_of_other_numbers_of_balls() -> None:
     page = example("free_circle", 40)
-    lengths = {"number": 40, "bodies": 41, "padded": 40}
+    lengths = {"number": 40, "bodies": 41, "padded": 48}
     for part in layout("free_circle"):
         value: Any = page
         for field in part.name.split("."):

@@ -99,7 +99,6 @@ def test_speeds_in_metres_if_elastic(warm: Run) -> None:
     assert isinstance(residuals, Points)
     share = np.sum(shares, axis=0)[3] / np.sum(shares)
     assert residuals.y[3] == pytest.approx((share - np.diff(cdf)[0]) / (SPEED_BIN * 5), rel=1e-9)
-    assert len({int(np.sum(counts)) for counts in shares}) == 1
     each = [counts[3] / np.sum(counts) / (SPEED_BIN * 5) for counts in shares]
     error = np.std(each, ddof=1) / np.sqrt(3)
     assert residuals.y_error[3] == pytest.approx(error, rel=1e-9)

@@ -248,7 +248,7 @@ def test_a_summary_is_simulated_again(here: Path, snooker: Snooker) -> None:
     Path("small.yaml").write_text(SMALL, "utf-8")
     snooker("run", "small.yaml", "-o", "record=summary", "-o", "repeats=1", "--out", "summary")
     ended = snooker("verify", "summary", "--exact", "--json")
-    assert [proof["certain"] for proof in json.loads(ended.out)["exact"]] == [128, 114]
+    assert [proof["certain"] for proof in json.loads(ended.out)["exact"]] == [150, 114]
 
 
 def test_an_interrupt_keeps_what_is_known(trace: Trace) -> None:
