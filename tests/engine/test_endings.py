@@ -303,8 +303,8 @@ def test_what_a_wall_trap_still_does(container, wall_cor, seen):
 def test_a_ball_that_only_touches_the_wall_gives_it_nothing_more():
     """After its last bounce it moves along the wall: a zero, which has no sign in the message."""
     balls = {"count": 5, "radius": 1.0, "speed": 10.0, "start": "random"}
-    container = {"packing": 0.002505686896712376, "mass": 0.014378353795979626}
-    config = {"container": container, "balls": balls, "cor": 0.6, "seed": 249060}
+    container = {"packing": 0.0025, "mass": 0.0144}
+    config = {"container": container, "balls": balls, "cor": 0.6, "seed": 66}
     experiment = validated(config | {"collisions": 1000})
     trace = simulate(starting_scene(experiment, 0), collisions=1000, search=NEIGHBOURS)
     assert "gives it 0 kg m/s more" in trace.stop.message

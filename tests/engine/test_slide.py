@@ -159,7 +159,7 @@ def pairs(events: Events, count: int) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize(
-    ("seed", "cor", "time", "sliding"), [(0, 0.8, 14.0, 15), (1, 0.8, 25.0, 5), (0, 0.5, 7.0, 10)]
+    ("seed", "cor", "time", "sliding"), [(0, 0.8, 22.0, 15), (1, 0.8, 25.0, 5), (0, 0.5, 7.0, 10)]
 )
 def test_a_gas_meets_as_if_it_hopped_along_the_wall(seed, cor, time, sliding):
     """The same gas, in which bounces under 1e-4 m/s go on without loss, on straight ways.
