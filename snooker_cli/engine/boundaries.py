@@ -21,7 +21,7 @@ from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_dela
 from snooker_cli.engine.everyone import LANE_TIME, NEXT_TIME, PAIR_TIME, WALL_TIME
 from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
-from snooker_cli.engine.prediction import candidates_from
+from snooker_cli.engine.prediction import candidates_from, padded_square
 from snooker_cli.engine.restitution import WALL, bounce_sums
 
 LAST_HIT = ks.BALL_ROWS
@@ -54,7 +54,7 @@ class FixedCircle(NamedTuple):
         return now
 
     def filter_square(self, distance: float) -> float:
-        return distance * (distance + 2.0**-40 * (distance + self.radius))
+        return padded_square(distance, self.radius)
 
     def time_at_wall(self, i: int, state: State) -> float:
         balls = state.balls
@@ -183,7 +183,7 @@ class StraightWalls(NamedTuple):
         return now
 
     def filter_square(self, distance: float) -> float:
-        return distance * (distance + 2.0**-40 * (distance + (self.half_width + self.half_height)))
+        return padded_square(distance, self.half_width + self.half_height)
 
     def time_at_wall(self, i: int, state: State) -> float:
         balls, r = state.balls, ks.radius_of(state.sizes, i)

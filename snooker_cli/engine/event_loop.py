@@ -160,7 +160,7 @@ def simulate_repeat(
 
 @by_class
 def of_repeat(search: Any, repeat: int) -> Any:
-    """The search of one of many stacked repeats; cells have only one.
+    """The search of one of many stacked repeats.
 
     Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``.
     """
