@@ -61,7 +61,6 @@ UNITS |= {"wall_energy": "J", "lost_energy": "J", "stationary_from": "s"}
 
 
 ARGUMENTS = {
-    "--engine": "engine",
     "--fresh": "fresh=True",
     "--from": "since",
     "--jobs": "jobs",
@@ -393,7 +392,7 @@ class Run(runs.Run):
                     raise FigureError(
                         "is a summary of another engine version, which cannot be replayed"
                     )
-                trace = with_events(trace, since, span[2], self.engine)
+                trace = with_events(trace, since, span[2])
                 films.append(film(trace, self.experiment.title or self.name, subtitle, *span))
             except FigureError as error:
                 raise UserError(f"repeat {number} of {self.name} {error}") from None
@@ -528,7 +527,7 @@ def live(
 
     config, overrides : as of ``run``; without a config the source report's scene
 
-    Raises ``ConfigError``, also for what the page cannot show, such as more than 200 balls.
+    Raises ``ConfigError``, also for what the page cannot show, such as more than 2,000 balls.
     """
     from snooker_cli.live_page import live_page, report_scene
 

@@ -1,17 +1,12 @@
 """Laws of collision: what a hit does to the speed along the line of centres.
 
 A law is a ``NamedTuple`` of numbers, whose names are its config keys; at the wall these begin with
-``wall_``. Kernels are compiled for the class of the law, so a law that a scene lacks costs nothing.
+``wall_``. What it does to the normal speed is in ``engine.restitution``.
 
 cor : every law's first number: the coefficient of restitution e, 0 to 1, of fast collisions
-kick : a method that kernels compile, with ``+ - * / sqrt`` only, so that bits are the same
-    everywhere. It gives the change of the normal speed, in the unit of ``normal``.
 gains : whether a collision can give energy to the balls
-bounce_sums : a method of laws whose every hit takes a share of the normal speed, so that infinitely
-    many hits of a circular wall may follow each other in finite time
 """
 
-import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple, TypeAlias
 
@@ -24,20 +19,6 @@ class Constant(NamedTuple):
     @property
     def gains(self) -> bool:
         return False
-
-    def kick(self, normal: float, _length: float) -> float:
-        """(1 + e) v_n, over a length.
-
-        normal : the speed of approach v_n over ``length``; negative only by rounding
-        length : m, of the vector along which it is measured; 1 if ``normal`` is a speed, m/s
-        """
-        return (1.0 + self.cor) * normal
-
-    def recoil(self, normal: float, _length: float, elastic: bool) -> float:
-        return (1.0 - (1.0 if elastic else self.cor)) * normal
-
-    def bounce_sums(self, _normal: float, _length: float) -> tuple[float, float]:
-        return 1.0 - self.cor, (1.0 + self.cor) / (1.0 - self.cor)
 
 
 class Viscoelastic(NamedTuple):
@@ -55,28 +36,6 @@ class Viscoelastic(NamedTuple):
     def gains(self) -> bool:
         return False
 
-    def kick(self, normal: float, length: float) -> float:
-        root = math.sqrt(min(abs(normal) * length / self.cor_speed, 1.0))
-        return (2.0 - (1.0 - self.cor) * (root * math.sqrt(root))) * normal
-
-    def bounce_sums(self, normal: float, length: float) -> tuple[float, float]:
-        """The speeds add up to at most G(v) = 4 v0/(1 - e) (v/v0)^(1/4).
-
-        Above v0 it is (v + 3 v0)/(1 - e). G is concave, and its derivative times what a hit takes
-        is v. So a hit lowers it by v or more.
-        """
-        part = normal * length / self.cor_speed
-        if part == 0.0:
-            return 1.0, 2.0
-        root = math.sqrt(min(part, 1.0))
-        share = 0.25 * root * math.sqrt(root) if part < 1.0 else part / (3.0 + part)
-        loss = (1.0 - self.cor) * share
-        return loss, 2.0 / loss
-
-    def is_endless(self, bounces: int) -> bool:
-        """After 2^20: speeds fall as k^(-4/3) in k bounces, and the time left only as k^(-1/3)."""
-        return bounces >= 1 << 20
-
 
 class Driven(NamedTuple):
     """A wall that moves inwards at a speed V whenever it is hit, and is always at the same place.
@@ -92,12 +51,6 @@ class Driven(NamedTuple):
     @property
     def gains(self) -> bool:
         return True
-
-    def kick(self, normal: float, length: float) -> float:
-        return (1.0 + self.cor) * (normal + self.speed / length)
-
-    def elastic_kick(self, normal: float, length: float) -> float:
-        return (1.0 + self.cor) * (normal + self.speed / length)
 
 
 class Thermal(NamedTuple):

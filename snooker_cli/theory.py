@@ -740,8 +740,8 @@ def balance_temperature(
 
     Within 0.6 % of simulations at CoR 0.99 and 0.995 and packings of 0.01 or less (``snooker bench
     physics``). Where balls lose much of their energy on the way across, the gas is dense and cold
-    in the middle, and T is too high: at CoR 0.9, for 37 balls in a circle, by 5 % at packing 0.0037
-    and by 11 % at 0.059. A wall CoR of 0.8 leaves speeds that are far from Maxwell's (22 %).
+    in the middle, and T is too high: at CoR 0.9, for 37 balls in a circle, by 5.5 % at packing
+    0.0037 and by 11.6 % at 0.059. A wall CoR of 0.8 leaves speeds far from Maxwell's (22 %).
 
     Raises ValueError for other laws, and when a fluid of N balls does not fit.
     """

@@ -8,37 +8,38 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from zlib import crc32
 
-from scenes import gas
+from scenes import EVERYONE, NEIGHBOURS, gas
 
 from snooker_cli.cli import COLLECT_AFTER
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.engine.jit import cache_folder
+from snooker_cli.engine.simulation import Simulation
 
 FREE, FIXED = 20.0, None
 ALIKE, MIXED, SLIDING = "alike", "mixed", "sliding"
 
-# Container, its mass, engine, balls; tests of other types are ``long``. The slowest type is first:
+# Container, its mass, search, balls; tests of other types are ``long``. The slowest type is first:
 # both processes then end at about the same time.
 TYPES = (
-    ("circle", FIXED, "allpairs", SLIDING),
-    ("circle", FREE, "cells", MIXED),
-    ("circle", FREE, "allpairs", ALIKE),
-    ("circle", FREE, "allpairs", MIXED),
-    ("circle", FIXED, "cells", ALIKE),
-    ("periodic", FIXED, "cells", ALIKE),
-    ("box", FIXED, "cells", MIXED),
-    ("circle", FIXED, "allpairs", MIXED),
-    ("circle", FIXED, "allpairs", ALIKE),
-    ("box", FIXED, "cells", ALIKE),
+    ("circle", FIXED, EVERYONE, SLIDING),
+    ("circle", FREE, NEIGHBOURS, MIXED),
+    ("circle", FREE, EVERYONE, ALIKE),
+    ("circle", FREE, EVERYONE, MIXED),
+    ("circle", FIXED, NEIGHBOURS, ALIKE),
+    ("periodic", FIXED, NEIGHBOURS, ALIKE),
+    ("box", FIXED, NEIGHBOURS, MIXED),
+    ("circle", FIXED, EVERYONE, MIXED),
+    ("circle", FIXED, EVERYONE, ALIKE),
+    ("box", FIXED, NEIGHBOURS, ALIKE),
 )
 
 
-def compile_type(shape: str, mass: float | None, engine: str, balls: str) -> None:
+def compile_type(shape: str, mass: float | None, search: type[Simulation], balls: str) -> None:
     """Run a type of scene for a moment, and all that reads its trace."""
     free = {} if mass is None else {"container_mass": mass}
     scene = replace(gas(shape, 60, 0.3, mixed=balls == MIXED, **free), slides=balls == SLIDING)
-    simulate(scene, collisions=2, summary=True, engine=engine)
-    trace = simulate(scene, collisions=2, engine=engine)
+    simulate(scene, collisions=2, summary=True, search=search)
+    trace = simulate(scene, collisions=2, search=search)
     series(trace)
     replay(trace, [0.0])
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from py_mini_racer import MiniRacer
 
+from snooker_cli.engine import webassembly
 from snooker_cli.laws import Sides, WallLaw, word_of
 from snooker_cli.live_page import engine_source
 from snooker_cli.scene import Scene
@@ -24,25 +25,39 @@ function bitsOf(values) {
   }).join("");
 }
 
+function startOfScene(scene, config) {
+  const { positions, velocities, radii, masses, container, wallKey } = scene;
+  return JSON.stringify({
+    bits: bitsOf([...positions, ...velocities, ...radii, ...masses, ...container.size]),
+    key: wallKey === null ? null : String(wallKey),
+    config: configOfStart(config, scene), given: scene.isGiven,
+  });
+}
+
 function startOfRepeat(config, repeat) {
   try {
-    const { container, positions, velocities, radii, masses, wallKey } =
-      startingScene(config, repeat);
-    const numbers = [...positions, ...velocities, ...radii, ...masses, ...container.size];
-    return JSON.stringify({ bits: bitsOf(numbers), key: wallKey === null ? null : `${wallKey}` });
+    return startOfScene(startingScene(config, repeat), config);
   } catch (error) {
     if (!(error instanceof SceneError)) throw error;
     return JSON.stringify({ error: error.message });
   }
 }
 
-function simulated(scene, limits, engine) {
+// What browsers have beside V8.
+function atob(text) {
+  const letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  const bitsOfLetter = (letter) => letters.indexOf(letter).toString(2).padStart(6, "0");
+  const bytes = Array.from(text.replace(/=/g, ""), bitsOfLetter).join("").match(/.{8}/g);
+  return bytes.map((byte) => String.fromCharCode(parseInt(byte, 2))).join("");
+}
+
+function simulated(scene, limits) {
   scene.wallKey = typeof scene.wallKey === "string" ? BigInt(scene.wallKey) : scene.wallKey;
-  const simulation = new Simulation(scene, limits, { hash: true, engine });
+  const simulation = new Simulation(scene, limits, { hash: true });
   // In pieces, as a page does; a time between events stops nothing.
   while (simulation.stop === null) {
-    simulation.advance(3000);
-    simulation.advance(1000, simulation.time * (1 + 1e-9));
+    simulation.advance(100);
+    simulation.advance(50, simulation.time * (1 + 1e-9));
   }
   const { stop, number } = simulation, numbers = [];
   for (let i = 0; i <= number; i += 1) {
@@ -56,12 +71,22 @@ function simulated(scene, limits, engine) {
 """
 
 
+def modules_source() -> str:
+    """A script that compiles the modules of the engine at once, as no page may do."""
+    codes = {name: ",".join(map(str, code)) for name, code in webassembly.modules().items()}
+    return "".join(
+        f"modules.{name} = new WebAssembly.Module(Uint8Array.of({code}));\n"
+        for name, code in codes.items()
+    )
+
+
 class JavaScript:
     """The scripts of the engine and of the start, in V8."""
 
     def __init__(self) -> None:
         self.context = MiniRacer()
         self.context.eval(engine_source())
+        self.context.eval(modules_source() + "0")
         self.context.eval(HELPERS)
 
     def __enter__(self) -> Self:

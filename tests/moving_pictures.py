@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from scenes import EPSILON, gas, report_scene
+from scenes import EPSILON, EVERYONE, NEIGHBOURS, gas, report_scene
 
 from snooker_cli.animation import Film, film
 from snooker_cli.engine import simulate
@@ -27,7 +27,7 @@ def shown() -> dict[str, Trace]:
         "periodic": gas("periodic", 60, 0.3, cor=0.9),
     }
     return {
-        name: simulate(scene, collisions=200, engine="allpairs" if "f" in name else "cells")
+        name: simulate(scene, collisions=200, search=EVERYONE if "f" in name else NEIGHBOURS)
         for name, scene in scenes.items()
     }
 

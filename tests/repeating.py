@@ -53,15 +53,15 @@ def stopped(run: Run, collisions: int, **how: Any) -> list[RepeatResult]:
     return done(run, watcher=StopsAfter(collisions), **how)
 
 
-def run_of(directory: Path, text: str, *overrides: str, engine: str | None = None) -> Run:
+def run_of(directory: Path, text: str, *overrides: str) -> Run:
     """The run of a config in a folder, which is left as it is."""
     experiment = parse(text, overrides=overrides).experiment
-    return Run(directory, experiment, points(experiment), engine)
+    return Run(directory, experiment, points(experiment))
 
 
-def created(directory: Path, experiment: Experiment, engine: str | None = None) -> Run:
+def created(directory: Path, experiment: Experiment) -> Run:
     """A run's folder for an experiment."""
-    run = Run(directory, experiment, points(experiment), engine)
+    run = Run(directory, experiment, points(experiment))
     runs.create(run)
     return run
 

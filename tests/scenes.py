@@ -24,6 +24,9 @@ from snooker_cli.validation.methods import geometric
 
 EPSILON = 2.0**-52
 
+EVERYONE, NEIGHBOURS = simulation.AmongEveryone, simulation.AmongNeighbours
+"""The two searches, which give the same bits."""
+
 Ball = tuple[float, float, float, float, float, float]
 """x, y (m), u, v (m/s), radius (m), mass (kg)."""
 

@@ -40,7 +40,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "trace": ("scene",),
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "laws", "neighbours", "scene"),
-    "engine": ("containers", "errors", "laws", "scene", "trace"),
+    "engine": ("containers", "errors", "files", "laws", "scene", "trace"),
     "store": ("containers", "errors", "files", "laws", "scene", "trace"),
     "runs": tuple(part for part in RUNNING if part != "runs"),
     "export": ("engine", "errors", "files", "scene", "store", "trace"),
@@ -50,7 +50,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     # Pages
     "pages": (),
     "animation": (*SIMULATING, "analysis", "engine", "figures", "formatting", "pages"),
-    "live_page": ("config", "errors", "formatting", "pages", "placement", "scene", "theory"),
+    "live_page": ("config", "engine", "errors", "pages", "placement", "theory"),
     "validation": (*RUNNING, "analysis", "figures"),
 }
 # These may import all parts above them.
@@ -67,7 +67,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "pydantic_core": ("config",),
     "yaml": ("config", "figures", "live_page", "report", "validation"),
     "numba": ("engine.jit",),
-    "llvmlite": ("engine.jit",),
+    "llvmlite": ("engine.jit", "engine.webassembly"),
     "h5py": ("export", "store"),
     "pyarrow": ("export",),
     "distributed": ("runs.dask_executor",),
@@ -222,3 +222,23 @@ def test_a_deliberate_fault_has_its_place_and_its_tests(fault: dict[str, str]) -
     for test in fault["tests"].split():
         path, _, name = test.partition("::")
         assert f"def {name}" in (ROOT / path).read_text(encoding="utf-8")
+
+
+def test_stubs_of_methods_name_the_classes_that_have_them() -> None:
+    """A reader of a stub finds what is called."""
+    methods: dict[str, list[str]] = {}
+    stubs: list[tuple[str, str]] = []
+    for path in sorted((PACKAGE / "engine").glob("*.py")):
+        for node in ast.parse(path.read_text("utf-8")).body:
+            if isinstance(node, ast.ClassDef):
+                for method in node.body:
+                    if isinstance(method, ast.FunctionDef):
+                        methods.setdefault(method.name, []).append(node.name)
+            elif isinstance(node, ast.FunctionDef):
+                names = [ast.unparse(decorator) for decorator in node.decorator_list]
+                if "by_class" in names:
+                    stubs.append((node.name, ast.get_docstring(node) or ""))
+    assert stubs
+    for name, text in stubs:
+        last = " ".join(text.split("\n\n")[-1].split())
+        assert last == f"Of {', '.join(f'``{owner}``' for owner in methods[name])}.", name

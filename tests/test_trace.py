@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import report_scene, scene_of
+from scenes import EVERYONE, NEIGHBOURS, report_scene, scene_of
 
 from snooker_cli.engine import simulate
 from snooker_cli.trace import CONTAINER, SLIDE, Events, Simultaneous
@@ -53,20 +53,19 @@ def test_a_gas_has_none():
     assert counted([events]) == 0
 
 
-@pytest.mark.parametrize("engine", ["allpairs", "cells"])
-def test_a_ball_that_meets_two_at_once(engine):
+@pytest.mark.parametrize("search", [EVERYONE, NEIGHBOURS])
+def test_a_ball_that_meets_two_at_once(search):
     """One after the other: the second contact is predicted again with what the first has left.
 
     The velocities are those of two collisions of pairs; one of three balls has no law here.
     """
     places = np.array([(-5.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
     scene = scene_of([(*place, 1.0 - bool(k), 0.0, 1.0, 1.0) for k, place in enumerate(places)])
-    trace = simulate(scene, time=6.0, engine=engine)
+    trace = simulate(scene, time=6.0, search=search)
     events = trace.events
     assert events.time[0] == events.time[1] == pytest.approx(5.0 - math.sqrt(3.0))
     assert events.i.tolist() == [0, 0]
-    # All pairs take the ball with the lower number first, cells the one that they find first.
-    assert events.j.tolist() == ([1, 2] if engine == "allpairs" else [2, 1])
+    assert events.j.tolist() == [1, 2]  # the ball with the lower number first
     velocities = np.array(scene.velocities)
     for k in range(2):
         other = int(events.j[k])

@@ -196,7 +196,7 @@ def film(
     )
 
 
-def with_events(trace: Trace, since: float, most: int, engine: str | None = None) -> Trace:
+def with_events(trace: Trace, since: float, most: int) -> Trace:
     """A repeat with the events that ``film`` needs: those of a summary are simulated again.
 
     Raises ``FigureError`` for more than ``MOST_AGAIN`` collisions.
@@ -210,7 +210,7 @@ def with_events(trace: Trace, since: float, most: int, engine: str | None = None
     if number > MOST_AGAIN:
         needed = f"needs {number:,} collisions simulated again, {MOST_AGAIN:,} at most"
         raise FigureError(f"is a summary, and the film {needed}; choose an earlier --from")
-    return replace(trace, events=simulate(trace.start, collisions=number, engine=engine).events)
+    return replace(trace, events=simulate(trace.start, collisions=number).events)
 
 
 def _at_collisions(trace: Trace, time: Floats, i: Integers, j: Integers) -> Floats:

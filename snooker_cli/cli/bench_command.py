@@ -83,7 +83,7 @@ def hard(
 ) -> None:
     """Simulate and check scenes that could break an engine.
 
-    Both engines simulate them. Everything that must be true is measured beside what rounding alone
+    Everything that must be true is measured beside what rounding alone
     can do. It takes two minutes, and ends with exit code 4 if a case fails. It needs the extra
     `reference`.
     """

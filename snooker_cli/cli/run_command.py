@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -46,11 +46,10 @@ def run(
     executor: Annotated[str, option("NAME", "threads, or dask=tcp://HOST:PORT.")] = "threads",
     fresh: Annotated[bool, flag("--fresh", "Replace all results in the folder.")] = False,
     part: Annotated[str | None, option("K/N", "Only every N-th batch from the K-th on.")] = None,
-    engine: Annotated[Literal["allpairs", "cells"] | None, typer.Option(hidden=True)] = None,
     checkpoint: Annotated[
         float, option("MINUTES", "Save unfinished repeats this often.", min=0)
     ] = CHECKPOINT_INTERVAL / 60,
-    dry_run: Annotated[bool, flag("--dry-run", "Only show the engine, time and disk.")] = False,
+    dry_run: Annotated[bool, flag("--dry-run", "Only show the search, time and disk.")] = False,
     yes: Annotated[bool, flag("--yes", "Allow runs over a week or the free disk space.")] = False,
     as_json: AsJson = False,
     no_progress: Annotated[bool, flag("--no-progress", "No progress bar.")] = False,
@@ -69,8 +68,8 @@ def run(
     cancelled = threading.Event()
     loaded = load(config, override or ())
     with reporting() as show:
-        points, scene_classes = checked(loaded, engine, show)
-    target = Run(out or runs.RUNS / config.stem, loaded.experiment, points, engine)
+        points, scene_classes = checked(loaded, show)
+    target = Run(out or runs.RUNS / config.stem, loaded.experiment, points)
     share, idle = (None, "") if part is None else _share(target, part, fresh)
     cluster = _cluster(executor, jobs, cancelled)
     with cluster or nullcontext():
@@ -157,7 +156,7 @@ def _plan_lines(plan: dict[str, Any], part: str | None) -> Iterator[str]:
             title = f"{counted(len(points), 'point')}, {title} to {point_label(points[-1])}"
         yield ""
         yield f"{title}: {fewest}{counted(balls[-1], 'ball')}, {scenes['to_do']:,} to do"
-        yield f"  engine    {scenes['engine']}"
+        yield f"  search    {scenes['search']}"
         if ratios := [ratio for ratio in scenes["critical_ratios"] if ratio is not None]:
             values = " to ".join(dict.fromkeys(f"{f(ratios):.2g}" for f in (min, max)))
             yield f"  L/L_c     {values}: {theory.CRITICAL}"

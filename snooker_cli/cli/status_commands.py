@@ -70,7 +70,7 @@ def ls(
             *_counts(status, "points", "repeats"),
             size(status["bytes"]),
             _local_time(status["last_file"]),
-            _engine(status),
+            str(status["engine_version"]),
             status["config"],
         ]
         for status in statuses
@@ -126,7 +126,7 @@ def show(
     if content["figures"]:
         contents.append(counted(len(content["figures"]), "figure file"))
     lines = [
-        f"{state}; engine {_engine(content)}, config {content['config']}",
+        f"{state}; engine {content['engine_version']}, config {content['config']}",
         *first(text_table(["point", *COUNT_HEADINGS, "ended"], rows)),
         *first([*remarks], 10, "; --json prints all"),
         *["Run the config with --fresh to end such repeats at the collapse."][: len(hidden)],
@@ -179,11 +179,6 @@ def _show_hashes(opened: Run, point: int | None, repeat: int | None, as_json: bo
 
 def _counts(record: Mapping[str, Any], *before: str) -> list[str]:
     return [f"{record[name]:,}" for name in (*before, *COUNTS, "collisions")]
-
-
-def _engine(record: Mapping[str, Any]) -> str:
-    """The engine version, and the engine's name if it was forced."""
-    return f"{record['engine_version']} {record['engine'] or ''}".rstrip()
 
 
 def _local_time(text: str | None) -> str:

@@ -31,5 +31,5 @@ __all__ = [
 ]
 
 
-ENGINE_VERSION = 9
+ENGINE_VERSION = 10
 """Goes up when the same config may give other bits; results of two versions are never mixed."""

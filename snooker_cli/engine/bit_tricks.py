@@ -13,7 +13,7 @@ import numpy as np
 from snooker_cli.engine.jit import inlined, instruction
 from snooker_cli.engine.kernel_state import Floats
 
-LANES = 8  # times that ``soonest`` looks at together: its array has a multiple of this length
+LANES = 16  # of times that ``soonest`` looks at: its array has a multiple of this length
 
 
 @instruction
@@ -22,6 +22,12 @@ def fused(a: float, b: float, c: float) -> float:
     if not all(map(math.isfinite, (a, b, c))):
         return a * b + c
     return float(Fraction(a) * Fraction(b) + Fraction(c))
+
+
+@instruction
+def next_below(value: float) -> float:
+    """The double before a positive one."""
+    return math.nextafter(value, 0.0)
 
 
 @instruction
@@ -42,26 +48,53 @@ def nonnegative(index: int) -> int:
 
 
 @inlined
-def lesser(a: int, b: int) -> int:
-    """The lesser of two that are not negative, without a branch that would often be mistaken."""
-    over = b - a
-    return a + (over & (over >> 63))
+def earlier(time: float, other: float) -> float:
+    """The lesser of two times: one instruction, where ``min`` has branches for NaN."""
+    return time if time < other else other
+
+
+# The least of many times: a tree with one level. Ball k is in lane k mod LANES. A ball's new time
+# changes the least of its lane; the least of all is then one of LANES.
 
 
 @inlined
-def soonest(times: Floats) -> int:
-    """The ball whose time is earliest, of equal ones the first; times are not negative, nor -0.0.
+def enter_lane(i: int, times: Floats, lanes: Floats) -> None:
+    """Enter the least of ball i's lane."""
+    lane = nonnegative(i) % LANES
+    least = times[lane]
+    for k in range(lane + LANES, len(times), LANES):
+        least = earlier(least, times[k])
+    lanes[lane] = least
 
-    The minimum runs in vector registers. Then a mask of LANES times at once shows where it is.
+
+@inlined
+def enter_lanes(times: Floats, lanes: Floats) -> None:
+    """Enter the least of each lane, in vector registers."""
+    for lane in range(LANES):
+        lanes[lane] = times[lane]
+    for start in range(LANES, len(times), LANES):
+        for lane in range(LANES):
+            lanes[lane] = earlier(lanes[lane], times[start + lane])
+
+
+@inlined
+def soonest(times: Floats, lanes: Floats) -> tuple[int, int, bool]:
+    """A ball whose time is earliest; times are not negative, nor -0.0.
+
+    Then come another with the same time, or -1 if there is none, and whether there are more.
     """
-    bits = times.view(np.int64)
-    least = bits[0]
-    for k in range(len(bits)):
-        least = min(least, bits[k])
-    for start in range(0, len(bits), LANES):
-        mask = 0
-        for k in range(LANES):
-            mask |= 1 << k if bits[start + k] == least else 0
-        if mask != 0:
-            return int(start + lowest_bit(mask))
-    return 0
+    bits, of_lanes = times.view(np.int64), lanes.view(np.int64)
+    least, mask = of_lanes[0], 0
+    for lane in range(LANES):
+        least = min(least, of_lanes[lane])
+    for lane in range(LANES):
+        mask |= 1 << lane if of_lanes[lane] == least else 0
+    first, second, more = -1, -1, False
+    while mask != 0:
+        for k in range(lowest_bit(mask), len(bits), LANES):
+            if bits[k] == least:
+                more = second >= 0
+                second = k if first >= 0 and second < 0 else second
+                first = k if first < 0 else first
+        mask &= mask - 1
+    return first, second, more

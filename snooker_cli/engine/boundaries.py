@@ -10,16 +10,39 @@ from typing import NamedTuple
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.bit_tricks import earlier, enter_lanes
 from snooker_cli.engine.collision import (
-    bounce_sums,
     change_at_circle,
     hit_circle,
     hit_side,
     shares,
 )
 from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_delay
+from snooker_cli.engine.everyone import LANE_TIME, NEXT_TIME, PAIR_TIME, WALL_TIME
+from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
-from snooker_cli.engine.prediction import delay_to_next_hit
+from snooker_cli.engine.prediction import candidates_from, padded_square
+from snooker_cli.engine.restitution import WALL, bounce_sums
+
+LAST_HIT = ks.BALL_ROWS
+"""The element of ``FreeCircle.motion`` with the scene's number of the ball that last hit it."""
+
+
+@inlined
+def image_delay(row: int, length: float, i: int, state: State) -> float:
+    """How long only the nearest image of any other ball can touch ball i, at least; s.
+
+    row : U or V: the axis, along which images are a length (m) apart
+
+    Any other image is half of the length or more away. The margin is for rounding.
+    """
+    balls, fastest, largest = state.balls, 0.0, 0.0
+    for k in range(balls.shape[1]):
+        fastest = max(fastest, abs(balls[row, k]))
+        largest = max(largest, ks.radius_of(state.sizes, k))
+    speed = abs(balls[row, i]) + fastest
+    way = 0.5 * length - (ks.radius_of(state.sizes, i) + largest)
+    return way * (1.0 - 2.0**-30) / speed if speed > 0.0 else NEVER
 
 
 class FixedCircle(NamedTuple):
@@ -27,21 +50,22 @@ class FixedCircle(NamedTuple):
 
     radius: float
 
-    def delay_to_wall(self, i: int, now: float, left_wall: bool, state: State) -> float:
-        balls = state.balls
-        u, v = balls[U, i], balls[V, i]
-        if left_wall:
-            return delay_to_next_hit(self, i, state) - float(now - balls[CLOCK, i])
-        x, y = ks.position(i, now, balls)
-        reach = self.radius - ks.radius_of(state.sizes, i)
-        return wall_delay(x, y, u, v, reach * reach)
+    def filter_time(self, now: float, _later: float) -> float:
+        return now
 
-    def delay_to_next_hit(self, i: int, state: State) -> float:
+    def filter_square(self, distance: float) -> float:
+        return padded_square(distance, self.radius)
+
+    def time_at_wall(self, i: int, state: State) -> float:
         balls = state.balls
-        return chord_delay(balls[X, i], balls[Y, i], balls[U, i], balls[V, i])
+        x, y, u, v, clock = balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i]
+        if ks.hits_in_a_row(i, state) > 0:
+            return float(clock + chord_delay(x, y, u, v))
+        reach = self.radius - ks.radius_of(state.sizes, i)
+        return float(clock + wall_delay(x, y, u, v, reach * reach))
 
     def hit_wall(self, i: int, _now: float, state: State, elastic: bool) -> float:
-        return hit_circle(state.setup.wall_law, i, state, elastic)
+        return hit_circle(i, state, elastic)
 
 
 class FreeCircle(NamedTuple):
@@ -49,7 +73,7 @@ class FreeCircle(NamedTuple):
 
     search_factor : how many times as far contacts are searched as in a fixed circle: other balls
         may push the wall away
-    motion : (BALL_ROWS,), as a column of ``State.balls``
+    motion : (LAST_HIT + 1,), as a column of ``State.balls``, and the ball of the last hit
     """
 
     radius: float
@@ -81,28 +105,23 @@ class FreeCircle(NamedTuple):
         x, y = x - (motion[X] + motion[U] * age), y - (motion[Y] + motion[V] * age)
         return x, y, u - motion[U], v - motion[V]
 
-    def delay_to_wall(self, i: int, now: float, left_wall: bool, state: State) -> float:
-        balls = state.balls
-        u, v = balls[U, i], balls[V, i]
-        if left_wall and self.motion[CLOCK] == balls[CLOCK, i]:  # no ball has hit it since
-            return delay_to_next_hit(self, i, state) - float(now - balls[CLOCK, i])
+    def time_at_wall(self, i: int, state: State) -> float:
+        balls, motion = state.balls, self.motion
+        ball, wall = balls[CLOCK, i], motion[CLOCK]
+        now = ball if ball > wall else wall
         x, y = ks.position(i, now, balls)
-        x, y, u, v = ks.relative(self, x, y, u, v, now)
+        x, y, u, v = ks.relative(self, x, y, balls[U, i], balls[V, i], now)
+        if ks.hits_in_a_row(i, state) > 0 and motion[LAST_HIT] == ks.label_of(i, state.labels):
+            return float(now + chord_delay(x, y, u, v))
         reach = self.radius - ks.radius_of(state.sizes, i)
-        return wall_delay(x, y, u, v, reach * reach)
-
-    def delay_to_next_hit(self, i: int, state: State) -> float:
-        balls = state.balls
-        x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
-        x, y, u, v = ks.relative(self, x, y, u, v, balls[CLOCK, i])
-        return chord_delay(x, y, u, v)
+        return float(now + wall_delay(x, y, u, v, reach * reach))
 
     def hit_wall(self, i: int, now: float, state: State, elastic: bool) -> float:
         balls, motion = state.balls, self.motion
         age = now - motion[CLOCK]
         motion[X] += motion[U] * age
         motion[Y] += motion[V] * age
-        motion[CLOCK] = now
+        motion[CLOCK], motion[LAST_HIT] = now, ks.label_of(i, state.labels)
         x, y, u, v = ks.relative(self, balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now)
         m, change = ks.mass_of(state.sizes, i), change_at_circle(x, y, u, v, state.setup, elastic)
         first, second = shares(change, m, self.mass)
@@ -112,13 +131,19 @@ class FreeCircle(NamedTuple):
         balls[V, i] -= first * y
         return abs(m * first * math.sqrt(x * x + y * y))
 
-    def search_time(self, delay: float) -> float:
-        return delay * self.search_factor
+    def search_until(self, _i: int, now: float, wall_time: float, _state: State) -> float:
+        return now + (wall_time - now) * self.search_factor
 
-    def searched_until(self, time: float, _early: bool) -> float:
-        return time
+    def candidates(
+        self, i: int, now: float, until: float, state: State, start: int, stop: int
+    ) -> int:
+        # Two loops: that after an event of ball i is shorter.
+        if state.balls[CLOCK, i] == now:
+            return candidates_from(True, i, now, until, state, start, stop)
+        return candidates_from(False, i, now, until, state, start, stop)
 
     def predict_walls(self, now: float, state: State, times: Floats) -> None:
+        # The loop of ``time_at_wall``, in vector registers.
         balls, motion = state.balls, self.motion  # whose clock is at now
         xc, yc, uc, vc = motion[X], motion[Y], motion[U], motion[V]
         for k in range(balls.shape[1]):
@@ -126,11 +151,15 @@ class FreeCircle(NamedTuple):
             reach = self.radius - ks.radius_of(state.sizes, k)
             delay = wall_delay(x - xc, y - yc, balls[U, k] - uc, balls[V, k] - vc, reach * reach)
             time = now + delay
-            times[ks.WALL_TIME, k] = time
-            times[ks.NEXT_TIME, k] = min(time, times[ks.PAIR_TIME, k])
+            times[WALL_TIME, k] = time
+            times[NEXT_TIME, k] = earlier(time, times[PAIR_TIME, k])
+        enter_lanes(times[NEXT_TIME], times[LANE_TIME])
 
     def pushed_speed(self, i: int, inward: float, state: State) -> float:
-        m, (_, changes) = ks.mass_of(state.sizes, i), bounce_sums(state.setup.wall_law, inward, 1.0)
+        m, (_, changes) = (
+            ks.mass_of(state.sizes, i),
+            bounce_sums(state.setup.laws[WALL], inward, 1.0),
+        )
         u, v = self.motion[U], self.motion[V]
         pushes = changes * (inward * (m / (m + self.mass)))
         return float(pushes + math.sqrt(u * u + v * v))
@@ -150,11 +179,17 @@ class StraightWalls(NamedTuple):
     half_width: float
     half_height: float
 
-    def delay_to_wall(self, i: int, now: float, _left_wall: bool, state: State) -> float:
-        x, y = ks.position(i, now, state.balls)
-        r = ks.radius_of(state.sizes, i)
-        u, v = state.balls[U, i], state.balls[V, i]
-        return side_delay(x, y, u, v, self.half_width - r, self.half_height - r)
+    def filter_time(self, now: float, _later: float) -> float:
+        return now
+
+    def filter_square(self, distance: float) -> float:
+        return padded_square(distance, self.half_width + self.half_height)
+
+    def time_at_wall(self, i: int, state: State) -> float:
+        balls, r = state.balls, ks.radius_of(state.sizes, i)
+        x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+        delay = side_delay(x, y, u, v, self.half_width - r, self.half_height - r)
+        return float(balls[CLOCK, i] + delay)
 
     def hit_wall(self, i: int, _now: float, state: State, elastic: bool) -> float:
         balls, r = state.balls, ks.radius_of(state.sizes, i)
@@ -162,7 +197,7 @@ class StraightWalls(NamedTuple):
         across = self.half_width - r - (x if u > 0.0 else -x) if u != 0.0 else NEVER
         along = self.half_height - r - (y if v > 0.0 else -y) if v != 0.0 else NEVER
         # The nearest side ahead.
-        return hit_side(state.setup.wall_law, i, bool(across <= along), state, elastic)
+        return hit_side(i, bool(across <= along), state, elastic)
 
 
 class ChannelSides(NamedTuple):
@@ -171,17 +206,25 @@ class ChannelSides(NamedTuple):
     half_width: float
     height: float
 
-    def delay_to_wall(self, i: int, now: float, _left_wall: bool, state: State) -> float:
-        x, _ = ks.position(i, now, state.balls)
-        u, reach = state.balls[U, i], self.half_width - ks.radius_of(state.sizes, i)
+    def time_at_wall(self, i: int, state: State) -> float:
+        x, u = state.balls[X, i], state.balls[U, i]
+        reach = self.half_width - ks.radius_of(state.sizes, i)
         delay = ((reach if u > 0.0 else -reach) - x) / u
-        return max(delay, 0.0) if u != 0.0 else NEVER
+        return float(state.balls[CLOCK, i] + max(delay, 0.0)) if u != 0.0 else NEVER
 
     def hit_wall(self, i: int, _now: float, state: State, elastic: bool) -> float:
-        return hit_side(state.setup.wall_law, i, True, state, elastic)
+        return hit_side(i, True, state, elastic)
 
     def nearest_image(self, x: float, y: float) -> tuple[float, float]:
         return x, y - self.height * np.rint(y / self.height)
+
+    def image_nearest_at(
+        self, x: float, y: float, _way_x: float, way_y: float
+    ) -> tuple[float, float]:
+        return x, y - self.height * np.rint((y + way_y) / self.height)
+
+    def search_until(self, i: int, now: float, wall_time: float, state: State) -> float:
+        return min(wall_time, now + image_delay(V, self.height, i, state))
 
     def same_image(self, _x: float, y: float, _new_x: float, new_y: float) -> bool:
         return bool(np.rint(y / self.height) == np.rint(new_y / self.height))
@@ -200,6 +243,16 @@ class PeriodicSides(NamedTuple):
 
     def nearest_image(self, x: float, y: float) -> tuple[float, float]:
         return x - self.width * np.rint(x / self.width), y - self.height * np.rint(y / self.height)
+
+    def image_nearest_at(
+        self, x: float, y: float, way_x: float, way_y: float
+    ) -> tuple[float, float]:
+        x -= self.width * np.rint((x + way_x) / self.width)
+        return x, y - self.height * np.rint((y + way_y) / self.height)
+
+    def search_until(self, i: int, now: float, _wall_time: float, state: State) -> float:
+        across, up = image_delay(U, self.width, i, state), image_delay(V, self.height, i, state)
+        return now + min(across, up)
 
     def same_image(self, x: float, y: float, new_x: float, new_y: float) -> bool:
         across = np.rint(x / self.width) == np.rint(new_x / self.width)

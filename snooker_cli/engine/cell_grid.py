@@ -15,7 +15,6 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import nonnegative
 from snooker_cli.engine.cell_memory import (
     CELL,
-    FORMER,
     LEAST_MEMBERS,
     LINK_ROWS,
     PLACE,
@@ -23,11 +22,10 @@ from snooker_cli.engine.cell_memory import (
     Mesh,
     Tree,
     room_for,
-    tags_of,
 )
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import by_class, inlined
-from snooker_cli.engine.kernel_state import Flags, Floats, State, U, V
+from snooker_cli.engine.kernel_state import Flags, State, U, V
 from snooker_cli.scene import Scene
 
 CELL_OVER_BALL = 1.0 + 1e-9
@@ -40,10 +38,9 @@ MARGIN = 0.1
 """Way of a free container, in cells, until all is predicted again."""
 
 
-def new_cells(scene: Scene, side: float, balls: Floats, tree: Tree) -> Cells:
+def new_cells(scene: Scene, side: float, tree: Tree) -> Cells:
     """Cells of about a side (m), with room for LEAST_MEMBERS balls each and without members."""
-    mesh, tags = new_mesh(scene, side), tags_of(balls)
-    tags[FORMER] = ks.NO_PARTNER
+    mesh = new_mesh(scene, side)
     at_wall = cells_at_wall(scene, mesh, MARGIN * mesh.width if scene.free else 0.0)
     members, near = room_for(LEAST_MEMBERS, len(at_wall))
     return Cells(
@@ -53,7 +50,6 @@ def new_cells(scene: Scene, side: float, balls: Floats, tree: Tree) -> Cells:
         at_wall=at_wall,
         near=near,
         links=np.zeros((LINK_ROWS, scene.number), dtype=np.int32, order="F"),
-        tags=tags,
         tree=tree,
         margin=None,
     )
@@ -106,7 +102,10 @@ def column_and_row(cell: int, mesh: Mesh) -> tuple[int, int]:
 
 @by_class
 def wrapped(boundary: Any, column: int, row: int, columns: int, rows: int) -> tuple[int, int]:
-    """The column and the row, of those that there are, in a periodic box beyond its sides."""
+    """The column and the row, of those that there are, in a periodic box beyond its sides.
+
+    Of ``ChannelSides``, ``PeriodicSides``.
+    """
     return column, row
 
 

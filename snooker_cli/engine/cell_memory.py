@@ -4,13 +4,13 @@ A large gas waits for memory. So all that others need of a ball is one line of t
 cache: 64 bytes that begin at a multiple of 64. Each column of ``State.balls`` is such a line:
 
     bytes    0    8   16   24   32     40            48             56      60
-    floats   X    Y    U    V   CLOCK  CONTACT_TIME  CROSSING_TIME  (tags)
+    floats   X    Y    U    V   CLOCK  CONTACT_TIME  CROSSING_TIME  (history)
     int32                                                           EVENTS  FORMER
 
-The last eight bytes are no double but two integers of 32 bits. ``Cells.tags`` is the whole line
-read as sixteen of these; its rows 14 and 15 are the two. ``Tree.bits`` are the tree's times read as
-integers of 64 bits, which have the same order (``bit_tricks``). Both are views: writing one changes
-the other. ``Cells.links``, half a line for each ball, has what only the ball itself needs.
+The last eight bytes are no double but two integers of 32 bits: ``State.history``. ``Tree.bits`` are
+the tree's times read as integers of 64 bits, which have the same order (``bit_tricks``). Both are
+views: writing one changes the other. ``Cells.links``, half a line for each ball, has what only the
+ball itself needs.
 """
 
 from typing import Any, NamedTuple
@@ -27,13 +27,10 @@ LINE = 64  # bytes of a line of the processor's cache
 # its cell, s.
 CONTACT_TIME, CROSSING_TIME, CELL_BALL_ROWS = 5, 6, 8
 
-# Rows of ``Cells.tags``: how many events the ball has had, and the ball it last collided with.
-EVENTS, FORMER = 14, 15
-
 # Rows of ``Cells.links``, half a line per ball: the partner of a ball's earliest contact, and its
-# number of events when the contact was predicted; the ball's cell, and its place among the members;
-# its hits of the wall in a row; and whether it is listed in ``Margin.brink``.
-PARTNER, PARTNER_EVENTS, CELL, PLACE, BOUNCES, BRINK, LINK_ROWS = 0, 1, 2, 3, 4, 5, 8
+# number of events when the contact was found; the ball's cell, and its place among the members; and
+# whether it is listed in ``Margin.brink``.
+PARTNER, PARTNER_EVENTS, CELL, PLACE, BRINK, LINK_ROWS = 0, 1, 2, 3, 4, 8
 
 
 class Mesh(NamedTuple):
@@ -67,7 +64,6 @@ class Cells(NamedTuple):
     at_wall : (*c*,), whether a ball can touch the wall from this cell
     near : memory for the balls of nine cells
     links : (LINK_ROWS, *N*)
-    tags : (16, *N*), the memory of ``State.balls``
     margin : ``cells.Margin`` of a free container, or ``None``
     """
 
@@ -77,7 +73,6 @@ class Cells(NamedTuple):
     at_wall: Flags
     near: NDArray[np.uint32]
     links: Indices
-    tags: Indices
     tree: Tree
     margin: Any
 
@@ -89,14 +84,16 @@ def aligned_zeros(number: int) -> Floats:
     return memory[begin : begin + number]
 
 
-def ball_memory(number: int) -> Floats:
-    """(CELL_BALL_ROWS, *number*) ``State.balls`` in which each ball is a line of the cache."""
-    return aligned_zeros(CELL_BALL_ROWS * number).reshape(number, -1).T
+def ball_memory(number: int) -> tuple[Floats, Indices]:
+    """(CELL_BALL_ROWS, *number*) ``State.balls`` in which each ball is a line of the cache.
 
-
-def tags_of(balls: Floats) -> Indices:
-    """The memory of balls as ``Cells.tags``."""
-    return balls.T.view(np.int32).T
+    The second array is the ``State.history`` in it. Its further rows are those of the next ball:
+    so both arrays have a contiguous axis.
+    """
+    memory = aligned_zeros(CELL_BALL_ROWS * (number + 1))
+    lines, ends = memory[:-CELL_BALL_ROWS], memory[CELL_BALL_ROWS - 1 : -1]
+    history = ends.view(np.int32).reshape(number, 2 * CELL_BALL_ROWS)
+    return lines.reshape(number, -1).T, history.T
 
 
 def room_for(capacity: int, number: int) -> tuple[Indices, NDArray[np.uint32]]:

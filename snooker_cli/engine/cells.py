@@ -1,8 +1,8 @@
-"""Many balls: cells to find partners in, and a tournament tree for what comes next.
+"""The search for many balls: in cells, and in the order of a tournament tree.
 
 A ball looks for partners in its own and the eight cells around, and at a crossing in the three on
 the far side (Rapaport, J. Comput. Phys. 34, 184 (1980)). A crossing changes neither position nor
-clock: a replay needs no cells. For the rest see docs/how-it-works.md.
+clock. For the rest see docs/how-it-works.md.
 """
 
 from typing import Any, NamedTuple
@@ -12,80 +12,142 @@ import numpy as np
 from snooker_cli.engine import cell_grid, clock, contact, prediction
 from snooker_cli.engine import cell_memory as cm
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.bit_tricks import lowest_bit, nonnegative
+from snooker_cli.engine.bit_tricks import earlier, lowest_bit, nonnegative
 from snooker_cli.engine.cell_memory import Cells
-from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER
-from snooker_cli.engine.event_queue import first, update
-from snooker_cli.engine.jit import by_class, inlined, kernel
-from snooker_cli.engine.kernel_state import CLOCK, Floats, Indices, Recorded, State, U, V, X, Y
-from snooker_cli.engine.prediction import BLOCK, delay_to_wall
-from snooker_cli.engine.prefetch import LARGE, fetch_ahead, no_chains
-from snooker_cli.engine.sampling import Grid, next_sample, sample_until
+from snooker_cli.engine.event_loop import STOPS
+from snooker_cli.engine.event_queue import first, next_equal, update
+from snooker_cli.engine.everyone import first_comes
+from snooker_cli.engine.jit import by_class, helper, inlined, kernel
+from snooker_cli.engine.kernel_state import (
+    CLOCK,
+    EVENTS,
+    Floats,
+    Indices,
+    Integers,
+    State,
+    U,
+    V,
+    X,
+    Y,
+)
+from snooker_cli.engine.prediction import BLOCK, next_hit
+from snooker_cli.engine.prefetch import CROSSINGS, LARGE, fetch_ahead
 
 CROSSINGS_AT_ONCE = 1_000_000
 """Crossings after which the kernel returns, so that a repeat with few events can be stopped too."""
 
+
+class Neighbours(NamedTuple):
+    """What each ball does next. The event loop calls its methods, as those of ``Everyone``.
+
+    progress : (PROGRESS,), crossings since the kernel was called, and how far ``prefetch`` is
+    begun : (1,), s, since when that looks ahead
+    """
+
+    cells: Cells
+    progress: Integers
+    begun: Floats
+
+    def next_entry(self, state: State) -> tuple[int, int, float]:
+        balls, cells, tree = state.balls, self.cells, self.cells.tree
+        while True:
+            i, second, more = first(tree.bits)
+            now = tree.times[1]
+            valid_until = before_renewal(cells.margin, now)
+            if valid_until == NEVER or valid_until > state.sums[ks.TIME_LIMIT]:
+                return i, ks.SEARCH_AGAIN, valid_until
+            if valid_until < now:
+                return i, STOPS - clock.OUT_OF_MARGIN, now
+            if second >= 0 and (more or not is_same_contact(i, second, now, state, cells)):
+                i = first_of_equal(i, now, state, cells)
+            if balls.shape[1] >= LARGE:
+                fetch_ahead(now, self.progress, self.begun, state, cells)
+            if balls[cm.CONTACT_TIME, i] <= now:
+                return i, certain_partner(i, state, cells), now
+            if self.progress[CROSSINGS] == CROSSINGS_AT_ONCE:
+                return i, STOPS - clock.FULL, now
+            self.progress[CROSSINGS] += 1
+            if not cross(i, now, state, cells):
+                return i, STOPS - clock.CELL_FULL, now
+            enqueue(i, balls, cells)
+
+    def predict(self, i: int, j: int, happened: bool, now: float, state: State) -> None:
+        cells = self.cells
+        # A lower bound of a free wall's hit has come up; now find it exactly.
+        exact = not happened and cells.links[cm.PARTNER, i] == ks.SEARCH_AGAIN
+        if happened and j == ks.NO_PARTNER:
+            push(cells.margin, now, state, cells)
+        # One loop, because copies of this code cost time.
+        for turn in range(2 if happened and j >= 0 else 1):
+            k = nonnegative(i if turn == 0 else j)
+            if happened:
+                predict_crossing(k, now, state, cells)
+            predict_contact(k, now, exact, state, cells)
+            enqueue(k, state.balls, cells)
+
+
 # Partners
-
-
-@by_class
-def same_image(boundary: Any, x: float, y: float, new_x: float, new_y: float) -> bool:
-    """Whether two offsets of a ball have the same image of it as the nearest."""
-    return True
-
-
-@inlined
-def parted_from(i: int, now: float, balls: Floats, tags: Indices, boundary: Any) -> int:
-    """The ball that ball i parted from in the last event of both and cannot meet, or NO_PARTNER."""
-    k = tags[cm.FORMER, i]
-    if k < 0 or tags[cm.FORMER, k] != i:
-        return ks.NO_PARTNER
-    # Of two that part, other images may become the nearest, and these may meet.
-    x, y = balls[X, k] - balls[X, i], balls[Y, k] - balls[Y, i]
-    age = now - balls[CLOCK, i]  # and of ball k: they had their last event together
-    xn, yn = x + (balls[U, k] - balls[U, i]) * age, y + (balls[V, k] - balls[V, i]) * age
-    if not same_image(boundary, x, y, xn, yn):
-        return ks.NO_PARTNER
-    return int(k)
 
 
 @inlined
 def nearest(
-    i: int, now: float, gathered: int, delay: float, partner: int, state: State, cells: Cells
+    i: int, now: float, gathered: int, time: float, partner: int, state: State, cells: Cells
 ) -> tuple[float, int]:
-    """When ball i first touches one of those gathered near, and which, if before ``delay``."""
+    """When ball i first touches one of those gathered near, s, and which, if before ``time``.
+
+    Of contacts at one time, that with the lesser ball in the scene's numbers is first.
+    """
     balls, near, boundary = state.balls, cells.near, state.boundary
-    parted = parted_from(i, now, balls, cells.tags, boundary)
-    x, y = ks.position(i, now, balls)
-    u, v = balls[U, i], balls[V, i]
-    # As many as fill vectors: ball i, which never meets itself, makes up for what is missing.
+    parted = prediction.cannot_meet(i, now, state)
+    x, y, u, v, own = balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i]
+    # As many as fill vectors; bits of what is too many are cleared.
     gathered = nonnegative(gathered)
     for place in range(3):
         near[gathered + place] = i
-    gathered = (gathered + 3) & ~3
-    for start in range(0, gathered, BLOCK):
-        twice = 2.0 * delay
+    filled = (gathered + 3) & ~3
+    several = False
+    for start in range(0, filled, BLOCK):
         mask = 0
-        for place in range(start, min(start + BLOCK, gathered)):
+        for place in range(start, min(start + BLOCK, filled)):
             k = near[place]
-            d = ks.contact_distance(state.sizes, i, k)
-            xk, yk = ks.position(k, now, balls)
-            xk, yk = ks.nearest_image(boundary, xk - x, yk - y)
-            uk, vk = balls[U, k], balls[V, k]
-            may = contact.may_touch(xk, yk, uk - u, vk - v, d * d, twice) & (k != parted)
+            d, its = ks.contact_distance(state.sizes, i, k), balls[CLOCK, k]
+            since = prediction.filter_time(boundary, now, own if own > its else its)
+            own_age, later = since - own, now - since
+            xk, yk = ks.position(k, since, balls)
+            uk, vk = balls[U, k] - u, balls[V, k] - v
+            xk, yk = ks.image_nearest_at(
+                boundary, xk - (x + u * own_age), yk - (y + v * own_age), uk * later, vk * later
+            )
+            twice = prediction.twice_ahead(time, since)
+            square = prediction.filter_square(boundary, d)
+            may = contact.may_touch(xk, yk, uk, vk, square, twice) & (k != parted)
             mask |= int(may) << (place - start)
+        mask &= (1 << min(gathered - start, BLOCK)) - 1
         while mask != 0:
             k = near[start + lowest_bit(mask)]
             mask &= mask - 1
-            d = ks.contact_distance(state.sizes, i, k)
-            xk, yk = ks.position(k, now, balls)
-            xk, yk = ks.nearest_image(boundary, xk - x, yk - y)
-            uk, vk = balls[U, k], balls[V, k]
-            its_delay = contact.pair_delay(xk, yk, uk - u, vk - v, d * d)
-            if its_delay < delay:
-                delay, partner = its_delay, k
-    return delay, partner
+            its_time = prediction.contact_time(i, k, now, state)
+            several |= its_time == time
+            if its_time < time:
+                time, partner = its_time, int(k)
+        if several and partner >= 0:
+            partner = least_of_equal(i, now, gathered, time, partner, state, cells)
+    return time, partner
+
+
+@helper
+def least_of_equal(
+    i: int, now: float, gathered: int, time: float, partner: int, state: State, cells: Cells
+) -> int:
+    """Of a partner and gathered balls that touch ball i at a time, s, the least by number."""
+    labels, parted = state.labels, prediction.cannot_meet(i, now, state)
+    for place in range(gathered):
+        k = int(cells.near[place])
+        is_less = k != parted and ks.label_of(k, labels) < ks.label_of(partner, labels)
+        if is_less and prediction.contact_time(i, k, now, state) == time:
+            partner = k
+    return partner
 
 
 # The wall
@@ -95,19 +157,27 @@ def nearest(
 def wall_contact(
     margin: Any, i: int, now: float, exact: bool, state: State, cells: Cells
 ) -> tuple[float, int]:
-    """Time until ball i hits the wall, s, and NO_PARTNER; or SEARCH_AGAIN if that may be early."""
-    left_wall = bool(cells.links[cm.BOUNCES, i] > 0)
-    return delay_to_wall(state.boundary, i, now, left_wall, state), ks.NO_PARTNER
+    """When ball i hits the wall, s, and NO_PARTNER; or SEARCH_AGAIN, and a time before that.
+
+    Of ``Margin``.
+    """
+    return next_hit(i, state), ks.NO_PARTNER
 
 
 @by_class
 def push(margin: Any, now: float, state: State, cells: Cells) -> None:
-    """Predict again what the new velocity of a free container changes."""
+    """Predict again what the new velocity of a free container changes.
+
+    Of ``Margin``.
+    """
 
 
 @by_class
 def before_renewal(margin: Any, time: float) -> float:
-    """The time, or when a free container may leave its margin, if that is earlier; s."""
+    """The time, or when a free container may leave its margin, if that is earlier; s.
+
+    Of ``Margin``.
+    """
     return time
 
 
@@ -118,9 +188,10 @@ CENTRE_X, CENTRE_Y, WIDTH, UNTIL = range(4)
 class Margin(NamedTuple):
     """Where a free container may be until everything is predicted again.
 
-    Predictions use its place at the last renewal, and a wall that is nearer by the margin. Such a
-    hit comes too early, and is predicted exactly when it comes up. Only balls within the margin,
-    which are at the brink, are predicted exactly at once, and again after each push.
+    Predictions use its place at the last renewal, and a wall that is nearer by the margin, and a
+    little more for rounding. Such a hit comes too early, and is predicted exactly when it comes up.
+    Only balls within the margin, which are at the brink, are predicted exactly at once, and again
+    after each push.
 
     place : (4,), the centre's coordinates (m), how far it may be from there (m), until when (s)
     brink : (*N*,), the balls whose hit has been predicted exactly since the last push
@@ -138,16 +209,15 @@ class Margin(NamedTuple):
         x, y = ks.position(i, now, state.balls)
         x, y = x - place[CENTRE_X], y - place[CENTRE_Y]
         reach = state.boundary.radius - ks.radius_of(state.sizes, i)
-        near = max(reach - place[WIDTH], 0.0)
+        near = max(reach - place[WIDTH] * (1.0 + 2.0**-20), 0.0)
         if not exact and x * x + y * y < near * near:
             u, v = state.balls[U, i], state.balls[V, i]
-            return contact.wall_delay(x, y, u, v, near * near), ks.SEARCH_AGAIN
+            return now + contact.wall_delay(x, y, u, v, near * near), ks.SEARCH_AGAIN
         if links[cm.BRINK, i] == 0:
             links[cm.BRINK, i] = 1
             self.brink[self.brinks[0]] = i
             self.brinks[0] += 1
-        left_wall = bool(links[cm.BOUNCES, i] > 0)
-        return delay_to_wall(state.boundary, i, now, left_wall, state), ks.NO_PARTNER
+        return next_hit(i, state), ks.NO_PARTNER
 
     def push(self, now: float, state: State, cells: Cells) -> None:
         place, motion = self.place, state.boundary.motion
@@ -157,8 +227,8 @@ class Margin(NamedTuple):
         for k in range(self.brinks[0]):
             i = self.brink[k]
             cells.links[cm.BRINK, i] = 0
-            enter_contact(i, now, ks.SEARCH_AGAIN, state.balls, cells)
-            enqueue(i, now, state.balls, cells)
+            enter_contact(i, now, ks.SEARCH_AGAIN, state, cells)
+            enqueue(i, state.balls, cells)
         self.brinks[0] = 0
 
     def before_renewal(self, time: float) -> float:
@@ -168,7 +238,7 @@ class Margin(NamedTuple):
 def with_margin(cells: Cells, motion: Floats, now: float) -> Cells:
     """The cells round the place of a free container at a time (s), with a margin."""
     mesh, width = cells.mesh, cell_grid.MARGIN * cells.mesh.width
-    x, y, u, v, clock = motion
+    x, y, u, v, clock = motion[: ks.BALL_ROWS]
     x, y = x + u * (now - clock), y + v * (now - clock)
     until = now + contact.wall_delay(0.0, 0.0, u, v, width * width)
     return cells._replace(
@@ -187,41 +257,87 @@ def with_margin(cells: Cells, motion: Floats, now: float) -> Cells:
 
 
 @inlined
-def enter_contact(i: int, time: float, partner: int, balls: Floats, cells: Cells) -> None:
-    balls[cm.CONTACT_TIME, i] = time
+def enter_contact(i: int, time: float, partner: int, state: State, cells: Cells) -> None:
+    state.balls[cm.CONTACT_TIME, i] = time
     cells.links[cm.PARTNER, i] = partner
     if partner >= 0:
-        cells.links[cm.PARTNER_EVENTS, i] = cells.tags[cm.EVENTS, partner]
+        cells.links[cm.PARTNER_EVENTS, i] = state.history[EVENTS, partner]
 
 
 @inlined
-def enqueue(i: int, now: float, balls: Floats, cells: Cells) -> None:
-    """Queue ball i's earliest event: its contact or a crossing; none is in the past."""
-    time = min(balls[cm.CONTACT_TIME, i], balls[cm.CROSSING_TIME, i])
-    update(i, max(time, now), cells.tree)
+def certain_partner(i: int, state: State, cells: Cells) -> int:
+    """The ball or the wall of ball i's contact; SEARCH_AGAIN if it had an event, or is unknown."""
+    j = int(cells.links[cm.PARTNER, i])
+    if j >= 0:
+        is_fresh = cells.links[cm.PARTNER_EVENTS, i] == state.history[EVENTS, j]
+        return j if is_fresh else ks.SEARCH_AGAIN
+    return max(j, ks.SEARCH_AGAIN)
+
+
+@inlined
+def enqueue(i: int, balls: Floats, cells: Cells) -> None:
+    """Queue ball i's earliest event: its contact or a crossing."""
+    update(i, earlier(balls[cm.CONTACT_TIME, i], balls[cm.CROSSING_TIME, i]), cells.tree)
+
+
+@inlined
+def is_same_contact(i: int, k: int, now: float, state: State, cells: Cells) -> bool:
+    """Whether balls i and k, whose entries have one time, have each other as partners."""
+    balls, links = state.balls, cells.links
+    both = links[cm.PARTNER, i] == k and links[cm.PARTNER, k] == i
+    return bool(both and balls[cm.CONTACT_TIME, i] <= now and balls[cm.CONTACT_TIME, k] <= now)
+
+
+@helper
+def first_of_equal(i: int, now: float, state: State, cells: Cells) -> int:
+    """Of the balls with the earliest time, of which ball i is the first, that which is first.
+
+    That is one which crosses, or has to search again, if there is any. Else ties go by: the wall,
+    the lesser ball, the greater ball, in the scene's numbers.
+    """
+    labels, bits = state.labels, cells.tree.bits
+    best, lesser, greater, k = i, ks.NO_LIMIT, ks.NO_LIMIT, i
+    while k >= 0:
+        if state.balls[cm.CONTACT_TIME, k] > now:
+            return k
+        partner = certain_partner(k, state, cells)
+        if partner == ks.SEARCH_AGAIN:
+            return k
+        a, b = ks.label_of(k, labels), ks.label_of(partner, labels)
+        if b >= 0:
+            a, b = min(a, b), max(a, b)
+        if first_comes(a, b, lesser, greater):
+            best, lesser, greater = k, a, b
+        k = next_equal(k, bits)
+    return best
 
 
 @inlined
 def predict_crossing(i: int, now: float, state: State, cells: Cells) -> None:
-    """Enter when ball i leaves its cell."""
+    """Enter when ball i leaves its cell; not before now."""
     across, up = cell_grid.crossing_delays(i, now, state, cells)
-    state.balls[cm.CROSSING_TIME, i] = now + min(across, up)
+    state.balls[cm.CROSSING_TIME, i] = now + max(min(across, up), 0.0)
 
 
 @inlined
 def predict_contact(i: int, now: float, exact: bool, state: State, cells: Cells) -> None:
     """Enter ball i's earliest contact, with a ball or with the wall."""
     cell = nonnegative(cells.links[cm.CELL, i])
-    delay, partner = NEVER, ks.SEARCH_AGAIN
+    time, partner = NEVER, ks.SEARCH_AGAIN
     if cells.at_wall[cell]:
-        delay, partner = wall_contact(cells.margin, i, now, exact, state, cells)
+        time, partner = wall_contact(cells.margin, i, now, exact, state, cells)
     column, row = cell_grid.column_and_row(cell, cells.mesh)
-    gathered = 0
+    gathered, own = 0, 0
     for up in range(-1, 2):
         for right in range(-1, 2):
+            if up == 0 and right == 0:
+                own = gathered + cells.links[cm.PLACE, i]
             gathered = cell_grid.collect(gathered, column + right, row + up, cells, state.boundary)
-    delay, partner = nearest(i, now, gathered, delay, partner, state, cells)
-    enter_contact(i, now + delay, partner, state.balls, cells)
+    # All but ball i itself.
+    gathered -= 1
+    cells.near[nonnegative(own)] = cells.near[nonnegative(gathered)]
+    time, partner = nearest(i, now, gathered, time, partner, state, cells)
+    enter_contact(i, time, partner, state, cells)
 
 
 @inlined
@@ -241,20 +357,21 @@ def cross(i: int, now: float, state: State, cells: Cells) -> bool:
     cell_grid.put_into(i, new, cells)
     column, row = cell_grid.column_and_row(new, mesh)
     side = mesh.width if across else mesh.height
-    balls[cm.CROSSING_TIME, i] = now + min(side / abs(w), upwards if across else sideways)
-    before = balls[cm.CONTACT_TIME, i] - now
-    delay, partner = before, ks.NO_PARTNER  # entered only if something is earlier
+    delay = min(side / abs(w), upwards if across else sideways)
+    balls[cm.CROSSING_TIME, i] = now + max(delay, 0.0)
+    former_time, former = balls[cm.CONTACT_TIME, i], int(cells.links[cm.PARTNER, i])
+    time, partner = former_time, former  # entered only if something else is first
     if cells.at_wall[new]:
         wall, wall_partner = wall_contact(cells.margin, i, now, False, state, cells)
-        if wall < delay:
-            delay, partner = wall, wall_partner
+        if wall <= time:
+            time, partner = wall, wall_partner
     gathered = 0
     for along in range(-1, 2):
         x, y = (right, along) if across else (along, up)
         gathered = cell_grid.collect(gathered, column + x, row + y, cells, state.boundary)
-    delay, partner = nearest(i, now, gathered, delay, partner, state, cells)
-    if delay < before:
-        enter_contact(i, now + delay, partner, balls, cells)
+    time, partner = nearest(i, now, gathered, time, partner, state, cells)
+    if time < former_time or partner != former:
+        enter_contact(i, time, partner, state, cells)
     return True
 
 
@@ -273,114 +390,6 @@ def fill(now: float, state: State, cells: Cells) -> bool:
             return False
         cell_grid.put_into(i, cell, cells)
         predict_crossing(i, now, state, cells)
-        enter_contact(i, now, ks.NOT_SEARCHED, balls, cells)
-        enqueue(i, now, balls, cells)
+        enter_contact(i, now, ks.NOT_SEARCHED, state, cells)
+        enqueue(i, balls, cells)
     return True
-
-
-# Events
-
-
-@inlined
-def is_stale(i: int, j: int, cells: Cells) -> bool:
-    """Whether ball i has no contact now: its partner had an event since, or it found none."""
-    if j >= 0:
-        return bool(cells.links[cm.PARTNER_EVENTS, i] != cells.tags[cm.EVENTS, j])
-    return j != ks.NO_PARTNER
-
-
-@inlined
-def after_hit(i: int, j: int, now: float, state: State, cells: Cells) -> bool:
-    """Note a collision of ball i with j, or with the wall; whether i is trapped there for good."""
-    links, tags, setup = cells.links, cells.tags, state.setup
-    tags[cm.EVENTS, i] += 1
-    tags[cm.FORMER, i] = j
-    if j != ks.NO_PARTNER:
-        tags[cm.EVENTS, j] += 1
-        tags[cm.FORMER, j] = i
-        links[cm.BOUNCES, i] = links[cm.BOUNCES, j] = 0
-        return False
-    links[cm.BOUNCES, i] += 1
-    push(cells.margin, now, state, cells)
-    bounces = links[cm.BOUNCES, i]
-    often = bounces > 1 or prediction.may_stay(setup.wall_law)
-    if prediction.is_endless(setup.wall_law, bounces):
-        return True
-    if setup.traps and often and bounces & (bounces - 1) == 0:  # after 2, 4, 8 … bounces
-        lasts = prediction.bouncing_time(i, now, state)
-        return prediction.is_trapped(i, now, lasts, False, state)
-    return False
-
-
-@inlined
-def predict(i: int, j: int, happened: bool, now: float, state: State, cells: Cells) -> None:
-    """Predict what ball i, and after a collision ball j, do next.
-
-    The loop predicts here alone, because copies of this code cost time.
-    """
-    for turn in range(2 if happened and j != ks.NO_PARTNER else 1):
-        k = nonnegative(i if turn == 0 else j)
-        if happened:
-            predict_crossing(k, now, state, cells)
-        # SEARCH_AGAIN: a lower bound of a free wall's hit has come up; now find it exactly.
-        predict_contact(k, now, j == ks.SEARCH_AGAIN, state, cells)
-        enqueue(k, now, state.balls, cells)
-
-
-# What the loop does, an event or a crossing in each turn:
-#
-#   i, now = the ball whose contact or crossing comes first: the root of the tournament tree
-#   stop if there is none, or if the time limit comes first, or if a free container left its margin
-#   a crossing: move i into the next cell, look for partners on the far side, take the next turn
-#   j = the partner of i's contact, or the wall; j is stale if it has had another event since
-#   unless j is stale: fill the rows of the summary up to now; bring i and j to now, change their
-#       velocities; count and record the event; push a free container
-#   predict the next crossing and contact of i and j; only the contact of i if j is stale
-#   stop if i is trapped at the wall, or if the clock stands still
-@kernel
-def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid | None, limit: int) -> int:
-    """Simulate at most ``limit`` events; why it stopped. Ties go by time and ball."""
-    balls, tree = state.balls, cells.tree
-    large, chains = balls.shape[1] >= LARGE, no_chains(tree.bits)
-    crossings = filled = 0
-    sample_time = NEVER
-    if grid is not None:
-        sample_time = next_sample(grid, state.sums)
-    while filled < limit:
-        i = first(tree.bits)
-        now = tree.times[1]
-        valid_until = before_renewal(cells.margin, now)
-        if valid_until == NEVER:
-            return clock.NOTHING_LEFT
-        if valid_until > state.sums[ks.TIME_LIMIT]:
-            return clock.TIME
-        if valid_until < now:
-            return clock.OUT_OF_MARGIN
-        if large:
-            chains = fetch_ahead(now, chains, state, cells)
-        if balls[cm.CONTACT_TIME, i] > now:
-            if crossings == CROSSINGS_AT_ONCE:
-                return clock.FULL
-            crossings += 1
-            if not cross(i, now, state, cells):
-                return clock.CELL_FULL
-            enqueue(i, now, balls, cells)
-            continue
-        j = cells.links[cm.PARTNER, i]
-        trapped, happens = False, not is_stale(i, j, cells)
-        if happens:
-            if grid is not None and now > sample_time:
-                sample_time = sample_until(now, grid, state)
-            clock.begin_event(i, j, now, state)
-            size = collide(state.account, i, j, now, state)
-            count(i, j, size, state)
-            if grid is None:
-                record(recorded, filled, i, j, now, size, state.labels)
-            filled += 1
-            trapped = after_hit(i, j, now, state, cells)
-        predict(i, j, happens, now, state, cells)
-        if trapped:
-            return clock.WALL_TRAP
-        if clock.has_collapsed(state):
-            return clock.COLLAPSE
-    return clock.FULL

@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.bit_tricks import next_below
 from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import Floats, State
 from snooker_cli.trace import Events
@@ -20,11 +21,13 @@ LEAST_EVENTS, EVENTS_PER_BALL = 16384, 64
 """Events of an epoch, at least and per ball: to begin an epoch then costs nothing."""
 
 
+@inlined
 def length(number: int) -> int:
     """Events of an epoch with this many balls."""
     return max(LEAST_EVENTS, EVENTS_PER_BALL * number)
 
 
+@inlined
 def following(epoch: float, now: float) -> tuple[float, float]:
     """The epoch that begins when clocks show ``now`` (s), and the shift that sets them back.
 
@@ -32,7 +35,7 @@ def following(epoch: float, now: float) -> tuple[float, float]:
     """
     new = epoch + now
     while new - epoch > now:
-        new = math.nextafter(new, 0.0)
+        new = next_below(new)
     return new, new - epoch
 
 
@@ -57,8 +60,8 @@ def clocks(epoch: float, events: Events) -> Floats:
 # Endings
 
 # Answers of ``advance``; TIME to IDLE have the places that they have in ``StopReason``. After
-# FULL the repeat continues with the next chunk. The last two are for ``InCells``: make cells
-# larger, or put them round the container's new place.
+# FULL the repeat continues with the next chunk. The last two are for ``AmongNeighbours``: make
+# cells larger, or put them round the container's new place.
 FULL, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, CELL_FULL, OUT_OF_MARGIN = range(8)
 
 CLOCK_DIGITS = 4 * 2.0**-52

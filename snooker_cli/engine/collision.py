@@ -1,6 +1,6 @@
 """What happens in a collision: two balls, or a ball and the wall, exchange an impulse.
 
-Both engines and the replay of a trace use ``collide``, so a replay has the engine's bits.
+The event loop and the replay of a trace use ``collide``, so a replay has the same bits.
 """
 
 import math
@@ -8,7 +8,6 @@ from typing import Any
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import fused
-from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import by_class, helper, inlined
 from snooker_cli.engine.kernel_state import (
     CLOCK,
@@ -22,7 +21,19 @@ from snooker_cli.engine.kernel_state import (
     X,
     Y,
 )
-from snooker_cli.laws import Law
+from snooker_cli.engine.restitution import (
+    BOTTOM,
+    KIND,
+    LEFT,
+    PAIR,
+    RIGHT,
+    TEMPERATURE,
+    THERMAL,
+    TOP,
+    WALL,
+    kick,
+    leave,
+)
 
 # The change of velocity
 
@@ -48,42 +59,6 @@ def is_slow(x: float, y: float, u: float, v: float, speed: float) -> bool:
     return normal * normal < speed * speed * (x * x + y * y)
 
 
-@by_class
-def kick(law: Law, normal: float, length: float) -> float:
-    """The change of the normal speed in a hit, over a length (m): a method in ``laws``."""
-    raise NotImplementedError
-
-
-@by_class
-def elastic_kick(law: Law, normal: float, length: float) -> float:
-    """``kick`` in a hit of the wall that a rule of ``collapse`` makes elastic.
-
-    A wall that gives energy needs no such rule, and has no such hits.
-    """
-    return 2.0 * normal
-
-
-@by_class
-def recoil(law: Law, normal: float, length: float, elastic: bool) -> float:
-    """The change in a hit of a circle whose normal speed is negative by rounding.
-
-    A chord may be shorter than the rounding of its place. Then a ball seems to move inwards at its
-    end. It leaves inwards as after the opposite speed.
-    """
-    back = elastic_kick(law, -normal, length) if elastic else kick(law, -normal, length)
-    return 2.0 * normal + back
-
-
-@by_class
-def bounce_sums(law: Law, normal: float, length: float) -> tuple[float, float]:
-    """What infinitely many hits after one with this normal speed add up to, at most.
-
-    Two numbers: the normal speed over the sum of all normal speeds, and the sum of all changes over
-    the normal speed. No ball is trapped with a law that lacks these sums.
-    """
-    return 0.0, NEVER
-
-
 @inlined
 def shares(change: float, m: float, n: float) -> tuple[float, float]:
     """The change divided between masses m and n, in proportion n to m; n may be infinite."""
@@ -104,7 +79,7 @@ def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
     length, normal = math.sqrt(x * x + y * y), normal_part(x, y, u, v)
     # Of velocity, over (x, y).
-    change = 2.0 * normal if elastic else kick(setup.pair_law, normal, length)
+    change = kick(setup.laws[PAIR], normal, length, elastic)
     m = ks.mass_of(state.sizes, i)
     first, second = shares(change, m, ks.mass_of(state.sizes, j))
     balls[U, i] -= first * x
@@ -116,14 +91,15 @@ def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
 
 @inlined
 def change_at_circle(x: float, y: float, u: float, v: float, setup: Setup, elastic: bool) -> float:
-    """The change of a relative velocity (u, v) in a hit of a circle at (x, y), over (x, y)."""
+    """The change of a relative velocity (u, v) in a hit of a circle at (x, y), over (x, y).
+
+    A chord may be shorter than the rounding of its place. Then a ball seems to move inwards at its
+    end. It leaves inwards as after the opposite speed.
+    """
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
     normal, length = normal_part(x, y, u, v), math.sqrt(x * x + y * y)
-    if normal <= 0.0:
-        return recoil(setup.wall_law, normal, length, elastic)
-    if elastic:
-        return elastic_kick(setup.wall_law, normal, length)
-    return kick(setup.wall_law, normal, length)
+    change = kick(setup.laws[WALL], abs(normal), length, elastic)
+    return change if normal > 0.0 else 2.0 * normal + change
 
 
 @by_class
@@ -131,38 +107,51 @@ def hit_wall(boundary: Any, i: int, now: float, state: State, elastic: bool) -> 
     """Collide ball i, at the present, with the wall; the impulse (1 + e) mu |v_n|, kg m/s.
 
     mu is the reduced mass of the ball and a free container, or the ball's mass if it is fixed.
+
+    Of ``FixedCircle``, ``FreeCircle``, ``StraightWalls``, ``ChannelSides``, ``SlidingCircle``.
     """
     return 0.0
 
 
-@by_class
-def hit_circle(law: Law, i: int, state: State, elastic: bool) -> float:
+@inlined
+def hit_circle(i: int, state: State, elastic: bool) -> float:
     """Collide ball i with a fixed circular wall; the impulse (1 + e) m |v_n|, kg m/s."""
     balls = state.balls
     x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+    if state.setup.laws[WALL, KIND] == THERMAL:
+        return leave(i, x, y, state.setup.laws[WALL, TEMPERATURE], state)
     change = change_at_circle(x, y, u, v, state.setup, elastic)
     balls[U, i] -= change * x
     balls[V, i] -= change * y
     return float(abs(ks.mass_of(state.sizes, i) * change * math.sqrt(x * x + y * y)))
 
 
-@by_class
-def hit_side(law: Law, i: int, across: bool, state: State, elastic: bool) -> float:
+@inlined
+def hit_side(i: int, across: bool, state: State, elastic: bool) -> float:
     """Collide ball i with the straight wall ahead of it; the impulse (1 + e) m |v_n|, kg m/s.
 
     across : whether this is the left or the right one
     """
     balls, row = state.balls, U if across else V
     normal = balls[row, i]
+    first, second = (LEFT, RIGHT) if across else (BOTTOM, TOP)
+    law = state.setup.laws[second if normal > 0.0 else first]
+    if law[KIND] == THERMAL:
+        ahead = math.copysign(1.0, normal)
+        x, y = (ahead, 0.0) if across else (0.0, ahead)
+        return leave(i, x, y, law[TEMPERATURE], state)
     elastic = elastic or abs(normal) < state.setup.elastic_below
-    change = elastic_kick(law, abs(normal), 1.0) if elastic else kick(law, abs(normal), 1.0)
+    change = kick(law, abs(normal), 1.0, elastic)
     balls[row, i] -= math.copysign(change, normal)
     return float(ks.mass_of(state.sizes, i) * change)
 
 
 @by_class
 def slide(boundary: Any, i: int, now: float, state: State) -> float:
-    """Bring ball i to where it begins to slide, or slides, now; its impulse on the way, kg m/s."""
+    """Bring ball i to where it begins to slide, or slides, now; its impulse on the way, kg m/s.
+
+    Of ``SlidingCircle``.
+    """
     return 0.0
 
 
@@ -204,13 +193,25 @@ def move(i: int, now: float, state: State) -> None:
     balls[CLOCK, i] = now
 
 
-@by_class
-def collide(account: Any, i: int, j: int, now: float, state: State) -> float:
+@inlined
+def collide(i: int, j: int, now: float, state: State) -> float:
     """Bring balls i and j to the present and collide them; the impulse, kg m/s.
 
-    account : ``state.account``; an account of the energy also notes what the collision changed
     j : NO_PARTNER for a collision with the wall
     """
+    balls, k = state.balls, max(j, 0)
+    u_i, v_i, u_k, v_k = balls[U, i], balls[V, i], balls[U, k], balls[V, k]
+    impulse = exchange(i, j, now, state)
+    if len(state.account) > 0:
+        note_gain(i, j < 0, u_i, v_i, state)
+        if j >= 0:
+            note_gain(k, False, u_k, v_k, state)
+    return impulse
+
+
+@inlined
+def exchange(i: int, j: int, now: float, state: State) -> float:
+    """``collide``, without an account of the energy."""
     balls, sums, counts = state.balls, state.sums, state.counts
     done = counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS]
     if state.setup.contact_path > 0.0 and done % balls.shape[1] == 0:
@@ -222,6 +223,27 @@ def collide(account: Any, i: int, j: int, now: float, state: State) -> float:
     elastic = elastic or in_contact(j, now, balls, sums)
     move(j, now, state)
     return hit_pair(i, j, state, elastic)
+
+
+# Sums
+
+
+@helper
+def note_gain(i: int, by_wall: bool, u: float, v: float, state: State) -> None:
+    """Add to the account what ball i, which had the velocity (u, v), gained in a collision.
+
+    With the energy at the start, the account gives the balls' energy at any time, but for rounding.
+    """
+    account, balls = state.account, state.balls
+    now_u, now_v = balls[U, i], balls[V, i]
+    twice = (now_u - u) * (now_u + u) + (now_v - v) * (now_v + v)
+    gained = 0.5 * ks.mass_of(state.sizes, i) * twice
+    row, size = (ks.FROM_WALLS, gained) if by_wall else (ks.LOST, -gained)
+    before = account[row]
+    after = before + size
+    added = after - before
+    account[row] = after
+    account[row + ks.ACCOUNT_REST] += (before - (after - added)) + (size - added)  # TwoSum
 
 
 @inlined

@@ -32,20 +32,22 @@ def pair_delay(x: float, y: float, u: float, v: float, contact_squared: float) -
 
 @inlined
 def may_touch(
-    x: float, y: float, u: float, v: float, contact_squared: float, twice_horizon: float
+    x: float, y: float, u: float, v: float, padded_squared: float, twice_horizon: float
 ) -> bool:
-    """Whether ``pair_delay`` can be less than a horizon: a cheap, necessary condition.
+    """Whether ``pair_delay`` can be up to a horizon: a cheap, necessary condition.
+
+    padded_squared : of the contact distance, and a little more for rounding, so that D >= 0 if the
+        balls meet or touch, and c <= 0 if they touch, whatever the rounding of b
 
     For c > 0 the delay is c / (-b + sqrt(D)) with sqrt(D) <= -b, so it is at least c / (-2b).
     Without branch, root and division, a loop over partners runs in vector registers.
     """
     b = x * u + y * v
     w2 = u * u + v * v
-    c = x * x + y * y - contact_squared
+    c = x * x + y * y - padded_squared
     cross = x * v - y * u
-    discriminant = w2 * contact_squared - cross * cross
-    in_time = c + b * twice_horizon < 0.0
-    return (b < 0.0) & ((discriminant > 0.0) | (c <= 0.0)) & in_time
+    closes = b if b < 0.0 else 0.0
+    return (w2 * padded_squared >= cross * cross) & (c + closes * twice_horizon <= 0.0)
 
 
 @inlined

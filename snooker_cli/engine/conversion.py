@@ -18,28 +18,40 @@ from snooker_cli.engine.boundaries import (
     PeriodicSides,
     StraightWalls,
 )
-from snooker_cli.engine.kernel_state import EqualBalls, Floats, Setup, Sizes, State, UnequalBalls
-from snooker_cli.engine.sampling import EnergyAccount
+from snooker_cli.engine.kernel_state import (
+    EqualBalls,
+    Floats,
+    Indices,
+    Setup,
+    Sizes,
+    State,
+    UnequalBalls,
+)
+from snooker_cli.engine.restitution import law_rows
 from snooker_cli.engine.sliding import FLIES, SLIDES, SlidingCircle
-from snooker_cli.engine.wall_laws import SideLaws, ThermalWall
-from snooker_cli.laws import Constant, Sides, Thermal, WallLaw
+from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
 
 LARGE = 1e100  # large but finite, so that times zero it is zero
-PATIENCE = 64  # ``Setup.patience`` in a fixed container: two balls may be trapped in step
 
 
 def new_states(
-    scenes: Sequence[Scene], time_limit: float = math.inf, balls: Floats | None = None
+    scenes: Sequence[Scene],
+    time_limit: float = math.inf,
+    memory: tuple[Floats, Indices] | None = None,
 ) -> State:
     """The stacked states of repeats of one point at their start.
 
-    balls : stacked memory for the balls, with BALL_ROWS or more rows
+    memory : stacked, for the balls, with BALL_ROWS or more rows, and for their history
     """
     first, repeats = scenes[0], len(scenes)
     number = first.number
-    balls = np.zeros((repeats, ks.BALL_ROWS, number)) if balls is None else balls
+    balls, history = memory or (
+        np.zeros((repeats, ks.BALL_ROWS, number)),
+        np.zeros((repeats, ks.HISTORY_ROWS, number), dtype=np.int32),
+    )
+    history[:, ks.FORMER] = ks.NO_PARTNER
     positions = np.stack([scene.positions for scene in scenes])
     positions -= np.stack([origin_of(scene) for scene in scenes])[:, np.newaxis]
     balls[:, [ks.X, ks.Y]] = positions.transpose(0, 2, 1)
@@ -51,16 +63,19 @@ def new_states(
     counts = np.zeros((repeats, ks.COUNTS + len(keys[0])), dtype=np.int64)
     counts[:, ks.COUNTS :] = np.array(keys, dtype=np.int64)
     counts[:, [ks.FIRST, ks.SECOND]] = ks.NO_PARTNER
-    scratch_rows = ks.BALL_ROWS if first.slides else 1 if first.contact_duration else 0
+    setup = setup_of(first)
+    adds_up = setup.traps or first.contact_duration
+    scratch_rows = ks.BALL_ROWS if first.slides else 1 if adds_up else 0
     return State(
-        setup=setup_of(first),
+        setup=setup,
         balls=balls,
+        history=history,
         boundary=boundary_of(scenes),
         sizes=sizes_of(first),
         labels=np.zeros(0, dtype=np.int32),
         sums=sums,
         counts=counts,
-        account=EnergyAccount(np.zeros((repeats, 4))) if first.wall_law.gains else None,
+        account=np.zeros((repeats, ks.ACCOUNT if first.wall_law.gains else 0)),
         scratch=np.zeros((repeats, scratch_rows, number)),
     )
 
@@ -73,12 +88,10 @@ def setup_of(scene: Scene) -> Setup:
     masses = [*scene.masses, scene.container_mass] if scene.free else scene.masses
     slow_cor = scene.restitution if isinstance(scene.pair_law, Constant) and no_rule else 1.0
     return Setup(
-        pair_law=kernel_law(scene.pair_law),
-        wall_law=kernel_law(law),
+        laws=law_rows(scene.pair_law, law),
         contact_path=float(lasts * scene.mean_free_path) if lasts else 0.0,
         elastic_below=float(scene.elastic_below),
         traps=bool(isinstance(scene.container, Circle) and always_loses),
-        patience=ks.NO_LIMIT if scene.free or scene.slides else PATIENCE,
         settling=clock.settling(float(max(masses)), float(min(masses)), slow_cor),
     )
 
@@ -91,14 +104,6 @@ def stands_still(scene: Scene, events: Events) -> bool:
     still = clock.still_events(events)
     involved = len(np.union1d(still.i, still.j[still.j >= 0]))
     return len(still) - 1 > clock.most_stalled(involved, setup_of(scene).settling)
-
-
-def kernel_law(law: WallLaw) -> Any:
-    """The law as kernels have it: its numbers are doubles, which decide what is compiled."""
-    if isinstance(law, Sides):
-        return SideLaws(*map(kernel_law, law))
-    kind = ThermalWall if isinstance(law, Thermal) else type(law)
-    return kind(*map(float, law))
 
 
 def boundary_of(scenes: Sequence[Scene]) -> Any:
@@ -114,7 +119,10 @@ def boundary_of(scenes: Sequence[Scene]) -> Any:
         return PeriodicSides(width, height)
     radius = float(container.radius)
     if scene.free:
-        motions = [(*scene.container_position, *scene.container_velocity, 0.0) for scene in scenes]
+        motions = [
+            (*scene.container_position, *scene.container_velocity, 0.0, ks.NO_PARTNER)
+            for scene in scenes
+        ]
         mass = float(scene.container_mass)
         pushes = min(4.0 * scene.number * float(scene.masses[0]) / mass, LARGE)
         return FreeCircle(radius, mass, 1.0 + pushes, np.array(motions))
@@ -158,7 +166,7 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
         for repeat, clock in enumerate(clocks.tolist()):
             state = ks.state_of(states, repeat)
             for ball in range(scenes[0].number):
-                columns[repeat][:, ball] = ks.flight(state.boundary, ball, clock, False, state)
+                columns[repeat][:, ball] = ks.flight(state.boundary, ball, clock, state)
     if scenes[0].container.period is not None:
         period = np.array(scenes[0].container.period)[:, np.newaxis]
         columns[:, :2] -= period * np.rint(columns[:, :2] / period)
@@ -228,7 +236,11 @@ def check_restored(states: State, fresh: State) -> None:
     """Raise ``CheckpointError`` for numbers that could lead a kernel out of its arrays."""
     balls, counts, sums, labels = states.balls, states.counts, states.sums, states.labels
     number = balls.shape[-1]
-    require(states.setup == fresh.setup and np.all(np.isfinite(balls[:, : ks.BALL_ROWS])))
+    require(np.all(np.isfinite(balls[:, : ks.BALL_ROWS])))
+    pairs = zip(copied("", states.setup), copied("", fresh.setup), strict=True)
+    require(all(np.array_equal(mine, its) for (_, mine), (_, its) in pairs))
+    former = states.history[:, ks.FORMER]
+    require(within(former, ks.NO_PARTNER - ks.MOST_HITS, number))
     order = labels if len(labels) else np.arange(number)
     require(np.array_equal(np.sort(order), np.arange(number)))
     for mine, its in zip(states.sizes, fresh.sizes, strict=True):
@@ -239,7 +251,7 @@ def check_restored(states: State, fresh: State) -> None:
     known = np.delete(sums, ks.TIME_LIMIT, axis=1)
     require(np.isfinite(known) & np.all(known[:, [ks.EPOCH, ks.NOW]] >= 0))
     require(~np.isnan(sums[:, ks.TIME_LIMIT]))
-    require(states.account is None or np.isfinite(states.account.sums))
+    require(np.isfinite(states.account))
     for mine, its in zip(copied("", states.boundary), copied("", fresh.boundary), strict=True):
         if mine[1].ndim == 0:
             require(mine[1] == its[1])

@@ -10,12 +10,12 @@ its children 4k to 4k + 3, which lie in one line of the processor's cache. Ball 
 
 A ball's new time goes into its leaf. From there the minimum of four children climbs, as far as it
 changes anything: a few nodes. The first ball is found from node 1 down, by the child that is equal.
-Nodes 2, 3 and 8 to 15 are not used. Times are compared as integers (``bit_tricks``).
+Nodes 2, 3 and 8 to 15 are not used. Which times are equal, integers show (``bit_tricks``).
 """
 
 import numpy as np
 
-from snooker_cli.engine.bit_tricks import lesser, lowest_bit, nonnegative
+from snooker_cli.engine.bit_tricks import earlier, lowest_bit, nonnegative
 from snooker_cli.engine.cell_memory import Tree, aligned_zeros
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import inlined
@@ -51,25 +51,67 @@ def nodes_agree(tree: Tree) -> bool:
 @inlined
 def update(i: int, time: float, tree: Tree) -> None:
     """Give ball i another time."""
-    bits = tree.bits
-    k = nonnegative(len(bits) // 2 + int(i))
-    tree.times[k] = time
+    times = tree.times
+    k = nonnegative(len(times) // 2 + int(i))
+    times[k] = time
     while k > 1:
         k >>= STEP
         child = k << STEP
-        least = lesser(
-            lesser(bits[child], bits[child + 1]), lesser(bits[child + 2], bits[child + 3])
+        least = earlier(
+            earlier(times[child], times[child + 1]), earlier(times[child + 2], times[child + 3])
         )
-        if bits[k] == least:
+        if times[k] == least:
             break
-        bits[k] = least
+        times[k] = least
 
 
 @inlined
-def first(bits: Integers) -> int:
-    """The ball whose time is earliest; of several, the first."""
-    leaves = len(bits) // 2
-    return nonnegative(earliest_below(1, lowest_bit(leaves) // STEP, bits) - leaves)
+def first(bits: Integers) -> tuple[int, int, bool]:
+    """The ball whose time is earliest; if several have that time, a second, and whether more do.
+
+    The second is -1 if there is none.
+    """
+    leaves, least = len(bits) // 2, bits[1]
+    k, other, more = 1, 0, False
+    for _ in range(lowest_bit(leaves) // STEP):
+        k, rest = equal_below(k, least, bits)
+        if rest != 0:
+            more |= (other != 0) | (rest & (rest - 1) != 0)
+            other = nonnegative((k & ~(CHILDREN - 1)) + lowest_bit(rest))
+    second = -1
+    if other != 0:
+        while other < leaves:
+            other, rest = equal_below(other, least, bits)
+            more |= rest != 0
+        second = other - leaves
+    return nonnegative(k - leaves), second, more
+
+
+@inlined
+def equal_below(node: int, least: int, bits: Integers) -> tuple[int, int]:
+    """The first child of a node with a time, and a mask of the places of others with it."""
+    children, mask = nonnegative(node << STEP), 0
+    for place in range(CHILDREN):
+        mask |= int(bits[children + place] == least) << place
+    return children + lowest_bit(mask), mask & (mask - 1)
+
+
+@inlined
+def next_equal(i: int, bits: Integers) -> int:
+    """The next ball after ball i whose time is the earliest of all, or -1."""
+    leaves, least = len(bits) // 2, bits[1]
+    k = nonnegative(leaves + i)
+    while k > 1:
+        k += 1
+        if k & (CHILDREN - 1) == 0:  # the last child of its parent
+            k = (k - 1) >> STEP
+        elif bits[k] == least:
+            while k < leaves:
+                k <<= STEP
+                while bits[k] != least:
+                    k += 1
+            return int(k - leaves)
+    return -1
 
 
 @inlined

@@ -1,5 +1,6 @@
 """Compilation of the kernels with Numba: the only file that imports it, on the first call."""
 
+import ast
 import hashlib
 import logging
 import os
@@ -10,6 +11,7 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, cached_property, update_wrapper, wraps
+from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryFile, gettempdir
 from typing import IO, Any, TypeVar, cast
@@ -105,6 +107,19 @@ class Kernel:
             numba.config.CACHE_DIR = users
 
 
+def code_of(kernel: Any, *arguments: Any) -> tuple[str, str]:
+    """What Numba makes of a kernel for such arguments: code for LLVM, and its function's name.
+
+    It is compiled anew, because the cache of kernels has none.
+    """
+    kernel.compiled  # noqa: B018  # makes Numba know all functions
+    dispatcher = _numba().njit(**HELPER_OPTIONS)(kernel.function)
+    signature = tuple(map(_numba().typeof, arguments))
+    dispatcher.compile(signature)
+    compiled = dispatcher.overloads[signature]
+    return compiled.library.get_llvm_str(), compiled.fndesc.llvm_func_name
+
+
 def kernel(function: Function) -> Function:
     """Compile a function that Python or another kernel calls."""
     return cast("Function", Kernel(function))
@@ -159,11 +174,10 @@ def cache_folder() -> Path | None:
     If it cannot be used, it is a private one in the temporary folder, or ``None``, with a warning.
     """
     here = Path(__file__).parent
-    numba = _numba()
-    digest = hashlib.sha256(numba.__version__.encode())
+    digest = hashlib.sha256(version("numba").encode())
     others = (here.with_name(name) for name in ("laws.py", "trace.py"))
     for source in (*sorted(here.glob("*.py")), *others):
-        digest.update(source.read_bytes())
+        digest.update(syntax_of(source.read_text("utf-8")).encode())
     name, chosen = f"engine-{digest.hexdigest()[:16]}", os.environ.get("NUMBA_CACHE_DIR")
     try:
         user = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
@@ -179,6 +193,19 @@ def cache_folder() -> Path | None:
     except OSError:
         _log.warning(UNUSABLE, reason, "every process compiles again")
         return None
+
+
+def syntax_of(source: str) -> str:
+    """The syntax tree of a source as text, without docstrings, comments and positions.
+
+    Kernels depend on no more, so a changed sentence compiles nothing anew.
+    """
+    tree = ast.parse(source)
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef)
+    for node in ast.walk(tree):
+        if isinstance(node, documented) and ast.get_docstring(node):
+            del node.body[0]
+    return ast.dump(tree)
 
 
 def _private_folder(parent: Path, name: str, *, shared: bool) -> Path:
@@ -218,9 +245,9 @@ def check_current_folder() -> None:
 
 
 @cache
-def give_notice() -> None:
+def give_notice(text: str = NOTICE) -> None:
     """Explain the wait, once in a process."""
-    _log.info(NOTICE)
+    _log.info(text)
 
 
 @cache
@@ -297,6 +324,14 @@ def _instructions() -> dict[str, Callable[..., Any]]:
         return number(number, number, number), lambda _, builder, __, numbers: builder.fma(*numbers)
 
     @intrinsic
+    def next_below_instruction(_typing: Any, value: Any) -> Any:
+        def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+            bits = builder.bitcast(arguments[0], ir.IntType(64))
+            return builder.bitcast(builder.sub(bits, ir.IntType(64)(1)), ir.DoubleType())
+
+        return types.float64(types.float64), generate
+
+    @intrinsic
     def lowest_bit_instruction(_typing: Any, mask: Any) -> Any:
         number, no_matter_at_0 = types.int64, ir.Constant(ir.IntType(1), 1)
         return number(number), lambda _, builder, __, masks: builder.cttz(*masks, no_matter_at_0)
@@ -318,6 +353,7 @@ def _instructions() -> dict[str, Callable[..., Any]]:
 
     return {
         "fused": lambda a, b, c: lambda a, b, c: fused_instruction(a, b, c),
+        "next_below": lambda value: lambda value: next_below_instruction(value),
         "lowest_bit": lambda mask: lambda mask: lowest_bit_instruction(mask),
         "fetch": lambda array, place: lambda array, place: fetch_instruction(array, place),
     }

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.engine.jit import by_class, inlined
-from snooker_cli.laws import Law
 from snooker_cli.trace import CONTAINER
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -29,6 +28,11 @@ NOT_SEARCHED = -3  # nothing has been searched yet
 # A ball moves only in its own events. A free container's ``motion`` has the same five as elements.
 X, Y, U, V, CLOCK, BALL_ROWS = range(6)
 
+# Rows of ``history``: how many events a ball has had; and the ball that it last collided with, or
+# NO_PARTNER less the hits of the wall that it has had since, and not more than MOST_HITS of them.
+EVENTS, FORMER, HISTORY_ROWS = range(3)
+MOST_HITS = 2**30
+
 # Elements of ``sums``: how long a contact lasts, the time at which clocks show zero, the clock at
 # the last event, at the last event that moved it, and at the end of the repeat (s); the impulse on
 # the wall (kg m/s), the virial of the ball-ball collisions (kg m^2/s), and what rounding has cut
@@ -37,15 +41,16 @@ CONTACT_LASTS, EPOCH, NOW, STILL_SINCE, TIME_LIMIT = range(5)
 WALL_IMPULSE, PAIR_VIRIAL, WALL_IMPULSE_REST, PAIR_VIRIAL_REST, SUMS = range(5, 10)
 REST = WALL_IMPULSE_REST - WALL_IMPULSE
 
+# Elements of ``account``: the energy that walls have given, and that collisions between balls have
+# taken, J, and what rounding has cut off from these two.
+FROM_WALLS, LOST, FROM_WALLS_REST, LOST_REST, ACCOUNT = range(5)
+ACCOUNT_REST = FROM_WALLS_REST - FROM_WALLS
+
 # Elements of ``counts``: events at the wall and between balls; the balls of the last event; events
 # in a row that did not move the clock, and the balls that collided since it last moved. With a
 # thermal wall one more: the key of its random numbers.
 WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED, INVOLVED, COUNTS = range(7)
 KEY = COUNTS
-
-# Rows of all pairs' ``Agenda.times``, s: a ball's earliest contact with another, that with the
-# wall, and the earlier of the two.
-PAIR_TIME, WALL_TIME, NEXT_TIME, TIME_ROWS = range(4)
 
 NO_LIMIT = 2**62  # as good as no limit for a number of events
 
@@ -53,47 +58,48 @@ NO_LIMIT = 2**62  # as good as no limit for a number of events
 class Setup(NamedTuple):
     """What collisions do in a repeat, in SI units.
 
-    wall_law : a law, ``SideLaws`` or ``ThermalWall``
+    laws : (restitution.LAWS, restitution.COLUMNS), what hits do to the normal speed
     contact_path : m, what a ball flies while a contact lasts in the TC model; zero without it
     elastic_below : m/s, relative normal speed below which collisions are elastic; zero for never
     traps : whether every hit of a circle loses its share, so that infinitely many may follow
-    patience : bounces in a row after which a ball that no other can reach counts as trapped
     settling : how many more collisions balls that touch may need in an instant than equal ones, see
         ``clock.has_collapsed``
     """
 
-    pair_law: Law
-    wall_law: Any
+    laws: Floats
     contact_path: float
     elastic_below: float
     traps: bool
-    patience: int
     settling: float
 
 
 class State(NamedTuple):
-    """The state of a repeat, as both engines and a replay have it.
+    """The state of a repeat, as the event loop and a replay have it.
 
-    The states of many repeats of one point are one state too, with stacked arrays: balls, sums,
-    counts, scratch and the arrays of the boundary have one axis more, the first.
+    It decides how the repeat goes on; ``Everyone`` and ``Cells`` only find out quickly.
+
+    The states of many repeats of one point are one state too, with stacked arrays: balls, history,
+    sums, counts, account, scratch and the arrays of the boundary have one axis more, the first.
 
     balls : (BALL_ROWS or more, *N*), seen from ``origin_of``
+    history : (HISTORY_ROWS, *N*); a replay leaves it as it is
     boundary : the edge of the container, of a class of ``boundaries`` or ``sliding``
     sizes : radii and masses, ``EqualBalls`` or ``UnequalBalls``
     labels : (*N*,), the scene's number of each column; (0,) if columns are in the scene's order
     sums, counts : (SUMS,) and (COUNTS,)
-    account : ``sampling.EnergyAccount``; ``None`` unless walls give energy
+    account : (ACCOUNT,); (0,) unless walls give energy
     scratch : memory for sums over balls in the scene's order, and for balls that slide
     """
 
     setup: Setup
     balls: Floats
+    history: Indices
     boundary: Any
     sizes: Any
     labels: Indices
     sums: Floats
     counts: Integers
-    account: Any
+    account: Floats
     scratch: Floats
 
     @property
@@ -101,11 +107,8 @@ class State(NamedTuple):
         return int(self.counts[WALL_EVENTS] + self.counts[PAIR_EVENTS])
 
     def next_epoch(self, epoch: float, shift: float) -> None:
-        """Set all clocks back by a shift, s; the epoch is the time at which they then show zero."""
-        self.balls[CLOCK] -= shift
-        set_back(self.boundary, shift)
-        self.sums[[NOW, STILL_SINCE, TIME_LIMIT]] -= shift
-        self.sums[EPOCH] = epoch
+        """As ``begin_epoch``."""
+        begin_epoch(self, epoch, shift)
 
 
 @inlined
@@ -114,12 +117,13 @@ def state_of(states: State, repeat: int) -> State:
     return State(
         states.setup,
         states.balls[repeat],
+        states.history[repeat],
         of_repeat(states.boundary, repeat),
         states.sizes,
         states.labels,
         states.sums[repeat],
         states.counts[repeat],
-        of_repeat(states.account, repeat),
+        states.account[repeat],
         states.scratch[repeat],
     )
 
@@ -131,6 +135,11 @@ class Recorded(NamedTuple):
     i: Indices
     j: Indices
     impulse: Floats
+
+    def after(self, number: int) -> "Recorded":
+        """The stacked chunks without their first events."""
+        time, i, j, impulse = self
+        return Recorded(time[:, number:], i[:, number:], j[:, number:], impulse[:, number:])
 
 
 # Radii and masses
@@ -173,19 +182,28 @@ Sizes: TypeAlias = EqualBalls | UnequalBalls
 
 @by_class
 def radius_of(sizes: Sizes, i: int) -> float:
-    """Radius of ball i, m."""
+    """Radius of ball i, m.
+
+    Of ``EqualBalls``, ``UnequalBalls``.
+    """
     raise NotImplementedError
 
 
 @by_class
 def mass_of(sizes: Sizes, i: int) -> float:
-    """Mass of ball i, kg."""
+    """Mass of ball i, kg.
+
+    Of ``EqualBalls``, ``UnequalBalls``.
+    """
     raise NotImplementedError
 
 
 @by_class
 def sizes_between(sizes: Sizes, start: int, stop: int) -> Sizes:
-    """The sizes of some balls, counted from 0."""
+    """The sizes of some balls, counted from 0.
+
+    Of ``EqualBalls``, ``UnequalBalls``.
+    """
     raise NotImplementedError
 
 
@@ -207,18 +225,38 @@ def position(i: int, now: float, balls: Floats) -> tuple[float, float]:
 
 @by_class
 def of_repeat(stacked: Any, repeat: int) -> Any:
-    """The boundary or account of one of many stacked repeats: the same if it has no arrays."""
+    """The boundary of one of many stacked repeats: the same if it has no arrays.
+
+    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``.
+    """
     return stacked
 
 
 @by_class
 def set_back(boundary: Any, shift: float) -> None:
-    """Set the clocks of the boundary back by a shift, s: a fixed one has none."""
+    """Set the clocks of the boundary back by a shift, s: a fixed one has none.
+
+    Of ``FreeCircle``.
+    """
 
 
 @by_class
 def nearest_image(boundary: Any, x: float, y: float) -> tuple[float, float]:
-    """The offset (x, y) to the nearest of a ball's images, m; without images, to itself."""
+    """The offset (x, y) to the nearest of a ball's images, m; without images, to itself.
+
+    Of ``ChannelSides``, ``PeriodicSides``.
+    """
+    return x, y
+
+
+@by_class
+def image_nearest_at(
+    boundary: Any, x: float, y: float, way_x: float, way_y: float
+) -> tuple[float, float]:
+    """The offset (x, y) now to that image which is the nearest after a way (m) of the ball.
+
+    Of ``ChannelSides``, ``PeriodicSides``.
+    """
     return x, y
 
 
@@ -226,29 +264,36 @@ def nearest_image(boundary: Any, x: float, y: float) -> tuple[float, float]:
 def relative(
     boundary: Any, x: float, y: float, u: float, v: float, now: float
 ) -> tuple[float, float, float, float]:
-    """A place (m) and a velocity (m/s) relative to the container's centre at a time, s."""
+    """A place (m) and a velocity (m/s) relative to the container's centre at a time, s.
+
+    Of ``FreeCircle``.
+    """
     return x, y, u, v
 
 
 @by_class
 def is_curved(boundary: Any) -> bool:
-    """Whether balls may slide along the wall on curved ways, see ``sliding``."""
+    """Whether balls may slide along the wall on curved ways, see ``sliding``.
+
+    Of ``SlidingCircle``.
+    """
     return False
 
 
 @by_class
 def place(boundary: Any, i: int, now: float, balls: Floats) -> tuple[float, float]:
-    """Where ball i is at a time, m: on a straight way, unless it slides."""
+    """Where ball i is at a time, m: on a straight way, unless it slides.
+
+    Of ``SlidingCircle``.
+    """
     return position(i, now, balls)
 
 
 @by_class
-def flight(
-    boundary: Any, i: int, now: float, settles: bool, state: State
-) -> tuple[float, float, float, float]:
+def flight(boundary: Any, i: int, now: float, state: State) -> tuple[float, float, float, float]:
     """Place (m) and velocity (m/s) of ball i at a time, s: on a straight way, unless it slides.
 
-    settles : whether its next event sums up the bounces before it slides
+    Of ``SlidingCircle``.
     """
     balls = state.balls
     x, y = position(i, now, balls)
@@ -257,11 +302,80 @@ def flight(
 
 @by_class
 def container_flight(boundary: Any, now: float) -> tuple[float, float, float, float]:
-    """Place (m) and velocity (m/s) of a free container at a time, s; zeros for a fixed one."""
+    """Place (m) and velocity (m/s) of a free container at a time, s; zeros for a fixed one.
+
+    Of ``FreeCircle``.
+    """
     return 0.0, 0.0, 0.0, 0.0
 
 
 @by_class
-def take_off_wall(boundary: Any, i: int) -> bool:
-    """Whether ball i slid up to its collision; it slides no longer."""
-    return False
+def take_off_wall(boundary: Any, i: int) -> None:
+    """Ball i, which may have slid up to its collision, slides no longer.
+
+    Of ``SlidingCircle``.
+    """
+
+
+@inlined
+def begin_epoch(state: State, epoch: float, shift: float) -> None:
+    """Set all clocks back by a shift, s; the epoch is the time at which they then show zero."""
+    sums, clocks = state.sums, state.balls[CLOCK]
+    clocks -= shift
+    set_back(state.boundary, shift)
+    sums[NOW] -= shift
+    sums[STILL_SINCE] -= shift
+    sums[TIME_LIMIT] -= shift
+    sums[EPOCH] = epoch
+
+
+@inlined
+def label_of(i: int, labels: Indices) -> int:
+    """The scene's number of a column, or of the wall, which has its own."""
+    return int(labels[i]) if len(labels) > 0 and i >= 0 else i
+
+
+@inlined
+def in_order(i: int, j: int, labels: Indices) -> tuple[int, int]:
+    """Ball i and its partner, of two balls that with the lesser number in the scene first."""
+    if j < 0:
+        return i, j
+    if len(labels) > 0:
+        return (i, j) if labels[i] < labels[j] else (j, i)
+    return min(i, j), max(i, j)
+
+
+# History
+
+
+@inlined
+def hits_in_a_row(i: int, state: State) -> int:
+    """How often ball i has hit the wall since it last collided with another."""
+    return max(NO_PARTNER - int(state.history[FORMER, i]), 0)
+
+
+@inlined
+def parted_from(i: int, state: State) -> int:
+    """The ball that ball i parted from in the last event of both; negative if there is none."""
+    k = int(state.history[FORMER, i])
+    return k if k >= 0 and state.history[FORMER, k] == i else NO_PARTNER
+
+
+@inlined
+def note_collision(i: int, j: int, state: State) -> None:
+    """Note a collision of balls i and j, or of ball i with the wall, in their histories."""
+    history = state.history
+    history[EVENTS, i] += 1
+    if j < 0:
+        history[FORMER, i] = NO_PARTNER - min(hits_in_a_row(i, state) + 1, MOST_HITS)
+        return
+    history[EVENTS, j] += 1
+    history[FORMER, i] = j
+    history[FORMER, j] = i
+
+
+@inlined
+def note_slide(i: int, state: State) -> None:
+    """Note in its history that ball i begins to slide along the wall."""
+    state.history[EVENTS, i] += 1
+    state.history[FORMER, i] = NO_PARTNER

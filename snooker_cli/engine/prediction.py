@@ -1,14 +1,18 @@
-"""When each ball will next touch another ball and the wall.
+"""When balls touch each other and the wall, and how a search leaves out what comes later.
 
-A ball's contacts matter only until its next hit of the wall, or a little longer if others can push
-a free container. A search up to that horizon T has two passes, over BLOCK balls at a time:
+The time of a contact is a function of the states of its two balls, whose clocks show their last
+events: ``contact_time`` brings both to the later of the two and adds the delay from there. The time
+of a hit of the wall is a function of the ball and the container, ``time_at_wall``. So it does not
+matter when, how often and by whom a contact is searched: it has one time, to the last bit.
 
-1. ``candidates`` sets a bit in a mask for each ball that may come in time. ``may_touch`` needs no
-   branch, root or division for it, so this loop runs in vector registers. Its rows are slices that
-   are counted from 0: the loads are then contiguous, and not gathers, which are four times as slow
-   on some processors.
+A search of ball i among many has two passes, over BLOCK balls at a time:
+
+1. ``candidates`` sets a bit in a mask for each ball that may touch i up to a time. ``may_touch``
+   needs no branch, root or division for it, so this loop runs in vector registers. Its rows are
+   slices that are counted from 0: the loads are then contiguous, and not gathers, which are four
+   times as slow on some processors.
 2. ``earliest`` takes the few bits that are set, the lowest first, and computes exact times. Each
-   time found shortens the horizon of the following blocks.
+   time found shortens the search of the following blocks.
 """
 
 import math
@@ -16,11 +20,10 @@ from typing import Any
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import lowest_bit
-from snooker_cli.engine.collision import bounce_sums
 from snooker_cli.engine.contact import NEVER, may_touch, pair_delay
 from snooker_cli.engine.jit import by_class, helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
-from snooker_cli.laws import Law
+from snooker_cli.engine.restitution import WALL, bounce_sums, is_endless, may_stay
 
 BLOCK = 48
 """Balls of a mask: fewer than the bits of a positive integer, a multiple of any vector's length."""
@@ -39,20 +42,136 @@ def rows(balls: Floats, start: int, stop: int) -> tuple[Floats, Floats, Floats, 
 
 
 @inlined
-def candidates(i: int, now: float, horizon: float, state: State, start: int, stop: int) -> int:
-    """The balls from ``start`` to ``stop`` that may touch ball i within ``horizon``, a bit each."""
-    x, y = ks.position(i, now, state.balls)
-    u, v = state.balls[U, i], state.balls[V, i]
+def contact_time(i: int, k: int, now: float, state: State) -> float:
+    """When balls i and k touch next, s; inf if never. The same of k and i, to the bit.
+
+    now : at which the nearest image of k is that which is asked for; without images of no effect
+
+    Both are brought to their last event, so the time has one value for each image at any ``now``.
+    It is not before the epoch: after clocks were set back it could be, by a rounding.
+    """
+    balls = state.balls
+    own, its = balls[CLOCK, i], balls[CLOCK, k]
+    since = own if own > its else its
+    x, y = ks.position(i, since, balls)
+    xk, yk = ks.position(k, since, balls)
+    u, v = balls[U, k] - balls[U, i], balls[V, k] - balls[V, i]
+    later = now - since
+    x, y = ks.image_nearest_at(state.boundary, xk - x, yk - y, u * later, v * later)
+    d = ks.contact_distance(state.sizes, i, k)
+    time = since + pair_delay(x, y, u, v, d * d)
+    return time if time > 0.0 else 0.0
+
+
+@by_class
+def time_at_wall(boundary: Any, i: int, state: State) -> float:
+    """When ball i hits the wall next, s; inf if never.
+
+    After a hit, the next one is at the end of a chord: the ball is exactly at the wall.
+
+    Of ``FixedCircle``, ``FreeCircle``, ``StraightWalls``, ``ChannelSides``, ``SlidingCircle``.
+    """
+    return NEVER
+
+
+@inlined
+def next_hit(i: int, state: State) -> float:
+    """``time_at_wall``, and not before the epoch."""
+    time = time_at_wall(state.boundary, i, state)
+    return time if time > 0.0 else 0.0
+
+
+# Searches
+
+
+@inlined
+def twice_ahead(until: float, since: float) -> float:
+    """Twice the time (s) that ``may_touch`` looks ahead of ``since``, so that none is missed.
+
+    A contact up to ``until`` has a delay of at most until - since, but for half a unit in the last
+    place of the sum, which is below 2^-52 until. The delay is at least c/(-2b) but for some 2^-51
+    of it, which 2^-40 exceeds. So no ball that ``contact_time`` gives up to ``until`` is left out.
+    """
+    return (2.0 + 2.0**-39) * (until - since) + 2.0**-50 * until
+
+
+@by_class
+def filter_time(boundary: Any, now: float, later: float) -> float:
+    """The clock, s, at which a filter looks at two balls, the later of whose clocks is given.
+
+    It is that of ``contact_time``, unless ways are so short that a filter may look at both now,
+    which is faster; see ``filter_square``.
+
+    Of ``FixedCircle``, ``StraightWalls``.
+    """
+    return later
+
+
+@inlined
+def padded_square(distance: float, reach: float) -> float:
+    """The square of a distance, m, and a little more for places up to a reach (m) from the centre.
+
+    It is the ``filter_square`` of contact distances d. Why it is enough:
+
+    Within fixed walls at most L from the centre, a ball flies 2 L at most between its events. So
+    the offset of two balls at one time, computed from now and from the later clock, differs by less
+    than 2^-47 L: there are eight sums and products, each rounded by 2^-53 of 2 L at most. A square
+    of about d^2 then differs by less than 2^-45 L d. ``contact_time`` itself is rounded as if the
+    square were 2^-50 (d + L) d off. The sum is below 2^-40 (d + L) d.
+    """
+    return distance * (distance + 2.0**-40 * (distance + reach))
+
+
+@by_class
+def filter_square(boundary: Any, distance: float) -> float:
+    """The square of a contact distance, m, and more than rounding adds to it at ``filter_time``.
+
+    At the clock of ``contact_time`` itself, places are the same numbers.
+
+    Of ``FixedCircle``, ``StraightWalls``.
+    """
+    return padded_square(distance, 0.0)
+
+
+@by_class
+def candidates(
+    boundary: Any, i: int, now: float, until: float, state: State, start: int, stop: int
+) -> int:
+    """The balls from ``start`` to ``stop`` that may touch ball i up to a time, a bit each.
+
+    The bit of ball i itself, which overlaps itself, is set.
+
+    Of ``FreeCircle``.
+    """
+    return candidates_from(False, i, now, until, state, start, stop)
+
+
+@inlined
+def candidates_from(
+    just_moved: bool, i: int, now: float, until: float, state: State, start: int, stop: int
+) -> int:
+    """``candidates`` of a ball whose clock may be known to be at ``now``."""
+    balls = state.balls
+    x, y, u, v, own = balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i]
     r = ks.radius_of(state.sizes, i)
-    xs, ys, us, vs, clocks = rows(state.balls, start, stop)
+    xs, ys, us, vs, clocks = rows(balls, start, stop)
     sizes = ks.sizes_between(state.sizes, start, stop)
-    twice = 2.0 * horizon
     mask = 0
     for k in range(len(xs)):
-        d = r + ks.radius_of(sizes, k)
-        age = now - clocks[k]
+        d, its = r + ks.radius_of(sizes, k), clocks[k]
+        since = filter_time(state.boundary, now, own if own > its else its)
+        if just_moved:
+            since = now
+        age, own_age, later = since - its, since - own, now - since
+        if just_moved:
+            own_age = later = 0.0
         xk, yk = xs[k] + us[k] * age, ys[k] + vs[k] * age
-        may = may_touch(xk - x, yk - y, us[k] - u, vs[k] - v, d * d, twice)
+        uk, vk = us[k] - u, vs[k] - v
+        xk, yk = ks.image_nearest_at(
+            state.boundary, xk - (x + u * own_age), yk - (y + v * own_age), uk * later, vk * later
+        )
+        square = filter_square(state.boundary, d)
+        may = may_touch(xk, yk, uk, vk, square, twice_ahead(until, since))
         mask |= 1 << k if may else 0
     return mask
 
@@ -62,20 +181,20 @@ def candidates_of_two(
     i: int,
     j: int,
     now: float,
-    horizon_i: float,
-    horizon_j: float,
+    until_i: float,
+    until_j: float,
     state: State,
     start: int,
     stop: int,
 ) -> tuple[int, int]:
-    """``candidates`` of two balls whose clocks are at ``now``, in one pass over the others."""
-    balls = state.balls
+    """``candidates`` of two balls that have just collided, in one pass over the others."""
+    balls, boundary = state.balls, state.boundary
     xi, yi, ui, vi = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
     xj, yj, uj, vj = balls[X, j], balls[Y, j], balls[U, j], balls[V, j]
     ri, rj = ks.radius_of(state.sizes, i), ks.radius_of(state.sizes, j)
     xs, ys, us, vs, clocks = rows(balls, start, stop)
     sizes = ks.sizes_between(state.sizes, start, stop)
-    twice_i, twice_j = 2.0 * horizon_i, 2.0 * horizon_j
+    twice_i, twice_j = twice_ahead(until_i, now), twice_ahead(until_j, now)
     mask_i, mask_j = 0, 0
     for k in range(len(xs)):
         r = ks.radius_of(sizes, k)
@@ -83,8 +202,11 @@ def candidates_of_two(
         age = now - clocks[k]
         x, y = xs[k] + us[k] * age, ys[k] + vs[k] * age
         u, v = us[k], vs[k]
-        may_i = may_touch(x - xi, y - yi, u - ui, v - vi, di * di, twice_i)
-        may_j = may_touch(x - xj, y - yj, u - uj, v - vj, dj * dj, twice_j)
+        x_i, y_i = ks.nearest_image(boundary, x - xi, y - yi)
+        x_j, y_j = ks.nearest_image(boundary, x - xj, y - yj)
+        square_i, square_j = filter_square(boundary, di), filter_square(boundary, dj)
+        may_i = may_touch(x_i, y_i, u - ui, v - vi, square_i, twice_i)
+        may_j = may_touch(x_j, y_j, u - uj, v - vj, square_j, twice_j)
         mask_i |= 1 << k if may_i else 0
         mask_j |= 1 << k if may_j else 0
     return mask_i, mask_j
@@ -100,37 +222,60 @@ def without(mask: int, start: int, k: int) -> int:
 
 @inlined
 def earliest(
-    mask: int, start: int, i: int, now: float, delay: float, partner: int, state: State
+    mask: int, start: int, i: int, now: float, time: float, partner: int, state: State
 ) -> tuple[float, int]:
-    """When ball i first touches a ball of the mask, and which, if before ``delay``."""
-    balls = state.balls
-    x, y = ks.position(i, now, balls)
-    u, v = balls[U, i], balls[V, i]
+    """When ball i first touches a ball of the mask, s, and which, if before ``time``."""
     while mask != 0:
         k = start + lowest_bit(mask)
         mask &= mask - 1
-        d = ks.contact_distance(state.sizes, i, k)
+        its_time = contact_time(i, k, now, state)
+        if its_time < time:
+            time, partner = its_time, k
+    return time, partner
+
+
+@inlined
+def earliest_now(
+    mask: int, start: int, i: int, now: float, time: float, partner: int, state: State
+) -> tuple[float, int]:
+    """``earliest`` for a ball i that has just had an event: the later clock is now."""
+    balls, boundary = state.balls, state.boundary
+    x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+    while mask != 0:
+        k = start + lowest_bit(mask)
+        mask &= mask - 1
         xk, yk = ks.position(k, now, balls)
-        uk, vk = balls[U, k], balls[V, k]
-        its_delay = pair_delay(xk - x, yk - y, uk - u, vk - v, d * d)
-        if its_delay < delay:
-            delay, partner = its_delay, k
-    return delay, partner
+        xk, yk = ks.nearest_image(boundary, xk - x, yk - y)
+        d = ks.contact_distance(state.sizes, i, k)
+        its_time = now + pair_delay(xk, yk, balls[U, k] - u, balls[V, k] - v, d * d)
+        if its_time < time:
+            time, partner = its_time, k
+    return time, partner
 
 
 @by_class
-def delay_to_wall(boundary: Any, i: int, now: float, left_wall: bool, state: State) -> float:
-    """Time until ball i hits the wall, s; never without walls.
+def same_image(boundary: Any, x: float, y: float, new_x: float, new_y: float) -> bool:
+    """Whether two offsets of a ball have the same image of it as the nearest.
 
-    left_wall : whether it was exactly at the wall at its clock: after a hit or a slide
+    Of ``ChannelSides``, ``PeriodicSides``.
     """
-    return NEVER
+    return True
 
 
-@by_class
-def delay_to_next_hit(boundary: Any, i: int, state: State) -> float:
-    """Time from the hit of the wall that ball i has just had to the next one, s."""
-    return NEVER
+@inlined
+def cannot_meet(i: int, now: float, state: State) -> int:
+    """The ball that ball i parted from in the last event of both and cannot meet, or NO_PARTNER.
+
+    Of two that part, other images may become the nearest, and these may meet.
+    """
+    k = ks.parted_from(i, state)
+    if k < 0:
+        return ks.NO_PARTNER
+    balls = state.balls
+    x, y = balls[X, k] - balls[X, i], balls[Y, k] - balls[Y, i]
+    age = now - balls[CLOCK, i]  # and of ball k: they had their last event together
+    xn, yn = x + (balls[U, k] - balls[U, i]) * age, y + (balls[V, k] - balls[V, i]) * age
+    return k if same_image(state.boundary, x, y, xn, yn) else ks.NO_PARTNER
 
 
 # Wall traps: infinitely many hits of a circle in finite time
@@ -152,20 +297,8 @@ def bouncing_time(i: int, now: float, state: State) -> float:
     if cross == 0.0:
         return NEVER
     square = x * x + y * y
-    loss, _ = bounce_sums(state.setup.wall_law, inward / square, math.sqrt(square))
+    loss, _ = bounce_sums(state.setup.laws[WALL], inward / square, math.sqrt(square))
     return float(2.0 * inward * square / (loss * cross * cross))
-
-
-@by_class
-def may_stay(law: Law) -> bool:
-    """Whether a ball may stay at the wall after its first hit."""
-    return law.cor == 0.0
-
-
-@by_class
-def is_endless(law: Law, bounces: int) -> bool:
-    """Whether a repeat ends after this many bounces of a ball in a row, trapped or not."""
-    return False
 
 
 @by_class
@@ -175,13 +308,18 @@ def pushed_speed(boundary: Any, i: int, inward: float, state: State) -> float:
     Its bounces push a free container together by no more than its share of ``bounce_sums``.
 
     inward : v_n of the ball after its last hit, m/s
+
+    Of ``FreeCircle``.
     """
     return 0.0
 
 
 @by_class
 def wall_comes_near(boundary: Any, k: int, x: float, y: float, way: float, state: State) -> bool:
-    """Whether a wall may reach ball k at (x, y) if the two come nearer by a way, m."""
+    """Whether a wall may reach ball k at (x, y) if the two come nearer by a way, m.
+
+    Of ``FreeCircle``.
+    """
     return False
 
 
@@ -191,23 +329,42 @@ def highest_speed(state: State) -> float:
 
     The energy of a free container is not needed: meanwhile only the trapped ball touches it.
     """
-    energy, lightest = 0.0, math.inf
+    lightest, energies = math.inf, state.scratch[0]
     for k in range(state.balls.shape[1]):
         m, u, v = ks.mass_of(state.sizes, k), state.balls[U, k], state.balls[V, k]
-        energy += m * (u * u + v * v)
+        energies[ks.label_of(k, state.labels)] = m * (u * u + v * v)
         lightest = min(lightest, m)
+    energy = 0.0
+    for k in range(len(energies)):
+        energy += energies[k]
     return math.sqrt(energy / lightest)
 
 
-@helper
-def is_trapped(i: int, now: float, lasts: float, undisturbed: bool, state: State) -> bool:
-    """Whether ball i, just off the wall, will hit it infinitely often before anything else.
+@inlined
+def is_trapped(i: int, now: float, state: State) -> bool:
+    """Whether ball i, which has just hit the wall, will hit it infinitely often before all else.
 
-    It is trapped if the repeat does not end within that time and no other ball can come near.
+    Looked at after 2, 4, 8 … hits in a row, or after the first one if a ball may stay at the wall;
+    and after each that does not move the clock, before these are a collapse.
+    """
+    law, hits = state.setup.laws[WALL], ks.hits_in_a_row(i, state)
+    if is_endless(law, hits):
+        return True
+    if not state.setup.traps or (hits == 1 and not may_stay(law)):
+        return False
+    if hits & (hits - 1) != 0 and state.counts[ks.STALLED] == 0:
+        return False
+    return stays_alone(i, now, bouncing_time(i, now, state), state)
+
+
+@helper
+def stays_alone(i: int, now: float, lasts: float, state: State) -> bool:
+    """Whether nothing can reach ball i, just off the wall, while it hits that infinitely often.
+
+    The repeat does not end within that time and no other ball can come near, with whatever speed.
     Nor may a free container, which the bounces push, reach another ball.
 
     lasts : ``bouncing_time``, s
-    undisturbed : whether no other ball has an event in that time; else any may get all the energy
     """
     balls, boundary = state.balls, state.boundary
     if now + lasts > state.sums[ks.TIME_LIMIT] or lasts == NEVER:
@@ -216,17 +373,15 @@ def is_trapped(i: int, now: float, lasts: float, undisturbed: bool, state: State
     inward = max(-(x * u + y * v), 0.0) / math.sqrt(x * x + y * y)
     wall_speed = pushed_speed(boundary, i, inward, state)
     speed = math.sqrt(u * u + v * v) + wall_speed
-    fastest = 0.0 if undisturbed else highest_speed(state)
+    fastest = highest_speed(state)
     for k in range(balls.shape[1]):
         if k == i:
             continue
-        u, v = balls[U, k], balls[V, k]
-        its_speed = math.sqrt(u * u + v * v) if undisturbed else fastest
         xk, yk = ks.place(boundary, k, now, balls)
         x, y = xk - balls[X, i], yk - balls[Y, i]
         gap = math.sqrt(x * x + y * y) - ks.contact_distance(state.sizes, i, k)
-        if gap <= (speed + its_speed) * lasts:
+        if gap <= (speed + fastest) * lasts:
             return False
-        if wall_comes_near(boundary, k, xk, yk, (wall_speed + its_speed) * lasts, state):
+        if wall_comes_near(boundary, k, xk, yk, (wall_speed + fastest) * lasts, state):
             return False
     return True

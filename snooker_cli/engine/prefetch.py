@@ -7,8 +7,6 @@ near, its chain begins, and the chains before it move on by a link. So the memor
 on its way for some events once it is needed.
 """
 
-from typing import NamedTuple
-
 from snooker_cli.engine.bit_tricks import fetch, lowest_bit, nonnegative
 from snooker_cli.engine.cell_grid import crossing_delays
 from snooker_cli.engine.cell_memory import CELL, CONTACT_TIME, PARTNER, Cells
@@ -23,43 +21,32 @@ LINK, MEMBERS = 2, 2
 """Levels of the tree that one link of a chain goes down, and balls fetched of each cell."""
 
 
-class Chains(NamedTuple):
-    """How far the chains of coming events have come: the last place of each link.
-
-    turns, begun : events since the first one here, and when that was, s
-    upper, lower : nodes of the tree, four and two levels above its leaves
-    ball : whose line and cell have been fetched
-    around : a cell whose members have been fetched
-    partner : of that ball; its cell has been fetched
-    beside : a cell round the partner, whose members have been fetched
-    """
-
-    turns: int
-    begun: float
-    upper: int
-    lower: int
-    ball: int
-    around: int
-    partner: int
-    beside: int
+# Elements of ``Neighbours.progress``: crossings since the kernel was called; then how far the
+# chains of coming events have come: events looked at; nodes of the tree four and two levels above
+# its leaves; a ball whose line and cell have been fetched; a cell whose members have been fetched;
+# the ball's partner, whose cell has been fetched; a cell round it, whose members have been fetched.
+CROSSINGS, TURNS, UPPER, LOWER, BALL, AROUND, BEYOND, BESIDE, PROGRESS = range(9)
 
 
-@inlined
-def no_chains(bits: Integers) -> Chains:
-    """Empty chains: every entry is ball 0."""
+def no_chains(bits: Integers, progress: Integers) -> None:
+    """Empty the chains: every entry is ball 0."""
     leaves = len(bits) // 2
-    return Chains(0, 0.0, leaves >> 2 * LINK * STEP, leaves >> LINK * STEP, 0, 0, 0, 0)
+    progress[:] = 0
+    progress[UPPER], progress[LOWER] = leaves >> 2 * LINK * STEP, leaves >> LINK * STEP
 
 
 @inlined
-def fetch_ahead(now: float, chains: Chains, state: State, cells: Cells) -> Chains:
+def fetch_ahead(now: float, progress: Integers, since: Floats, state: State, cells: Cells) -> None:
     """Follow each event that is now a few events away, and move the others on by a link."""
     balls, links = state.balls, cells.links
     times, bits, followed = cells.tree
     leaves = len(bits) // 2
-    turns, begun, upper, lower, ball, around, partner, beside = chains
-    begun = now if turns == 0 else begun
-    turns += 1
+    if progress[TURNS] == 0:
+        since[0] = now
+    progress[TURNS] += 1
+    upper, lower, ball = progress[UPPER], progress[LOWER], progress[BALL]
+    around, partner, beside = progress[AROUND], progress[BEYOND], progress[BESIDE]
+    begun, turns = since[0], progress[TURNS]
     late = now + (now - begun) / turns * EVENTS_AHEAD
     nodes, mask = 1 << WATCHED * STEP, 0
     for place in range(1 << WATCHED * STEP):
@@ -86,7 +73,8 @@ def fetch_ahead(now: float, chains: Chains, state: State, cells: Cells) -> Chain
         upper = earliest_below(nodes + place, down, bits)
         fetch_below(upper, bits)
         mask &= mask - 1
-    return Chains(turns, begun, upper, lower, ball, around, partner, beside)
+    progress[UPPER], progress[LOWER], progress[BALL] = upper, lower, ball
+    progress[AROUND], progress[BEYOND], progress[BESIDE] = around, partner, beside
 
 
 @inlined

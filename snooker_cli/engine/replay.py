@@ -209,11 +209,6 @@ class Replay:
         balls : (*t*, *m*), the balls at each time; (1, *m*) if they are the same at all
         """
         out, container = np.empty((len(numbers), 4, balls.shape[1])), np.empty((len(numbers), 4))
-        settling = np.full(len(numbers), ks.NO_PARTNER)
-        if self.start.slides:  # a ball whose next event is a slide bounces until then
-            ahead = np.flatnonzero(numbers < len(self.events))
-            i, j = self.events.i[numbers[ahead]], self.events.j[numbers[ahead]]
-            settling[ahead] = np.where(j == SLIDE, i, ks.NO_PARTNER)
         row, last = 0, int(numbers[-1]) if len(numbers) else self.done
         while row < len(numbers):
             stop = min(last, self._epoch_end)
@@ -222,9 +217,7 @@ class Replay:
             part = slice(row, int(np.searchsorted(numbers, stop, side)))
             record, epoch = self._record(stop), self.state.sums[ks.EPOCH]
             chosen = balls if len(balls) == 1 else balls[part]
-            moments = Moments(
-                numbers[part] - self.done, times[part] - epoch, settling[part], chosen
-            )
+            moments = Moments(numbers[part] - self.done, times[part] - epoch, chosen)
             repeat_states(self.state, record, moments, out[part], container[part])
             self._carried_out(stop, record)
             row = part.stop
@@ -261,13 +254,11 @@ class Moments(NamedTuple):
 
     numbers : (*t*,) of events from the first of the record
     clocks : (*t*,), s
-    settling : (*t*,) the ball whose next event is a slide, or ``NO_PARTNER``
     balls : (*t*, *m*) or (1, *m*)
     """
 
     numbers: Integers
     clocks: Floats
-    settling: Integers
     balls: Integers
 
 
@@ -314,8 +305,7 @@ def repeat_states(
             event += 1
         now, balls = moments.clocks[row], moments.balls[row if each else 0]
         for column in range(len(balls)):
-            settles = balls[column] == moments.settling[row]
-            x, y, u, v = ks.flight(boundary, balls[column], now, settles, state)
+            x, y, u, v = ks.flight(boundary, balls[column], now, state)
             out[row, 0, column], out[row, 1, column] = x, y
             out[row, 2, column], out[row, 3, column] = u, v
         x, y, u, v = ks.container_flight(boundary, now)
@@ -336,7 +326,7 @@ def carry_out(event: int, record: Recorded, state: State) -> tuple[int, int]:
         ks.take_off_wall(boundary, i)
         if j >= 0:
             ks.take_off_wall(boundary, j)
-        collide(state.account, i, j, now, state)
+        collide(i, j, now, state)
     count(i, j, record.impulse[event], state)
     return i, j
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.collision import collide
+from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import by_class, helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, State, U, V
 from snooker_cli.scene import Scene
@@ -57,26 +57,38 @@ class Grid(NamedTuple):
     early_rows: Floats
     early_histogram: Indices
 
+    def next_sample(self, sums: Floats) -> float:
+        if len(self.rows) == 0:
+            return NEVER
+        return float(self.used[0] * self.step[0] - sums[ks.EPOCH])
+
+    def take_samples(self, now: float, state: State) -> float:
+        return sample_until(now, self, state)
+
 
 def columns_of(scene: Scene) -> int:
     """Number of columns of a row."""
     return COLUMNS + 2 * scene.wall_law.gains
 
 
-def new_grids(scenes: Sequence[Scene]) -> Grid:
-    """Empty grids; a step is at first a 1024th of the time to cross half the container, or less."""
+def new_grids(scenes: Sequence[Scene], summary: bool) -> Grid:
+    """Empty grids; a step is at first a 1024th of the time to cross half the container, or less.
+
+    Without a summary they have no rows, and no sample is taken.
+    """
     repeats, columns = len(scenes), columns_of(scenes[0])
+    rows, early = (ROWS + 1, EARLY_ROWS) if summary else (0, 0)
     grids = Grid(  # what is not used is not touched
-        rows=np.zeros((repeats, ROWS + 1, columns)),
-        histogram=np.zeros((repeats, ROWS + 1, SPEED_BINS), dtype=np.int32),
-        step=np.empty((repeats, 1)),
+        rows=np.zeros((repeats, rows, columns)),
+        histogram=np.zeros((repeats, rows, SPEED_BINS), dtype=np.int32),
+        step=np.ones((repeats, 1)),
         used=np.zeros((repeats, 1), dtype=np.int64),
         early=np.zeros((repeats, 1), dtype=np.int64),
-        early_times=np.zeros((EARLY_ROWS, repeats)),
-        early_rows=np.zeros((EARLY_ROWS, repeats, columns)),
-        early_histogram=np.zeros((EARLY_ROWS, repeats, SPEED_BINS), dtype=np.int32),
+        early_times=np.zeros((early, repeats)),
+        early_rows=np.zeros((early, repeats, columns)),
+        early_histogram=np.zeros((early, repeats, SPEED_BINS), dtype=np.int32),
     )
-    for k, scene in enumerate(scenes):
+    for k, scene in enumerate(scenes if summary else ()):
         speed = max(math.hypot(*velocity) for velocity in scene.velocities.tolist())
         crossing = min(scene.container.size) / 2 / speed if speed > 0.0 else 1.0
         grids.step[k] = math.ldexp(1.0, math.frexp(crossing)[1] - 11)
@@ -84,10 +96,8 @@ def new_grids(scenes: Sequence[Scene]) -> Grid:
 
 
 @inlined
-def grid_of(grids: Any, repeat: int) -> Any:
-    """The grid of a repeat, in the same memory, or ``None`` of ``None``."""
-    if grids is None:
-        return None
+def grid_of(grids: Grid, repeat: int) -> Grid:
+    """The grid of a repeat, in the same memory."""
     return Grid(
         grids.rows[repeat],
         grids.histogram[repeat],
@@ -127,81 +137,41 @@ def halve(grid: Grid) -> None:
     grid.step[0] *= 2.0
 
 
-# What boundaries and walls that give energy add
+# What boundaries add
 
 
 @by_class
 def energy(boundary: Any) -> float:
-    """Kinetic energy of a free container, J."""
+    """Kinetic energy of a free container, J.
+
+    Of ``FreeCircle``.
+    """
     return 0.0
 
 
 @by_class
 def pressing(boundary: Any, now: float, state: State) -> float:
-    """Impulse on the wall of all balls that slide, each since its clock, kg m/s."""
+    """Impulse on the wall of all balls that slide, each since its clock, kg m/s.
+
+    Of ``SlidingCircle``.
+    """
     return 0.0
 
 
 @by_class
 def bounce_on(boundary: Any, time: float, state: State) -> None:
-    """Bring balls that bounce until they slide to a time, s; add their impulse on the wall."""
+    """Bring balls that bounce until they slide to a time, s; add their impulse on the wall.
+
+    Of ``SlidingCircle``.
+    """
 
 
 @by_class
 def bounce_back(boundary: Any, state: State) -> None:
-    """Bring these balls back to where ``bounce_on`` found them."""
+    """Bring these balls back to where ``bounce_on`` found them.
 
-
-@by_class
-def write_account(account: Any, row: Floats) -> None:
-    """Write what walls gave and collisions between balls took into a row."""
-
-
-class EnergyAccount(NamedTuple):
-    """The energy that walls have given, and that collisions between balls have taken.
-
-    With the energy at the start, this is the balls' energy at any time, but for rounding.
-
-    sums : (4,), both, J, and what rounding has cut off from them
+    Of ``SlidingCircle``.
     """
-
-    sums: Floats
-
-    def of_repeat(self, repeat: int) -> "EnergyAccount":
-        return EnergyAccount(self.sums[repeat])
-
-    def collide(self, i: int, j: int, now: float, state: State) -> float:
-        balls, k = state.balls, max(j, 0)
-        u_i, v_i, u_k, v_k = balls[U, i], balls[V, i], balls[U, k], balls[V, k]
-        impulse = collide(None, i, j, now, state)
-        if j < 0:
-            add_signed(self.sums, 0, gained(i, u_i, v_i, state))
-        else:
-            add_signed(self.sums, 1, -gained(i, u_i, v_i, state))
-            add_signed(self.sums, 1, -gained(k, u_k, v_k, state))
-        return impulse
-
-    def write_account(self, row: Floats) -> None:
-        row[WALL_ENERGY] = self.sums[0] + self.sums[2]
-        row[LOST_ENERGY] = self.sums[1] + self.sums[3]
-
-
-@inlined
-def gained(i: int, u: float, v: float, state: State) -> float:
-    """Kinetic energy of ball i above that at the velocity (u, v); J."""
-    now_u, now_v = state.balls[U, i], state.balls[V, i]
-    twice = (now_u - u) * (now_u + u) + (now_v - v) * (now_v + v)
-    return float(0.5 * ks.mass_of(state.sizes, i) * twice)
-
-
-@inlined
-def add_signed(sums: Floats, which: int, size: float) -> None:
-    """Add a number to a sum, and the rounding error to the sum's rest (Knuth's TwoSum)."""
-    before = sums[which]
-    after = before + size
-    added = after - before
-    sums[which] = after
-    sums[which + 2] += (before - (after - added)) + (size - added)
 
 
 # Rows
@@ -259,7 +229,9 @@ def measure(
     row[PAIR_VIRIAL] = sums[ks.PAIR_VIRIAL] + sums[ks.PAIR_VIRIAL_REST]
     row[WALL_EVENTS] = state.counts[ks.WALL_EVENTS]
     row[PAIR_EVENTS] = state.counts[ks.PAIR_EVENTS]
-    write_account(state.account, row)
+    if len(state.account) > 0:
+        for which in range(2):
+            row[WALL_ENERGY + which] = state.account[which] + state.account[which + ks.ACCOUNT_REST]
 
 
 @kernel
@@ -281,10 +253,22 @@ def count_speeds(row: Floats, histogram: Any, state: State) -> None:
             histogram[min(int(reduced / SPEED_BIN), SPEED_BINS - 1)] += 1
 
 
-@inlined
-def next_sample(grid: Grid, sums: Floats) -> float:
-    """What clocks show at the grid's next time, s."""
-    return float(grid.used[0] * grid.step[0] - sums[ks.EPOCH])
+@by_class
+def next_sample(grid: Grid | None, sums: Floats) -> float:
+    """What clocks show at the grid's next time, s; never without rows.
+
+    Of ``Grid``.
+    """
+    return NEVER
+
+
+@by_class
+def take_samples(grid: Grid | None, now: float, state: State) -> float:
+    """``sample_until``, if there is a grid.
+
+    Of ``Grid``.
+    """
+    return NEVER
 
 
 @kernel

@@ -1,10 +1,9 @@
-"""A scene in, a trace out: both engines, and a repeat in chunks that can be watched and stopped."""
+"""A scene in, a trace out: a repeat in chunks that can be watched and stopped."""
 
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from decimal import Context, Decimal
 from itertools import chain, combinations
 from typing import Any, ClassVar, TypeAlias
 
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
-from snooker_cli.engine import all_pairs, cell_grid, cells, clock, sampling
+from snooker_cli.engine import cell_grid, cells, clock, event_loop, everyone, sampling
 from snooker_cli.engine import cell_memory as cm
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.clock import CELL_FULL, FULL, IDLE, NOTHING_LEFT, OUT_OF_MARGIN
@@ -26,9 +25,9 @@ from snooker_cli.engine.conversion import (
     scenes_at,
     within,
 )
-from snooker_cli.engine.event_queue import new_tree, nodes_agree
+from snooker_cli.engine.event_queue import new_tree
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Recorded, State, UnequalBalls
-from snooker_cli.engine.sampling import Grid
+from snooker_cli.engine.prefetch import PROGRESS, no_chains
 from snooker_cli.engine.sliding import bounces_to_come
 from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
@@ -56,7 +55,7 @@ REORDERED = 4096
 REORDER_AFTER = 20  # events per ball after which balls are put into the order of their cells again
 
 FEW, FEW_IN_FREE, MOST = 48, 150, 1000
-"""Balls up to which all pairs are faster than cells, times the packing to the 3/8; at most."""
+"""Balls up to which a search among everyone is faster, times the packing to the 3/8; at most."""
 
 BALLS_PER_CELL, DILUTE = 1.0, 0.4
 """In a packed gas, and in a dilute one over the cube root of the packing."""
@@ -64,7 +63,7 @@ BALLS_PER_CELL, DILUTE = 1.0, 0.4
 IDLE_CALLS = 100
 """Calls in a row of only crossings after which a repeat without a time limit ends, 10 s."""
 
-MOST_PROVEN = 1000  # balls up to which all pairs are looked at before that
+MOST_PROVEN = 1000  # balls of which all pairs are looked at before that
 
 RENEWAL = 400  # cost of predicting all again, in crossings
 
@@ -72,24 +71,26 @@ MOTION = {"positions", "velocities", "container_position", "container_velocity",
 """The fields of a scene in which repeats of a point may differ."""
 
 
-# Repeats under way, and the two engines
+# Repeats under way
 
 
-class Engine(ABC):
+class Simulation(ABC):
     """Repeats of one point under way: their arrays, and what has been recorded.
 
-    states : stacked
+    states : stacked; they alone decide how the repeats go on
+    search : what each ball does next, found anew from the states at any time
     active : (*a*,), the repeats that have not ended; all have had ``done`` events
-    grids : stacked; ``None`` if events are recorded
+    grids : stacked; without rows if events are recorded, and no summary
     reasons : why each repeat ended; ``INTERRUPTED`` while it is active
     times : (*repeats*,), of the last event, s
     chunks : of each repeat, its events so far
-    parts : the names of all that decides how the repeats go on: named tuples of arrays and numbers
 
-    Raises ``ValueError`` if neither limit is given.
+    Raises ``ValueError`` if neither limit is given, and if balls should slide elsewhere than along
+    the fixed wall of a circle, or among neighbours.
     """
 
-    parts: ClassVar[tuple[str, ...]] = ("states", "grids")
+    search: Any
+    lets_slide: ClassVar[bool] = False
 
     def __init__(
         self,
@@ -100,65 +101,63 @@ class Engine(ABC):
     ) -> None:
         if collisions is None and time is None:
             raise ValueError("a simulation needs a number of collisions or a time to end at")
+        in_circle = isinstance(scenes[0].container, Circle) and not scenes[0].free
+        if scenes[0].slides and not (in_circle and self.lets_slide):
+            raise ValueError("balls slide along the fixed wall of a circle, found among everyone")
         self.scenes, repeats = scenes, len(scenes)
         self.wanted = ks.NO_LIMIT if collisions is None else collisions
         self.time_limit = math.inf if time is None else time
         self.states = new_states(scenes, self.time_limit, self._memory())
-        self.grids = sampling.new_grids(scenes) if summary else None
+        self.summary, self.grids = summary, sampling.new_grids(scenes, summary)
         self.active, self.done = np.arange(repeats), 0
         self.reasons = [StopReason.INTERRUPTED] * repeats
         self.times = np.zeros(repeats)
         self.chunks: list[list[Events]] = [[] for _ in scenes]
-        self._begin()
+        self._make_search()
 
-    def _memory(self) -> Floats | None:
-        """Memory for the balls, stacked; ``None`` for an array in rows."""
+    def _memory(self) -> tuple[Floats, Indices] | None:
+        """Memory for balls and their history, stacked; ``None`` for arrays in rows."""
         return None
 
     @abstractmethod
-    def _begin(self) -> None:
-        """Make what only this engine has."""
+    def _make_search(self) -> None:
+        """Make the search, which has not found anything yet."""
 
     @abstractmethod
+    def _predict_anew(self, repeat: int) -> None:
+        """Let the search find everything anew, from the state."""
+
     def advance(self, records: Recorded, answers: Integers, limit: int) -> None:
         """Simulate at most ``limit`` events of each active repeat, and answer why it stopped.
 
         records, answers : a row for each active repeat
         """
-
-    def next_epoch(self, repeat: int, epoch: float, shift: float) -> None:
-        """Set all clocks of a repeat back by a shift, s, to the beginning of an epoch."""
-        ks.state_of(self.states, repeat).next_epoch(epoch, shift)
+        event_loop.advance(
+            self.states, self.search, records, self.grids, self.active, answers, limit
+        )
 
     def restore(self, saved: Mapping[str, NDArray[Any]]) -> None:
         """Continue a single repeat from what ``saved`` gave.
 
         Raises ``CheckpointError`` for arrays that no repeat of this scene has.
         """
-        for name in self.parts:
-            setattr(self, name, restored(name, getattr(self, name), saved))
-        check_restored(self.states, new_states(self.scenes))
-        if self.grids is not None:
+        # Arrays are restored in their place; all else has to be as it is.
+        check_restored(restored("states", plain(self.states), saved), new_states(self.scenes))
+        if self.summary:
+            self.grids = restored("grids", self.grids, saved)
             used, early, step = self.grids.used, self.grids.early, self.grids.step
             require(within(used, 0, sampling.ROWS + 2) and np.all((step > 0) & (step < math.inf)))
             require(within(early, 0, sampling.EARLY_ROWS + 1))
-        self._check_restored()
         sums, counts = self.states.sums[0], self.states.counts[0]
         self.times[0] = sums[ks.EPOCH] + sums[ks.NOW]
         self.done = int(counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS])
         require(self.done <= self.wanted)
-
-    @abstractmethod
-    def _check_restored(self) -> None:
-        """Raise ``CheckpointError`` for damage in what only this engine has."""
+        self._make_search()
 
     def saved(self) -> dict[str, NDArray[Any]]:
-        """Copies of all arrays and numbers of a single repeat, for ``restore``."""
-        return dict(chain.from_iterable(copied(name, getattr(self, name)) for name in self.parts))
-
-    @abstractmethod
-    def sample_to_end(self, grids: Grid, clocks: Floats, rows: Floats, histograms: Indices) -> None:
-        """Complete the grids, and write a row for when each repeat's clocks show a time, s."""
+        """Copies of all that decides how a single repeat goes on, for ``restore``."""
+        parts = {"states": plain(self.states)} | ({"grids": self.grids} if self.summary else {})
+        return dict(chain.from_iterable(copied(name, part) for name, part in parts.items()))
 
     def chunk(self, sink: Sink | None = None) -> int:
         """Simulate a chunk of events, and keep them or give them to the sink; how many."""
@@ -167,7 +166,7 @@ class Engine(ABC):
         size = CHUNK if number < REORDERED else SMALL_CHUNK
         size = min(size, max(MOST_EVENTS // len(active), 1))
         limit = min(self.wanted - before, size, epoch_length - before % epoch_length)
-        shape = len(active), limit if self.grids is None else 0
+        shape = len(active), 0 if self.summary else limit
         first, second = np.empty((2, *shape), dtype=np.int32)
         records = Recorded(np.empty(shape), first, second, np.empty(shape))
         answers = np.zeros(len(active), dtype=np.int64)
@@ -176,7 +175,7 @@ class Engine(ABC):
         counts = self.states.counts[active]
         done = counts[:, ks.WALL_EVENTS] + counts[:, ks.PAIR_EVENTS]
         self.times[active] = epochs + clocks
-        if self.grids is None:
+        if not self.summary:
             rows = active.tolist(), epochs.tolist(), (done - before).tolist()
             for *columns, repeat, epoch, new in zip(*records, *rows, strict=True):
                 if new == 0 and self.chunks[repeat]:
@@ -189,7 +188,8 @@ class Engine(ABC):
                 (self.chunks[repeat].append if sink is None else sink)(events)
         for row in np.flatnonzero((done > before) & (done % epoch_length == 0)).tolist():
             following = clock.following(float(epochs[row]), float(clocks[row]))
-            self.next_epoch(int(active[row]), *following)
+            ks.state_of(self.states, int(active[row])).next_epoch(*following)
+            self._predict_anew(int(active[row]))
         ended = (done >= self.wanted) | (answers != FULL)
         for row in np.flatnonzero(ended).tolist():
             reason = 0 if done[row] >= self.wanted else int(answers[row])
@@ -221,11 +221,11 @@ class Engine(ABC):
 
     def _summaries(self, clocks: Floats, times: list[float]) -> Sequence[Summary | None]:
         """The summary of each repeat up to a time, given on its clocks too, s."""
-        if self.grids is None:
+        if not self.summary:
             return [None] * len(times)
         rows = np.empty((len(times), sampling.columns_of(self.scenes[0])))
         histograms = np.empty((len(times), SPEED_BINS), dtype=np.int32)
-        self.sample_to_end(self.grids, clocks, rows, histograms)
+        sampling.sample_to_end(clocks, self.grids, self.states, rows, histograms)
         return [
             sampling.summary(sampling.grid_of(self.grids, repeat), *last)
             for repeat, last in enumerate(zip(times, rows, histograms, strict=True))
@@ -235,22 +235,23 @@ class Engine(ABC):
         """How a repeat ended, with a message."""
         reason, now, limit = self.reasons[repeat], float(self.times[repeat]), self.time_limit
         events = counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS]
+        number = "1 collision" if events == 1 else f"{events:,} collisions"
         messages = {
-            StopReason.COLLISIONS: f"{events:,} collisions reached at {now:.9g} s",
-            StopReason.TIME: f"{limit:.9g} s reached after {events:,} collisions",
+            StopReason.COLLISIONS: f"{number} reached at {now:.9g} s",
+            StopReason.TIME: f"{limit:.9g} s reached after {number}",
             StopReason.NOTHING_LEFT: (
                 f"no further collision can happen after {events:,}, at {now:.9g} s"
             ),
             StopReason.IDLE: (
                 f"no collision in {IDLE_CALLS * cells.CROSSINGS_AT_ONCE:,} crossings of cells "
-                f"after {events:,} collisions, at {now:.9g} s; give a time to end at"
+                f"after {number}, at {now:.9g} s; give a time to end at"
             ),
-            StopReason.INTERRUPTED: f"interrupted after {events:,} collisions at {now:.9g} s",
+            StopReason.INTERRUPTED: f"interrupted after {number} at {now:.9g} s",
         }
         if reason in messages:
             waits = reason in (StopReason.TIME, StopReason.NOTHING_LEFT) and math.isfinite(limit)
             return Stop(reason, limit if waits else now, (), messages[reason])
-        saved = "1 collision is saved" if events == 1 else f"{events:,} collisions are saved"
+        saved = f"{number} {'is' if events == 1 else 'are'} saved"
         scene, labels, column = self.scenes[repeat], self.states.labels, counts[ks.FIRST]
         first, second = (
             int(labels[ball]) if ball >= 0 and len(labels) else ball
@@ -283,75 +284,75 @@ class Engine(ABC):
         return Stop(reason, now, tuple(balls), message)
 
 
-class AllPairs(Engine):
-    """Few balls in a circle: one call of the kernel simulates all repeats."""
-
-    parts = (*Engine.parts, "agendas")
-
-    def _begin(self) -> None:
-        self.agendas = all_pairs.new_agendas(len(self.scenes), self.scenes[0].number)
-
-    def advance(self, records: Recorded, answers: Integers, limit: int) -> None:
-        all_pairs.advance(
-            self.states, self.agendas, records, self.grids, self.active, answers, limit
-        )
-
-    def next_epoch(self, repeat: int, epoch: float, shift: float) -> None:
-        super().next_epoch(repeat, epoch, shift)
-        self.agendas.times[repeat] -= shift
-
-    def sample_to_end(self, grids: Grid, clocks: Floats, rows: Floats, histograms: Indices) -> None:
-        sampling.sample_to_end(clocks, grids, self.states, rows, histograms)
-
-    def _check_restored(self) -> None:
-        times, links, number = *self.agendas, self.scenes[0].number
-        require(np.all(times >= 0.0) and np.all(times[:, :, number:] == math.inf))
-        require(within(links[:, all_pairs.PARTNER], ks.NOT_SEARCHED, number))
-        require(within(links[:, all_pairs.LAST], ks.NO_PARTNER, number))
-        require(links[:, [all_pairs.EVENTS, all_pairs.BOUNCES]] >= 0)
+def plain(states: State) -> State:
+    """The states with the balls in the scene's order, and no more rows than all searches have."""
+    balls, history, labels, sizes = states.balls, states.history, states.labels, states.sizes
+    balls, history = balls[:, : ks.BALL_ROWS], history[:, : ks.HISTORY_ROWS]
+    if len(labels):
+        order = np.argsort(labels)
+        former = history[:, ks.FORMER]
+        history = np.where(former >= 0, labels[former], former)[:, np.newaxis]
+        history = np.concatenate([states.history[:, : ks.FORMER], history], axis=1)[:, :, order]
+        balls, labels = balls[:, :, order], labels[:0]
+        if isinstance(sizes, UnequalBalls):
+            sizes = UnequalBalls(sizes.radii[order], sizes.masses[order])
+    return states._replace(balls=balls, history=history, labels=labels, sizes=sizes)
 
 
-class InCells(Engine):
-    """Many balls, or a box: a single repeat."""
+class AmongEveryone(Simulation):
+    """Few balls: one call of the kernel simulates all repeats."""
 
-    parts = (*Engine.parts, "cells", "ordered_at", "renewed_at", "idle")
+    lets_slide = True
 
-    def _begin(self) -> None:
+    def _make_search(self) -> None:
+        self.search = everyone.new_search(len(self.scenes), self.scenes[0].number)
+
+    def _predict_anew(self, repeat: int) -> None:
+        self.search.begun[repeat] = False
+
+
+class AmongNeighbours(Simulation):
+    """Many balls: a single repeat, whose balls are in cells."""
+
+    cell_factor = 1.0  # how many times as wide as usual cells are: of no effect but on the speed
+
+    def _make_search(self) -> None:
         (self.scene,) = self.scenes
-        self.grid = None if self.grids is None else sampling.grid_of(self.grids, 0)
-        scene, tree = self.scene, new_tree(self.scene.number)
+        scene = self.scene
         # With n balls per area and a mean free path l, crossings cost as l / side and searches as
-        # n side^2. At the least, n side^2 goes as the inverse cube root of the packing. The cells
-        # decide bits, and libraries of C round powers differently; this one is rounded correctly.
-        root = Context(prec=40).power(Decimal(scene.packing_fraction), Decimal(-1 / 3))
-        balls = max(BALLS_PER_CELL, DILUTE * float(root))
-        side = math.sqrt(balls * scene.container.area / scene.number)
-        self.cells = cell_grid.new_cells(scene, side, self.state.balls, tree)
+        # n side^2. At the least, n side^2 goes as the inverse cube root of the packing.
+        balls = max(BALLS_PER_CELL, DILUTE / scene.packing_fraction ** (1 / 3))
+        side = self.cell_factor * math.sqrt(balls * scene.container.area / scene.number)
+        grid = cell_grid.new_cells(scene, side, new_tree(scene.number))
+        self.search = cells.Neighbours(grid, np.zeros(PROGRESS, np.int64), np.zeros(1))
         self.ordered_at = self.idle = 0
         self.renewed_at = 0.0
-        self._renew_margin(0.0)
+        self._renew_margin(float(self.state.sums[ks.NOW]))
         self._fill()
 
     @property
     def state(self) -> State:
         return ks.state_of(self.states, 0)
 
-    def _memory(self) -> Floats:
+    def _memory(self) -> tuple[Floats, Indices]:
         """Stacked memory in which each ball is a line of the processor's cache."""
-        return cm.ball_memory(self.scenes[0].number)[np.newaxis]
+        balls, history = cm.ball_memory(self.scenes[0].number)
+        return balls[np.newaxis], history[np.newaxis]
 
     def advance(self, records: Recorded, answers: Integers, limit: int) -> None:
         if self.scene.number >= REORDERED:
             self._keep_order()
+        no_chains(self.search.cells.tree.bits, self.search.progress)
         begun, renewals, answer = self.state.collisions, 0, CELL_FULL
         while answer in (CELL_FULL, OUT_OF_MARGIN):
             done = self.state.collisions - begun
-            rest = Recorded(*(column[0][done:] for column in records))
-            answer = int(cells.advance(self.state, self.cells, rest, self.grid, limit - done))
+            rest = Recorded(*(column[0] for column in records.after(done)))
+            grid = sampling.grid_of(self.grids, 0)
+            answer = event_loop.advance_alone(self.state, self.search, rest, grid, limit - done)
             if answer == CELL_FULL:
-                self._fill(2 * self.cells.members.shape[1])
-            elif answer == OUT_OF_MARGIN and self.cells.margin is not None:
-                self._renew_margin(float(self.cells.margin.place[cells.UNTIL]))
+                self._fill(2 * self.search.cells.members.shape[1])
+            elif answer == OUT_OF_MARGIN:
+                self._renew_margin(float(self.search.cells.margin.place[cells.UNTIL]))
                 self._fill()
                 renewals += 1
                 if renewals * (RENEWAL + self.scene.number) >= cells.CROSSINGS_AT_ONCE:
@@ -363,53 +364,9 @@ class InCells(Engine):
         endless = self.scene.container.period is not None and self.time_limit == math.inf
         answers[0] = IDLE if endless and self.idle >= IDLE_CALLS else answer
 
-    def next_epoch(self, repeat: int, epoch: float, shift: float) -> None:
-        super().next_epoch(repeat, epoch, shift)
-        self.state.balls[[cm.CONTACT_TIME, cm.CROSSING_TIME]] -= shift
-        self.cells.tree.times[:] -= shift  # what is equal stays equal: nodes and children agree
-        self.renewed_at -= shift
-        if self.cells.margin is not None:
-            self.cells.margin.place[cells.UNTIL] -= shift
-
-    def restore(self, saved: Mapping[str, NDArray[Any]]) -> None:
-        labels, members = (
-            np.asarray(saved.get(name)) for name in ("states.labels", "cells.members")
-        )
-        require(labels.ndim == 1 and len(labels) in (0, self.scene.number))
-        require(members.ndim == 2 and len(members) == len(self.cells.members))
-        require(members.shape[1] >= cm.LEAST_MEMBERS)
-        self.states = self.states._replace(labels=np.zeros(len(labels), dtype=np.int32))
-        self._fill(members.shape[1])
-        self.mesh = self.cells.mesh
-        super().restore(saved)
-
-    def _check_restored(self) -> None:
-        balls, links, number = self.state.balls, self.cells.links, self.scene.number
-        members, occupancy, mesh = self.cells.members, self.cells.occupancy, self.cells.mesh
-        corner = [mesh.left, mesh.bottom]
-        require(mesh._replace(left=self.mesh.left, bottom=self.mesh.bottom) == self.mesh)
-        require(np.isfinite([*corner, self.renewed_at]))
-        require(~np.isnan(balls[[cm.CONTACT_TIME, cm.CROSSING_TIME]]))
-        require(within(self.cells.tags[cm.FORMER], ks.NO_PARTNER, number))
-        require(within(links[cm.PARTNER], ks.NOT_SEARCHED, number))
-        require(links[cm.BOUNCES] >= 0)
-        # Each ball is where its links say, and cells have no other members.
-        cell, row = links[cm.CELL], links[cm.PLACE]
-        require(within(members, 0, number) and within(cell, 0, len(members)))
-        counted = np.bincount(cell, minlength=len(members))
-        require((occupancy == counted) & (counted <= members.shape[1]))
-        require((row >= 0) & (row < occupancy[cell]))
-        require(members[cell, row] == np.arange(number))
-        require(nodes_agree(self.cells.tree))
-        if self.cells.margin is not None:
-            place, brink, (brinks,) = self.cells.margin
-            require(0 <= brinks <= number and not np.any(np.isnan(place)))
-            require(np.array_equal(np.sort(brink[:brinks]), np.flatnonzero(links[cm.BRINK])))
-        require(self.idle >= 0 and self.ordered_at >= 0)
-
-    def sample_to_end(self, grids: Grid, clocks: Floats, rows: Floats, histograms: Indices) -> None:
-        sampling.sample_until(float(clocks[0]), sampling.grid_of(grids, 0), self.state)
-        sampling.sample(rows[0], histograms[0], 0.0, self.state)
+    def _predict_anew(self, repeat: int) -> None:
+        self._renew_margin(float(self.state.sums[ks.NOW]))
+        self._fill()
 
     def _nothing_can_meet(self) -> bool:
         """Whether it is certain that no ball meets another, or the wall of a free container."""
@@ -434,74 +391,59 @@ class InCells(Engine):
 
     def _fill(self, capacity: int | None = None) -> None:
         """Put the balls into cells, perhaps of another capacity, and predict everything."""
+        grid = self.search.cells
         if capacity is not None:
-            members, near = cm.room_for(capacity, len(self.cells.occupancy))
-            self.cells = self.cells._replace(members=members, near=near)
+            members, near = cm.room_for(capacity, len(grid.occupancy))
+            grid = grid._replace(members=members, near=near)
+            self.search = self.search._replace(cells=grid)
         # As of the last event, or of when cells were put round a free container since.
         now = max(float(self.state.sums[ks.NOW]), self.renewed_at)
-        if self.cells.margin is not None:
-            self.cells.margin.brinks[0] = 0
-        self.cells.links[cm.BRINK] = 0
-        if not cells.fill(now, self.state, self.cells):
-            self._fill(2 * self.cells.members.shape[1])
+        if grid.margin is not None:
+            grid.margin.brinks[0] = 0
+        grid.links[cm.BRINK] = 0
+        if not cells.fill(now, self.state, grid):
+            self._fill(2 * grid.members.shape[1])
 
     def _renew_margin(self, now: float) -> None:
         """Put cells round a free container's place at a time, s."""
+        self.renewed_at = now
         if self.scene.free:
-            self.cells = cells.with_margin(self.cells, self.state.boundary.motion, now)
-            self.renewed_at = now
+            grid = cells.with_margin(self.search.cells, self.state.boundary.motion, now)
+            self.search = self.search._replace(cells=grid)
 
     def _keep_order(self) -> None:
         """Put the balls into the order of their cells, if there have been events enough."""
-        state, old = self.state, self.cells
-        labels, number = state.labels, self.scene.number
-        if len(labels) and state.collisions < self.ordered_at + REORDER_AFTER * number:
+        state, number = self.state, self.scene.number
+        labels = state.labels if len(state.labels) else np.arange(number, dtype=np.int32)
+        if len(state.labels) and state.collisions < self.ordered_at + REORDER_AFTER * number:
             return
-        order = np.argsort(old.links[cm.CELL], kind="stable")
+        order = np.argsort(self.search.cells.links[cm.CELL], kind="stable")
         rank = np.empty(number, dtype=np.int32)
         rank[order] = np.arange(number, dtype=np.int32)
+        balls, history = self._memory()
+        np.take(state.balls.T, order, axis=0, out=balls[0].T)
+        former = history[0, ks.FORMER]
+        former[former >= 0] = rank[former[former >= 0]]
         sizes = state.sizes
         if isinstance(sizes, UnequalBalls):
             sizes = UnequalBalls(sizes.radii[order], sizes.masses[order])
-        memory = self._memory()
-        balls = memory[0]
-        np.take(state.balls.T, order, axis=0, out=balls.T)
         self.states = self.states._replace(
-            balls=memory,
-            labels=(labels if len(labels) else np.arange(number, dtype=np.int32))[order],
-            sizes=sizes,
+            balls=balls, history=history, labels=labels[order], sizes=sizes
         )
-        links = np.asfortranarray(old.links[:, order])
-        self.cells = old._replace(links=links, tags=cm.tags_of(balls))
-        former = self.cells.tags[cm.FORMER]
-        former[former >= 0] = rank[former[former >= 0]]
         self.ordered_at = state.collisions
         self._fill()
 
 
-def engine_for(scene: Scene, name: str | None = None) -> type[AllPairs] | type[InCells]:
-    """The faster engine for a scene, or that of a name: "allpairs" or "cells".
-
-    Raises ``ValueError`` for another name, for all pairs in a box, and for balls that slide in
-    cells or outside of a fixed circle.
-    """
-    in_circle = isinstance(scene.container, Circle)
+def usual_search(scene: Scene) -> type[Simulation]:
+    """The faster search for a scene; both give the same bits."""
     few = scene.number <= few_at(scene.packing_fraction, free=scene.free)
-    chosen = name or ("allpairs" if in_circle and (few or scene.slides) else "cells")
-    if chosen not in ("allpairs", "cells"):
-        raise ValueError(f"there is no engine {name}: use allpairs or cells")
-    if scene.slides and (chosen == "cells" or scene.free):
-        raise ValueError("only engine allpairs lets balls slide, along the fixed wall of a circle")
-    if chosen == "allpairs" and not in_circle:
-        raise ValueError(f"the engine allpairs knows no {scene.container.title}: use cells")
-    return AllPairs if chosen == "allpairs" else InCells
+    in_circle = isinstance(scene.container, Circle)
+    return AmongEveryone if in_circle and (few or scene.slides) else AmongNeighbours
 
 
 def few_at(packing_fraction: float, *, free: bool) -> int:
-    """Balls in a circle up to which all pairs are faster than cells, see docs/engine.md."""
-    # Of square roots, which are exactly rounded: a scene gets the same engine on every machine.
-    root = math.sqrt(math.sqrt(packing_fraction))
-    return int(min((FEW_IN_FREE if free else FEW) / (root * math.sqrt(root)), MOST))
+    """Balls in a circle up to which a search among everyone is faster, see docs/engine.md."""
+    return int(min((FEW_IN_FREE if free else FEW) / packing_fraction**0.375, MOST))
 
 
 # A repeat
@@ -515,7 +457,7 @@ def simulate(
     summary: bool = False,
     watch: Callable[[int], bool] | None = None,
     sink: Sink | None = None,
-    engine: str | None = None,
+    search: type[Simulation] | None = None,
     checkpoint: Mapping[str, NDArray[Any]] | None = None,
 ) -> Trace:
     """Simulate a scene until a number of collisions or a time, whichever comes first.
@@ -525,13 +467,14 @@ def simulate(
     summary : record observables on a grid of times instead of the events
     watch : called after each chunk with the number of new events; a true answer stops the repeat
     sink : called with the events of each chunk; the trace then has none, so memory stays bounded
-    engine : "allpairs" or "cells" instead of the faster one
+    search : ``AmongEveryone`` or ``AmongNeighbours`` instead of the faster one, for tests
     checkpoint : of the trace of the same call that ``watch`` stopped; the repeat then goes on from
         there with the same bits, and only later events are recorded
 
-    Raises ``ValueError`` if neither limit is given, or if the engine cannot simulate the scene.
+    Raises ``ValueError`` if neither limit is given, or if balls should slide elsewhere than along
+    the fixed wall of a circle.
     """
-    run = engine_for(scene, engine)([scene], collisions, time, summary)
+    run = (search or usual_search(scene))([scene], collisions, time, summary)
     if checkpoint is not None:
         run.restore(checkpoint)
     while len(run.active):
@@ -550,12 +493,12 @@ def simulate_batch(
     time: float | None = None,
     summary: bool = False,
     watch: Callable[[int], object] | None = None,
-    engine: str | None = None,
+    search: type[Simulation] | None = None,
 ) -> list[Trace]:
     """Simulate repeats of one point, with few balls in one call; the traces are ``simulate``'s.
 
     scenes : they differ in positions and velocities only
-    collisions, time, summary, engine : as in ``simulate``
+    collisions, time, summary, search : as in ``simulate``
     watch : called after each chunk with the number of new events of all; it may raise
 
     Raises ``ValueError`` if scenes differ otherwise, and in the cases of ``simulate``.
@@ -567,9 +510,9 @@ def simulate_batch(
         if not all(other is first or np.array_equal(other, first) for other in others):
             raise ValueError("the scenes of a batch differ in more than positions and velocities")
     tell = watch or (lambda _: None)
-    kind = engine_for(scenes[0], engine)
+    kind = search or usual_search(scenes[0])
     # Cells take as long as one repeat after the other: their kernel is called for each.
-    size = 1 if kind is InCells else MOST_SUMMARIES if summary else len(scenes)
+    size = 1 if kind is AmongNeighbours else MOST_SUMMARIES if summary else len(scenes)
     traces: list[Trace] = []
     for begin in range(0, len(scenes), size):
         run = kind(scenes[begin : begin + size], collisions, time, summary)
@@ -579,9 +522,9 @@ def simulate_batch(
     return traces
 
 
-def specialisation(scene: Scene, *, engine: str | None = None) -> dict[str, bool]:
+def specialisation(scene: Scene) -> dict[str, bool]:
     """What the kernel is compiled for: it has only what the scene needs."""
-    in_cells = engine_for(scene, engine) is InCells
+    in_cells = usual_search(scene) is AmongNeighbours
     in_circle = isinstance(scene.container, Circle)
     return {
         "cells": in_cells,

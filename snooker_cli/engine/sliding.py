@@ -13,14 +13,18 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine import prediction
 from snooker_cli.engine.boundaries import FixedCircle
 from snooker_cli.engine.clock import CLOCK_DIGITS
-from snooker_cli.engine.collision import bounce_sums, hit_wall, slide
-from snooker_cli.engine.contact import NEVER, wall_delay
+from snooker_cli.engine.collision import hit_wall, slide
+from snooker_cli.engine.contact import NEVER, chord_delay, wall_delay
 from snooker_cli.engine.jit import by_class, helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, Integers, State, U, V, X, Y
-from snooker_cli.laws import Constant
+from snooker_cli.engine.prediction import next_hit
+from snooker_cli.engine.restitution import CONSTANT, COR, KIND, WALL, bounce_sums
 
-# What a ball does: it flies, or it bounces until it slides, or it slides.
-FLIES, SETTLES, SLIDES = range(3)
+# What a ball does: it flies; it flies from a place exactly at the wall, to which it has slid; it
+# bounces until it slides; it slides.
+FLIES, LEAVES, SETTLES, SLIDES = range(4)
+
+BEYOND = 2.0**-36  # share of a square that rounding does not reach, see ``SlidingCircle.flight``
 
 FLAT = 2.0**-27  # normal over tangential speed from which on its square does not count beside 1
 
@@ -97,7 +101,7 @@ def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
     lasts 2 a v_n/(v_n^2 + v_t^2) and turns it by 2 atan(v_n/v_t): at last two geometric series.
     """
     x, y, u, v, now = ball_of(i, state.balls)
-    e = state.setup.wall_law.cor
+    e = state.setup.laws[WALL, COR]
     square = x * x + y * y
     inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u  # a v_n and a v_t
     c, s, given = 1.0, 0.0, 0.0
@@ -131,6 +135,7 @@ def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
     return (x, y, u, v, now), float(ks.mass_of(state.sizes, i) * given / math.sqrt(square))
 
 
+@inlined
 def chord_sum(q: float, restitution: float) -> float:
     """Sum of q e^k/(1 + (q e^k)^2) over all k from 0, with only + - * / and roots, for equal bits.
 
@@ -157,22 +162,28 @@ def chord_sum(q: float, restitution: float) -> float:
 
 @by_class
 def bouncing_mass(boundary: Any, mass: float) -> float:
-    """The mass (kg) of a ball that bounces at the wall; at a free one the reduced mass."""
+    """The mass (kg) of a ball that bounces at the wall; at a free one the reduced mass.
+
+    Of ``FreeCircle``.
+    """
     return mass
 
 
+@helper
 def bounces_to_come(i: int, state: State) -> tuple[float, float]:
     """How long the bounces of ball i, trapped just off the wall, last, s; their impulse, kg m/s.
 
-    With another law than ``Constant``, both are upper bounds.
+    With another law than CONSTANT, both are upper bounds.
     """
-    e, column = state.setup.wall_law.cor, state.balls[: ks.BALL_ROWS, i].tolist()
-    x, y, u, v = ks.relative(state.boundary, *column)
+    law = state.setup.laws[WALL]
+    e = float(law[COR])
+    x, y, u, v, clock = ball_of(i, state.balls)
+    x, y, u, v = ks.relative(state.boundary, x, y, u, v, clock)
     square, inward, cross = x * x + y * y, max(0.0, -(x * u + y * v)), abs(x * v - y * u)
     mass = bouncing_mass(state.boundary, float(ks.mass_of(state.sizes, i)))
-    if not isinstance(state.setup.wall_law, Constant):
+    if law[KIND] != CONSTANT:
         distance = math.sqrt(square)
-        _, changes = bounce_sums(state.setup.wall_law, inward / square, distance)
+        _, changes = bounce_sums(law, inward / square, distance)
         now = float(state.sums[ks.NOW])
         return prediction.bouncing_time(i, now, state), mass * changes * inward / distance
     if e == 0.0:
@@ -193,7 +204,7 @@ def pressed(i: int, now: float, state: State) -> float:
 
 # The next contact of a ball if it, or its partner, or both, slide along the wall
 
-STEPS = 512  # steps towards a contact after which a ball searches again from there
+STEPS = 512  # steps towards a contact, beyond now, after which a ball searches again later
 
 SHORT = 2.0**-46
 """A part of the container's radius that is no more than the rounding of a few places."""
@@ -201,11 +212,14 @@ SHORT = 2.0**-46
 
 @inlined
 def arc_delay(
-    way: tuple[float, ...], distance: float, largest: float, horizon: float
+    way: tuple[float, ...], distance: float, largest: float, passed: float, horizon: float
 ) -> tuple[float, bool]:
     """Time until a ball on an arc touches one that flies, at a distance (m), and whether it does.
 
-    If not, it is a time up to which they do not touch: inf if not before the horizon.
+    If not, it is a time up to which they do not touch: inf if not before the horizon. The steps are
+    the same whenever it is asked, so a contact has one time.
+
+    passed : s, the part of that time which has passed; it ends ``STEPS`` steps later
 
     way : of a ball that turns at w (rad/s) from (x, y), one that flies from (px, py); their speed
 
@@ -222,8 +236,9 @@ def arc_delay(
     least = SHORT * a / speed
     tangible = 4.0 * SHORT * distance * speed
     slack = 8.0 * SHORT * distance * a
-    t = 0.0
-    for _ in range(STEPS):
+    t, steps = 0.0, 0
+    while steps < STEPS:
+        steps += 1 if t > passed else 0
         c, s = cosine_and_sine(w * t)
         ax, ay = c * x - s * y, s * x + c * y
         bx, by = px + pu * t, py + pv * t
@@ -256,39 +271,41 @@ def contact_on_arc(
     boundary: "SlidingCircle",
     i: int,
     now: float,
-    delay: float,
+    time: float,
     partner: int,
     state: State,
     wall_times: Floats,
 ) -> tuple[float, int]:
-    """When ball i first touches another, if one of them slides, and which, if before ``delay``."""
+    """When ball i first touches another, if one of them slides, and which, if before a time, s."""
     balls, rim, motions = state.balls, boundary.circle.radius, boundary.motions
-    xi, yi = ks.place(boundary, i, now, balls)
-    wi = angular_velocity(i, balls) if motions[i] == SLIDES else 0.0
+    if motions[i] == SETTLES:
+        return time, partner
     for k in range(balls.shape[1]):
         if k == i or motions[k] == SETTLES or (motions[i] != SLIDES and motions[k] != SLIDES):
             continue
-        d = ks.contact_distance(state.sizes, i, k)
-        xk, yk = ks.place(boundary, k, now, balls)
-        until = delay
-        if motions[i] == SLIDES and motions[k] == SLIDES:
-            wk = angular_velocity(k, balls)
-            speed = (abs(wi) + abs(wk)) * rim
-            if abs(wi - wk) * rim <= 8.0 * SHORT * speed:
+        a, b = (min(i, k), max(i, k)) if motions[i] == motions[k] else (i, k)
+        if motions[a] != SLIDES:
+            a, b = b, a
+        since = max(balls[CLOCK, a], balls[CLOCK, b])  # as in ``prediction.contact_time``
+        x, y = ks.place(boundary, a, since, balls)
+        xb, yb = ks.place(boundary, b, since, balls)
+        w, until = angular_velocity(a, balls), time
+        if motions[b] == SLIDES:
+            wb = angular_velocity(b, balls)
+            speed = (abs(w) + abs(wb)) * rim
+            if abs(w - wb) * rim <= 8.0 * SHORT * speed:
                 continue  # side by side
-            way = xi, yi, wi - wk, xk, yk, 0.0, 0.0, speed
-        elif motions[i] == SLIDES:
-            u, v = balls[U, k], balls[V, k]
-            until = min(delay, wall_times[k] - now)
-            way = xi, yi, wi, xk, yk, u, v, abs(wi) * rim + math.sqrt(u * u + v * v)
+            way = x, y, w - wb, xb, yb, 0.0, 0.0, speed
         else:
-            u, v = balls[U, i], balls[V, i]
-            wk = angular_velocity(k, balls)
-            way = xk, yk, wk, xi, yi, u, v, abs(wk) * rim + math.sqrt(u * u + v * v)
-        its_delay, touches = arc_delay(way, d, 2.0 * rim, until)
-        if its_delay < delay:
-            delay, partner = its_delay, k if touches else ks.SEARCH_AGAIN
-    return delay, partner
+            u, v = balls[U, b], balls[V, b]
+            until = min(time, wall_times[b])
+            way = x, y, w, xb, yb, u, v, abs(w) * rim + math.sqrt(u * u + v * v)
+        d = ks.contact_distance(state.sizes, a, b)
+        delay, touches = arc_delay(way, d, 2.0 * rim, now - since, until - since)
+        its_time = max(since + delay, 0.0)
+        if its_time < time:
+            time, partner = its_time, k if touches else ks.SEARCH_AGAIN
+    return time, partner
 
 
 # The boundary
@@ -307,11 +324,11 @@ class SlidingCircle(NamedTuple):
     def of_repeat(self, repeat: int) -> "SlidingCircle":
         return SlidingCircle(self.circle, self.motions[repeat])
 
-    def delay_to_wall(self, i: int, now: float, left_wall: bool, state: State) -> float:
-        return prediction.delay_to_wall(self.circle, i, now, left_wall, state)
-
-    def delay_to_next_hit(self, i: int, state: State) -> float:
-        return prediction.delay_to_next_hit(self.circle, i, state)
+    def time_at_wall(self, i: int, state: State) -> float:
+        if self.motions[i] == LEAVES:
+            x, y, u, v, clock = ball_of(i, state.balls)
+            return float(clock + chord_delay(x, y, u, v))
+        return prediction.time_at_wall(self.circle, i, state)
 
     def hit_wall(self, i: int, now: float, state: State, elastic: bool) -> float:
         return hit_wall(self.circle, i, now, state, elastic)
@@ -338,36 +355,37 @@ class SlidingCircle(NamedTuple):
         begins = bool(motions[k] == SETTLES)
         return k, begins, slide(self, k, now, state)
 
-    def settle(self, i: int, trapped: bool, now: float, state: State) -> float:
+    def settle(self, i: int, trapped: bool, now: float, state: State) -> bool:
         x, y, u, v, _ = ball_of(i, state.balls)
         inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u
-        square = (1.0 - state.setup.wall_law.cor) * cross * cross
+        square = (1.0 - state.setup.laws[WALL, COR]) * cross * cross  # 0 at an elastic wall
         # From then on bounces are shorter than the rounding of the clock.
         least = CLOCK_DIGITS * (state.sums[ks.EPOCH] + now) * square
-        if trapped or (cross != 0.0 and 2.0 * inward * (x * x + y * y) <= least):
+        if trapped or (square > 0.0 and 2.0 * inward * (x * x + y * y) <= least):
             self.motions[i] = SETTLES
-            return bounced(i, NEVER, state)[0][4]
-        return NEVER
+        return False
 
-    def take_off_wall(self, i: int) -> bool:
-        slid = bool(self.motions[i] == SLIDES)
-        if slid:
-            self.motions[i] = FLIES
-        return slid
+    def time_of_next_hit(self, i: int, state: State) -> float:
+        if self.motions[i] == SLIDES:
+            return NEVER
+        if self.motions[i] == SETTLES:
+            return max(bounced(i, NEVER, state)[0][4], 0.0)
+        return next_hit(i, state)
+
+    def take_off_wall(self, i: int) -> None:
+        if self.motions[i] != SETTLES:
+            self.motions[i] = LEAVES if self.motions[i] == SLIDES else FLIES
 
     def without_curved(self, mask: int, start: int, stop: int, i: int) -> int:
         for k in range(start, stop):
-            if self.motions[i] != FLIES or self.motions[k] != FLIES:
+            if self.motions[i] >= SETTLES or self.motions[k] >= SETTLES:
                 mask = prediction.without(mask, start, k)
         return mask
 
-    def searched_until(self, time: float, early: bool) -> float:
-        return time if early else NEVER
-
     def earliest_on_arc(
-        self, i: int, now: float, delay: float, partner: int, state: State, wall_times: Floats
+        self, i: int, now: float, time: float, partner: int, state: State, wall_times: Floats
     ) -> tuple[float, int]:
-        return contact_on_arc(self, i, now, delay, partner, state, wall_times)
+        return contact_on_arc(self, i, now, time, partner, state, wall_times)
 
     # What replays and summaries ask
 
@@ -409,14 +427,16 @@ class SlidingCircle(NamedTuple):
             if self.motions[i] == SETTLES:
                 set_ball(i, ball_of(i, state.scratch), state.balls)
 
-    def flight(
-        self, i: int, now: float, settles: bool, state: State
-    ) -> tuple[float, float, float, float]:
+    def flight(self, i: int, now: float, state: State) -> tuple[float, float, float, float]:
         ball = ball_of(i, state.balls)
         if self.motions[i] == SLIDES:
             ball = turned(i, now, state.balls)
-        elif settles:
-            ball = bounced(i, now, state)[0]
+        else:
+            # Beyond the wall, only one that settles: each hit of another is an event.
+            x, y = ks.position(i, now, state.balls)
+            reach = self.circle.radius - ks.radius_of(state.sizes, i)
+            if x * x + y * y > reach * reach * (1.0 + BEYOND):
+                ball = bounced(i, now, state)[0]
         x, y, u, v, clock = ball
         age = now - clock
         return x + u * age, y + v * age, u, v

@@ -3,19 +3,25 @@
 "use strict";
 
 const TC = 0.01; // the duration of contacts, in mean free times, that prevents a collapse
+const LEAST_SHARE = 1e-200; // of the energy at the start, below which the gas ends: numbers end at 1e-308
+const KEPT_PARTS = 6000; // of a path, of which the arena draws the latest half
+const SMALL_TURN = 0.1; // rad, of a part of the path of a ball that slides
+const FLASH_NUMBERS = 7; // time, ball, other ball or wall, places of both
 const SLIDING = { slides: true, contactDuration: 0, elasticBelow: 0 }; // of a scene whose balls slide
 
 class Gas {
   // The first repeat of a config. Throws an error with a sentence for a scene that does not fit. The
-  // gas runs on after the config's number of collisions, but not after its time.
-  constructor(config) {
+  // gas runs on after the config's number of collisions, but not after its time. own: see ``startingScene``.
+  constructor(config, own = null) {
     this.config = config;
     this.changed = false; // whether no config describes it any more
     this.time = 0; // s, that is shown
-    this.contacts = []; // the last ones: { time, step, x, y, radius }
-    const scene = startingScene(config, 0);
+    this.flashes = new Float64Array(FLASH_NUMBERS * MOST_FLASHES); // of each of the last events
+    const scene = startingScene(config, 0, own);
+    this.start = scene;
     this.simulation = new Simulation(scene, { time: config.time }, { hash: true });
     this.meter = new Meter(scene, this.simulation);
+    this.startEnergy = this.meter.totalEnergy; // J
     this.radii = scene.radii;
     this.number = scene.radii.length;
     this.series = new Series();
@@ -32,23 +38,27 @@ class Gas {
   }
 
   get collisions() {
-    return this.simulation.wallEvents + this.simulation.pairEvents;
+    return this.simulation.collisions;
   }
 
   // Simulates at most a number of collisions, up to a time, s, and a deadline of the computer's clock,
   // ms. Whether it got as far as it was asked to.
   advance(until, most = Infinity, deadline = Infinity) {
     const { simulation } = this;
-    for (let done = 0; done < most && !this.stop; done++) {
-      const stop = simulation.advance(1, until), { eventCount, reached } = simulation;
+    for (let done = 0; done < most && !this.stop; done += simulation.eventCount) {
+      const toSample = Math.ceil(this.nextSample - this.collisions); // then velocities are needed
+      const stop = simulation.advance(Math.min(most - done, toSample), until), { eventCount, reached } = simulation;
+      if (eventCount) this.follow();
+      if (this.meter.totalEnergy < LEAST_SHARE * this.startEnergy) {
+        simulation.halt(`the gas has lost all but ${LEAST_SHARE} of its energy`);
+      }
       // Where no collision can happen any more, balls still move.
       const isFree = stop?.reason === NOTHING_LEFT && until < simulation.timeLimit;
       if (isFree) simulation.stop = null;
-      if (isFree || (!stop && !eventCount && reached === until)) {
+      if (isFree || (!stop && reached === until)) {
         this.time = until;
         return true;
       }
-      if (eventCount) this.follow();
       // A step to the next collision gives up when it is far.
       const isFar = !eventCount && deadline === Infinity;
       if (!stop && (isFar || Date.now() >= deadline)) {
@@ -60,33 +70,49 @@ class Gas {
     return true;
   }
 
-  // Keeps what the charts need of the event that has just happened.
+  // Keeps what the charts need of the events that have just happened.
   follow() {
-    this.meter.follow();
-    const { simulation } = this, { time } = simulation;
-    const i = simulation.eventI[0], j = simulation.eventJ[0];
-    this.contacts.push({ time, step: this.collisions, ...this.contact(i, j) });
-    if (this.contacts.length > MOST_FLASHES) this.contacts.shift();
-    if (this.course && (i === this.tagged || j === this.tagged)) {
-      this.course.push([time, ...this.place(this.tagged, time)]);
+    const { simulation, meter, series, tagged } = this, { eventCount, eventTime, eventI, eventJ } = simulation;
+    const { eventPlaces } = simulation, rowNow = () => this.row();
+    for (let row = 0; row < eventCount; row++) {
+      meter.follow(row);
+      series.add(rowNow);
+      if (this.course && (eventI[row] === tagged || eventJ[row] === tagged)) {
+        const begin = 4 * row + (eventI[row] === tagged ? 0 : 2);
+        this.course.push([eventTime[row], eventPlaces[begin], eventPlaces[begin + 1]]);
+      }
     }
-    this.series.add(() => this.row());
+    if (this.course?.length > KEPT_PARTS) this.course.splice(0, this.course.length - KEPT_PARTS / 2);
+    for (let row = Math.max(eventCount - MOST_FLASHES, 0); row < eventCount; row++) {
+      const at = FLASH_NUMBERS * ((this.collisions - eventCount + row) % MOST_FLASHES);
+      this.flashes[at] = eventTime[row];
+      this.flashes[at + 1] = eventI[row];
+      this.flashes[at + 2] = eventJ[row];
+      for (let k = 0; k < 4; k++) this.flashes[at + 3 + k] = eventPlaces[4 * row + k];
+    }
     if (this.collisions >= this.nextSample) this.sampleSpeeds();
   }
 
-  // Where ball i touches ball j or the wall, m, and the radius of ball i.
-  contact(i, j) {
-    const { container } = this.scene, { time } = this.simulation, radius = this.radii[i];
-    const [x, y] = this.place(i, time), [width, height] = container.size;
+  // The contacts of the last events, the latest one last: { time, step, x, y, radius }.
+  get contacts() {
+    const { collisions } = this, known = Math.min(collisions, MOST_FLASHES);
+    return Array.from({ length: known }, (_, k) => {
+      const before = collisions - known + k, begin = FLASH_NUMBERS * (before % MOST_FLASHES);
+      const [time, i, j, ...places] = this.flashes.subarray(begin, begin + FLASH_NUMBERS);
+      return { time, step: before + 1, ...this.contact(i, j, places) };
+    });
+  }
+
+  // Where balls i and j touch each other, or ball i the wall, m; and the radius of ball i.
+  contact(i, j, [x, y, otherX, otherY]) {
+    const { container } = this.scene, radius = this.radii[i], [width, height] = container.size;
     let across, along;
     if (j >= 0) {
-      const [otherX, otherY] = this.place(j, time);
       [across, along] = [otherX - x, otherY - y];
       if (container.shape === "periodic") across -= width * Math.round(across / width);
       if (container.shape !== "box" && container.shape !== "circle") along -= height * Math.round(along / height);
     } else {
-      const [cx, cy] = this.place(this.number, time);
-      [across, along] = [x - cx, y - cy];
+      [across, along] = [x - otherX, y - otherY];
       if (container.shape !== "circle") {
         const isNearer = width / 2 - Math.abs(across) <= height / 2 - Math.abs(along);
         [across, along] = isNearer || container.shape === "channel" ? [Math.sign(across), 0] : [0, Math.sign(along)];
@@ -116,8 +142,14 @@ class Gas {
 
   // Adds where the tagged ball is while it slides: then its path is no line between its collisions.
   followSlide() {
-    const motion = this.course && this.simulation.state.boundary.motions?.[this.tagged];
-    if (motion) this.course.push([this.time, ...this.place(this.tagged, this.time)]);
+    if (!this.course || !this.simulation.isCurved(this.tagged)) return;
+    const { time, tagged, course } = this, from = Math.max(course[course.length - 1][0], this.simulation.time);
+    const turn = ((time - from) * this.speed(tagged)) / (this.scene.container.size[0] / 2 - this.radii[tagged]);
+    const parts = Math.max(1, Math.min(Math.ceil(turn / SMALL_TURN), MOST_PARTS));
+    for (let part = 1; part <= parts; part++) {
+      const at = part < parts ? from + (part / parts) * (time - from) : time;
+      course.push([at, ...this.place(tagged, at)]);
+    }
   }
 
   row() {
@@ -146,8 +178,10 @@ class Gas {
     this.nextSample = this.collisions + Math.max(1, this.number / 2);
     const twiceTemperature = (2 * this.meter.energy) / this.number;
     if (!(twiceTemperature > 0)) return;
+    const { flights, time } = this.simulation;
+    this.simulation.show(time);
     for (let ball = 0; ball < this.number; ball++) {
-      const [u, v] = this.simulation.velocityOf(ball);
+      const u = flights[4 * ball + BALL.U], v = flights[4 * ball + BALL.V];
       const reduced = Math.sqrt((this.scene.masses[ball] * (u * u + v * v)) / twiceTemperature);
       this.counts[binOf(reduced)]++;
     }
@@ -195,6 +229,11 @@ class Gas {
     const { hashes, hash } = this.simulation;
     if (!this.stop || hashes.some(([count]) => count === hash.count)) return hashes;
     return [...hashes, [hash.count, hash.digest()]];
+  }
+
+  // The config of the program that gives the same collisions, unless the gas has changed since its start.
+  get program() {
+    return configOfStart(this.config, this.start);
   }
 
   // Other laws of collision from now on.

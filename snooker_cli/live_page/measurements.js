@@ -17,8 +17,6 @@ const energyKept = ({ pairLaw, wallLaw, container, positions }) => {
 
 const isWarm = ({ wallLaw, container }) => hasWalls(container) && givesEnergy(wallLaw);
 
-const givesEnergy = (law) => lawsOfWall(law).some(({ word }) => word === "thermal" || word === "driven");
-
 // Follows a simulation, event by event: its energies and what has added up since the start.
 class Meter {
   constructor(scene, simulation) {
@@ -27,28 +25,27 @@ class Meter {
     this.number = scene.radii.length;
     this.time = simulation.time;
     this.energyTime = 0; // J s, the integral of the balls' energy
-    this.read();
+    this.wallImpulse = this.pairVirial = this.wallEvents = this.pairEvents = 0;
+    this.energy = simulation.kineticEnergy(); // of the balls, J
+    this.totalEnergy = this.energy + simulation.containerEnergy();
   }
 
-  read() {
-    this.energy = this.simulation.kineticEnergy(); // of the balls, J
-    this.totalEnergy = this.energy;
-    if (!Number.isFinite(this.scene.containerMass)) return;
-    const [u, v] = this.simulation.velocityOf(this.number);
-    this.totalEnergy += (this.scene.containerMass * (u * u + v * v)) / 2;
-  }
-
-  // To be called after each event.
-  follow() {
-    const now = this.simulation.time;
-    this.energyTime += this.energy * (now - this.time);
-    this.time = now;
-    this.read();
+  // To be called for each event of a call of the simulation's ``advance``.
+  follow(row) {
+    const { eventTime, eventJ, eventSums } = this.simulation, begin = FOLLOWED.FOLLOWED_SUMS * row;
+    this.energyTime += this.energy * (eventTime[row] - this.time);
+    this.time = eventTime[row];
+    if (eventJ[row] < 0) this.wallEvents++;
+    else this.pairEvents++;
+    this.energy = eventSums[begin + FOLLOWED.ENERGY];
+    this.totalEnergy = this.energy + eventSums[begin + FOLLOWED.CONTAINER_ENERGY];
+    this.wallImpulse = eventSums[begin + FOLLOWED.WALL_IMPULSE];
+    this.pairVirial = eventSums[begin + FOLLOWED.PAIR_VIRIAL];
   }
 
   // All that adds up, at a time (s) before the next event.
   sums(time = this.time) {
-    const { wallImpulse, pairVirial, wallEvents, pairEvents } = this.simulation;
+    const { wallImpulse, pairVirial, wallEvents, pairEvents } = this;
     const energyTime = this.energyTime + this.energy * (time - this.time);
     return { time, energyTime, wallImpulse, pairVirial, wallEvents, pairEvents };
   }
@@ -120,24 +117,26 @@ function decayRate(times, values, power) {
   return Number.isFinite(move) ? rate(p) / span : NaN;
 }
 
-// Simulates a repeat of a config to its end and measures it, as `snooker fit` and `compare` do: k and
-// α of the energy of balls and container, and the sums from which `meansOf` has T, P and PV/NT.
-function measureRepeat(config, repeat) {
-  const scene = startingScene(config, repeat);
-  const { collisions, time } = config, simulation = new Simulation(scene, { collisions, time });
+const measureRepeat = (config, repeat, own = null) => measureScene(startingScene(config, repeat, own), config);
+
+// Simulates a scene up to its limits of collisions and time, and measures it, as `snooker fit` and
+// `compare` do: k and α of the energy of balls and container, and the sums of T, P and PV/NT for `meansOf`.
+function measureScene(scene, { collisions, time }) {
+  const simulation = new Simulation(scene, { collisions, time });
   const meter = new Meter(scene, simulation);
   const times = [0], energies = [meter.totalEnergy], sums = [meter.sums()];
   let stop = null;
   while (!stop) {
-    stop = simulation.advance(1);
-    if (!simulation.eventCount) continue;
-    meter.follow();
-    const last = times.length - 1, again = last > 0 && meter.time - times[last] <= INSTANT * meter.time;
-    if (again) [energies[last], sums[last]] = [meter.totalEnergy, meter.sums()];
-    else {
-      times.push(meter.time);
-      energies.push(meter.totalEnergy);
-      sums.push(meter.sums());
+    stop = simulation.advance(Infinity);
+    for (let row = 0; row < simulation.eventCount; row++) {
+      meter.follow(row);
+      const last = times.length - 1, again = last > 0 && meter.time - times[last] <= INSTANT * meter.time;
+      if (again) [energies[last], sums[last]] = [meter.totalEnergy, meter.sums()];
+      else {
+        times.push(meter.time);
+        energies.push(meter.totalEnergy);
+        sums.push(meter.sums());
+      }
     }
   }
   const end = stop.time, collapses = stop.reason === COLLAPSE && times.length > 1;
@@ -197,9 +196,9 @@ function meanAndError(values) {
 
 const MEASURED = ["temperature", "pressure", "ratio", "k", "alpha"];
 
-// A row of the table: means and standard errors over the repeats of a config.
-function tableRow(config, results) {
-  const scene = startingScene(config, 0), [width] = scene.container.size, number = scene.radii.length;
+// A row of the table: means and standard errors over the repeats of a config, and its first scene.
+function tableRow(config, results, scene = startingScene(config, 0)) {
+  const [width] = scene.container.size, number = scene.radii.length;
   const skipped = relaxation(number, results);
   const law = hasWalls(scene.container) ? scene.wallLaw : {}; // one with a temperature has no CoR
   const hasOneCor = [scene.pairLaw, law].every(({ word }) => word !== "viscoelastic"); // at all speeds

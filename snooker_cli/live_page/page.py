@@ -1,13 +1,16 @@
 """A config -> the live page: the gas of its first point, which the browser simulates."""
 
 import json
+import zlib
+from base64 import b64encode
 from typing import Any
 
 import yaml
 
 from snooker_cli import config as configs
 from snooker_cli import theory
-from snooker_cli.config import Experiment, Loaded
+from snooker_cli.config import BallList, Experiment, Loaded
+from snooker_cli.engine import webassembly
 from snooker_cli.errors import SceneError
 from snooker_cli.pages.html_page import (
     PAGES,
@@ -20,23 +23,16 @@ from snooker_cli.pages.html_page import (
 )
 from snooker_cli.placement.starting_scene import starting_scene
 
-MOST_BALLS = 200  # so that a page shows 60 frames a second
+MOST_BALLS = 2000  # so that a page shows 60 frames a second
 MOST_SEED = 2**53 - 1  # the largest that JavaScript's numbers have exactly
 MOST_BYTES = 250_000  # of a page, which teachers send by mail
 
 LIVE = "snooker_cli.live_page"
-ENGINE_SCRIPTS = (
-    "collision.js",
-    "boundaries.js",
-    "all_pairs.js",
-    "cells.js",
-    "sliding.js",
-    "simulation.js",
-    "random_numbers.js",
-    "places.js",
-    "start.js",
-)
+ENGINE_SCRIPTS = ("engine.js", "hashes.js", "scene.js", "start.js")
 """The engine and the start, in an order in which they can run."""
+
+PACKED = ("sliding_circle", "periodic", "fixed_circle", "box", "channel", "free_circle")
+"""The modules in the order in which they deflate best: each is similar to the one before."""
 
 MEASURING = ("theory.js", "measurements.js")
 SHOWING = ("gas.js", "yaml.js", "charts.js", "table.js", "controls.js", "live.js")
@@ -54,7 +50,7 @@ def live_page(loaded: Loaded) -> str:
         raise loaded.error("seed", sentence)
     number = experiment.number
     if number > MOST_BALLS:
-        sentence = f"the live page shows at most {MOST_BALLS} balls, not {number:,}; give fewer"
+        sentence = f"the live page shows at most {MOST_BALLS:,} balls, not {number:,}; give fewer"
         raise loaded.error("balls", sentence)
     try:
         starting_scene(experiment, 0)
@@ -73,18 +69,20 @@ def live_page(loaded: Loaded) -> str:
     if own["config"] != scenes[0]["config"]:
         scenes.insert(0, own)
     data = {
-        "scenes": scenes,
+        "start": own_start(experiment),
+        "scenes": [scene | {"config": _with_rows(scene["config"])} for scene in scenes],
         "defaults": _defaults(),
         "theory": theory_numbers(),
         "colours": SPEED_COLOURS,
     }
     parts = {
         "data": script_data(data),
+        "modules": script_data(packed_modules()),
         "engine": worker_source(),
         "script": script_of(PAGES, *SHARED) + script_of(LIVE, *SHOWING),
     }
     title = own["title"] if scenes[0] is own else "snooker live"
-    return html_page(LIVE, "live", title, parts, workers=True)
+    return html_page(LIVE, "live", title, parts, simulates=True)
 
 
 def report_scene() -> dict[str, Any]:
@@ -103,8 +101,20 @@ def presets() -> list[dict[str, Any]]:
 
 
 def engine_source() -> str:
-    """The scripts of the engine and of the start, one after the other."""
-    return script_of(LIVE, *ENGINE_SCRIPTS)
+    """The scripts of the engine and of the start, one after the other; modules are not in them."""
+    layout = script_data(webassembly.description())
+    return f"const ENGINE = {layout};\n{script_of(LIVE, *ENGINE_SCRIPTS)}"
+
+
+def packed_modules() -> dict[str, Any]:
+    """The compiled engine: the modules of all boundaries, deflated, in base64; and their lengths.
+
+    They are compiled if the cache of kernels lacks them.
+    """
+    modules = webassembly.modules()
+    codes = {boundary: modules[boundary] for boundary in PACKED}
+    packed = b64encode(zlib.compress(b"".join(codes.values()), 9)).decode()
+    return {"lengths": {name: len(code) for name, code in codes.items()}, "packed": packed}
 
 
 def worker_source() -> str:
@@ -119,6 +129,30 @@ def theory_numbers() -> dict[str, Any]:
         "denominator": theory.PADE_DENOMINATOR.tolist(),
         "densest": theory.DENSEST_FLUID,
     }
+
+
+def own_start(experiment: Experiment) -> dict[str, Any] | None:
+    """The program's start of the first repeat, for ``ownStart`` of start.js; none if it is listed.
+
+    Rows are doubles in base64, because their decimals would take twice as much.
+    """
+    start = starting_scene(experiment, 0)
+    if isinstance(experiment.balls, BallList) and start.wall_key is None:
+        return None
+    columns = start.positions, start.velocities, start.radii
+    rows = b"".join(column.astype("<f8").tobytes() for column in columns)
+    key = None if start.wall_key is None else str(start.wall_key)
+    return {"size": start.container.size, "rows": b64encode(rows).decode(), "key": key}
+
+
+def _with_rows(config: dict[str, Any]) -> dict[str, Any]:
+    """The config with listed balls as rows of values below one row of keys: half as long."""
+    balls = config["balls"]
+    if not isinstance(balls, dict) or balls.get("list") is None:
+        return config
+    keys = list({key: None for ball in balls["list"] for key in ball})
+    rows = [[ball.get(key) for key in keys] for ball in balls["list"]]
+    return config | {"balls": balls | {"list": [keys, *rows]}}
 
 
 def _defaults() -> dict[str, Any]:

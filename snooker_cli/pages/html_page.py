@@ -32,20 +32,24 @@ def text_of(package: str, *names: str) -> str:
 
 
 def script_of(package: str, *names: str) -> str:
-    """The scripts in files of a package without indents and lines of comments, a fifth of them."""
-    return re.sub(r"(?m)^ *(?:(?://.*|/\*\*[\s\S]*?\*/)\n)?", "", text_of(package, *names))
+    """The scripts in files of a package without comments and indentation: a fifth of a page.
+
+    A comment at the end of a line has spaces around its slashes; texts of one line have none.
+    """
+    code = re.sub(r"(?m)^ *(//.*|/\*\*[\s\S]*?\*/)\n", "", text_of(package, *names))
+    return re.sub(r"(?m)^ +|(?<=\S) +// .*$", "", code)
 
 
 def html_page(
-    package: str, name: str, title: str, parts: dict[str, str], *, workers: bool = False
+    package: str, name: str, title: str, parts: dict[str, str], *, simulates: bool = False
 ) -> str:
     """A page with the body NAME.html and the style NAME.css of a package.
 
     parts : for each ``{{part}}`` of the body that is not in shared.html
-    workers : whether its script may start workers, which it makes itself
+    simulates : whether its script may run WebAssembly, and start workers that it makes itself
     """
     around = {
-        "more": "; worker-src blob:" if workers else "",
+        "more": " 'wasm-unsafe-eval'; worker-src blob:" if simulates else "",
         "title": html.escape(title),
         "style": text_of(PAGES, "page.css") + text_of(package, f"{name}.css"),
         "body": _filled(text_of(package, f"{name}.html"), _shared_parts() | parts),

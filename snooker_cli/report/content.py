@@ -341,7 +341,7 @@ def _largest_deviations(found: Sequence[tuple[str, float, InWindows]], start: st
 
 
 def rounding_differences() -> list[dict[str, Any]]:
-    """What averages by the two engines differ by, for each scene and quantity.
+    """What averages differ by if starts differ by one rounding, for each scene and quantity.
 
     Keys: ``quantity``, ``unit``, ``what`` (the scene); ``difference`` and ``error``; ``share``, the
     error over the mean; ``in_errors``, the absolute difference in errors.

@@ -31,14 +31,14 @@ _log = logging.getLogger(__name__)
 
 
 @lru_cache(maxsize=1024)
-def compile_for(experiment: Experiment, engine: str | None) -> None:
+def compile_for(experiment: Experiment) -> None:
     """Compile what simulating a point needs, or load it from the cache, once in a process.
 
     If its balls have no place, nothing is compiled: the simulation will report that.
     """
     with suppress(SceneError):
         summary = not experiment.keeps_events
-        simulate(first_scene(experiment, 0), collisions=1, summary=summary, engine=engine)
+        simulate(first_scene(experiment, 0), collisions=1, summary=summary)
 
 
 class Batch(NamedTuple):
@@ -134,7 +134,6 @@ class Job:
             command=self.command,
             started=started.isoformat(timespec="milliseconds"),
             seconds=seconds,
-            engine=self.run.engine,
         )
 
     def limits(self, point: int) -> dict[str, Any]:
@@ -144,7 +143,6 @@ class Job:
             "collisions": experiment.collisions,
             "time": experiment.time,
             "summary": not experiment.keeps_events,
-            "engine": self.run.engine,
         }
 
 

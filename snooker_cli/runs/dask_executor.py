@@ -64,7 +64,7 @@ class RemoteRun:
 
     name : unique for one `snooker run`
     directory : the run's folder, the same on all machines
-    identity, engine : of the run, to notice another run in the folder
+    identity : of the run, to notice another run in the folder
     command, interval : as in ``Job``
     """
 
@@ -72,7 +72,6 @@ class RemoteRun:
     software: str
     directory: Path
     identity: str
-    engine: str | None
     command: str
     interval: float
 
@@ -105,7 +104,7 @@ def simulate_remotely(remote: RemoteRun, batch: Batch) -> Results:
         stored = list(map(cached, run.file_statuses(run.path(*batch), check=store.check)))
         if len(stored) == len(batch.repeats) and all(stored):
             return [replace(result, cached=False) for result in stored if result]
-        compile_for(run.points[batch.point].experiment, run.engine)
+        compile_for(run.points[batch.point].experiment)
         return simulate_and_store(Job(run, remote.command, remote.interval), batch, mine)
     except RunError as error:
         return [RepeatResult(batch.point, repeat, error=str(error)) for repeat in batch.repeats]
@@ -125,7 +124,7 @@ def _opened(remote: RemoteRun) -> Run:
     """The run in a folder as this machine sees it. Raises ``RunError`` for another one."""
     try:
         run = open_run(remote.directory)
-        if (run.identity, run.engine) == (remote.identity, remote.engine):
+        if run.identity == remote.identity:
             return run
         problem = f"{remote.directory}: holds another run"
     except (RunError, StoreError) as error:
@@ -202,9 +201,7 @@ class DaskExecutor(Executor):
     def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
         watcher.simulating(0.0)  # each worker compiles what it needs
         run, folder = job.run, job.run.directory.absolute()
-        remote = RemoteRun(
-            self._name, software(), folder, run.identity, run.engine, job.command, job.interval
-        )
+        remote = RemoteRun(self._name, software(), folder, run.identity, job.command, job.interval)
         items = takewhile(lambda _: not self._lost, missing)
         yield from self.counted(partial(simulate_remotely, remote), items, watcher)
         if not self._cancelled.is_set():

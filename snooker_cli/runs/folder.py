@@ -104,8 +104,6 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
             f"results of engine version {stored.engine_version}, where this snooker has version "
             f"{run.engine_version}, which may give other bits"
         )
-    elif stored.engine != run.engine:
-        code, refusal = "other_engine", "results of another --engine, whose bits differ"
     elif list(map(_physics, run.points)) != list(map(_physics, stored.points)):
         keys = [key for key in Experiment.model_fields if key not in ("title", "repeats")]
         new, old = run.experiment, stored.experiment
@@ -209,10 +207,9 @@ def open_run(name: str | Path) -> Run:
         content = json.loads(read_text(manifest))
         experiment = validated(content["experiment"])
         version, engine_version = content["schema_version"], content["engine_version"]
-        engine, kinds = content.get("engine"), {type(version), type(engine_version)}
-        if engine not in (None, "allpairs", "cells") or kinds != {int}:
-            raise ValueError("its engine or a version does not exist")
-        run = Run(directory, experiment, points(experiment), engine, engine_version)
+        if {type(version), type(engine_version)} != {int}:
+            raise ValueError("one of its versions is no whole number")
+        run = Run(directory, experiment, points(experiment), engine_version)
         if [point["digest"] for point in content["points"]] != list(run.digests):
             raise ValueError("its points are not those of its experiment")
     except PermissionError:

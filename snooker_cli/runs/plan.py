@@ -65,7 +65,7 @@ def unseen(_text: str) -> None:
 
 
 def checked(
-    loaded: Loaded, engine: str | None = None, show: Callable[[str], None] = unseen
+    loaded: Loaded, show: Callable[[str], None] = unseen
 ) -> tuple[tuple[Point, ...], list[SceneClass]]:
     """The points of a loaded config and the classes of their scenes.
 
@@ -76,20 +76,19 @@ def checked(
     try:
         show("checking the config")
         points = loaded.points()
-        return points, scene_classes(points, engine, show)
+        return points, scene_classes(points, show)
     except SceneError as error:
         raise loaded.error(error.key, str(error)) from None
 
 
 def scene_classes(
-    points: Sequence[Point], engine: str | None = None, show: Callable[[str], None] = unseen
+    points: Sequence[Point], show: Callable[[str], None] = unseen
 ) -> list[SceneClass]:
     """The classes of the points' scenes. Places the balls of each scene once.
 
     show : as of ``checked``
 
-    Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated, or that
-    the chosen engine cannot simulate.
+    Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated.
     """
     groups: dict[Any, list[tuple[Point, int, float | None, tuple[float, float]]]] = {}
     # Points that differ in losses or limits alone have the same first scene, which is made once.
@@ -108,7 +107,7 @@ def scene_classes(
                     "balls.count, whose directions are random",
                 )
             scene = first_scene(experiment, 0)
-            models = specialisation(scene, engine=engine)
+            models = specialisation(scene)
         except (SceneError, ValueError) as error:
             label = point_label(same[0].as_json())
             where = f" (at the point {label})" if same[0].parameters else ""
@@ -176,11 +175,11 @@ def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
     return groups
 
 
-def batch_size(experiment: Experiment, engine: str | None) -> int:
+def batch_size(experiment: Experiment) -> int:
     """How many repeats of a point are simulated and stored together; the same on every machine."""
     scene = first_scene(experiment, 0)
     collisions = _most_collisions(experiment, scene)
-    seconds = _seconds(scene.number, specialisation(scene, engine=engine)["cells"], collisions)
+    seconds = _seconds(scene.number, specialisation(scene)["cells"], collisions)
     stored = EVENT_IN_MEMORY * collisions if experiment.keeps_events else BYTES_OF_SUMMARY
     size = stored + BYTES_OF_REPEAT + BYTES_OF_BALL * scene.number
     return max(1, int(min(BATCH_SECONDS / seconds, BATCH_BYTES / size)))
@@ -281,7 +280,7 @@ def _class_plan(scene_class: SceneClass, to_do: Mapping[int, int]) -> dict[str, 
         "balls": sorted(set(scene_class.balls)),
         "critical_ratios": scene_class.lengths,
         "shape": scene_class.shape.name,
-        "engine": "cells" if scene_class.models["cells"] else "allpairs",
+        "search": "neighbours" if scene_class.models["cells"] else "everyone",
         "to_do": sum(to_do[point.index] for point in scene_class.points),
         "models": scene_class.models,
         **dict(zip(ESTIMATES, map(sum, zip(*estimates, strict=True)), strict=True)),

@@ -200,7 +200,7 @@ def execute_watched(
     """
     check_current_folder()  # before a folder is deleted or made
     saving = "saving the current repeats"
-    if run.experiment.repeats > 1 and batch_size(run.points[0].experiment, run.engine) > 1:
+    if run.experiment.repeats > 1 and batch_size(run.points[0].experiment) > 1:
         saving = "unfinished batches of short repeats are not saved"
 
     def stop(_number: int, _frame: object) -> None:

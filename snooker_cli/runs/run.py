@@ -80,14 +80,12 @@ class RepeatStatus(NamedTuple):
 class Run:
     """A run's folder and the experiment whose repeats it holds.
 
-    engine : "allpairs" or "cells" for all points; None lets snooker choose
     engine_version : of the engine that makes its repeats
     """
 
     directory: Path
     experiment: Experiment
     points: tuple[Point, ...]
-    engine: str | None = None
     engine_version: int = ENGINE_VERSION
 
     @property
@@ -113,11 +111,9 @@ class Run:
 
     def manifest(self) -> dict[str, Any]:
         """The content of ``run.json``: the experiment and what identifies its points."""
-        forced = {} if self.engine is None else {"engine": self.engine}
         return {
             "schema_version": store.SCHEMA_VERSION,
             "engine_version": self.engine_version,
-            **forced,
             "experiment": json.loads(to_json(self.experiment)),
             "points": [
                 {"index": point.index, "parameters": point.as_json(), "digest": identity}
@@ -264,9 +260,6 @@ class Run:
         most = own.experiment.collisions or math.inf
         if source.engine_version != self.engine_version:
             reason = f"is of engine version {source.engine_version}, not {self.engine_version}"
-        elif source.engine != self.engine:
-            how = f"with --engine {source.engine}" if source.engine else "without --engine"
-            reason = f"was simulated {how}"
         elif source.digest != self.digests[point]:
             key = "extended", source.config, source.digest, own.experiment
             order = MEMORY.get(key, partial(_extension, source, own.experiment))

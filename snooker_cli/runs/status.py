@@ -84,7 +84,6 @@ def run_status(run: Run, reading: Callable[[str], None] = lambda _: None) -> dic
         "bytes": sum(size for size, *_ in files.values()),
         "last_file": written and written.isoformat(timespec="seconds"),
         "engine_version": run.engine_version,
-        "engine": run.engine,
         "config": run.identity,
         "command": header.provenance.command if header else "",
         "ledger": ledger,

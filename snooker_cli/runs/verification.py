@@ -41,7 +41,7 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
 
     Child processes read the files, because a stranger's file may crash or fill what reads it.
 
-    replay : simulate each repeat again, with the same limits and engine, and compare all bits of
+    replay : simulate each repeat again, with the same limits, and compare all bits of
         start, events or summary, finish and ending, in bounded memory
     workers : threads
 
@@ -144,7 +144,6 @@ def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Ev
         summary=header.summary,
         watch=lambda _: cancelled.is_set(),
         sink=fingerprint.add,
-        engine=run.engine,
     )
     # One that was interrupted now stops at that collision for another reason. Words may differ.
     ends = [(stop.reason, stop.time, stop.balls) for stop in (again.stop, header.stop)]

@@ -68,7 +68,6 @@ class Provenance:
     versions : of Python and the libraries, as JSON
     started : ISO 8601, UTC
     seconds : that the simulation of all repeats took
-    engine : "allpairs" or "cells" if the user chose one
     """
 
     config: str
@@ -81,7 +80,6 @@ class Provenance:
     command: str
     started: str
     seconds: float
-    engine: str | None = None
 
 
 class RepeatHeader(NamedTuple):

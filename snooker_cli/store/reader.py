@@ -189,10 +189,11 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     (source,) = hdf5.read_text(file, layout.PROVENANCE)
     if layout.seal(source, numbers, contents) != _parameter(file, "content"):
         raise _changed(path)
-    provenance = Provenance(**json.loads(source))
+    origin = json.loads(source)
+    origin.pop("engine", None)  # files up to engine version 8 have it
+    provenance = Provenance(**origin)
     for name, kind in get_type_hints(Provenance).items():
         _require(isinstance(getattr(provenance, name), kind), f"{name} in its provenance")
-    _require(provenance.engine in (None, "allpairs", "cells"), "engine in its provenance")
     ascend = all(first < second for first, second in pairwise([-1, *numbers]))
     _require(len(numbers) > 0 and ascend, "numbers of its repeats")
     endings = json.loads(f"[{','.join(hdf5.read_text(file, layout.ENDINGS))}]")

@@ -1,4 +1,4 @@
-"""``snooker bench hard``: scenes that could break an engine, checked with both engines.
+"""``snooker bench hard``: scenes that could break an engine.
 
 No ball may be lost or overlap another, every number must be finite, and a run must end and give the
 reason.
@@ -263,7 +263,7 @@ class HardCaseStudy(Study):
 
 
 def verdict(case: HardCase, folder: Path = FOLDER) -> Record:
-    """Each point of a case's config with each engine that supports its container.
+    """Each point of a case's config.
 
     The record has the worst of each check, the ``endings`` and the ``faults``.
 
@@ -278,24 +278,22 @@ def verdict(case: HardCase, folder: Path = FOLDER) -> Record:
         experiment = point.experiment
         scene = starting_scene(experiment, 0)
         limit = experiment.collisions
-        for engine in ("allpairs", "cells") if isinstance(scene.container, Circle) else ("cells",):
-            deadline = time.monotonic() + LONGEST + (limit or 0) / SLOWEST
-            trace = simulate(
-                scene,
-                collisions=limit,
-                time=experiment.time,
-                summary=not experiment.keeps_events,
-                engine=engine,
-                watch=lambda _, deadline=deadline: time.monotonic() > deadline,  # type: ignore[misc]
-            )
-            results, wrong = judged(case, trace)
-            for check in results:
-                before = worst.setdefault(check.name, check)
-                worst[check.name] = max(before, check, key=lambda c: (not c.holds, c.error))
-            endings[trace.stop.reason.value] += 1
-            events += trace.collisions
-            label = ", ".join([engine, *(f"{key}={v}" for key, v in point.as_json().items())])
-            faults += [f"{label}: {fault}" for fault in wrong]
+        deadline = time.monotonic() + LONGEST + (limit or 0) / SLOWEST
+        trace = simulate(
+            scene,
+            collisions=limit,
+            time=experiment.time,
+            summary=not experiment.keeps_events,
+            watch=lambda _, deadline=deadline: time.monotonic() > deadline,  # type: ignore[misc]
+        )
+        results, wrong = judged(case, trace)
+        for check in results:
+            before = worst.setdefault(check.name, check)
+            worst[check.name] = max(before, check, key=lambda c: (not c.holds, c.error))
+        endings[trace.stop.reason.value] += 1
+        events += trace.collisions
+        label = ", ".join(f"{key}={v}" for key, v in point.as_json().items())
+        faults += [f"{label}: {fault}" if label else fault for fault in wrong]
     return {
         "name": case.name,
         "why": str(loaded.experiment.title),

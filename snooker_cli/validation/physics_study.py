@@ -118,9 +118,7 @@ class GasSample:
 
         def measured(seed: int) -> Sequence[float] | Floats:
             scene = starting_scene(self.experiment, seed)
-            return measure(
-                self, simulate(scene, collisions=events, engine="cells", summary=summary)
-            )
+            return measure(self, simulate(scene, collisions=events, summary=summary))
 
         with ThreadPoolExecutor(processors()) as pool:
             return np.array(list(pool.map(measured, range(self.seeds))))

@@ -170,21 +170,21 @@ def test_a_driven_gas_has_the_temperature_of_the_balance(
     assert found.difference == pytest.approx(0, abs=0.05 * warm)
 
 
-@pytest.mark.parametrize(("radius", "excess"), [(0.1, 0.05), (0.4, 0.11)])
+@pytest.mark.parametrize(("radius", "excess"), [(0.1, 0.055), (0.4, 0.116)])
 def test_the_balance_is_too_warm_where_balls_lose_much_on_the_way(
     radius: float, excess: float, tmp_path: Path
 ) -> None:
-    """The percentages in `theory.balance_temperature`, which are rounded to 1 %."""
+    """The percentages in `theory.balance_temperature`, from 400 repeats."""
     balls = {"count": 37, "radius": radius, "speed": 10.0, "common_rotation": False}
     config = {"container": {"radius": 10.0}, "balls": balls | {"speeds": "maxwell"}}
-    config |= {"cor": 0.9, "wall_speed": 1.0, "wall_cor": 1.0, "collisions": 40_000, "repeats": 10}
+    config |= {"cor": 0.9, "wall_speed": 1.0, "wall_cor": 1.0, "collisions": 40_000, "repeats": 40}
     (found,) = (
         row
         for row in snooker.run(config, out=tmp_path / "run", progress=False).compare()
         if row["model"] == steady_state.BALANCE
     )
     off = found["predicted"] / found["measured"] - 1
-    assert abs(off - excess) < 0.005 + 3 * found["difference_error"] / found["measured"]
+    assert abs(off - excess) < 0.0005 + 3 * found["difference_error"] / found["measured"]
 
 
 def test_a_driven_circle_keeps_the_common_rotation(driven: list[Trace]) -> None:

@@ -112,20 +112,21 @@ def test_reproduce_simulates_nothing_without_its_libraries(
 
 
 def test_a_warning_names_what_helps_where_most_repeats_ended_early(
-    finished: Path, snooker: Snooker
+    here: Path, snooker: Snooker
 ) -> None:
-    """Two of three repeats at a CoR of 0.85 end in a wall trap, and none at 1."""
-    where = ("small", "--where", "cor=0.85")
+    """All three repeats at a CoR of 0.8 end in a wall trap, and none at 1."""
+    snooker("run", "small.yaml", "-o", "sweep={cor: [0.8, 1.0]}")
+    where = ("small", "--where", "cor=0.8")
     warning = (
-        "snooker: 2 of 3 repeats ended early, so that results rest on their beginnings; to "
+        "snooker: 3 of 3 repeats ended early, so that results rest on their beginnings; to "
         "continue them, set `collapse: slide` (exact, fixed container) or "
         "`collapse: {tc: 0.01}` in the config\n"
     )
     for command in ("fit", "compare"):
         for ended in (snooker(command, *where, "--brief"), snooker(command, *where)):
             assert ended.err == warning
-            assert "; 2 of 3 repeats ended early" in ended.out
-        assert snooker(command, "small", "--brief").err == ""
+            assert "; all 3 repeats ended early" in ended.out
+        assert snooker(command, "small", "--where", "cor=1.0", "--brief").err == ""
     assert snooker("plot", "small", "energy", *where[1:], "--format", "svg").err == warning
 
 

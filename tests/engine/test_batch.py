@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import gas, mixed_scene, report_scene
+from scenes import NEIGHBOURS, gas, mixed_scene, report_scene
 
 from snooker_cli.engine import clock, simulate, simulate_batch, simulation
 from snooker_cli.laws import Constant
@@ -102,8 +102,8 @@ def test_epochs(mass, summary):
 
 def test_cells_and_boxes():
     scenes = [gas("circle", 60, 0.3, cor=0.95, seed=seed) for seed in range(3)]
-    traces = simulate_batch(scenes, collisions=500, engine="cells")
-    assert_same(traces, scenes, collisions=500, engine="cells")
+    traces = simulate_batch(scenes, collisions=500, search=NEIGHBOURS)
+    assert_same(traces, scenes, collisions=500, search=NEIGHBOURS)
     boxes = [gas("box", 24, 0.3, cor=0.9, seed=seed) for seed in range(2)]
     assert_same(simulate_batch(boxes, collisions=200), boxes, collisions=200)
 
@@ -156,9 +156,7 @@ def test_scenes_of_another_point_are_refused(change):
         simulate_batch(scenes, collisions=10)
 
 
-def test_a_batch_needs_a_limit_and_an_engine_that_exists():
+def test_a_batch_needs_a_limit():
     scenes = [report_scene(repeat) for repeat in range(2)]
     with pytest.raises(ValueError, match="a number of collisions or a time"):
         simulate_batch(scenes)
-    with pytest.raises(ValueError, match="there is no engine fast"):
-        simulate_batch(scenes, collisions=1, engine="fast")

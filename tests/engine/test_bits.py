@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from command_line import output_of
 from numpy.typing import ArrayLike
-from scenes import digest, gas, mixed_scene, report_scene
+from scenes import NEIGHBOURS, digest, gas, mixed_scene, report_scene
 
 from snooker_cli.containers import Box, Channel, Container, PeriodicBox
 from snooker_cli.engine import ENGINE_VERSION, replay, series, simulate, simulation
@@ -63,7 +63,6 @@ class Case(NamedTuple):
 
     scene: Callable[[], Scene]
     collisions: int = 2000
-    engine: str | None = None
     summary: bool = False
     long: bool = False
     stop: StopReason = StopReason.COLLISIONS
@@ -99,43 +98,33 @@ TRAP, COLLAPSE = StopReason.WALL_TRAP, StopReason.COLLAPSE
 
 # The scenes share the kernels that other tests compile, but for those that take long.
 CASES = {
-    "all pairs, fixed": Case(partial(circle, cor=0.95), engine="allpairs"),
-    "all pairs, fixed, mixture": Case(partial(circle, cor=0.95, mixed=True), engine="allpairs"),
-    "all pairs, free": Case(partial(circle, cor=0.95, container_mass=20.0), engine="allpairs"),
-    "all pairs, free, mixture": Case(light, engine="allpairs"),
-    "all pairs, elastic": Case(circle, engine="allpairs"),
-    "all pairs, summary": Case(partial(circle, cor=0.95), engine="allpairs", summary=True),
-    "all pairs, tc": Case(partial(soft, contact_duration=0.1), engine="allpairs"),
-    "all pairs, elastic below": Case(partial(soft, elastic_below=1.0), engine="allpairs"),
-    "all pairs, wall trap": Case(trapped, engine="allpairs", stop=TRAP),
-    "all pairs, sliding": Case(sliding),
-    "all pairs, sliding, summary": Case(sliding, summary=True),
-    "cells, fixed": Case(partial(circle, cor=0.95), engine="cells"),
-    "cells, fixed, summary": Case(partial(circle, cor=0.95), engine="cells", summary=True),
-    "cells, free, mixture": Case(light, engine="cells"),
-    "cells, free, mixture, summary": Case(light, engine="cells", summary=True),
-    "cells, tc": Case(partial(soft, contact_duration=0.1), engine="cells"),
-    "cells, elastic below": Case(partial(soft, elastic_below=1.0), engine="cells"),
-    "cells, wall trap": Case(trapped, engine="cells", stop=TRAP),
+    "circle": Case(partial(circle, cor=0.95)),
+    "circle, mixture": Case(partial(circle, cor=0.95, mixed=True)),
+    "circle, free": Case(partial(circle, cor=0.95, container_mass=20.0)),
+    "circle, free, mixture": Case(light),
+    "circle, free, mixture, summary": Case(light, summary=True),
+    "circle, elastic": Case(circle),
+    "circle, summary": Case(partial(circle, cor=0.95), summary=True),
+    "circle, tc": Case(partial(soft, contact_duration=0.1)),
+    "circle, elastic below": Case(partial(soft, elastic_below=1.0)),
+    "circle, wall trap": Case(trapped, stop=TRAP),
+    "circle, sliding": Case(sliding),
+    "circle, sliding, summary": Case(sliding, summary=True),
+    "circle, driven": Case(lambda: heated(circle(cor=0.9), Driven(0.9, 2.0))),
+    "circle, thermal": Case(lambda: heated(circle(cor=0.9), Thermal(20.0), cor_speed=5.0)),
+    "circle, viscoelastic": Case(lambda: heated(trapped(), Viscoelastic(0.8, 5.0), cor_speed=5.0)),
     "box": Case(box),
     "box, mixture": Case(partial(box, mixed=True)),
     "box, summary": Case(box, summary=True),
+    "box, sides": Case(lambda: heated(box(), SIDES)),
+    "channel, driven": Case(
+        lambda: heated(gas("channel", 60, 0.3, cor=0.9, aspect=1.5), Driven(0.9, 2.0))
+    ),
     "periodic box": Case(periodic),
     "periodic box, elastic": Case(partial(periodic, cor=1.0)),
     "periodic box, summary": Case(periodic, summary=True),
     "periodic box, tc": Case(lambda: replace(periodic(cor=0.6), contact_duration=0.1)),
     "periodic box, collapse": Case(partial(periodic, cor=0.1), 100_000, stop=COLLAPSE),
-    "all pairs, driven": Case(lambda: heated(circle(cor=0.9), Driven(0.9, 2.0))),
-    "all pairs, thermal": Case(lambda: heated(circle(cor=0.9), Thermal(20.0), cor_speed=5.0)),
-    "all pairs, viscoelastic": Case(
-        lambda: heated(trapped(), Viscoelastic(0.8, 5.0), cor_speed=5.0)
-    ),
-    "box, sides": Case(lambda: heated(box(), SIDES)),
-    "channel, driven": Case(
-        lambda: heated(gas("channel", 60, 0.3, cor=0.9, aspect=1.5), Driven(0.9, 2.0))
-    ),
-    "cells, fixed, mixture": Case(partial(circle, cor=0.95, mixed=True), engine="cells", long=True),
-    "cells, free": Case(partial(circle, cor=0.95, container_mass=20.0), engine="cells", long=True),
     "periodic box, mixture": Case(partial(periodic, mixed=True), long=True),
     # Balls are put into the order of their cells after 20 collisions of each.
     "5,000 balls, re-ordered": Case(partial(gas, "periodic", 5000, 0.3, cor=0.98), 110_000),
@@ -147,9 +136,7 @@ SHORT = [name for name, case in CASES.items() if not case.long]
 def simulated(name: str) -> Trace:
     """The trace of a case."""
     case = CASES[name]
-    return simulate(
-        case.scene(), collisions=case.collisions, engine=case.engine, summary=case.summary
-    )
+    return simulate(case.scene(), collisions=case.collisions, summary=case.summary)
 
 
 def hashes(names: Iterable[str]) -> dict[str, str]:
@@ -194,7 +181,6 @@ def test_a_repeat_that_is_continued_has_the_same_bits(name, monkeypatch):
         trace = simulate(
             case.scene(),
             collisions=case.collisions,
-            engine=case.engine,
             summary=case.summary,
             sink=parts.append,
             watch=lambda _: True,
@@ -242,14 +228,14 @@ FEW_EVENTS |= {
     "cells, channel": lambda: heated(boxed(report_scene(cor=0.9), Channel), Driven(0.9, 2.0)),
 }
 
-OF_FEW_EVENTS = "fa8b9b46c379b61dd4027283959810d0c9c3bb8ce24e37d8ab6932a1fd604c0f"
+OF_FEW_EVENTS = "42a4ae76e6ef38d993ed1baa0efc298636f106bdabd2ba5d3dcf0ca9862c930c"
 """A hash of ``HASHED``."""
 
 
 def short(name: str, collisions: int, *, summary: bool = False) -> Trace:
     """A short run, in cells if its name says so."""
-    engine = "cells" if name.startswith("cells") else None
-    return simulate(FEW_EVENTS[name](), collisions=collisions, summary=summary, engine=engine)
+    search = NEIGHBOURS if name.startswith("cells") else None
+    return simulate(FEW_EVENTS[name](), collisions=collisions, summary=summary, search=search)
 
 
 def hash_of_few_events() -> str:
@@ -320,7 +306,7 @@ def test_the_most_generic_processor(tmp_path):
     """Compiled anew for a CPU without wide vectors and without fused multiplication."""
     program = """
 import json, test_bits
-print(json.dumps(test_bits.hashes(["all pairs, fixed", "cells, free, mixture"])))
+print(json.dumps(test_bits.hashes(["circle", "circle, free, mixture"])))
 """
     output = output_of(program, NUMBA_CPU_NAME="generic", NUMBA_CACHE_DIR=str(tmp_path))
     assert json.loads(output).items() <= GOLDEN["hashes"].items()

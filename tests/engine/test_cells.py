@@ -5,12 +5,11 @@ That cells miss no contact follows from ``test_invariants``, ``test_twin`` and `
 
 import numpy as np
 import pytest
-from scenes import gas, lattice, scene_of
-from test_twin import agreement
+from scenes import EVERYONE, NEIGHBOURS, gas, lattice, scene_of
+from test_one_trajectory import assert_same
 
 from snooker_cli.containers import SHAPES, Circle
 from snooker_cli.engine import cell_grid, cell_memory, simulate
-from snooker_cli.engine.simulation import InCells
 
 WALLED = {name: shape for name, shape in SHAPES.items() if shape.has_wall}
 
@@ -49,19 +48,19 @@ def test_cells_that_overflow_get_more_room():
         container_mass=100.0,
         restitution=0.95,
     )
-    assert InCells([scene], 1, None).cells.members.shape[1] > cell_memory.LEAST_MEMBERS
-    events = simulate(scene, collisions=1500, engine="cells").events
-    assert agreement(scene, 1500, events, "allpairs") > 300
+    assert NEIGHBOURS([scene], 1, None).search.cells.members.shape[1] > cell_memory.LEAST_MEMBERS
+    expected = simulate(scene, collisions=1500, search=EVERYONE)
+    assert_same(expected, simulate(scene, collisions=1500, search=NEIGHBOURS))
 
 
 def test_balls_that_seldom_meet_take_no_memory():
     """Balls of 1 m in a box of 18,000 km: millions of crossings between two collisions."""
-    engine = InCells([gas("periodic", 4, 4e-14)], 3, None)
+    run = NEIGHBOURS([gas("periodic", 4, 4e-14)], 3, None)
     calls = 0
-    while len(engine.active):
-        engine.chunk()
+    while len(run.active):
+        run.chunk()
         calls += 1
-    (kept,) = engine.chunks
+    (kept,) = run.chunks
     assert calls > 5 * 3
     assert [len(events) for events in kept if len(events)] == [1] * 3
     assert len(kept) <= 4
@@ -72,5 +71,5 @@ def test_balls_that_seldom_meet_take_no_memory():
 @pytest.mark.parametrize("name", ["box", "periodic"])
 def test_a_slender_box_has_no_more_cells_than_its_balls_need(name):
     scene = gas(name, 6, 1e-18, aspect=1e12)
-    mesh = InCells([scene], 10, None).cells.mesh
+    mesh = NEIGHBOURS([scene], 10, None).search.cells.mesh
     assert 100 < mesh.columns <= cell_grid.MOST_IN_ROW * scene.number + 2

@@ -9,7 +9,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from scenes import EPSILON, digest, gas, lone_bouncer, report_scene, scene_of
+from scenes import EPSILON, EVERYONE, NEIGHBOURS, digest, gas, lone_bouncer, report_scene, scene_of
 
 from snooker_cli.engine import simulate
 from snooker_cli.laws import Constant
@@ -58,19 +58,19 @@ STOPPING = {
 
 @every_rule
 @pytest.mark.parametrize(
-    ("name", "engine"),
+    ("name", "search"),
     [
-        *itertools.product(["three balls", "cluster"], ["allpairs", "cells"]),
-        ("wall trap", "allpairs"),
-        pytest.param("wall trap", "cells", marks=pytest.mark.long),  # compiled for this alone
+        *itertools.product(["three balls", "cluster"], [EVERYONE, NEIGHBOURS]),
+        ("wall trap", EVERYONE),
+        pytest.param("wall trap", NEIGHBOURS, marks=pytest.mark.long),  # compiled for this alone
     ],
 )
-def test_a_run_that_would_stop_goes_on(name, rule, engine):
+def test_a_run_that_would_stop_goes_on(name, rule, search):
     make, changes, reason = STOPPING[name]
     scene = replace(make(), **changes)
-    without = simulate(scene, collisions=20_000, time=20.0, engine=engine)
+    without = simulate(scene, collisions=20_000, time=20.0, search=search)
     assert without.stop.reason is reason
-    trace = simulate(replace(scene, **rule), collisions=20_000, time=20.0, engine=engine)
+    trace = simulate(replace(scene, **rule), collisions=20_000, time=20.0, search=search)
     assert trace.stop.reason in (StopReason.TIME, StopReason.COLLISIONS)
     assert trace.stop.time > 2 * min(without.stop.time, 10.0)
     assert trace.finish.kinetic_energy < scene.kinetic_energy

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import EPSILON, energy_losses, lone_bouncer, scene_of
+from scenes import EPSILON, EVERYONE, NEIGHBOURS, energy_losses, lone_bouncer, scene_of
 
 from snooker_cli.analysis.observables import (
     total_angular_momentum,
@@ -58,10 +58,10 @@ def test_star_polygon(corners, turns):
 
 
 @pytest.mark.parametrize(
-    ("engine", "container_mass", "bounces"),
-    [("allpairs", math.inf, 100_000), ("cells", math.inf, 20_000), ("cells", 1e12, 20_000)],
+    ("search", "container_mass", "bounces"),
+    [(EVERYONE, math.inf, 100_000), (NEIGHBOURS, math.inf, 20_000), (NEIGHBOURS, 1e12, 20_000)],
 )
-def test_whispering_gallery(engine, container_mass, bounces):
+def test_whispering_gallery(search, container_mass, bounces):
     """At an angle of 1e-6 a chord takes 2a sin(angle)/v = 1.8e-6 s, and none is missed.
 
     A thousand thousand million times as heavy, the container is as good as fixed.
@@ -70,7 +70,7 @@ def test_whispering_gallery(engine, container_mass, bounces):
     ball = (A, 0.0, -SPEED * math.sin(angle), SPEED * math.cos(angle), 1.0, 1.0)
     company = (0.0, 0.0, 0.0, 0.0, 1.0 if math.isinf(container_mass) else 0.5, 1.0)
     scene = scene_of([ball, company], container_mass=container_mass)
-    trace = simulate(scene, collisions=bounces, engine=engine)
+    trace = simulate(scene, collisions=bounces, search=search)
     interval = 2 * A * math.sin(angle) / SPEED
     # A bounce rounds the direction by some epsilon; in the angle, they add up as a walk.
     walk = 6 * math.sqrt(bounces) * 2 * EPSILON / angle
@@ -148,7 +148,7 @@ def test_a_billiard_in_a_box():
     """
     start, velocity, end = np.array([-2.0, 2.0]), np.array([10.0, 6.0]), 1000.0
     scene = scene_of([(*start, *velocity, 1.0, 1.0), AT_REST], container=Box(12.0, 8.0))
-    trace = simulate(scene, time=end, engine="cells")
+    trace = simulate(scene, time=end, search=NEIGHBOURS)
     sides = np.array([10.0, 6.0])  # of the box that the centre is in
     due = (sides * np.arange(1, 1010)[:, np.newaxis] - start - sides / 2) / velocity
     expected = np.sort(due[due <= end])
@@ -165,7 +165,7 @@ def test_a_billiard_in_a_box():
 def test_a_ball_in_a_corner_hits_both_walls():
     balls = [(0.0, 0.0, 3.0, 3.0, 1.0, 1.0), (2.5, -2.5, 0.0, 0.0, 0.5, 1.0)]
     scene = scene_of(balls, container=Box(8.0, 8.0))
-    trace = simulate(scene, collisions=40, engine="cells")
+    trace = simulate(scene, collisions=40, search=NEIGHBOURS)
     expected = np.repeat(1.0 + 2.0 * np.arange(20), 2)
     assert trace.events.time == pytest.approx(expected, rel=40 * EPSILON)
     assert np.all(trace.events.impulse == 6.0)
@@ -177,7 +177,7 @@ def test_balls_that_meet_through_the_sides_of_a_periodic_box(along):
     x, y = along
     balls = [(x, y, 2 * x, 2 * y, 0.5, 1.0), (-x, -y, -2 * x, -2 * y, 0.5, 1.0)]
     scene = scene_of(balls, container=PeriodicBox(10.0, 10.0))
-    trace = simulate(scene, collisions=1, engine="cells")
+    trace = simulate(scene, collisions=1, search=NEIGHBOURS)
     way = trace.stop.time * 2.0
     at = np.array([[x, y], [-x, -y]]) * (1.0 + way)
     gaps = [

@@ -6,17 +6,22 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import gas
+from scenes import EVERYONE, NEIGHBOURS, gas
 
-from snooker_cli.engine import CheckpointError, all_pairs, cell_memory, cells, sampling, simulate
+from snooker_cli.engine import CheckpointError, sampling, simulate
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.simulation import Simulation
 from snooker_cli.trace import Trace
 
 BALL, ANY = 7, ...
-OF_BOTH = [
+FORGED = [
+    ("states.balls", (0, ks.X, BALL), np.nan),
+    ("states.history", (0, ks.FORMER, BALL), 60),
+    ("states.history", (0, ks.FORMER, BALL), -(2**31)),
     ("states.boundary.motion", (0, ks.U), np.inf),
     ("states.boundary.radius", ANY, 1e3),
-    ("states.setup.patience", ANY, 3),
+    ("states.setup.settling", ANY, 3.0),
+    ("states.setup.laws", (0, 1), 0.5),
     ("states.sizes.radii", BALL, 0.1),
     ("states.counts", (0, ks.PAIR_EVENTS), -1),
     ("states.counts", (0, ks.WALL_EVENTS), 10**6),
@@ -28,71 +33,39 @@ OF_BOTH = [
     ("grids.early", 0, -1),
     ("grids.step", 0, 0.0),
 ]
-FORGED = {
-    "allpairs": [
-        *OF_BOTH,
-        ("states.balls", (0, ks.X, BALL), np.nan),
-        ("agendas.links", (0, all_pairs.PARTNER, BALL), 60),
-        ("agendas.links", (0, all_pairs.PARTNER, BALL), -4),
-        ("agendas.links", (0, all_pairs.LAST, BALL), 60),
-        ("agendas.links", (0, all_pairs.EVENTS, BALL), -1),
-        ("agendas.times", (0, ks.PAIR_TIME, BALL), np.nan),
-        ("agendas.times", (0, ks.NEXT_TIME, -1), 0.0),
-    ],
-    "cells": [
-        *OF_BOTH,
-        ("cells.tags", (2 * ks.X + 1, BALL), 0x7FF80000),  # the balls' memory: nan
-        ("cells.links", (cell_memory.PARTNER, BALL), 60),
-        ("cells.links", (cell_memory.CELL, BALL), -1),
-        ("cells.links", (cell_memory.CELL, BALL), 10**6),
-        ("cells.links", (cell_memory.PLACE, BALL), 99),
-        ("cells.links", (cell_memory.BRINK, BALL), 2),
-        ("cells.members", (0, 0), 60),
-        ("cells.members", (0, 0), -1),
-        ("cells.occupancy", 0, -1),
-        ("cells.occupancy", 0, 99),
-        ("cells.tags", (cell_memory.FORMER, BALL), 60),
-        ("cells.tree.bits", 1, 1),  # a time just above zero
-        ("cells.tree.bits", 64, -1),
-        ("cells.mesh.columns", ANY, 10**6),
-        ("cells.margin.brinks", 0, 61),
-        ("cells.margin.place", cells.WIDTH, np.nan),
-        ("ordered_at", ANY, -1),
-    ],
-}
 
 
-def simulated(engine: str, checkpoint: Any = None, *, stop: bool = False) -> Trace:
+def simulated(search: type[Simulation], checkpoint: Any = None, *, stop: bool = False) -> Trace:
     scene = gas("circle", 60, 0.3, mixed=True, cor=0.9, container_mass=20.0)
     return simulate(
         scene,
         collisions=20_000,
         summary=True,
-        engine=engine,
+        search=search,
         watch=lambda _: stop,
         checkpoint=checkpoint,
     )
 
 
-def accepts(engine: str, arrays: dict[str, np.ndarray]) -> bool:
+def accepts(search: type[Simulation], arrays: dict[str, np.ndarray]) -> bool:
     try:
-        simulated(engine, arrays)
+        simulated(search, arrays)
     except CheckpointError:
         return False
     return True
 
 
-@pytest.mark.parametrize("engine", FORGED)
-def test_forged_arrays_are_found(engine: str) -> None:
+@pytest.mark.parametrize("search", [EVERYONE, NEIGHBOURS])
+def test_forged_arrays_are_found(search: type[Simulation]) -> None:
     """Each number out of its range, and arrays of another shape or type, or missing."""
-    arrays = simulated(engine, stop=True).checkpoint
-    assert accepts(engine, arrays)
-    for name, index, value in FORGED[engine]:
+    arrays = simulated(search, stop=True).checkpoint
+    assert accepts(search, arrays)
+    for name, index, value in FORGED:
         forged = {key: values.copy() for key, values in arrays.items()}
         forged[name][index] = value
-        assert not accepts(engine, forged), (name, index, value)
+        assert not accepts(search, forged), (name, index, value)
     for name, values in arrays.items():
         others = {key: array for key, array in arrays.items() if key != name}
-        assert not accepts(engine, others), name
-        assert not accepts(engine, {**others, name: values[..., np.newaxis]}), name
-        assert not accepts(engine, {**others, name: values.astype(np.float32)}), name
+        assert not accepts(search, others), name
+        assert not accepts(search, {**others, name: values[..., np.newaxis]}), name
+        assert not accepts(search, {**others, name: values.astype(np.float32)}), name

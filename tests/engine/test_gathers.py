@@ -10,40 +10,35 @@ import sys
 from pathlib import Path
 
 import pytest
-from scenes import gas
+from scenes import EVERYONE, NEIGHBOURS, gas
 
-from snooker_cli.engine import all_pairs, cells, jit, simulate
+from snooker_cli.engine import jit, simulate
+from snooker_cli.engine.event_loop import advance
 
 if os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}:
     pytest.skip("nothing is compiled here", allow_module_level=True)
 
 PROGRAM = """
 import pickle, sys
-from snooker_cli.engine import all_pairs, cells
+from snooker_cli.engine.event_loop import advance
 
-for kernel, signatures in zip((all_pairs.advance, cells.advance), pickle.load(sys.stdin.buffer)):
-    for signature in signatures:
-        kernel.compiled.compile(signature)
-    for assembly in kernel.compiled.inspect_asm().values():
-        print(assembly)
+for signature in pickle.load(sys.stdin.buffer):
+    advance.compiled.compile(signature)
+for assembly in advance.compiled.inspect_asm().values():
+    print(assembly)
 """
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("processor", ["skylake-avx512", "haswell", "znver3", "znver4"])
 def test_kernels_have_no_gathers(processor: str, tmp_path: Path) -> None:
-    """A process of its own compiles both engines for the processor, and runs nothing.
+    """A process of its own compiles both searches for the processor, and runs nothing.
 
     It has an empty cache, because kernels from the cache have no assembly.
     """
-    types = []
-    for engine, kernel in (("allpairs", all_pairs.advance), ("cells", cells.advance)):
-        known = set(kernel.compiled.signatures)
-        simulate(gas("circle", 60, 0.3, mixed=True), collisions=1, engine=engine)
-        signatures = kernel.compiled.signatures
-        types.append(
-            [signature for signature in signatures if signature not in known] or signatures[:1]
-        )
+    for search in (EVERYONE, NEIGHBOURS):
+        simulate(gas("circle", 60, 0.3, mixed=True), collisions=1, search=search)
+    types = advance.compiled.signatures
     settings = {
         "NUMBA_CPU_NAME": processor,
         "NUMBA_CPU_FEATURES": jit.NO_GATHERS.lstrip(","),

@@ -1,4 +1,4 @@
-"""What the dynamics must keep, with both engines and at any coefficient of restitution.
+"""What the dynamics must keep, with both searches and at any coefficient of restitution.
 
 Every event rounds what it changes, and the roundings of n events add up as a random walk does:
 to sqrt(n) times one event's, in which six standard deviations never happen. ``WALK`` counts four
@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import EPSILON, energy_losses, gas, mixed_scene, report_scene
+from scenes import EPSILON, EVERYONE, NEIGHBOURS, energy_losses, gas, mixed_scene, report_scene
 
 from snooker_cli.analysis.observables import (
     total_angular_momentum,
@@ -49,8 +49,8 @@ NAMES = [*list(SCENES)[:-1], pytest.param(list(SCENES)[-1], marks=pytest.mark.lo
 
 
 def simulated(name: str, scene: Scene, collisions: int = 20_000) -> Trace:
-    engine = "cells" if name.startswith("cells") else "allpairs"
-    return simulate(scene, collisions=collisions, engine=engine)
+    search = NEIGHBOURS if name.startswith("cells") else EVERYONE
+    return simulate(scene, collisions=collisions, search=search)
 
 
 @pytest.fixture(scope="module", params=NAMES)

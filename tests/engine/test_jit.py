@@ -164,7 +164,7 @@ def test_changed_sources_have_another_folder(tmp_path: Path) -> None:
     assert output_of(FOLDER, **where) == folders[0]
     for changed in ("engine/contact.py", "engine/jit.py", "trace.py"):
         with (copy / changed).open("a") as source:
-            source.write("# changed\n")
+            source.write("CHANGED = True\n")
         folders.append(output_of(FOLDER, **where))
     assert len(set(folders)) == 4
 

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from scenes import (
     EPSILON,
+    EVERYONE,
+    NEIGHBOURS,
     displaced,
     gas,
     mixed_scene,
@@ -20,6 +22,7 @@ from scenes import (
 
 from snooker_cli.engine import States, clock, replay, replayed, series, simulate
 from snooker_cli.engine.replay import Replay
+from snooker_cli.engine.simulation import Simulation
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Series, StopReason, Trace
 
@@ -65,8 +68,8 @@ def scene(name: str) -> Scene:
 
 
 @pytest.fixture
-def engine(name: str) -> str:
-    return "cells" if name.startswith("cells") else "allpairs"
+def search(name: str) -> type[Simulation]:
+    return NEIGHBOURS if name.startswith("cells") else EVERYONE
 
 
 def assert_state(states: States, row: int, scene: Scene) -> None:
@@ -77,20 +80,20 @@ def assert_state(states: States, row: int, scene: Scene) -> None:
     assert np.array_equal(states.container_velocities[row], scene.container_velocity)
 
 
-def test_ends_are_the_starts_and_the_finishes_bits(scene, engine):
+def test_ends_are_the_starts_and_the_finishes_bits(scene, search):
     for limit in ({"time": 2.0}, {"collisions": 700}):
-        trace = simulate(scene, **limit, engine=engine)
+        trace = simulate(scene, **limit, search=search)
         states = replay(trace, [0.0, trace.stop.time])
         assert_state(states, 0, trace.start)
         assert_state(states, 1, trace.finish)
 
 
-def test_any_moment_is_where_a_run_until_then_ends(scene, engine):
-    trace = simulate(scene, collisions=1500, engine=engine)
+def test_any_moment_is_where_a_run_until_then_ends(scene, search):
+    trace = simulate(scene, collisions=1500, search=search)
     moments = np.linspace(0.0, trace.stop.time, 9)[1:-1]
     states = replay(trace, moments)
     for k, moment in enumerate(moments):
-        until = simulate(scene, time=float(moment), engine=engine)
+        until = simulate(scene, time=float(moment), search=search)
         assert (until.stop.reason, until.stop.time) == (StopReason.TIME, moment)
         assert same_events(until.events, trace.events[: len(until.events)])
         assert_state(states, k, until.finish)
@@ -103,8 +106,8 @@ def test_a_moment_of_a_collision_is_just_after_it():
     assert states.positions[:, 0, 0] == pytest.approx([9.0, 9.0, 9.0, 4.5], rel=EPSILON)
 
 
-def test_states_in_batches_and_of_single_balls_have_the_same_bits(scene, engine):
-    trace = simulate(scene, collisions=900, engine=engine)
+def test_states_in_batches_and_of_single_balls_have_the_same_bits(scene, search):
+    trace = simulate(scene, collisions=900, search=search)
     moments = np.sort(np.append(np.linspace(0.0, trace.stop.time, 40), trace.events.time[::50]))
     whole = replay(trace, moments)
     parts = list(replayed(trace, moments, batch=7 * scene.number))
@@ -173,17 +176,17 @@ def assert_columns(columns: Series, recorded: Trace) -> np.ndarray:
     return energies
 
 
-def test_series_after_each_event(scene, engine):
-    trace = simulate(scene, collisions=2000, engine=engine)
+def test_series_after_each_event(scene, search):
+    trace = simulate(scene, collisions=2000, search=search)
     columns = series(trace)
     assert np.array_equal(columns.time, np.concatenate([[0.0], trace.events.time]))
     assert_columns(columns, trace)
 
 
 @pytest.mark.parametrize("limit", LIMITS)
-def test_summary_says_what_the_events_say(scene, engine, limit):
-    recorded = simulate(scene, **limit, engine=engine)
-    trace = simulate(scene, **limit, summary=True, engine=engine)
+def test_summary_says_what_the_events_say(scene, search, limit):
+    recorded = simulate(scene, **limit, search=search)
+    trace = simulate(scene, **limit, summary=True, search=search)
     assert trace.events is None
     assert trace.stop == recorded.stop
     assert (trace.wall_events, trace.pair_events) == (recorded.wall_events, recorded.pair_events)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scenes import gas, report_scene, trap_sums, twin_collisions
+from scenes import NEIGHBOURS, gas, report_scene, trap_sums, twin_collisions
 from scipy import stats
 from single_fit import fit
 
@@ -247,7 +247,7 @@ class Fluid:
 def fluid(packing: float) -> Fluid:
     """In each block a ball collides 50 times, which leaves little of what the last one knew."""
     scene = gas("periodic", FLUID, packing)
-    trace = simulate(scene, collisions=SETTLING + 500 * FLUID, engine="cells")
+    trace = simulate(scene, collisions=SETTLING + 500 * FLUID, search=NEIGHBOURS)
     assert trace.wall_events == 0
     edges = np.linspace(SETTLING, trace.collisions, BLOCKS + 1).astype(int) - 1
     spans = np.diff(trace.events.time[edges])

@@ -21,17 +21,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import (
     EPSILON,
+    NEIGHBOURS,
     Ball,
     displaced,
     gas,
     mixed_scene,
     scene_of,
-    sort_often,
     twin_collisions,
 )
 
 from snooker_cli.containers import SHAPES, Circle, Container, PeriodicBox
 from snooker_cli.engine import simulate
+from snooker_cli.engine.simulation import Simulation
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, StopReason
 
@@ -70,13 +71,16 @@ def clumsiness(scene: Scene, seed: int) -> Callable[[list[naive.Body], float], N
 
 
 def compared(
-    scene: Scene, count: int, until: float = math.inf, engine: str | None = None
+    scene: Scene,
+    count: int,
+    until: float = math.inf,
+    search: type[Simulation] | None = None,
 ) -> Comparison:
     """Assert that the first ``count`` events, or as many as can be compared, are the twin's.
 
     until : s; no events after that are asked for
     """
-    trace = simulate(scene, collisions=count, time=until, engine=engine)
+    trace = simulate(scene, collisions=count, time=until, search=search)
     twin = twin_collisions(scene, count, until=until)
     comparable = min(len(trace.events), before_grazing(scene, trace.events))
     partners, time, impulse = columns(twin)
@@ -159,7 +163,7 @@ RARE = pytest.mark.long
 def test_a_gas_in_cells(container, mixed, cor, packing, number, count, out):
     """Packed; and so dilute that balls cross many cells between two events."""
     scene = gas(number=number, packing=packing, cor=cor, mixed=mixed, **CONTAINERS[container])
-    result = compared(scene, count, engine="cells")
+    result = compared(scene, count, search=NEIGHBOURS)
     assert result.events == count
     assert result.time < out
 
@@ -177,7 +181,7 @@ def test_slow_collisions_or_those_in_contact_are_elastic(name, rule):
     if name in ("box", "periodic"):
         scene, count = gas(name, 24, 0.3, cor=0.6), 60
     soft = replace(scene, **rule)
-    result = compared(soft, count, engine="cells" if name != "all pairs" else None)
+    result = compared(soft, count, search=NEIGHBOURS if name != "all pairs" else None)
     assert result.events == count
     assert result.time < 1e-6
     with_it, without = (simulate(gas_scene, collisions=40).events for gas_scene in (soft, scene))
@@ -258,7 +262,7 @@ def test_random_scenes_with_all_pairs(scene):
 @given(scene=scenes(COMPILED_FOR_CELLS, least=2))
 @settings(derandomize=True, deadline=None, max_examples=110)
 def test_random_scenes_in_cells(scene):
-    compared(scene, 25, crossings(scene), engine="cells")
+    compared(scene, 25, crossings(scene), search=NEIGHBOURS)
 
 
 def test_a_pair_that_has_parted_meets_again_through_a_side():
@@ -266,7 +270,7 @@ def test_a_pair_that_has_parted_meets_again_through_a_side():
     saved = json.loads((DATA / "meets-again.json").read_text(encoding="utf-8"))
     box = PeriodicBox(saved.pop("width"), saved.pop("height"))
     scene = scene_of(saved.pop("balls"), container=box, **saved)
-    assert compared(scene, 25, engine="cells").events == 25
+    assert compared(scene, 25, search=NEIGHBOURS).events == 25
     events = [event for event in twin_collisions(scene, 25) if {1, 6} & {event.i, event.j}]
     (first,) = (k for k, event in enumerate(events) if 4.5 < event.time < 4.6)
     assert all((event.i, event.j) == (1, 6) for event in events[first : first + 2])
@@ -276,68 +280,3 @@ def test_a_pair_that_has_parted_meets_again_through_a_side():
 
 
 # --- other ways to the same events --------------------------------------------------------------
-
-
-def shifted(scene: Scene, seed: int) -> Scene:
-    """Every ball displaced by some ``SHIFT`` of half the container's width."""
-    dice = np.random.default_rng(seed)
-    shifts = SHIFT * scene.container.size[0] / 2 * dice.normal(size=scene.positions.shape)
-    return replace(scene, positions=scene.positions + shifts)
-
-
-def agreement(scene: Scene, count: int, events: Events, engine: str) -> int:
-    """Assert that events are an engine's, until displaced starts make it give others; how many.
-
-    What a start's displacement grows to is, with an event's roundings in its place, the tolerance,
-    as in ``test_twin``.
-    """
-    expected = simulate(scene, collisions=count, engine=engine).events
-    others = [
-        simulate(shifted(scene, seed), collisions=count, engine=engine).events
-        for seed in range(CLUMSY_TWINS)
-    ]
-    comparable = min(first_difference(expected, other) for other in others)
-    here = slice(comparable)
-    assert first_difference(expected, events) >= comparable
-    one_sided = np.sqrt(np.arange(1, comparable + 1))
-    for column in ("time", "impulse"):
-        own = getattr(expected, column)[here]
-        spread = np.max([abs(getattr(other, column)[here] - own) for other in others], axis=0)
-        grown = np.maximum.accumulate(spread) / SHIFT
-        tolerance = ROUNDINGS * EPSILON * one_sided * (grown + own)
-        assert np.all(abs(getattr(events, column)[here] - own) <= tolerance)
-    return comparable
-
-
-def first_difference(a: Events, b: Events) -> int:
-    """The first event that is not of the same balls; how many there are if all are."""
-    differs = (a.i != b.i) | (a.j != b.j)
-    return int(np.argmax(differs)) if differs.any() else len(a)
-
-
-@pytest.mark.parametrize(
-    ("changes", "least"),
-    [
-        ({"packing": 0.4}, 1000),
-        pytest.param({"packing": 0.4, "container_mass": 100.0}, 1000, marks=RARE),
-        pytest.param({"packing": 0.3, "mixed": True, "cor": 0.9}, 1000, marks=RARE),
-        ({"packing": 0.3, "mixed": True, "container_mass": 30.0, "cor": 0.9}, 1000),
-        ({"packing": 0.01, "cor": 0.8, "wall_cor": 1.0}, 300),
-    ],
-)
-def test_all_pairs_agree_with_cells(changes, least):
-    """300 balls; how many events can be compared was found and says that the test is worth it."""
-    scene = gas("circle", 300, **changes)
-    events = simulate(scene, collisions=3000, engine="cells").events
-    assert agreement(scene, 3000, events, "allpairs") >= least
-
-
-@pytest.mark.parametrize("name", ["light circle", "periodic"])
-def test_balls_that_change_places_in_memory(name, monkeypatch):
-    """A ball's contact is predicted again, from another moment: only roundings differ."""
-    mixed = name == "light circle"
-    scene = gas(number=120, packing=0.3, mixed=mixed, cor=0.95, **CONTAINERS[name])
-    with monkeypatch.context() as context:
-        sort_often(context, 50)
-        events = simulate(scene, collisions=1500, engine="cells").events
-    assert agreement(scene, 1500, events, "cells") > 300

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import gas, lone_bouncer, scene_of
+from scenes import EVERYONE, NEIGHBOURS, gas, lone_bouncer, scene_of
 from test_bits import SIDES, bits
 
 from snooker_cli.containers import Box, Channel
@@ -30,18 +30,18 @@ def driven_speeds(first: float, law: Driven, hits: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("container", "wall_law", "engine"),
+    ("container", "wall_law", "search"),
     [
-        (None, Driven(0.9, 2.0), "allpairs"),
-        (Channel(20.0, 12.0), Driven(0.9, 2.0), "cells"),
-        (Box(20.0, 12.0), Sides(*2 * [Driven(0.9, 2.0)], *2 * [Constant(0.5)]), "cells"),
+        (None, Driven(0.9, 2.0), EVERYONE),
+        (Channel(20.0, 12.0), Driven(0.9, 2.0), NEIGHBOURS),
+        (Box(20.0, 12.0), Sides(*2 * [Driven(0.9, 2.0)], *2 * [Constant(0.5)]), NEIGHBOURS),
     ],
 )
-def test_a_ball_between_driven_walls(container, wall_law, engine):
+def test_a_ball_between_driven_walls(container, wall_law, search):
     """Along a diameter, or across; 18 m from hit to hit."""
     scene = scene_of([(0.0, 0.0, 10.0, 0.0, 1.0, 2.0)])
     scene = replace(scene, container=container or scene.container, wall_law=wall_law)
-    trace = simulate(scene, collisions=200, engine=engine)
+    trace = simulate(scene, collisions=200, search=search)
     speeds = driven_speeds(10.0, Driven(0.9, 2.0), 201)
     times = np.cumsum(np.append(9.0, np.full(199, 18.0)) / speeds[:-1])
     # Each hit rounds the speed by an epsilon or two, of which a part 0.9 is left after the next.
@@ -51,15 +51,15 @@ def test_a_ball_between_driven_walls(container, wall_law, engine):
     assert energy[1:] == pytest.approx(speeds[1:] ** 2, rel=80 * EPSILON)
 
 
-@pytest.mark.parametrize("engine", ["allpairs", "cells"])
-def test_a_driven_gas_has_no_other_scale_than_the_speed_of_the_wall(engine):
+@pytest.mark.parametrize("search", [EVERYONE, NEIGHBOURS])
+def test_a_driven_gas_has_no_other_scale_than_the_speed_of_the_wall(search):
     """With all speeds times 2 or 4, the same places at a half or a quarter of the times."""
     one = replace(gas("circle", 30, 0.2, cor=0.9), wall_law=Driven(0.8, 1.0))
-    first = simulate(one, collisions=2000, engine=engine)
+    first = simulate(one, collisions=2000, search=search)
     for factor in (2.0, 4.0):
         velocities = one.velocities * factor
         scene = replace(one, velocities=velocities, wall_law=Driven(0.8, factor))
-        trace = simulate(scene, collisions=2000, engine=engine)
+        trace = simulate(scene, collisions=2000, search=search)
         assert np.array_equal(trace.events.time * factor, first.events.time)
         assert np.array_equal(trace.events.impulse, first.events.impulse * factor)
         assert np.array_equal(trace.finish.velocities, first.finish.velocities * factor)
@@ -131,13 +131,13 @@ def test_a_trap_of_a_viscoelastic_wall_has_bounds(v0):
         assert ratios == pytest.approx([1.0, 1.0], rel=0.15)
 
 
-@pytest.mark.parametrize("engine", ["allpairs", pytest.param("cells", marks=pytest.mark.long)])
-def test_a_ball_that_bounces_for_ever_among_others_ends_the_repeat(engine):
+@pytest.mark.parametrize("search", [EVERYONE, pytest.param(NEIGHBOURS, marks=pytest.mark.long)])
+def test_a_ball_that_bounces_for_ever_among_others_ends_the_repeat(search):
     """Another ball, which flies along a diameter, comes too often for a certain trap."""
     law = Viscoelastic(0.5, 100.0)
     other = (0.0, 5.0, 0.1, 0.0, 0.5, 1.0)
     scene = replace(lone_bouncer(other), pair_law=law, wall_law=law)
-    trace = simulate(scene, collisions=10_000_000, engine=engine, summary=True)
+    trace = simulate(scene, collisions=10_000_000, search=search, summary=True)
     assert trace.stop.reason is StopReason.WALL_TRAP
     assert trace.collisions <= 1.1 * 2**20
 
@@ -184,12 +184,12 @@ def test_balls_leave_a_thermal_wall_with_maxwells_flux():
 
 
 def test_random_numbers_depend_on_the_key_and_the_event_alone():
-    """The first hit is the same in both engines; another key gives another velocity."""
+    """The first hit is the same in both searches; another key gives another velocity."""
     ball = [(0.0, 0.0, 10.0, 0.0, 1.0, 1.0)]
     law = Viscoelastic(1.0, 1.0)
     scene = replace(scene_of(ball), pair_law=law, wall_law=Thermal(20.0), wall_key=2**62 + 1)
     first, second = (
-        simulate(scene, collisions=1, engine=engine) for engine in ("allpairs", "cells")
+        simulate(scene, collisions=1, search=search) for search in (EVERYONE, NEIGHBOURS)
     )
     assert bits(first) == bits(second)
     other = simulate(replace(scene, wall_key=5), collisions=1)
@@ -262,20 +262,20 @@ def test_a_gas_in_a_channel_keeps_its_momentum_along_it():
 
 
 @pytest.mark.parametrize(
-    ("wall_law", "engine"), [(Driven(0.8, 2.0), "allpairs"), (Thermal(20.0), "cells")]
+    ("wall_law", "search"), [(Driven(0.8, 2.0), EVERYONE), (Thermal(20.0), NEIGHBOURS)]
 )
 def test_the_energy_is_that_at_the_start_and_what_walls_gave_less_what_collisions_took(
-    wall_law, engine
+    wall_law, search
 ):
     """After each of 10^5 events, although 30 times the energy of the gas has come and gone."""
     pair_law = Viscoelastic(0.8, 3.0) if isinstance(wall_law, Thermal) else Constant(0.9)
     scene = replace(
         gas("circle", 40, 0.2, mixed=True), pair_law=pair_law, wall_law=wall_law, wall_key=3
     )
-    trace = simulate(scene, collisions=100_000, engine=engine)
+    trace = simulate(scene, collisions=100_000, search=search)
     for columns in (
         series(trace),
-        simulate(scene, collisions=100_000, engine=engine, summary=True).summary.series,
+        simulate(scene, collisions=100_000, search=search, summary=True).summary.series,
     ):
         energy, given, lost = columns.kinetic_energy, columns.wall_energy, columns.lost_energy
         assert given[0] == lost[0] == 0.0

@@ -28,6 +28,7 @@ def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
         browser.look(width, dark, height)
         browser.open(tmp_path / "gas.html")
         browser.value("globalThis.wait = (ms) => new Promise((done) => setTimeout(done, ms)), 0")
+        browser.value("started")
         return browser
 
     yield show
@@ -120,7 +121,7 @@ def test_sliders_change_the_gas(opened: Opened) -> None:
     assert "cor: 0.5" in seen["yaml"]
     assert "radius: 0.9" in seen["yaml"]
     assert seen["emptied"] == ["0.9", 0.9]
-    assert seen["error"][0].startswith("rings: 3 with balls of radius 5 m are too large")
+    assert seen["error"][0].startswith("rings: 3 needs balls of radius 1.333 m or less")
     assert seen["error"][1:] == [False, 0.9, "0.9"]
     assert seen["slider"] == [100, True]
     assert seen["fixed"] == [None, "passive"]
@@ -162,7 +163,7 @@ HASHES = """
 const hashesOf = (config) => [0, 1, 2, 3, 4].map((repeat) => {
   const limits = { collisions: config.collisions };
   const simulation = new Simulation(startingScene(config, repeat), limits, { hash: true });
-  while (!simulation.stop) simulation.advance(1000);
+  while (!simulation.stop) simulation.advance(Infinity);
   return simulation.eventHash();
 });
 """
@@ -184,7 +185,8 @@ def test_a_worker_measures(opened: Opened, javascript: LiveScripts) -> None:
     javascript.context.eval(HASHES)
     assert seen["hashes"] == javascript.value("hashesOf(config)", config=seen["config"])
     row: dict[str, Any] = javascript.value(
-        "tableRow(config, [0, 1, 2, 3, 4].map((k) => measureRepeat(config, k)))",
+        "tableRow(config, [0, 1, 2, 3, 4].map((k) => measureRepeat(config, k, own)),"
+        " startingScene(config, 0, own))",
         config=seen["config"],
     )
     assert seen["refused"] == "Give 5 to 500 starts."

@@ -62,13 +62,13 @@ def test_the_first_scene_is_that_of_the_config() -> None:
     own, *others = data_of(page)["scenes"]
     assert (own["config"]["cor"], own["title"]) == (0.7, title)
     assert [scene["name"] for scene in others] == [scene["name"] for scene in SCENES]
-    assert page.count("</script>") == 3
+    assert page.count("</script>") == 4
 
 
 @pytest.mark.parametrize(
     ("change", "key", "needs"),
     [
-        ({"balls.count": 201}, "balls", "at most 200 balls"),
+        ({"balls.count": 2001}, "balls", "at most 2,000 balls"),
         ({"seed": 2**53}, "seed", "seeds up to 9007199254740991"),
         ({"balls.radius": 9.0}, "balls.radius", "packing"),
     ],
@@ -93,7 +93,7 @@ def test_the_program_gives_the_hash_of_the_page(name: str, javascript: LiveScrip
         """(() => {
           const gas = new Gas(config);
           gas.advance(Infinity, 1000);
-          return [yamlOf(config, defaults), gas.simulation.eventHash()];
+          return [yamlOf(gas.program, defaults), gas.simulation.eventHash()];
         })()""",
         config=config,
         defaults=defaults,

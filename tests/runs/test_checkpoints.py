@@ -76,7 +76,7 @@ def test_a_damaged_checkpoint_is_noticed(tmp_path: Path, monkeypatch: pytest.Mon
     checkpoint = store.read_checkpoint(path)
     assert checkpoint is not None
     image = path.read_bytes()
-    place = image.find(checkpoint["agendas.times"].tobytes())
+    place = image.find(checkpoint["states.balls"].tobytes())
     assert place > 0
     path.write_bytes(image[: place + 9] + bytes([image[place + 9] ^ 1]) + image[place + 10 :])
     with pytest.raises(StoreError, match=r"its checkpoint is damaged|not a readable"):

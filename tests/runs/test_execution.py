@@ -100,7 +100,6 @@ DAMAGES: list[tuple[Callable[[Path], object], str]] = [
     ),
     (changed(point=0), "is repeat 1 of point 0"),
     (changed(engine_version=ENGINE_VERSION - 1), f"is of engine version {ENGINE_VERSION - 1}, not"),
-    (changed(engine="cells"), "was simulated with --engine cells"),
     (changed(digest="0" * 64), "is of another config"),
 ]
 

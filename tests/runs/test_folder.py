@@ -186,19 +186,6 @@ def test_results_of_another_version_are_refused_or_replaced(
     assert runs.open_run(copied) == run
 
 
-def test_a_forced_engine_is_part_of_what_a_run_is(
-    copied: Path, small_config: str, tmp_path: Path
-) -> None:
-    assert refusal(run_of(copied, small_config, engine="cells")) == "other_engine"
-    forced = run_of(tmp_path / "forced", small_config, engine="cells")
-    runs.create(forced)
-    assert runs.open_run(tmp_path / "forced") == forced
-    runs.create(forced)
-    for other in (None, "allpairs"):
-        again = run_of(tmp_path / "forced", small_config, engine=other)
-        assert refusal(again) == "other_engine"
-
-
 def test_fresh_deletes_what_was_made_of_the_old_results(copied: Path, small_config: str) -> None:
     """Beside it are a user's own files, which stay."""
     figure = dict.fromkeys(FIGURE_KEYS) | {"series": []}

@@ -40,17 +40,8 @@ collisions: 10
 """
 
 
-def classes_of(text: str, *overrides: str, engine: str | None = None) -> list[SceneClass]:
-    return scene_classes(points(parse(text, overrides=overrides).experiment), engine)
-
-
-def test_an_engine_can_be_forced_upon_all_scenes_it_knows(small_config: str) -> None:
-    assert classes_of(GAS, engine="allpairs")[0].models["cells"] is False
-    scene_class, _ = classes_of(small_config, engine="cells")
-    assert scene_class.models["cells"]
-    with pytest.raises(SceneError, match="allpairs knows no box: use cells") as caught:
-        classes_of(GAS, "container={shape: box, width: 20}", engine="allpairs")
-    assert caught.value.key == "container.shape"
+def classes_of(text: str, *overrides: str) -> list[SceneClass]:
+    return scene_classes(points(parse(text, overrides=overrides).experiment))
 
 
 def test_a_scene_that_cannot_exist_names_its_point(small_config: str) -> None:
@@ -112,11 +103,11 @@ def test_a_repeat_without_an_end_is_planned() -> None:
     assert is_excessive(plan)
 
 
-def sizes(*overrides: str, engine: str | None = None) -> list[int]:
+def sizes(*overrides: str) -> list[int]:
     """The batch size of a small gas for each of several limits."""
     common = ("balls.count=37", *overrides)
     return [
-        batch_size(parse(GAS, overrides=[*common, f"collisions={10**k}"]).experiment, engine)
+        batch_size(parse(GAS, overrides=[*common, f"collisions={10**k}"]).experiment)
         for k in range(2, 8)
     ]
 
@@ -133,4 +124,3 @@ def test_batches_are_of_about_a_second_or_16_megabytes() -> None:
     assert summaries[1] < events[1]
     assert summaries[-2] > events[-2]  # a summary of long repeats takes less memory
     assert sizes("repeats=500", "seed=7") == events
-    assert min(sizes(engine="cells")) == 1

@@ -243,12 +243,10 @@ def compare_keys(content: dict[str, Any], rows: list[Row]) -> None:
         assert kind in row["type"].split(" or "), row["key"]
 
 
-@pytest.mark.parametrize("engine", [None, "cells"])
 def test_the_jsons_have_the_keys_of_the_page(
-    engine: str | None, traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
+    traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
 ) -> None:
-    source = replace(provenance, engine=engine)
-    store.write(tmp_path / "batch.h5", [(0, traces["events"])], source)
+    store.write(tmp_path / "batch.h5", [(0, traces["events"])], provenance)
     with h5py.File(tmp_path / "batch.h5") as file:
         own = dict(file["parameters/snooker"].attrs)
         made = file["parameters/snooker/provenance"][()]
@@ -296,8 +294,6 @@ def test_a_runs_folder_has_what_the_page_says(finished: Path, snooker: Snooker) 
     compare_keys(content, [row for row in manifest if row["default"] == "–"])
     (points,) = (row["what"] for row in manifest if row["key"] == "points")
     assert all(key in points for key in content["points"][0])
-    forced = replace(run, engine="cells").manifest()
-    compare_keys(forced, manifest)
 
 
 def walk(directory: Path) -> Iterator[Path]:

@@ -1,0 +1,203 @@
+"""The event loop: what is next, what it changes, and what happens after that.
+
+A search knows what each ball does next: ``everyone.Everyone`` or ``cells.Neighbours``. It only
+saves time. Which event is next follows from the state alone: it is the contact with the least time
+(``prediction.contact_time``, ``time_at_wall``). Ties go by kind (the wall first), by the lesser
+ball, and by the greater ball, in the scene's numbers.
+"""
+
+from typing import Any
+
+from snooker_cli.engine import clock
+from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.collision import collide, count, record
+from snooker_cli.engine.contact import NEVER
+from snooker_cli.engine.jit import by_class, inlined, kernel
+from snooker_cli.engine.kernel_state import Integers, Recorded, State
+from snooker_cli.engine.prediction import is_trapped
+from snooker_cli.engine.sampling import Grid, grid_of, next_sample, take_samples
+from snooker_cli.trace import SLIDE
+
+# What a search does: a method of ``Everyone`` and of ``Neighbours`` for each
+
+
+@by_class
+def begin(search: Any, now: float, state: State) -> None:
+    """If an epoch has begun, forget all predictions and begin with new ones at a time, s.
+
+    ``Neighbours`` does so from outside.
+
+    Of ``Everyone``.
+    """
+
+
+@by_class
+def next_entry(search: Any, state: State) -> tuple[int, int, float]:
+    """The ball that is next, its partner, and the time, s; inf if nothing is left.
+
+    The partner is a ball, the wall (NO_PARTNER), or SEARCH_AGAIN if what the entry says no longer
+    holds: no event is before that time. A lower number is an answer of ``advance``: the kernel
+    stops, see `stops_with`.
+
+    Of ``Neighbours``, ``Everyone``.
+    """
+    raise NotImplementedError
+
+
+@by_class
+def predict(search: Any, i: int, j: int, happened: bool, now: float, state: State) -> None:
+    """Find what ball i does next, and after a collision ball j.
+
+    happened : whether they had an event; else the entry of ball i no longer holds
+
+    Of ``Neighbours``, ``Everyone``.
+    """
+    raise NotImplementedError
+
+
+STOPS = -8
+"""A search gives STOPS less an answer as the partner, to stop with this answer."""
+
+
+# What balls that slide change, see ``sliding``
+
+
+@by_class
+def carry_out_slide(
+    boundary: Any, i: int, j: int, now: float, state: State
+) -> tuple[int, bool, float]:
+    """The ball of the two that slides up to now, whether it begins now, and its impulse, kg m/s.
+
+    The ball is NO_PARTNER if none slides; then i and j collide.
+
+    Of ``SlidingCircle``.
+    """
+    return ks.NO_PARTNER, False, 0.0
+
+
+@by_class
+def settle(boundary: Any, i: int, trapped: bool, now: float, state: State) -> bool:
+    """Let ball i, which has just hit the wall, slide from some time on, if it can.
+
+    trapped : whether it will hit the wall infinitely often before all else; the answer, if it can
+        only be so, is whether the repeat ends
+
+    Of ``SlidingCircle``.
+    """
+    return trapped
+
+
+# What one repeat does, an event in each turn of the loop:
+#
+#   at the beginning of an epoch, whose clocks have been set back: predict everything
+#   i, j, now = the earliest contact of all; j is a ball or the wall
+#   stop if there is none, or if the time up to which to simulate comes first
+#   if the entry no longer holds: search i's contacts again, and take the next turn
+#   fill the rows of the summary up to now
+#   a ball that slides: bring it to now along the wall; the same contact is next
+#   bring i and j to now, change their velocities; count and record the event
+#   stop if i is trapped at the wall, or if the clock stands still
+#   predict the next contacts of i and j; if a free container has moved, all its hits
+@inlined
+def simulate_repeat(
+    state: State,
+    search: Any,
+    recorded: Recorded,
+    grid: Grid | None,
+    limit: int,
+    until: float,
+    turns: int,
+) -> int:
+    """Simulate at most ``limit`` events of a repeat; why it stopped, see ``clock``.
+
+    until : what clocks show at the end, s; TIME_LIMIT, unless more is simulated later
+    turns : of the loop, at most
+    """
+    sums, boundary = state.sums, state.boundary
+    filled, sample_time = 0, next_sample(grid, sums)
+    begin(search, sums[ks.NOW], state)
+    while filled < limit and turns > 0:
+        turns -= 1
+        i, j, time = next_entry(search, state)
+        if j <= STOPS:
+            return int(STOPS - j)
+        if time == NEVER:
+            return clock.NOTHING_LEFT
+        if time > until:
+            return clock.TIME
+        now, happens = max(time, sums[ks.NOW]), j != ks.SEARCH_AGAIN
+        if happens:
+            if now > sample_time:
+                sample_time = take_samples(grid, now, state)
+            i, j = ks.in_order(i, j, state.labels)
+            clock.begin_event(i, j, now, state)
+            slider, begins, size = carry_out_slide(boundary, i, j, now, state)
+            if slider != ks.NO_PARTNER:
+                i, j = slider, SLIDE
+            else:
+                size = collide(i, j, now, state)
+            count(i, j, size, state)
+            if filled < len(recorded.time):
+                record(recorded, filled, i, j, now, size, state.labels)
+            filled += 1
+            if j == SLIDE:
+                if not begins:
+                    continue
+                ks.note_slide(i, state)
+            else:
+                ks.note_collision(i, j, state)
+                ks.take_off_wall(boundary, i)
+            if j >= 0:
+                ks.take_off_wall(boundary, j)
+            at_wall = j == ks.NO_PARTNER
+            if at_wall and settle(boundary, i, is_trapped(i, now, state), now, state):
+                return clock.WALL_TRAP
+            if clock.has_collapsed(state):
+                return clock.COLLAPSE
+        predict(search, i, j, happens, now, state)
+    return clock.FULL
+
+
+@by_class
+def of_repeat(search: Any, repeat: int) -> Any:
+    """The search of one of many stacked repeats.
+
+    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``.
+    """
+    return search
+
+
+@kernel
+def advance(
+    states: State,
+    searches: Any,
+    records: Recorded,
+    grids: Grid,
+    active: Integers,
+    answers: Integers,
+    limit: int,
+) -> None:
+    """Simulate at most ``limit`` events of each active repeat, and answer why each stopped.
+
+    states, searches, grids : stacked, of all repeats
+    active : (*a*,), the repeats to simulate
+    records, answers : a row for each of these; records have no room if there are grids
+    """
+    for row in range(len(active)):
+        repeat = active[row]
+        state = ks.state_of(states, repeat)
+        recorded = Recorded(records.time[row], records.i[row], records.j[row], records.impulse[row])
+        search, grid = of_repeat(searches, repeat), grid_of(grids, repeat)
+        end = state.sums[ks.TIME_LIMIT]
+        answers[row] = simulate_repeat(state, search, recorded, grid, limit, end, ks.NO_LIMIT)
+
+
+@kernel
+def advance_alone(state: State, search: Any, recorded: Recorded, grid: Grid, limit: int) -> int:
+    """Simulate at most ``limit`` events of a single repeat; why it stopped.
+
+    Its arrays are not parts of stacked ones: so Numba knows that each ball is a line of the cache,
+    and addresses take one register. With many balls this is 2 % faster.
+    """
+    end = state.sums[ks.TIME_LIMIT]
+    return simulate_repeat(state, search, recorded, grid, limit, end, ks.NO_LIMIT)

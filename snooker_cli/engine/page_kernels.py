@@ -1,0 +1,212 @@
+"""The kernels of the live page: the program's engine, as ``webassembly`` makes it for a browser.
+
+They simulate many events in a call, and keep of each what the page shows.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from snooker_cli.engine import boundaries, clock, event_loop, everyone, restitution, sampling
+from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.bit_tricks import earlier
+from snooker_cli.engine.contact import NEVER
+from snooker_cli.engine.everyone import Everyone
+from snooker_cli.engine.jit import inlined, kernel
+from snooker_cli.engine.kernel_state import Floats, Indices, Recorded, State, U, V, X, Y
+from snooker_cli.engine.sliding import SlidingCircle, bounces_to_come
+from snooker_cli.trace import SLIDE
+
+EVENTS = 256
+"""Rows of ``Followed``: the most events of a call."""
+
+SEARCHES = 20_000
+"""Turns of the event loop in a call without an event, some ms, after which it returns."""
+
+# Elements of ``Page.answers``: why ``follow`` stopped, see ``clock``; the number of events; a time
+# before which there is no other, s. Of ``trap``: how long all bounces last, s; their impulse.
+REASON, EVENTS_DONE, REACHED, LASTS, GIVEN, ANSWERS = range(6)
+
+# Columns of ``Followed.sums``: energy of the balls and of a free container, J; the impulse on the
+# wall, kg m/s, and the virial, kg m^2/s, since the start.
+ENERGY, CONTAINER_ENERGY, WALL_IMPULSE, PAIR_VIRIAL, FOLLOWED_SUMS = range(5)
+
+
+class Followed(NamedTuple):
+    """The events of a call, a row for each.
+
+    time : s, since the start of the repeat
+    i, j, impulse : as in ``Recorded``
+    sums : (EVENTS, FOLLOWED_SUMS), after the event
+    places : (EVENTS, 4), of ball i, and of ball j or the centre of the container, m
+    """
+
+    time: Floats
+    i: Indices
+    j: Indices
+    impulse: Floats
+    sums: Floats
+    places: Floats
+
+
+class Page(NamedTuple):
+    """All that the kernels of the page read and write.
+
+    flights : (*N* + 1, 4), place (m) and velocity (m/s) of each ball and of the container
+    answers : (ANSWERS,)
+    limit : the most events of a call of ``follow``, up to EVENTS
+    until : s, up to when ``follow`` simulates, or at which ``show`` shows the balls
+    """
+
+    state: State
+    search: Everyone
+    followed: Followed
+    flights: Floats
+    answers: Floats
+    limit: int
+    until: float
+
+
+BOUNDARIES: dict[str, Any] = {
+    "fixed_circle": lambda _: boundaries.FixedCircle(1.0),
+    "free_circle": lambda _: boundaries.FreeCircle(
+        1.0, 1.0, 1.0, np.zeros(boundaries.LAST_HIT + 1)
+    ),
+    "sliding_circle": lambda number: SlidingCircle(
+        boundaries.FixedCircle(1.0), np.zeros(number, dtype=np.int64)
+    ),
+    "box": lambda _: boundaries.StraightWalls(1.0, 1.0),
+    "channel": lambda _: boundaries.ChannelSides(1.0, 1.0),
+    "periodic": lambda _: boundaries.PeriodicSides(1.0, 1.0),
+}
+"""An example of each boundary for a number of balls. Its types are those of all others."""
+
+
+def example(boundary: str, number: int) -> Page:
+    """A page with arrays and numbers of the types and shapes of all pages with this boundary.
+
+    One module has all sizes of balls and all laws, so that there are few.
+    """
+    state = State(
+        setup=ks.Setup(np.zeros((restitution.LAWS, restitution.COLUMNS)), 0.0, 0.0, True, 1.0),
+        balls=np.zeros((ks.BALL_ROWS, number)),
+        history=np.zeros((ks.HISTORY_ROWS, number), dtype=np.int32),
+        boundary=BOUNDARIES[boundary](number),
+        sizes=ks.UnequalBalls(np.zeros(number), np.zeros(number)),
+        labels=np.zeros(0, dtype=np.int32),
+        sums=np.zeros(ks.SUMS),
+        counts=np.zeros(ks.COUNTS + 1, dtype=np.int64),
+        account=np.zeros(ks.ACCOUNT),
+        scratch=np.zeros((ks.BALL_ROWS, number)),
+    )
+    search = everyone.new_search(1, number).of_repeat(0)
+    first, second = np.zeros((2, EVENTS), dtype=np.int32)
+    times, impulses = np.zeros((2, EVENTS))
+    sums, places = np.zeros((EVENTS, FOLLOWED_SUMS)), np.zeros((EVENTS, 4))
+    followed = Followed(times, first, second, impulses, sums, places)
+    flights, answers = np.zeros((number + 1, 4)), np.zeros(ANSWERS)
+    return Page(state, search, followed, flights, answers, 0, 0.0)
+
+
+# What they do
+
+
+@inlined
+def events_of(state: State) -> int:
+    """How many events the repeat has had."""
+    return int(state.counts[ks.WALL_EVENTS] + state.counts[ks.PAIR_EVENTS])
+
+
+@inlined
+def gained(account: Floats) -> float:
+    """The energy that the balls have gained in collisions since the account began, J."""
+    sums = account[ks.FROM_WALLS] - account[ks.LOST]
+    return float(sums + (account[ks.FROM_WALLS_REST] - account[ks.LOST_REST]))
+
+
+@inlined
+def write_row(row: int, energy: float, followed: Followed, state: State) -> None:
+    """Complete the row of the event that has just happened."""
+    i, j, time = followed.i[row], followed.j[row], state.sums[ks.NOW]
+    x, y, _, _ = ks.container_flight(state.boundary, time)
+    if j >= 0:
+        x, y = state.balls[X, j], state.balls[Y, j]
+    sums, places = followed.sums, followed.places
+    followed.time[row] = state.sums[ks.EPOCH] + time
+    sums[row, ENERGY] = energy
+    sums[row, CONTAINER_ENERGY] = sampling.energy(state.boundary)
+    sums[row, WALL_IMPULSE] = state.sums[ks.WALL_IMPULSE] + state.sums[ks.WALL_IMPULSE_REST]
+    sums[row, PAIR_VIRIAL] = state.sums[ks.PAIR_VIRIAL] + state.sums[ks.PAIR_VIRIAL_REST]
+    places[row, 0], places[row, 1] = state.balls[X, i], state.balls[Y, i]
+    places[row, 2], places[row, 3] = x, y
+
+
+@inlined
+def begin_epoch(state: State, search: Everyone) -> None:
+    """Set all clocks back, as ``Simulation.chunk`` does between two chunks."""
+    following, shift = clock.following(state.sums[ks.EPOCH], state.sums[ks.NOW])
+    ks.begin_epoch(state, following, shift)
+    search.begun[0] = False
+
+
+@kernel
+def follow(page: Page) -> None:
+    """Simulate at most ``limit`` events, none later than ``until``; the rest is in ``answers``.
+
+    The reason is FULL if the repeat continues, also if a call made too many searches for an event.
+    """
+    state, search, followed = page.state, page.search, page.followed
+    number, sums, answers = state.balls.shape[1], state.sums, page.answers
+    energy, account, reason, done = 0.0, state.account, clock.FULL, 0
+    answers[REACHED] = page.until
+    while done < page.limit and reason == clock.FULL:
+        record = Recorded(
+            followed.time[done:], followed.i[done:], followed.j[done:], followed.impulse[done:]
+        )
+        before = events_of(state)
+        until = min(page.until - sums[ks.EPOCH], sums[ks.TIME_LIMIT])
+        reason = event_loop.simulate_repeat(state, search, record, None, 1, until, SEARCHES)
+        if events_of(state) == before:
+            if reason == clock.TIME and until < sums[ks.TIME_LIMIT]:
+                reason = clock.FULL
+            elif reason == clock.FULL:
+                following = NEVER
+                for k in range(number):
+                    following = earlier(following, search.times[everyone.NEXT_TIME, k])
+                answers[REACHED] = sums[ks.EPOCH] + following
+            break
+        # Over more collisions the energy may fall by orders of magnitude, and the account would not
+        # be exact enough. It leaves out what a ball loses until it slides.
+        if done % number == 0 or followed.j[done] == SLIDE:
+            energy, account[:] = sampling.totals(state)[0], 0.0
+        write_row(done, energy + gained(account), followed, state)
+        done += 1
+        if events_of(state) % clock.length(number) == 0:
+            begin_epoch(state, search)
+    if done > 0 and done == page.limit:
+        answers[REACHED] = followed.time[done - 1]
+    answers[REASON], answers[EVENTS_DONE] = reason, done
+
+
+@kernel
+def show(page: Page) -> None:
+    """Write into ``flights`` where all balls are at a time, and how fast; images are the inner."""
+    state, flights = page.state, page.flights
+    boundary, number = state.boundary, state.balls.shape[1]
+    now = page.until - state.sums[ks.EPOCH]
+    for i in range(number):
+        x, y, u, v = ks.flight(boundary, i, now, state)
+        x, y = ks.nearest_image(boundary, x, y)
+        flights[i, X], flights[i, Y], flights[i, U], flights[i, V] = x, y, u, v
+    x, y, u, v = ks.container_flight(boundary, now)
+    flights[number, X], flights[number, Y], flights[number, U], flights[number, V] = x, y, u, v
+
+
+@kernel
+def trap(page: Page) -> None:
+    """Write into ``answers`` how long the bounces of the trapped ball last, and their impulse."""
+    lasts, given = bounces_to_come(page.state.counts[ks.FIRST], page.state)
+    page.answers[LASTS], page.answers[GIVEN] = lasts, given
+
+
+KERNELS = (follow, show, trap)

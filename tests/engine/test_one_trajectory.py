@@ -1,0 +1,211 @@
+"""A trajectory depends on the scene alone: which search finds the events decides no bit.
+
+Everyone, cells of any size, balls in any order in memory, sorted again or not, and repeats that are
+continued give the same events, endings and final states.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from scenes import gas, report_scene, sort_often
+from test_bits import CASES, SIDES, bits, heated
+
+from snooker_cli.containers import Circle
+from snooker_cli.engine import simulate
+from snooker_cli.engine.simulation import AmongEveryone, AmongNeighbours
+from snooker_cli.laws import Constant, Driven, Thermal, Viscoelastic
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Trace
+
+MOST = 100_000  # events
+FACTORS = 0.0, 1.0, 1.7, 4.0  # of the usual width of cells; they are at least a ball wide
+
+
+def wide(factor: float) -> type[AmongNeighbours]:
+    """The search among neighbours, in cells of another width."""
+    return type(f"Wide{factor}", (AmongNeighbours,), {"cell_factor": factor})
+
+
+def assert_same(expected: Trace, trace: Trace) -> None:
+    """Assert that two traces have the same bits, but for the words of their messages."""
+    assert trace.stop._replace(message="") == expected.stop._replace(message="")
+    for column in ("time", "i", "j", "impulse"):
+        first, second = (getattr(one.events, column) for one in (expected, trace))
+        assert np.array_equal(first, second), column
+    for field in ("positions", "velocities", "container_position", "container_velocity"):
+        assert np.array_equal(getattr(trace.finish, field), getattr(expected.finish, field)), field
+
+
+def assert_one_trajectory(
+    scene: Scene,
+    factors: tuple[float, ...] = FACTORS,
+    collisions: int = MOST,
+    time: float | None = None,
+) -> Trace:
+    """Assert that all searches give the same; what everyone gives."""
+    limits = {"collisions": collisions, "time": time}
+    expected = simulate(scene, search=AmongEveryone, **limits)
+    for factor in factors:
+        assert_same(expected, simulate(scene, search=wide(factor), **limits))
+    return expected
+
+
+circle, box = partial(gas, "circle"), partial(gas, "box", aspect=1.5)
+channel, periodic = partial(gas, "channel", aspect=0.7), partial(gas, "periodic", aspect=1.3)
+
+GASES: dict[str, Callable[[], Scene]] = {
+    "packed": partial(circle, 200, 0.5),
+    "dilute": partial(circle, 60, 0.003),
+    "report": report_scene,
+    "inelastic": partial(report_scene, cor=0.95, wall_cor=1.0),
+    "mixture": partial(circle, 60, 0.3, mixed=True, cor=0.98, wall_cor=1.0),
+    "free": partial(circle, 60, 0.3, container_mass=1.0),
+    "free, heavy": partial(circle, 60, 0.3, container_mass=1e7),
+    "free, dilute": partial(circle, 60, 0.01, container_mass=20.0),
+    "free, mixture": partial(circle, 60, 0.3, mixed=True, cor=0.99, container_mass=20.0),
+    "box": partial(box, 60, 0.3),
+    "box, dilute": partial(box, 60, 0.003),
+    "channel": partial(channel, 60, 0.3),
+    "channel, dilute": partial(channel, 60, 0.003),
+    "periodic": partial(periodic, 60, 0.3, cor=0.99),
+    "periodic, dilute": partial(periodic, 60, 0.001),
+    "periodic, two balls": partial(periodic, 2, 0.02),
+    "wall trap": partial(report_scene, radius=0.1, cor=0.8),
+    "wall trap, free": partial(report_scene, radius=0.1, cor=0.8, container_mass=50.0),
+    "collapse": partial(periodic, 60, 0.3, cor=0.1),
+    "durations": lambda: replace(report_scene(cor=0.8), contact_duration=0.1),
+    "elastic below": lambda: replace(report_scene(cor=0.8), elastic_below=1.0),
+    "viscoelastic": lambda: heated(
+        report_scene(radius=0.1, cor=0.8), Viscoelastic(0.8, 5.0), cor_speed=5.0
+    ),
+    "driven": lambda: heated(circle(60, 0.3, cor=0.9), Driven(0.9, 2.0)),
+    "thermal": lambda: heated(circle(60, 0.3, cor=0.9), Thermal(20.0), cor_speed=5.0),
+    "sides": lambda: heated(box(60, 0.3, cor=0.9), SIDES),
+    "channel, driven": lambda: heated(channel(60, 0.3, cor=0.9), Driven(0.9, 2.0)),
+}
+
+
+@pytest.mark.parametrize("name", GASES)
+def test_the_search_decides_no_bit(name: str) -> None:
+    """More than one epoch of each, unless it ends before."""
+    assert_one_trajectory(GASES[name]())
+
+
+@pytest.mark.parametrize("name", [name for name, case in CASES.items() if not case.summary])
+def test_golden_scenes(name: str) -> None:
+    """Those of at most 200 balls, but those that slide, which only one search has."""
+    case = CASES[name]
+    scene = case.scene()
+    if scene.slides or scene.number > 200:
+        pytest.skip("one search alone has it")
+    assert_one_trajectory(scene, (1.0, 2.5), case.collisions)
+
+
+@pytest.mark.parametrize("name", ["inelastic", "free, mixture"])
+def test_summaries_are_the_same(name: str) -> None:
+    search = AmongEveryone, AmongNeighbours
+    ends = [simulate(GASES[name](), collisions=5000, summary=True, search=one) for one in search]
+    assert bits(ends[0]) == bits(ends[1])
+
+
+@pytest.mark.parametrize("name", ["report", "free, mixture", "box", "periodic", "thermal"])
+def test_the_order_in_memory_decides_no_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Balls are put into the order of their cells after every chunk of 1,000 events."""
+    expected = simulate(GASES[name](), collisions=40_000, search=AmongEveryone)
+    sort_often(monkeypatch, 1000)
+    assert_same(expected, simulate(GASES[name](), collisions=40_000, search=AmongNeighbours))
+
+
+@pytest.mark.parametrize("name", ["report", "free, mixture", "periodic", "driven"])
+def test_the_search_may_change_where_a_repeat_is_continued(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A checkpoint has the state alone."""
+    expected = simulate(GASES[name](), collisions=3000, search=AmongEveryone)
+    sort_often(monkeypatch, 700)
+    for before, after in ((AmongEveryone, AmongNeighbours), (AmongNeighbours, AmongEveryone)):
+        monkeypatch.setattr("snooker_cli.engine.simulation.CHUNK", 700)
+        stopped = simulate(GASES[name](), collisions=3000, search=before, watch=lambda _: True)
+        rest = simulate(GASES[name](), collisions=3000, search=after, checkpoint=stopped.checkpoint)
+        done = len(stopped.events)
+        assert_same(replace(expected, events=expected.events[done:]), rest)
+
+
+def random_scene(seed: int) -> tuple[Scene, float]:
+    """A scene of any shape, size, packing, laws, masses and rules; and a time to end at, s."""
+    dice = random.Random(seed)
+    shape = dice.choice(["circle", "circle", "box", "channel", "periodic"])
+    # Cells need boxes of five diameters or more: these have more balls.
+    number = round(2 ** dice.uniform(*((1, 6.5) if shape == "circle" else (4, 6.5))))
+    walls, cor = shape != "periodic", dice.choice([1.0, dice.uniform(0.05, 1.0)])
+    free = shape == "circle" and dice.random() < 0.5
+    scene = gas(
+        shape,
+        number,
+        math.exp(dice.uniform(math.log(1e-3), math.log(0.5 if shape == "circle" else 0.3))),
+        mixed=dice.random() < 0.4,
+        cor=cor,
+        wall_cor=dice.choice([1.0, cor, dice.uniform(0.05, 1.0)]),
+        container_mass=10 ** dice.uniform(0, 7) if free else math.inf,
+        aspect=1.0 if shape == "circle" else dice.uniform(0.8, 1.25),
+        seed=seed,
+    )
+    if dice.random() < 0.2:
+        scene = replace(scene, pair_law=Viscoelastic(cor, 5.0))
+    if walls and not free and dice.random() < 0.3:
+        law = dice.choice([Driven(0.9, 2.0), Thermal(20.0), Viscoelastic(0.8, 5.0)])
+        scene = heated(scene, SIDES if shape == "box" and dice.random() < 0.5 else law)
+    rule = dice.random()
+    if rule < 0.1:
+        scene = replace(scene, contact_duration=0.05)
+    elif rule < 0.2:
+        scene = replace(scene, elastic_below=0.1)
+    return scene, dice.choice([math.inf, 3.0])
+
+
+def check_random(seed: int, collisions: int) -> None:
+    scene, time = random_scene(seed)
+    # Balls that drift together would cross cells for ever.
+    idle = scene.container.period is not None
+    limit = None if math.isinf(time) and not idle else min(time, 300.0)
+    assert_one_trajectory(scene, (0.0, random.Random(seed).uniform(1, 4)), collisions, limit)
+
+
+@pytest.mark.parametrize("group", range(10))
+def test_random_scenes(group: int) -> None:
+    for seed in range(30 * group, 30 * group + 30):
+        check_random(seed, 2000)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(300))
+def test_random_scenes_for_long(seed: int) -> None:
+    check_random(seed, MOST)
+
+
+def test_balls_that_meet_at_the_same_time() -> None:
+    """A lattice whose balls all move alike, and mirror images: ties of many kinds."""
+    for rows, seed in ((4, 0), (6, 1)):
+        scene = gas("box", rows * rows, 0.2)
+        dice = np.random.default_rng(seed)
+        columns = np.arange(rows * rows) % rows
+        velocities = np.column_stack([np.zeros(rows * rows), np.full(rows * rows, 3.0)])
+        velocities[:, 0] = dice.choice([-2.0, 2.0], rows)[columns]
+        assert_one_trajectory(replace(scene, velocities=velocities), collisions=3000)
+    ring = np.arange(8) * math.pi / 4
+    places = 5.0 * np.column_stack([np.cos(ring), np.sin(ring)])
+    balls = replace(
+        gas("circle", 8, 0.08),
+        positions=places,
+        velocities=-places,
+        container=Circle(10.0),
+        wall_law=Constant(1.0),
+    )
+    assert_one_trajectory(balls, collisions=2000)
