@@ -9,7 +9,8 @@ import numpy as np
 
 from snooker_cli.engine import boundaries, clock, event_loop, everyone, restitution, sampling
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.bit_tricks import soonest
+from snooker_cli.engine.bit_tricks import earlier
+from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.everyone import Everyone
 from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Recorded, State, U, V, X, Y
@@ -169,9 +170,10 @@ def follow(page: Page) -> None:
             if reason == clock.TIME and until < sums[ks.TIME_LIMIT]:
                 reason = clock.FULL
             elif reason == clock.FULL:
-                times = search.times[everyone.NEXT_TIME]
-                first, _, _ = soonest(times, search.times[everyone.LANE_TIME])
-                answers[REACHED] = sums[ks.EPOCH] + times[first]
+                following = NEVER
+                for k in range(number):
+                    following = earlier(following, search.times[everyone.NEXT_TIME, k])
+                answers[REACHED] = sums[ks.EPOCH] + following
             break
         # Over more collisions the energy may fall by orders of magnitude, and the account would not
         # be exact enough. It leaves out what a ball loses until it slides.

@@ -358,10 +358,10 @@ class SlidingCircle(NamedTuple):
     def settle(self, i: int, trapped: bool, now: float, state: State) -> bool:
         x, y, u, v, _ = ball_of(i, state.balls)
         inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u
-        square = (1.0 - state.setup.laws[WALL, COR]) * cross * cross
+        square = (1.0 - state.setup.laws[WALL, COR]) * cross * cross  # 0 at an elastic wall
         # From then on bounces are shorter than the rounding of the clock.
         least = CLOCK_DIGITS * (state.sums[ks.EPOCH] + now) * square
-        if trapped or (cross != 0.0 and 2.0 * inward * (x * x + y * y) <= least):
+        if trapped or (square > 0.0 and 2.0 * inward * (x * x + y * y) <= least):
             self.motions[i] = SETTLES
         return False
 

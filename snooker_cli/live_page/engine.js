@@ -229,8 +229,21 @@ class Simulation {
       k <= i || neverMeet(ball, other, scene.radii[i] + scene.radii[k], size)));
   }
 
-  /** Other laws from now on. */
+  /** Other laws from now on.
+   *
+   * With them, a ball that bounces infinitely often may do so no more: it flies again. The impulse
+   * of its bounces since the last event counts as nothing.
+   */
   setLaws(pairLaw, wallLaw) {
+    const { number, balls, parts, motions, sums } = this;
+    motions?.forEach((motion, ball) => {
+      if (motion !== BigInt(SETTLES)) return;
+      const flight = [...this.positionOf(ball, this.time), ...this.velocityOf(ball), sums[SUMS.NOW]];
+      [BALL.X, BALL.Y, BALL.U, BALL.V, BALL.CLOCK].forEach((row, k) => { balls[row * number + ball] = flight[k]; });
+      parts["state.history"][HISTORY.FORMER * number + ball] = NO_PARTNER;
+      motions[ball] = 0n;
+      parts["search.begun"][0] = 0; // all predictions are made anew
+    });
     Object.assign(this.scene, { pairLaw, wallLaw });
     writeSetup(this.scene, this.parts);
   }

@@ -14,6 +14,7 @@ from javascript import JavaScript, answer_of, scene_json
 
 from snooker_cli.config import to_json, validated
 from snooker_cli.engine import simulate
+from snooker_cli.engine.kernel_state import NO_PARTNER
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE
@@ -215,24 +216,29 @@ def test_other_laws_hold_from_now_on(engine):
 
 
 def test_laws_may_change_while_a_ball_settles(engine):
-    """Its bounces go on with the wall's CoR of its last hit; a wall may become thermal, too."""
+    """It bounces on, but now loses no energy and does not slide; a wall may become thermal, too."""
     scene = f"startingScene({to_json(validated(GASES['slide']))}, 1)"
-    slides, energy = engine.answer(f"""
+    settling, kinds, before, after, energy = engine.answer(f"""
 (() => {{
   const simulation = new Simulation({scene}, {{}}), elastic = {{ word: "constant", cor: 1 }};
-  const settles = () => simulation.motions.includes(BigInt(SETTLES));
-  for (let event = 0; event < 100000 && !settles(); event += 1) simulation.advance(1);
+  const settling = () => simulation.motions.indexOf(BigInt(SETTLES));
+  for (let event = 0; event < 100000 && settling() < 0; event += 1) simulation.advance(1);
+  const ball = settling(), kinds = [];
   simulation.setLaws(elastic, elastic);
-  let slides = false;
-  for (let event = 0; event < 300; event += 1) {{
+  const before = simulation.kineticEnergy();
+  for (let event = 0; event < 100; event += 1) {{
     simulation.advance(1);
-    slides ||= simulation.eventJ[0] === {SLIDE};
+    if (simulation.eventI[0] === ball) kinds.push(simulation.eventJ[0]);
   }}
+  const after = simulation.kineticEnergy();
   simulation.setLaws(elastic, {{ word: "thermal", temperature: 50 }});
   for (let call = 0; call < 30; call += 1) simulation.advance(100);
-  return JSON.stringify([slides, simulation.kineticEnergy()]);
+  return JSON.stringify([ball, kinds, before, after, simulation.kineticEnergy()]);
 }})()""")
-    assert slides
+    assert settling >= 0
+    assert NO_PARTNER in kinds
+    assert SLIDE not in kinds
+    assert after == pytest.approx(before, rel=1e-13)
     # 37 balls of 50 J, with a standard error of a sixth.
     assert energy == pytest.approx(37 * 50.0, rel=0.7)
 
