@@ -61,13 +61,13 @@ def proofs(name: str) -> dict[str, Any]:
 def from_starts(name: str, *, nudged: bool) -> Method:
     """A method without positions and overlaps, which averages do not need.
 
-    nudged : whether the first ball's x is one rounding larger than in the start
+    nudged : whether the last ball's x is one rounding larger than in the start; the first one's is 0
     """
 
     def run(scene: Scene, moments: NDArray[np.float64]) -> Trajectory:
         if nudged:
             positions = scene.positions.copy()
-            positions[0, 0] = np.nextafter(positions[0, 0], np.inf)
+            positions[-1, 0] = np.nextafter(positions[-1, 0], np.inf)
             scene = replace(scene, positions=positions)
         trace = simulate(scene, time=float(moments[-1]))
         return Trajectory(scene, trace.events, np.empty(0), trace.finish, 0.0, 0.0)

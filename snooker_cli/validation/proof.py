@@ -122,6 +122,9 @@ def prove(
             if event is not None and event.j == SLIDE:
                 verdict, reason = "slide", "a slide, which has no twin"
                 break
+            if collision.j == CONTAINER and settles(collision.i, len(rows), trace):
+                verdict, reason = "slide", "a bounce before a slide, which has no twin"
+                break
             if event is None or (event.i, event.j) != collision[1:3]:
                 verdict, reason = difference(last, event, collision, until)
                 break
@@ -157,6 +160,14 @@ def prove(
         "scene": scene_record(trace.start),
         "events": rows,
     }
+
+
+def settles(ball: int, done: int, trace: Trace) -> bool:
+    """Whether a ball bounces until it slides: bounces are no events then, but others may be."""
+    events = trace.events
+    assert events is not None
+    partners = events.j[done:][(events.i[done:] == ball) | (events.j[done:] == ball)]
+    return trace.start.slides and (not len(partners) or bool(partners[0] == SLIDE))
 
 
 def errors(event: OwnEvent, twin: Twin, truth: Collision) -> Floats:

@@ -17,9 +17,11 @@ from command_line import SMALL, Snooker, output_of
 from scenes import gas, lone_bouncer, scene_of
 
 from snooker_cli import runs, store
+from snooker_cli.config import EXAMPLES, load
 from snooker_cli.engine import replay, simulate
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
-from snooker_cli.trace import CONTAINER, Events, Trace
+from snooker_cli.trace import CONTAINER, SLIDE, Events, Trace
 from snooker_cli.validation.methods import rings
 from snooker_cli.validation.proof import prove
 
@@ -60,6 +62,17 @@ def test_a_slide_ends_the_proof() -> None:
     proof = prove(slid, 10)
     assert proof["verdict"] == "slide"
     assert 0 < proof["certain"] < 5
+
+
+def test_bounces_before_a_slide_are_not_wrong() -> None:
+    """While a ball bounces infinitely often, another has an event far away."""
+    config = load(EXAMPLES / "sliding.yaml", overrides=["cor=0.9", "collapse=slide"])
+    slid = simulate(starting_scene(config.points()[0].experiment, 0), collisions=500)
+    proof = prove(slid, 500)
+    assert (proof["verdict"], proof["certain"]) == ("slide", 379)
+    assert proof["reason"] == "event 380 is a bounce before a slide, which has no twin"
+    assert slid.events is not None
+    assert slid.events.j[379] != SLIDE
 
 
 # Wrong engines
