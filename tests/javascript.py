@@ -25,16 +25,29 @@ function bitsOf(values) {
   }).join("");
 }
 
+function startOfScene(scene, config) {
+  const { positions, velocities, radii, masses, container, wallKey } = scene;
+  return JSON.stringify({
+    bits: bitsOf([...positions, ...velocities, ...radii, ...masses, ...container.size]),
+    key: wallKey === null ? null : String(wallKey),
+    config: configOfStart(config, scene), given: scene.isGiven,
+  });
+}
+
 function startOfRepeat(config, repeat) {
   try {
-    const { container, positions, velocities, radii, masses, wallKey } =
-      startingScene(config, repeat);
-    const numbers = [...positions, ...velocities, ...radii, ...masses, ...container.size];
-    return JSON.stringify({ bits: bitsOf(numbers), key: wallKey === null ? null : `${wallKey}` });
+    return startOfScene(startingScene(config, repeat), config);
   } catch (error) {
     if (!(error instanceof SceneError)) throw error;
     return JSON.stringify({ error: error.message });
   }
+}
+
+// What browsers have beside V8.
+function atob(text) {
+  const letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  const bits = Array.from(text.replace(/=/g, ""), (letter) => letters.indexOf(letter).toString(2).padStart(6, "0"));
+  return bits.join("").match(/.{8}/g).map((byte) => String.fromCharCode(parseInt(byte, 2))).join("");
 }
 
 function simulated(scene, limits) {

@@ -7,19 +7,30 @@ from typing import Any
 
 from javascript import JavaScript
 
-from snooker_cli.live_page.page import LIVE, MEASURING, SHOWING, presets, theory_numbers
+from snooker_cli import config as configs
+from snooker_cli.live_page.page import (
+    LIVE,
+    MEASURING,
+    SHOWING,
+    own_start,
+    presets,
+    report_scene,
+    theory_numbers,
+)
 from snooker_cli.pages.html_page import PAGES, SHARED, text_of
 
 
 class LiveScripts(JavaScript):
-    """What simulates, measures, draws and runs a gas, with ``configOf`` a scene and ``fluid``."""
+    """What simulates, measures, draws and runs a gas, with ``configOf`` a scene, ``own`` and ``fluid``."""
 
     def __init__(self) -> None:
         super().__init__()
         self.context.eval(text_of(LIVE, *MEASURING) + text_of(PAGES, *SHARED))
         self.context.eval(text_of(LIVE, *SHOWING[:-1]))  # the last one needs a page
-        configs = json.dumps({scene["name"]: scene["config"] for scene in presets()})
-        self.context.eval(f"const configOf = (name) => ({configs})[name];")
+        scenes = json.dumps({scene["name"]: scene["config"] for scene in presets()})
+        self.context.eval(f"const configOf = (name) => ({scenes})[name];")
+        start = json.dumps(own_start(configs.load(report_scene()).experiment))
+        self.context.eval(f"const own = ownStart({start}, configOf('report'));")
         self.context.eval(f"const fluid = new Fluid({json.dumps(theory_numbers())});")
 
     def value(self, expression: str, **given: Any) -> Any:

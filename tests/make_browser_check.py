@@ -24,12 +24,13 @@ from snooker_cli.placement.starting_scene import starting_scene  # noqa: E402
 COMPARE = """
 function compared() {
   const different = [];
-  for (const { name, config, limits, answer } of CASES) {
-    const found = simulated(startingScene(config, 0), limits);
+  for (const { name, scene, limits, answer } of CASES) {
+    const found = simulated({ ...scene, containerMass: scene.containerMass ?? Infinity }, limits);
     if (JSON.stringify(JSON.parse(found)) !== JSON.stringify(answer)) different.push(name);
   }
   const equal = CASES.length - different.length;
-  return `${equal} of ${CASES.length} configs have the program's bits. ${different.join(", ")}`;
+  const start = bitsOf(startingScene(START, 0).positions);
+  return `${equal} of ${CASES.length} scenes have the program's bits. ${different.join(", ")} Start: ${start}`;
 }
 if (typeof document === "undefined") print(compared());
 else document.body.textContent = compared();

@@ -414,6 +414,9 @@ class Experiment(Model):
     ) = None
     """Temperature of a fixed wall, J: a ball leaves it with a random velocity of this temperature.
     It replaces wall_cor. A number, or numbers for left, right, bottom and top."""
+    wall_key: Index | None = None
+    """Key of the random velocities at a wall with a temperature, as the live page writes it: of
+    repeat 0; repeat k has wall_key + k. Absent: from the seed."""
     collapse: Collapse = "stop"
     """What to do about infinitely many collisions in finite time. stop (the default): end the
     repeat and report it. slide: let the ball slide along a circle's fixed wall. tc: contacts have
@@ -607,6 +610,9 @@ def _faults_of_walls(experiment: Experiment) -> Iterator[Problem]:
     if any(None not in both for both in zip(speeds, temperatures, strict=True)):
         sentence = "one wall has a wall_temperature and a wall_speed; remove one of them"
         yield Problem(("wall_temperature",), sentence, about_key=True)
+    if experiment.wall_key is not None and experiment.wall_temperature is None:
+        sentence = "wall_key is for a wall with a wall_temperature; remove it, or give one"
+        yield Problem(("wall_key",), sentence, about_key=True)
     for key in ("wall_cor", "wall_cor_speed"):
         if None not in temperatures and getattr(experiment, key) is not None:
             sentence = f"wall_temperature replaces {key}; remove one of them"

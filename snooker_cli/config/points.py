@@ -40,6 +40,7 @@ _LATER_KEYS = (
     "wall_cor_speed",
     "wall_speed",
     "wall_temperature",
+    "wall_key",
 )
 """Keys that are younger than digests: left out at their defaults, so that old digests stay."""
 

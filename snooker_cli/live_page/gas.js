@@ -8,13 +8,14 @@ const SLIDING = { slides: true, contactDuration: 0, elasticBelow: 0 }; // of a s
 
 class Gas {
   // The first repeat of a config. Throws an error with a sentence for a scene that does not fit. The
-  // gas runs on after the config's number of collisions, but not after its time.
-  constructor(config) {
+  // gas runs on after the config's number of collisions, but not after its time. own: see ``startingScene``.
+  constructor(config, own = null) {
     this.config = config;
     this.changed = false; // whether no config describes it any more
     this.time = 0; // s, that is shown
     this.flashes = new Float64Array(FLASH_NUMBERS * MOST_FLASHES); // of each of the last events
-    const scene = startingScene(config, 0);
+    const scene = startingScene(config, 0, own);
+    this.start = scene;
     this.simulation = new Simulation(scene, { time: config.time }, { hash: true });
     this.meter = new Meter(scene, this.simulation);
     this.radii = scene.radii;
@@ -214,6 +215,11 @@ class Gas {
     const { hashes, hash } = this.simulation;
     if (!this.stop || hashes.some(([count]) => count === hash.count)) return hashes;
     return [...hashes, [hash.count, hash.digest()]];
+  }
+
+  // The config of the program that gives the same collisions, unless the gas has changed since its start.
+  get program() {
+    return configOfStart(this.config, this.start);
   }
 
   // Other laws of collision from now on.

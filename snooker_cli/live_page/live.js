@@ -7,6 +7,7 @@ for (const { config: { balls } } of content.scenes) {
   const [keys, ...rows] = balls.list; // without what a ball does not give
   balls.list = rows.map((row) => Object.fromEntries(keys.map((key, k) => [key, row[k]]).filter(([, value]) => value !== null)));
 }
+const own = content.start && ownStart(content.start, content.scenes[0].config);
 const BUDGET = 10; // ms of a frame in which the gas is simulated
 const LONGEST = 200000; // collisions of a start that is measured: 20 MB
 const CHARTS_EVERY = 50, FIT_EVERY = 300; // ms
@@ -78,7 +79,7 @@ class LivePage extends Showing {
   begin(config) {
     let gas;
     try {
-      gas = new Gas(config);
+      gas = new Gas(config, own);
     } catch (error) {
       if (!(error instanceof SceneError)) throw error;
       this.refuse(error.message);
@@ -251,7 +252,7 @@ class LivePage extends Showing {
   }
 
   showConfig() {
-    find("yaml").textContent = yamlOf(this.config, content.defaults);
+    find("yaml").textContent = yamlOf(this.gas.program, content.defaults);
     find("exactness").textContent = this.gas.changed
       ? "A slider was moved while the gas ran, or it continued after its end, so no config describes this run. "
         + "Restart: then the config below does."
@@ -327,13 +328,13 @@ class LivePage extends Showing {
       find("progress").value = results.length / starts;
       find("measured").textContent = `${results.length} of ${starts} starts`;
       if (results.length < starts) return;
-      const row = tableRow(config, results);
+      const row = tableRow(config, results, startingScene(config, 0, own));
       this.table.add(row);
       const needed = `The means need ${row.short} collisions between balls in a start, so that speeds mix.`;
       end(`${starts} starts measured.${row.short ? ` ${needed} Give more collisions.` : ""}`);
     };
     this.worker.onerror = (event) => end(`The measurement failed: ${event.message}`);
-    this.worker.postMessage({ config, starts, compiled: modules });
+    this.worker.postMessage({ config, starts, own, compiled: modules });
   }
 
   // How many starts and collisions are asked for; none, with a sentence, where they do not fit.
@@ -444,10 +445,10 @@ class LivePage extends Showing {
 
 // What a worker does: measures one start after the other, and reports each.
 function worker() {
-  onmessage = ({ data: { config, starts, compiled } }) => {
+  onmessage = ({ data: { config, starts, own, compiled } }) => {
     Object.assign(modules, compiled);
     try {
-      for (let repeat = 0; repeat < starts; repeat++) postMessage(measureRepeat(config, repeat));
+      for (let repeat = 0; repeat < starts; repeat++) postMessage(measureRepeat(config, repeat, own));
     } catch (error) {
       if (!(error instanceof SceneError)) throw error;
       postMessage({ error: error.message });

@@ -117,11 +117,12 @@ function decayRate(times, values, power) {
   return Number.isFinite(move) ? rate(p) / span : NaN;
 }
 
-// Simulates a repeat of a config to its end and measures it, as `snooker fit` and `compare` do: k and
-// α of the energy of balls and container, and the sums from which `meansOf` has T, P and PV/NT.
-function measureRepeat(config, repeat) {
-  const scene = startingScene(config, repeat);
-  const { collisions, time } = config, simulation = new Simulation(scene, { collisions, time });
+const measureRepeat = (config, repeat, own = null) => measureScene(startingScene(config, repeat, own), config);
+
+// Simulates a scene up to its limits of collisions and time, and measures it, as `snooker fit` and
+// `compare` do: k and α of the energy of balls and container, and the sums of T, P and PV/NT for `meansOf`.
+function measureScene(scene, { collisions, time }) {
+  const simulation = new Simulation(scene, { collisions, time });
   const meter = new Meter(scene, simulation);
   const times = [0], energies = [meter.totalEnergy], sums = [meter.sums()];
   let stop = null;
@@ -195,9 +196,9 @@ function meanAndError(values) {
 
 const MEASURED = ["temperature", "pressure", "ratio", "k", "alpha"];
 
-// A row of the table: means and standard errors over the repeats of a config.
-function tableRow(config, results) {
-  const scene = startingScene(config, 0), [width] = scene.container.size, number = scene.radii.length;
+// A row of the table: means and standard errors over the repeats of a config, and its first scene.
+function tableRow(config, results, scene = startingScene(config, 0)) {
+  const [width] = scene.container.size, number = scene.radii.length;
   const skipped = relaxation(number, results);
   const law = hasWalls(scene.container) ? scene.wallLaw : {}; // one with a temperature has no CoR
   const hasOneCor = [scene.pairLaw, law].every(({ word }) => word !== "viscoelastic"); // at all speeds

@@ -9,7 +9,7 @@ import yaml
 
 from snooker_cli import config as configs
 from snooker_cli import theory
-from snooker_cli.config import Experiment, Loaded
+from snooker_cli.config import BallList, Experiment, Loaded
 from snooker_cli.engine import webassembly
 from snooker_cli.errors import SceneError
 from snooker_cli.pages.html_page import (
@@ -23,12 +23,12 @@ from snooker_cli.pages.html_page import (
 )
 from snooker_cli.placement.starting_scene import starting_scene
 
-MOST_BALLS = 200  # so that a page shows 60 frames a second
+MOST_BALLS = 2000  # so that a page shows 60 frames a second
 MOST_SEED = 2**53 - 1  # the largest that JavaScript's numbers have exactly
-MOST_BYTES = 260_000  # of a page, which teachers send by mail
+MOST_BYTES = 250_000  # of a page, which teachers send by mail
 
 LIVE = "snooker_cli.live_page"
-ENGINE_SCRIPTS = ("engine.js", "random_numbers.js", "places.js", "start.js")
+ENGINE_SCRIPTS = ("engine.js", "hashes.js", "scene.js", "start.js")
 """The engine and the start, in an order in which they can run."""
 
 PACKED = ("sliding_circle", "periodic", "fixed_circle", "box", "channel", "free_circle")
@@ -50,7 +50,7 @@ def live_page(loaded: Loaded) -> str:
         raise loaded.error("seed", sentence)
     number = experiment.number
     if number > MOST_BALLS:
-        sentence = f"the live page shows at most {MOST_BALLS} balls, not {number:,}; give fewer"
+        sentence = f"the live page shows at most {MOST_BALLS:,} balls, not {number:,}; give fewer"
         raise loaded.error("balls", sentence)
     try:
         starting_scene(experiment, 0)
@@ -69,6 +69,7 @@ def live_page(loaded: Loaded) -> str:
     if own["config"] != scenes[0]["config"]:
         scenes.insert(0, own)
     data = {
+        "start": own_start(experiment),
         "scenes": [scene | {"config": _with_rows(scene["config"])} for scene in scenes],
         "defaults": _defaults(),
         "theory": theory_numbers(),
@@ -128,6 +129,20 @@ def theory_numbers() -> dict[str, Any]:
         "denominator": theory.PADE_DENOMINATOR.tolist(),
         "densest": theory.DENSEST_FLUID,
     }
+
+
+def own_start(experiment: Experiment) -> dict[str, Any] | None:
+    """The program's start of the first repeat, for ``ownStart`` of start.js; none if it is listed.
+
+    Rows are doubles in base64, because their decimals would take twice as much.
+    """
+    start = starting_scene(experiment, 0)
+    if isinstance(experiment.balls, BallList) and start.wall_key is None:
+        return None
+    columns = start.positions, start.velocities, start.radii
+    rows = b"".join(column.astype("<f8").tobytes() for column in columns)
+    key = None if start.wall_key is None else str(start.wall_key)
+    return {"size": start.container.size, "rows": b64encode(rows).decode(), "key": key}
 
 
 def _with_rows(config: dict[str, Any]) -> dict[str, Any]:

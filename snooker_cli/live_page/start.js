@@ -1,542 +1,316 @@
 "use strict";
 
-// A point's config and the number of a repeat -> the scene at its start, as in
-// placement/starting_scene.py, scene.py and digest and stream_seed of config/points.py.
+// The start of a repeat: places and velocities of the page's own, the same in every browser. Only
+// + − × ÷ √ and whole numbers are used. The first start of the config that a page is made from is that
+// of the program, which the page has.
 
-const EPSILON = 2 ** -52, TINY = 2 ** -1022;
-const LEAST_AMOUNT = 1e-50, MOST_AMOUNT = 1e50;
-const MOST_BALLS = 200;
-const TITLES = { circle: "circle", box: "box", periodic: "periodic box", channel: "channel" };
-const SIDES = ["left", "right", "bottom", "top"];
+const MOST_BALLS = 2000;
+const DIRECTIONS = 0, STIRRING = 1, WALL = 2; // random numbers of a repeat, by their purpose
+const STIRRED = 20; // collisions of a ball, after which places are random
 
-/** A scene that cannot exist: one sentence, and the config key to change. */
-class SceneError extends Error {
-  constructor(key, problem, ball = null) {
-    super(problem);
-    Object.assign(this, { key, ball });
+/** Random numbers: xoshiro128++ (Blackman & Vigna, doi:10.1145/3460772), begun by SplitMix's mixing. */
+class Random {
+  constructor(...seeds) {
+    let state = 0;
+    const mixed = (more) => {
+      state = (state + 0x9e3779b9 + more) | 0;
+      let word = state ^ (state >>> 16);
+      word = Math.imul(word, 0x21f0aaad);
+      word = Math.imul(word ^ (word >>> 15), 0x735a2d97);
+      state ^= word;
+      return word ^ (word >>> 15);
+    };
+    for (const seed of seeds) for (const part of [seed, Math.floor(seed / 2 ** 32)]) mixed(part | 0);
+    this.words = Int32Array.from([1, 2, 3, 4], mixed);
+  }
+
+  /** The next 32 bits, as a whole number from 0. */
+  next() {
+    const { words: w } = this, turned = (value, by) => (value << by) | (value >>> (32 - by));
+    const result = (turned((w[0] + w[3]) | 0, 7) + w[0]) | 0, shifted = w[1] << 9;
+    w[2] ^= w[0];
+    w[3] ^= w[1];
+    w[1] ^= w[2];
+    w[0] ^= w[3];
+    w[2] ^= shifted;
+    w[3] = turned(w[3], 11);
+    return result >>> 0;
+  }
+
+  /** A whole number from 0 to below 2^53. */
+  whole() {
+    return (this.next() >>> 5) * 2 ** 26 + (this.next() >>> 6);
+  }
+
+  /** A point [x, y] of the unit disk, and its squared distance, above zero. */
+  pointInDisk() {
+    for (;;) {
+      const [x, y] = [0, 1].map(() => this.whole() / 2 ** 52 - 1), square = x * x + y * y;
+      if (square > 2 ** -20 && square <= 1) return [x, y, square];
+    }
+  }
+
+  /** A random unit vector, or two normal deviates of variance 1 (Marsaglia, doi:10.1137/1006063). */
+  pair(isNormal) {
+    const [x, y, square] = this.pointInDisk();
+    const factor = Math.sqrt((isNormal ? -2 * logarithm(square) : 1) / square);
+    return [x * factor, y * factor];
   }
 }
 
-/** The scene at the start of a repeat of a point. Throws ``SceneError``.
+/** Natural logarithm of a number from 2^-20 to 1. */
+function logarithm(value) {
+  let halvings = 0;
+  for (; value < Math.SQRT1_2; halvings += 1) value *= 2;
+  const z = (value - 1) / (value + 1);
+  let series = 0;
+  for (let odd = 23; odd > 0; odd -= 2) series = series * z * z + 1 / odd;
+  return 2 * z * series - halvings * Math.LN2;
+}
+
+/** Cosine and sine of an angle up to 2 pi. */
+function cosineAndSine(angle) {
+  const parts = [0, 0];
+  for (let order = 40; order >= 0; order -= 1) {
+    // Horner's scheme of both Taylor series: each takes a turn.
+    parts[order % 2] = 1 - (parts[order % 2] * angle * angle) / ((order + 1) * (order + 2));
+  }
+  return [parts[0], angle * parts[1]];
+}
+
+/** The scene at the start of a repeat of a config. Throws ``SceneError``.
  *
- * config : all keys of the point, as ``to_json`` of config/points.py writes them
+ * config : all keys, as ``to_json`` of config/points.py writes them
+ * own : the program's start of a config, which is used for the first repeat if it fits; see ``ownStart``
  */
-function startingScene(config, repeat) {
-  const groups = config.balls.rings === undefined && config.balls.list === undefined
-    ? [config.balls].flat() : [];
-  const species = groups.filter((group) => "count" in group);
-  const placedBalls = config.balls.list ?? groups.filter((group) => "position" in group);
-  const sizes = containerAndRadii(config, species);
+function startingScene(config, repeat, own = null) {
+  const { placed, gas } = groupsOf(config), same = own !== null && repeat === 0 && hasStartOf(config, own.config);
+  const { container, radii } = same ? own : containerAndRadii(config, gas);
+  const of = (key) => placed.map((ball) => ball[key]);
   const scene = {
-    container: sizes.container,
+    container,
     containerMass: config.container.mass ?? Infinity,
     containerPosition: [0, 0],
     containerVelocity: config.container.velocity ?? [0, 0],
     rounding: config.start?.rounding ?? 0,
     ...collisionRules(config),
+    radii: Float64Array.from(same ? radii : [...of("radius"), ...radii]),
+    masses: Float64Array.from([...of("mass"), ...gas.flatMap((group) => Array(countOf(group)).fill(group.mass))]),
     wallKey: null,
+    isGiven: same && (config.common_random || physicsOf(config) === physicsOf(own.config)), // by the config itself
   };
-  const put = (places, velocities, radii, masses) => Object.assign(scene, {
-    positions: Float64Array.from(places),
-    velocities: Float64Array.from(velocities),
-    radii: Float64Array.from(radii),
-    masses: Float64Array.from(masses),
-  });
-  const radii = placedBalls.map((ball) => ball.radius);
-  const masses = placedBalls.map((ball) => ball.mass);
-  const places = placedBalls.flatMap((ball) => ball.position);
-  const moving = placedBalls.flatMap((ball) => ball.velocity);
-  const seed = () => streamSeed(config, groups);
-  try {
-    if (placedBalls.length) check(put(places, moving, radii, masses)); // before others come
-    if (config.balls.rings !== undefined) {
-      const { balls } = config, onRings = placesOnRings(balls, sizes.container.size[0] / 2);
-      const number = onRings.length / 2;
-      checkNumber(number);
-      const directions = randomDirections(number, seed(), repeat);
-      put(onRings, directions.map((part) => balls.speed * part),
-        Array(number).fill(balls.radius), Array(number).fill(balls.mass));
-    } else if (species.length) {
-      const counts = species.map((kind) => kind.count);
-      checkNumber(placedBalls.length + counts.reduce((sum, number) => sum + number, 0));
-      const ofGas = species.flatMap((kind) => Array(kind.count).fill(kind.mass));
-      const gasRadii = species.flatMap((kind, k) => Array(kind.count).fill(sizes.radii[k]));
-      const positions = startingPlaces(config, species, sizes, places, radii, seed(), repeat);
-      const velocities = [...moving, ...startingVelocities(species, seed(), repeat)];
-      put(positions, velocities, [...radii, ...gasRadii], [...masses, ...ofGas]);
-    }
-    const axes = species.length ? { periodic: [0, 1], channel: [1] }[sizes.container.shape] ?? [] : [];
-    const rotates = hasCommonRotation(config);
-    if (axes.length || !rotates) {
-      checkSpeeds(scene);
-      const first = placedBalls.length, gasMasses = Array.from(scene.masses.subarray(first));
-      if (!rotates && gasMasses.length === 1) { // after a slider
-        const problem = "one ball has no common rotation; remove this key, or add balls";
-        throw new SceneError("balls.common_rotation", problem);
-      }
-      const [velocities, positions] = [scene.velocities, scene.positions].map((pairs) => pairs.subarray(2 * first));
-      setAtRest(velocities, gasMasses, positions, axes, !rotates);
-    }
-    const isRandom = lawsOfWall(scene.wallLaw).some(({ word }) => word === "thermal");
-    if (isRandom) scene.wallKey = wallKey(seed(), repeat);
-    check(scene);
-    checkPage(config);
-  } catch (error) {
-    if (error instanceof SceneError && error.ball !== null && error.ball < placedBalls.length) {
-      error.key = `${config.balls.list ? "balls.list" : "balls"}[${error.ball}]`;
-    }
-    throw error;
+  const number = scene.radii.length, random = (purpose) => new Random(config.seed, repeat, purpose);
+  if (number > MOST_BALLS) {
+    throw new SceneError(`the live page shows at most ${grouped(MOST_BALLS)} balls, not ${grouped(number)}; give fewer`);
   }
+  if (lawsOfWall(scene.wallLaw).some(({ word }) => word === "thermal")) {
+    scene.wallKey = scene.isGiven ? own.wallKey : BigInt(random(WALL).whole());
+  }
+  if (same) {
+    Object.assign(scene, { positions: own.positions.slice(), velocities: own.velocities.slice() });
+  } else {
+    scene.positions = Float64Array.from(of("position").flat());
+    scene.velocities = Float64Array.from(of("velocity").flat());
+    if (placed.length) check(subset(scene, placed.length)); // before others come
+    if (gas.length) addGas(scene, config, gas, placed.length, random);
+  }
+  check(scene);
   return scene;
 }
 
-/** Throw ``SceneError`` for what only the program can do. */
-function checkPage(config) {
-  if (!Number.isSafeInteger(config.seed)) {
-    throw new SceneError("seed", `the live page has seeds up to ${Number.MAX_SAFE_INTEGER}; give a smaller one`);
-  }
+/** The first balls of a scene. */
+const subset = (scene, number) => ({ ...scene, radii: scene.radii.slice(0, number), masses: scene.masses.slice(0, number) });
+
+/** Whether a config has the same balls in the same container as another, whatever its laws. */
+function hasStartOf(config, other) {
+  const [text, known] = [config, other].map(({ container, balls, seed }) =>
+    JSON.stringify([{ ...container, mass: null, velocity: null }, balls, seed]));
+  return text === known;
 }
 
-function checkNumber(number) {
-  if (number > MOST_BALLS) {
-    const shown = `the live page shows at most ${MOST_BALLS} balls`;
-    throw new SceneError("balls", `${shown}, not ${grouped(number)}; give fewer`);
-  }
+/** What decides a start of the program, as a text: all keys but those that only end or store a repeat. */
+const physicsOf = (config) => JSON.stringify({ ...config, collisions: 0, time: 0, record: 0, title: 0 });
+
+/** Give places and velocities to the balls that are given by a number, after the first ones. */
+function addGas(scene, config, gas, first, random) {
+  const radii = scene.radii.slice(first), { container } = scene, [group] = gas;
+  checkRadii(container, Math.max(...radii));
+  const places = "rings" in group ? placesOnRings(group, container) : placesOnLattices(gas, radii, scene, first);
+  const drawn = velocitiesOf(gas, random(DIRECTIONS));
+  scene.positions = Float64Array.from([...scene.positions, ...places.flat()]);
+  if (gas.some(({ start }) => start === "random")) stir(scene, first, random(STIRRING));
+  setAtRest(scene, drawn, first, gas.every(({ common_rotation: keeps }) => keeps !== false));
+  scene.velocities = Float64Array.from([...scene.velocities, ...drawn.flat()]);
 }
 
-/** The fields of a scene that decide what collisions do: its laws and ``collapse``. */
-function collisionRules(config) {
-  const collapse = config.collapse ?? "stop";
-  const wallCor = config.wall_cor ?? config.cor;
-  const at = (key, side) => (key !== null && typeof key === "object" ? key[side] : key) ?? null;
-  const lawAt = (side) => {
-    const speed = at(config.wall_speed, side), temperature = at(config.wall_temperature, side);
-    if (temperature !== null) return { word: "thermal", temperature };
-    if (speed) return { word: "driven", cor: wallCor, speed };
-    return lawOfBalls(wallCor, config.wall_cor_speed);
+// Places
+
+/** Places [x, y] on rings, m. */
+function placesOnRings({ rings, radius, ring_extent: part }, { size: [width] }) {
+  const extent = (part * width) / 2, largest = Math.min(extent / Math.max(rings, 1) / 2, width / 2 - extent);
+  if (rings > 0 && radius > largest * (1 + 1e-12)) {
+    throw new SceneError(`rings: ${rings} needs balls of radius ${general(largest, 4)} m or less; use smaller balls, or fewer rings`);
+  }
+  const places = [[0, 0]];
+  for (let ring = 1; ring <= rings; ring += 1) {
+    for (let k = 0; k < 6 * ring; k += 1) {
+      places.push(cosineAndSine((k * 2 * Math.PI) / (6 * ring)).map((value) => (ring / rings) * extent * value));
+    }
+  }
+  return places;
+}
+
+/** Places [x, y] of all groups on hexagonal lattices, m: each around larger balls, and around the first ones. */
+function placesOnLattices(gas, radii, { container, positions, radii: all }, first) {
+  const taken = Array.from({ length: first }, (_, k) => [positions[2 * k], positions[2 * k + 1], all[k]]);
+  const begins = gas.map((_, k) => sum(gas.slice(0, k).map(countOf))), places = Array(radii.length);
+  const bySize = gas.map((_, k) => k).sort((a, b) => radii[begins[b]] - radii[begins[a]] || a - b);
+  for (const k of bySize) {
+    lattice(container, radii[begins[k]], countOf(gas[k]), taken).forEach((place, row) => {
+      places[begins[k] + row] = place;
+      taken.push([...place, radii[begins[k]]]);
+    });
+  }
+  return places;
+}
+
+/** Places [x, y] of a hexagonal lattice over the whole container, m, around balls [x, y, radius]. */
+function lattice(container, radius, number, taken) {
+  const isFree = ([x, y]) => taken.every(([otherX, otherY, other]) =>
+    squareOf(x - otherX, y - otherY, container) >= (radius + other) ** 2);
+  let tried = 0, diameter = Infinity, free = [];
+  while (free.length < number && diameter >= 2 * radius) {
+    tried += number - free.length;
+    const all = container.shape === "circle" ? latticeInCircle(container, tried) : latticeInBox(container, tried);
+    ({ diameter } = all);
+    free = all.places.filter(isFree);
+  }
+  if (diameter < 2 * radius) {
+    const factor = general(Math.floor((1e4 * diameter) / (2 * radius)) / 1e4, 4);
+    throw new SceneError(`${grouped(number)} balls do not fit on a lattice; multiply radii by ${factor} or less, or take fewer balls`);
+  }
+  return Array.from({ length: number }, (_, k) => free[Math.floor((k * free.length) / number)]);
+}
+
+/** The lattice places nearest to the centre, which is a place or lies between two or three. */
+function latticeInCircle({ size: [width] }, number) {
+  const reach = Math.floor(0.607 * Math.sqrt(number)) + 2;
+  let best = { diameter: 0 };
+  for (const [restU, restV] of [[0, 0], [3, 0], [2, 2]]) { // in sixths of the spacing
+    const all = [];
+    for (let row = -reach; row <= reach; row += 1) {
+      for (let column = -reach; column <= reach; column += 1) {
+        const u = 6 * column + restU, v = 6 * row + restV;
+        all.push({ u, v, square: u * u + u * v + v * v });
+      }
+    }
+    const nearest = all.sort((a, b) => a.square - b.square).slice(0, number);
+    const diameter = ((1 - 8 * EPSILON) * width) / 2 / (Math.sqrt(nearest[number - 1].square) / 6 + 0.5);
+    if (diameter <= best.diameter) continue;
+    const places = nearest.map(({ u, v }) => [((u + v / 2) * diameter) / 6, (v * (Math.sqrt(3) / 2) * diameter) / 6]);
+    best = { places, diameter };
+  }
+  return best;
+}
+
+/** Rows along x, every other one shifted by half a spacing: those with the largest diameter. */
+function latticeInBox(container, number) {
+  const [[width, height], repeats] = [container.size, [0, 1].map((axis) => repeatsAlong(axis, container))];
+  const most = 2 * Math.ceil(Math.sqrt((1.2 * number * height) / width)) + 2;
+  let best = { diameter: 0 };
+  for (let rows = repeats[1] ? 2 : 1; rows <= Math.min(most, 2 * number); rows += repeats[1] ? 2 : 1) {
+    const columns = Math.ceil(number / rows), shift = rows > 1 ? 0.5 : 0;
+    const spacings = (d) => [
+      repeats[0] ? width / columns : (width - d) / (columns - 1 + shift || Infinity),
+      repeats[1] ? height / rows : (height - d) / (rows - 1 || Infinity),
+    ];
+    const fits = (d) => {
+      const [across, up] = spacings(d);
+      return (columns === 1 || across >= d) && (rows < 3 || 2 * up >= d) && (rows === 1 || across * across / 4 + up * up >= d * d);
+    };
+    let [low, high] = [0, Math.min(width, height)];
+    for (let step = 0; step < 60; step += 1) [low, high] = fits((low + high) / 2) ? [(low + high) / 2, high] : [low, (low + high) / 2];
+    if (low > best.diameter) best = { diameter: low, rows, columns, shift, spacings: spacings(low) };
+  }
+  const { rows, columns, shift, diameter, spacings: [across, up] } = best;
+  const middle = (columns - 1 + shift) / 2;
+  const places = Array.from({ length: rows * columns }, (_, k) => {
+    const row = Math.floor(k / columns);
+    return [((k % columns) + shift * (row % 2) - middle) * across, (row - (rows - 1) / 2) * up];
+  });
+  return { places, diameter: (1 - 8 * EPSILON) * diameter };
+}
+
+/** Let elastic balls collide among the first ones, which stay: places are then random. */
+function stir(scene, first, random) {
+  const { radii, masses } = scene, number = radii.length, heavy = 1e30 * Math.max(...masses);
+  const elastic = { word: "constant", cor: 1 };
+  const velocities = Float64Array.from(Array.from({ length: number }, (_, k) => (k < first ? [0, 0] : random.pair(false))).flat());
+  const moving = {
+    ...scene, velocities, pairLaw: elastic, wallLaw: elastic, containerMass: Infinity, slides: false,
+    contactDuration: 0, elasticBelow: 0, masses: masses.map((mass, k) => (k < first ? heavy : mass)),
   };
-  const keys = [config.wall_speed, config.wall_temperature];
-  const bySide = keys.some((key) => key !== null && typeof key === "object");
-  const laws = SIDES.map((side) => [side, lawAt(side)]);
-  return {
-    pairLaw: lawOfBalls(config.cor, config.cor_speed),
-    wallLaw: bySide ? { word: "sides", ...Object.fromEntries(laws) } : lawAt("left"),
-    contactDuration: collapse.tc ?? 0,
-    elasticBelow: collapse.elastic_below ?? 0,
-    slides: collapse === "slide",
-  };
+  const collisions = (STIRRED * number) / 2, simulation = new Simulation(moving, { collisions });
+  for (let calls = 0; calls < collisions && simulation.stop === null; calls += 1) simulation.advance(collisions);
+  for (let k = first; k < number; k += 1) scene.positions.set(simulation.positionOf(k, simulation.time), 2 * k);
 }
 
-function lawOfBalls(cor, corSpeed) {
-  return corSpeed ? { word: "viscoelastic", cor, corSpeed } : { word: "constant", cor };
+// Velocities
+
+/** Random velocities [u, v] of all groups, m/s: each has the energy of balls that have its speed. */
+function velocitiesOf(gas, random) {
+  return gas.flatMap((group) => {
+    const number = countOf(group), isNormal = group.speeds === "maxwell";
+    const drawn = Array.from({ length: number }, () => random.pair(isNormal));
+    const spread = isNormal ? Math.sqrt(sum(drawn.flat().map((part) => part * part)) / number) : 1;
+    return drawn.map((pair) => pair.map((part) => (part / spread) * group.speed));
+  });
 }
 
-/** The laws of a wall: of its sides, if they differ. */
-function lawsOfWall(law) {
-  return law.word === "sides" ? SIDES.map((side) => law[side]) : [law];
-}
-
-// The seed of the random streams: a hash of the point's physics
-
-const WHOLE = new Set(["rings", "count"]); // keys whose numbers Python writes without a point
-const NOT_IN_STREAMS =
-  ["title", "repeats", "sweep", "start", "collisions", "time", "seed", "common_random", "record"];
-const LATER_KEYS = {
-  collapse: "stop", cor_speed: null, wall_cor_speed: null, wall_speed: null, wall_temperature: null,
-};
-
-/** The seed of a point's random numbers, see ``stream_seed``; species are in ``groups``. */
-function streamSeed(config, groups) {
-  if (config.common_random) return BigInt(config.seed);
-  const physics = { ...config, wall_cor: config.wall_cor ?? config.cor };
-  for (const key of NOT_IN_STREAMS) delete physics[key];
-  for (const [key, value] of Object.entries(LATER_KEYS)) {
-    if (physics[key] === value) delete physics[key];
-  }
-  if (groups.length) {
-    physics.balls = groups.map(({ start, common_rotation: _, ...others }) => others);
-    physics.start = startOf(groups);
-    if (!hasCommonRotation(config)) physics.common_rotation = false;
-  }
-  return BigInt(config.seed) | (BigInt(`0x${hashOfText(pythonJson(physics))}`) << 64n);
-}
-
-/** JSON with sorted keys and without spaces, its numbers as Python writes them. */
-function pythonJson(value, key = "") {
-  if (typeof value === "number") return WHOLE.has(key) ? String(value) : pythonFloat(value);
-  if (value === null || typeof value !== "object") return JSON.stringify(value);
-  if (Array.isArray(value)) return `[${value.map((item) => pythonJson(item)).join(",")}]`;
-  const pairs = Object.keys(value).sort()
-    .map((name) => `${JSON.stringify(name)}:${pythonJson(value[name], name)}`);
-  return `{${pairs.join(",")}}`;
-}
-
-/** The shortest decimals of a double, as Python's ``repr``. */
-function pythonFloat(value) {
-  const [figures, power] = value.toExponential().split("e"), exponent = Number(power);
-  if (value !== 0 && (exponent < -4 || exponent > 15)) {
-    const size = String(Math.abs(exponent)).padStart(2, "0");
-    return `${figures}e${exponent < 0 ? "-" : "+"}${size}`;
-  }
-  if (exponent < 0) {
-    const digits = figures.replace(/[-.]/g, ""), sign = value < 0 ? "-" : "";
-    return `${sign}0.${"0".repeat(-exponent - 1)}${digits}`;
-  }
-  return Number.isInteger(value) ? `${value}.0` : String(value);
-}
-
-// Sizes
-
-function lengthsOf(container) {
-  if ((container.shape ?? "circle") === "circle") {
-    return container.radius == null ? null : [2 * container.radius, 2 * container.radius];
-  }
-  return container.width == null ? null : [container.width, container.height ?? container.width];
-}
-
-/** The packing fraction times width times height over the sum of squared radii. */
-function packingFactor(shape) {
-  return shape === "circle" ? 4 : Math.PI;
-}
-
-function packingFraction(container, squares) {
-  const [width, height] = container.size;
-  return packingFactor(container.shape) * squares / (width * height);
-}
-
-/** The packing of a scene. */
-function packingOf({ container, radii }) {
-  return packingFraction(container, pairwiseSum(radii.map((radius) => radius * radius)));
-}
-
-/** The container, and the radius of each species (m); one of them may follow from packing. */
-function containerAndRadii(config, species) {
-  const shape = config.container.shape ?? "circle", factor = packingFactor(shape);
-  const packing = config.container.packing ?? config.balls.packing ?? null;
-  let size = lengthsOf(config.container);
-  let radii = species.map((kind) => kind.radius).filter((radius) => radius != null);
-  if (size === null) {
-    const squares = preciseSum(species.map((kind, k) => kind.count * radii[k] * radii[k]));
-    // Of a circle of radius 1, or a square of side 1.
-    const side = shape === "circle" ? 2 : 1;
-    const length = Math.sqrt(factor * squares / (side * side) / packing);
-    size = shape === "circle" ? [2 * length, 2 * length] : [length, length];
-  }
-  if (species.length && !radii.length) {
-    const number = species.reduce((sum, kind) => sum + kind.count, 0);
-    const radius = Math.sqrt(packing * size[0] * size[1] / (factor * number));
-    radii = species.map(() => radius);
-  }
-  return { container: { shape, size }, radii };
-}
-
-function areaOf({ shape, size: [width, height] }) {
-  const radius = width / 2;
-  return shape === "circle" ? Math.PI * (radius * radius) : width * height;
-}
-
-function wallLengthOf({ shape, size: [width, height] }) {
-  if (shape === "circle") return 2 * Math.PI * (width / 2);
-  return { box: 2 * (width + height), periodic: 0, channel: 2 * height }[shape];
-}
-
-/** Mean path of a ball between collisions in a dilute gas, m; see ``Scene.mean_free_path``. */
-function meanFreePath(scene) {
-  const number = scene.radii.length, mean = pairwiseSum(scene.radii) / number;
-  const between = number === 1 ? 0 : 2 * Math.sqrt(2) * number * 2 * mean;
-  const obstacles = between + wallLengthOf(scene.container) / Math.PI;
-  return obstacles ? areaOf(scene.container) / obstacles : Infinity;
-}
-
-// Sums
-
-/** The correctly rounded sum, as ``math.fsum`` (Shewchuk, doi:10.1007/PL00009321). */
-function preciseSum(values) {
-  const partials = [];
-  for (let x of values) {
-    let kept = 0;
-    for (let y of partials) {
-      if (Math.abs(x) < Math.abs(y)) [x, y] = [y, x];
-      const high = x + y, low = y - (high - x);
-      if (low !== 0) partials[kept++] = low;
-      x = high;
-    }
-    partials.length = kept;
-    partials.push(x);
-  }
-  let n = partials.length, high = 0, low = 0;
-  if (n === 0) return 0;
-  high = partials[--n];
-  while (n > 0) {
-    const x = high, y = partials[--n];
-    high = x + y;
-    low = y - (high - x);
-    if (low !== 0) break;
-  }
-  // Of two equally near doubles the even one, as seen from the next partial.
-  if (n > 0 && ((low < 0 && partials[n - 1] < 0) || (low > 0 && partials[n - 1] > 0))) {
-    const twice = 2 * low, x = high + twice;
-    if (twice === x - high) high = x;
-  }
-  return high;
-}
-
-/** The sum in NumPy's order of additions. */
-function pairwiseSum(values) {
-  const number = values.length;
-  if (number > 128) {
-    const half = number / 2 - (number / 2) % 8 | 0;
-    return pairwiseSum(values.slice(0, half)) + pairwiseSum(values.slice(half));
-  }
-  let sum = 0, k = 0;
-  if (number >= 8) {
-    const r = Array.from(values.slice(0, 8));
-    for (k = 8; k + 8 <= number; k += 8) {
-      for (let lane = 0; lane < 8; lane += 1) r[lane] += values[k + lane];
-    }
-    sum = ((r[0] + r[1]) + (r[2] + r[3])) + ((r[4] + r[5]) + (r[6] + r[7]));
-  }
-  for (; k < number; k += 1) sum += values[k];
-  return sum;
-}
-
-const sumOfSquares = (values) => preciseSum(Array.from(values, (value) => value * value));
-
-// Places and velocities of balls given by count
-
-function startOf(groups) {
-  return groups.find((group) => group.start)?.start ?? "lattice";
-}
-
-/** Places on a lattice or at random, x0, y0, x1 …, m; those of placed balls come first. */
-function startingPlaces(config, species, sizes, places, placedRadii, seed, repeat) {
-  const { container, radii } = sizes, counts = species.map((kind) => kind.count);
-  const all = [...placedRadii, ...species.flatMap((kind, k) => Array(kind.count).fill(radii[k]))];
-  const packing = packingFraction(container, sumOfSquares(all));
-  checkRadii(container, all, ["periodic", "channel"]);
-  const stream = new Stream(seed, repeat, PLACES), start = startOf(species);
-  const placed = { places, radii: placedRadii };
-  if (start === "random") {
-    const result = randomPlaces(container, radii, counts, packing, stream, placed);
-    if (result.jammed === undefined) return result.places;
-    throw tooDense(config, container, species, radii, placedRadii.length, packing, result.jammed);
-  }
-  const largest = Math.max(...radii), total = counts.reduce((sum, number) => sum + number, 0);
-  const { positions, diameter } = latticeAround(container, total, largest, placed);
-  const scale = diameter / (2 * largest);
-  if (scale < 1) {
-    const reached = scale * scale * packing;
-    throw tooDense(config, container, species, radii, placedRadii.length, packing, reached);
-  }
-  if (counts.length === 1) return [...places, ...positions];
-  const order = shuffled(stream, total);
-  return [...places, ...order.flatMap((k) => [positions[2 * k], positions[2 * k + 1]])];
-}
-
-/** Random velocities of all species, m/s: each has the energy of balls that have its speed. */
-function startingVelocities(species, seed, repeat) {
-  const number = species.reduce((sum, kind) => sum + kind.count, 0);
-  const velocities = randomDirections(number, seed, repeat);
-  const maxwell = species.some((kind) => kind.speeds === "maxwell");
-  const normals = maxwell ? randomNormals(number, seed, repeat) : [];
-  let first = 0;
-  for (const kind of species) {
-    const end = first + 2 * kind.count;
-    const normal = normals.slice(first, end);
-    const spread = Math.sqrt(sumOfSquares(normal) / kind.count);
-    for (let k = first; k < end; k += 1) {
-      if (kind.speeds === "maxwell") velocities[k] = normals[k] / spread;
-      velocities[k] *= kind.speed;
-    }
-    first = end;
-  }
-  return velocities;
-}
-
-/** Whether random velocities keep their common rotation. */
-function hasCommonRotation(config) {
-  return [config.balls].flat().every((group) => group.common_rotation !== false);
-}
-
-/** Take the momentum along some axes, or the angular momentum, from velocities, in place.
+/** Take the momentum along axes that repeat, or a rotation that is not to stay, from new velocities.
  *
  * One factor restores the energy.
  */
-function setAtRest(velocities, masses, positions, axes, turning) {
-  const roots = masses.map(Math.sqrt), mass = preciseSum(masses);
-  const energy = () => sumOfSquares(Array.from(velocities, (part, k) => roots[k >> 1] * part));
-  const before = energy();
+function setAtRest({ container, masses, positions }, drawn, first, keepsRotation) {
+  const weights = drawn.map((_, k) => masses[first + k]), weighted = (part) => sum(weights.map((m, k) => m * part(k)));
+  const energy = () => weighted((k) => drawn[k][0] ** 2 + drawn[k][1] ** 2), before = energy();
+  const axes = [0, 1].filter((axis) => repeatsAlong(axis, container));
+  if (!axes.length && keepsRotation) return;
+  if (!keepsRotation && drawn.length === 1) throw new SceneError("one ball has no common rotation; remove this key, or add balls");
   for (const axis of axes) {
-    const mean = preciseSum(masses.map((m, k) => m * velocities[2 * k + axis])) / mass;
-    for (let k = axis; k < velocities.length; k += 2) velocities[k] -= mean;
+    const mean = weighted((k) => drawn[k][axis]) / sum(weights);
+    for (const pair of drawn) pair[axis] -= mean;
   }
-  if (turning) {
-    const sum = (part) => preciseSum(masses.map((m, k) => m * part(2 * k, 2 * k + 1)));
-    const momentum = sum((x, y) => positions[x] * velocities[y] - positions[y] * velocities[x]);
-    const rate = momentum / sum((x, y) => positions[x] * positions[x] + positions[y] * positions[y]);
-    for (let x = 0, y = 1; x < velocities.length; x += 2, y += 2) {
-      velocities[x] += rate * positions[y];
-      velocities[y] -= rate * positions[x];
-    }
+  if (!keepsRotation) {
+    const x = (k) => positions[2 * (first + k)], y = (k) => positions[2 * (first + k) + 1];
+    const rate = weighted((k) => x(k) * drawn[k][1] - y(k) * drawn[k][0]) / weighted((k) => x(k) ** 2 + y(k) ** 2);
+    drawn.forEach((pair, k) => {
+      pair[0] += rate * y(k);
+      pair[1] -= rate * x(k);
+    });
   }
-  const left = energy();
-  if (left > 0) {
-    const factor = Math.sqrt(before / left);
-    for (let k = 0; k < velocities.length; k += 1) velocities[k] *= factor;
-  }
+  const factor = Math.sqrt(before / energy());
+  if (Number.isFinite(factor)) for (const pair of drawn) pair.forEach((part, axis) => { pair[axis] = part * factor; });
 }
 
-/** The error about balls that do not fit; a packing of ``reached`` would. */
-function tooDense(config, container, species, radii, placed, packing, reached) {
-  const number = species.reduce((sum, kind) => sum + kind.count, placed);
-  const rounded = (Math.floor(reached * 1e4) / 1e4).toFixed(4);
-  const problem =
-    `${grouped(number)} balls with start: ${startOf(species)} in a ${TITLES[container.shape]} ` +
-    `reach a packing of ${rounded}, not ${general(packing, 4)}`;
-  for (const key of ["container", "balls"]) {
-    if (config[key].packing != null) {
-      return new SceneError(`${key}.packing`, `${problem}; lower it, or try another start`);
-    }
-  }
-  const index = placed + radii.indexOf(Math.max(...radii));
-  const key = Array.isArray(config.balls) ? `balls[${index}]` : "balls";
-  const factor = (Math.floor(Math.sqrt(reached / packing) * 1e4) / 1e4).toFixed(4);
-  const advice = `multiply radii by ${factor} or less, or try another start`;
-  return new SceneError(`${key}.radius`, `${problem}; ${advice}`);
+// The program's start, and starts as configs
+
+/** The start that a page has of its config: arrays from base64, and the config. */
+function ownStart({ size, rows, key }, config) {
+  const bytes = Uint8Array.from(atob(rows), (letter) => letter.charCodeAt(0)), numbers = new Float64Array(bytes.buffer);
+  const number = numbers.length / 5, positions = numbers.slice(0, 2 * number), velocities = numbers.slice(2 * number, 4 * number);
+  const container = { shape: config.container.shape ?? "circle", size };
+  return { config, container, positions, velocities, radii: numbers.slice(4 * number), wallKey: key === null ? null : BigInt(key) };
 }
 
-// Whether a scene can exist, see scene.py
-
-/** Throw ``SceneError`` for balls that overlap, stick out, or are too large, slow or fast. */
-function check(scene) {
-  const { container, radii, masses } = scene, { size } = container;
-  const sizes = [...radii, ...masses, ...size];
-  if (!sizes.every((amount) => amount >= LEAST_AMOUNT && amount <= MOST_AMOUNT)) {
-    const problem = "lengths that follow from packing are not from 1e-50 to 1e+50 m";
-    throw new SceneError("balls", `${problem}; choose units in which they are nearer to 1`);
-  }
-  checkRadii(container, radii);
-  checkPlaces(scene);
-  checkSpeeds(scene);
-  checkPairs(scene);
-}
-
-/** Throw ``SceneError`` for a ball that is too large wherever it is. */
-function checkRadii(container, radii, shapes = Object.keys(TITLES)) {
-  const { shape, size } = container, largest = radii.indexOf(Math.max(...radii));
-  if (!shapes.includes(shape)) return;
-  if (shape === "circle" && radii[largest] >= size[0] / 2) {
-    const problem = `ball ${largest} of radius ${pythonFloat(radii[largest])} m cannot move`;
-    const where = `in a circle of radius ${pythonFloat(size[0] / 2)} m`;
-    throw new SceneError("balls", `${problem} ${where}; make it smaller`, largest);
-  }
-  const diameter = 2 * radii[largest];
-  for (const [axis, key] of ["width", "height"].entries()) {
-    if (repeatsAlong(axis, shape) && size[axis] < 5 * diameter * (1 + 1e-8)) {
-      const problem = `the ${TITLES[shape]} is under 5 diameters of its balls`;
-      const lengths = `${general(size[axis], 6)} m, with a diameter of ${general(diameter, 6)} m`;
-      const reason = "this engine needs 5 cells each way, each a ball wide";
-      const advice = "use smaller balls, more of them, or a larger box";
-      throw new SceneError(`container.${key}`, `${problem} (${lengths}): ${reason}; ${advice}`);
-    }
-  }
-}
-
-/** The gap of a ball to the wall, m, and to the edge along the axes that repeat. */
-function gapsOf(x, y, radius, { shape, size: [width, height] }) {
-  const across = width / 2 - Math.abs(x), up = height / 2 - Math.abs(y);
-  if (shape === "circle") return [width / 2 - radius - Math.sqrt(x * x + y * y), Infinity];
-  if (shape === "box") return [Math.min(across, up) - radius, Infinity];
-  if (shape === "channel") return [across - radius, up];
-  return [Math.min(across, up), Math.min(across, up)];
-}
-
-/** How far balls may overlap or stick out, m: as a state of a simulation may, see scene.py. */
-function placeRounding({ radii, container, rounding }) {
-  const diameter = 2 * Math.max(...radii);
-  const slack = 8 * EPSILON * (Math.max(...container.size) + diameter);
-  return Math.max(slack + 1e-9 * 2 * Math.min(...radii), rounding);
-}
-
-function checkPlaces({ positions, radii, container, rounding }) {
-  const { shape, size } = container, slack = placeRounding({ radii, container, rounding });
-  const gaps = Array.from(radii, (radius, k) =>
-    gapsOf(positions[2 * k], positions[2 * k + 1], radius, container));
-  const least = gaps.map(([wall, edge]) => Math.min(wall, edge));
-  const ball = least.indexOf(Math.min(...least)), gap = least[ball];
-  if (gap >= -slack) return;
-  const [x, y] = [positions[2 * ball], positions[2 * ball + 1]];
-  const lengths = shape === "circle"
-    ? `radius ${general(size[0] / 2, 6)} m`
-    : `width ${general(size[0], 6)} m and height ${general(size[1], 6)} m`;
-  const where =
-    `[${general(x, 6)}, ${general(y, 6)}] m from the centre of a ${TITLES[shape]} of ${lengths}`;
-  let problem = `ball ${ball} sticks out of the container by ${general(-gap, 6)} m`;
-  if (gap === gaps[ball][1]) {
-    problem = `the centre of ball ${ball} is ${general(-gap, 6)} m outside`;
-  }
-  const advice = `move it inwards${shape === "periodic" ? "" : " or make it smaller"}`;
-  throw new SceneError("balls", `${problem}: it is ${where}; ${advice}`, ball);
-}
-
-/** Throw ``SceneError`` for balls too slow, fast, light or heavy to be computed with. */
-function checkSpeeds({ velocities, radii, masses, container }) {
-  const { shape, size } = container;
-  let shortest = 2 * Math.min(...radii);
-  if (shape === "circle") shortest = Math.min(shortest, size[0] / 2 - Math.max(...radii));
-  shortest = Math.min(shortest, 1);
-  const longest = Math.max(4 * Math.max(...size), 1);
-  const speeds = Array.from(radii, (_, k) => Math.hypot(velocities[2 * k], velocities[2 * k + 1]));
-  const wrong = speeds.findIndex((speed) =>
-    (speed > 0 && (speed * shortest) ** 2 < TINY) || !Number.isFinite((speed * longest) ** 2));
-  const energy = speeds.reduce((sum, speed, k) => sum + masses[k] * speed * speed, 0) / 2;
-  const usable = energy >= TINY && energy < Infinity && wrong < 0;
-  if (usable || speeds.every((speed) => speed === 0)) return;
-  const ball = wrong >= 0 ? wrong : masses.indexOf(Math.max(...masses));
-  const which =
-    `ball ${ball} of ${general(masses[ball], 6)} kg at ${general(speeds[ball], 6)} m/s`;
-  const problem = `${which} has squares of speed times distance, or an energy, that are no doubles`;
-  const advice = "choose units in which speeds, distances and masses are nearer to 1";
-  throw new SceneError("balls", `${problem}; ${advice}`, ball);
-}
-
-/** Throw ``SceneError`` for the two balls that overlap most. */
-function checkPairs({ positions, radii, container, rounding }) {
-  let deepest = -placeRounding({ radii, container, rounding }), first = -1, second = -1;
-  for (let i = 0; i < radii.length; i += 1) {
-    for (let j = i + 1; j < radii.length; j += 1) {
-      const gap = distanceOf(positions, i, j, container) - radii[i] - radii[j];
-      if (gap < deepest) [deepest, first, second] = [gap, i, j];
-    }
-  }
-  if (first < 0) return;
-  const apart = general(deepest + radii[first] + radii[second], 6);
-  const problem = `balls ${first} and ${second} overlap by ${general(-deepest, 6)} m`;
-  const advice = "move them apart, or use smaller balls or a larger container";
-  const sentence = `${problem}: their centres are ${apart} m apart; ${advice}`;
-  throw new SceneError("balls", sentence, second);
-}
-
-/** Distance of two balls' centres, m, to the nearest image. */
-function distanceOf(positions, i, j, container) {
-  const x = nearestOffset(positions[2 * i] - positions[2 * j], 0, container);
-  const y = nearestOffset(positions[2 * i + 1] - positions[2 * j + 1], 1, container);
-  return Math.sqrt(x * x + y * y);
-}
-
-/** An offset along an axis, m, to the nearest image if the container repeats along it. */
-function nearestOffset(offset, axis, { shape, size }) {
-  return repeatsAlong(axis, shape) ? offset - size[axis] * rint(offset / size[axis]) : offset;
-}
-
-/** Whether a container of a shape repeats along the axis: 0 is x, 1 is y. */
-function repeatsAlong(axis, shape) {
-  return shape === "periodic" || (shape === "channel" && axis === 1);
-}
-
-/** A number rounded to a whole one, of two equally near ones to the even one. */
-function rint(value) {
-  const size = Math.abs(value);
-  const whole = size < 4503599627370496 ? (size + 4503599627370496) - 4503599627370496 : size;
-  return value < 0 ? -whole : whole;
+/** A config of the program with the start of a scene: the given one, if it has this start. */
+function configOfStart(config, scene) {
+  if (scene.isGiven || (!groupsOf(config).gas.length && scene.wallKey === null)) return config;
+  const { container: { shape, size: [width, height] }, positions, velocities, radii, masses, wallKey } = scene;
+  const { mass = null, velocity = null } = config.container, size = shape === "circle" ? { radius: width / 2 } : { width, height };
+  const list = Array.from(radii, (radius, k) => ({
+    position: Array.from(positions.subarray(2 * k, 2 * k + 2)), velocity: Array.from(velocities.subarray(2 * k, 2 * k + 2)), radius, mass: masses[k],
+  }));
+  const key = wallKey === null ? {} : { wall_key: Number(wallKey) };
+  return { ...config, container: { shape, ...size, mass, velocity }, balls: { list }, common_random: false, ...key };
 }

@@ -79,7 +79,11 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
             _set_at_rest(velocities[:, first:], *gas, axes, not experiment.common_rotation)
         keys: list[int | None] = [None] * len(repeats)
         if is_random(same["wall_law"]):
-            keys = [wall_key(stream_seed(experiment), repeat) for repeat in repeats]
+            given = experiment.wall_key
+            keys = [
+                wall_key(stream_seed(experiment), repeat) if given is None else (given + repeat) % 2**63
+                for repeat in repeats
+            ]
         rows = zip(positions, velocities, keys, strict=True)
         scenes = [
             Scene(places, moving, radii, masses, **same, wall_key=key)

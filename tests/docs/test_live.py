@@ -33,7 +33,7 @@ rings.map((number) => {
   const config = JSON.parse(JSON.stringify(configOf(scene)));
   Object.assign(config, { cor: 1, wall_cor: 1 });
   config.balls.rings = number;
-  const gas = new Gas(config);
+  const gas = new Gas(config, own); // the first scene of the page
   const percent = (share) => `${short(100 * share, 2)} %`;
   gas.advance(Infinity, collisions);
   const fixed = (1 - above ** 2 / gas.number) ** (gas.number - 1);

@@ -12,14 +12,14 @@ import pytest
 import test_bits
 from javascript import JavaScript, answer_of, scene_json
 
-from snooker_cli.config import to_json, validated
+from snooker_cli.config import load, to_json, validated
 from snooker_cli.engine import simulate
 from snooker_cli.engine.kernel_state import NO_PARTNER
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE
 
-COLLISIONS = 100_000
+COLLISIONS = 20_000
 
 RINGS = {"rings": 3, "radius": 1.0, "speed": 10.0}
 TINY = RINGS | {"radius": 0.1}
@@ -137,15 +137,18 @@ def check(engine: JavaScript, scene: Scene, call: str, limits: Any) -> None:
     """The page answers what the program does with a scene."""
     trace = simulate(scene, **limits)
     answer = engine.answer(f"simulated({call}, {json.dumps(limits)})")
+    answer["stop"]["time"] = float(answer["stop"]["time"])  # a large one has no point in JavaScript
     assert answer == answer_of(trace)
 
 
 @pytest.mark.parametrize("name", GASES)
 def test_a_config_has_the_same_collisions(engine, name):
+    """The program has those of the page from the config that the page writes of its start."""
     experiment = validated(GASES[name])
     limits = {"collisions": experiment.collisions, "time": experiment.time}
-    call = f"startingScene({to_json(experiment)}, 1)"
-    check(engine, starting_scene(experiment, 1), call, limits)
+    start = f"startingScene({to_json(experiment)}, 1)"
+    written = engine.answer(f"JSON.stringify(configOfStart({to_json(experiment)}, {start}))")
+    check(engine, starting_scene(load(written).experiment, 0), start, limits)
 
 
 def is_simulated(case: test_bits.Case) -> bool:
@@ -175,7 +178,7 @@ def test_sums_are_those_of_the_events(engine):
     events, finish = trace.events, trace.finish
     answer = engine.answer(f"""
 (() => {{
-  const simulation = new Simulation(startingScene({to_json(experiment)}, 0), {{}});
+  const simulation = new Simulation({scene_json(scene)}, {{}});
   while (simulation.collisions < 5000) simulation.advance(5000 - simulation.collisions);
   return JSON.stringify([
     simulation.wallImpulse, simulation.pairVirial, simulation.kineticEnergy(),
@@ -217,7 +220,7 @@ def test_other_laws_hold_from_now_on(engine):
 
 def test_laws_may_change_while_a_ball_settles(engine):
     """It bounces on, but now loses no energy and does not slide; a wall may become thermal, too."""
-    scene = f"startingScene({to_json(validated(GASES['slide']))}, 1)"
+    scene = scene_json(starting_scene(validated(GASES["slide"]), 1))
     settling, kinds, before, after, energy = engine.answer(f"""
 (() => {{
   const simulation = new Simulation({scene}, {{}}), elastic = {{ word: "constant", cor: 1 }};

@@ -68,7 +68,7 @@ def test_the_first_scene_is_that_of_the_config() -> None:
 @pytest.mark.parametrize(
     ("change", "key", "needs"),
     [
-        ({"balls.count": 201}, "balls", "at most 200 balls"),
+        ({"balls.count": 2001}, "balls", "at most 2,000 balls"),
         ({"seed": 2**53}, "seed", "seeds up to 9007199254740991"),
         ({"balls.radius": 9.0}, "balls.radius", "packing"),
     ],
@@ -93,7 +93,7 @@ def test_the_program_gives_the_hash_of_the_page(name: str, javascript: LiveScrip
         """(() => {
           const gas = new Gas(config);
           gas.advance(Infinity, 1000);
-          return [yamlOf(config, defaults), gas.simulation.eventHash()];
+          return [yamlOf(gas.program, defaults), gas.simulation.eventHash()];
         })()""",
         config=config,
         defaults=defaults,
