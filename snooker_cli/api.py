@@ -527,7 +527,7 @@ def live(
 
     config, overrides : as of ``run``; without a config the source report's scene
 
-    Raises ``ConfigError``, also for what the page cannot show, such as more than 200 balls.
+    Raises ``ConfigError``, also for what the page cannot show, such as more than 2,000 balls.
     """
     from snooker_cli.live_page import live_page, report_scene
 

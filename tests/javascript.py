@@ -46,8 +46,9 @@ function startOfRepeat(config, repeat) {
 // What browsers have beside V8.
 function atob(text) {
   const letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  const bits = Array.from(text.replace(/=/g, ""), (letter) => letters.indexOf(letter).toString(2).padStart(6, "0"));
-  return bits.join("").match(/.{8}/g).map((byte) => String.fromCharCode(parseInt(byte, 2))).join("");
+  const bitsOfLetter = (letter) => letters.indexOf(letter).toString(2).padStart(6, "0");
+  const bytes = Array.from(text.replace(/=/g, ""), bitsOfLetter).join("").match(/.{8}/g);
+  return bytes.map((byte) => String.fromCharCode(parseInt(byte, 2))).join("");
 }
 
 function simulated(scene, limits) {

@@ -21,7 +21,7 @@ from snooker_cli.pages.html_page import PAGES, SHARED, text_of
 
 
 class LiveScripts(JavaScript):
-    """What simulates, measures, draws and runs a gas, with ``configOf`` a scene, ``own`` and ``fluid``."""
+    """What simulates, measures, draws and runs a gas; ``configOf`` a scene, ``own``, ``fluid``."""
 
     def __init__(self) -> None:
         super().__init__()

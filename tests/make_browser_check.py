@@ -13,8 +13,15 @@ from pathlib import Path
 TESTS = Path(__file__).parent
 sys.path[:0] = [str(TESTS / name) for name in ("", "engine", "live")]
 
-from javascript import HELPERS, answer_of, modules_source  # noqa: E402  # after the path
+from javascript import (  # noqa: E402  # after the path
+    HELPERS,
+    JavaScript,
+    answer_of,
+    modules_source,
+    scene_json,
+)
 from test_engine import GASES  # noqa: E402
+from test_start import START  # noqa: E402
 
 from snooker_cli.config import to_json, validated  # noqa: E402
 from snooker_cli.engine import simulate  # noqa: E402
@@ -25,12 +32,13 @@ COMPARE = """
 function compared() {
   const different = [];
   for (const { name, scene, limits, answer } of CASES) {
-    const found = simulated({ ...scene, containerMass: scene.containerMass ?? Infinity }, limits);
+    const found = simulated(scene, limits);
     if (JSON.stringify(JSON.parse(found)) !== JSON.stringify(answer)) different.push(name);
   }
   const equal = CASES.length - different.length;
-  const start = bitsOf(startingScene(START, 0).positions);
-  return `${equal} of ${CASES.length} scenes have the program's bits. ${different.join(", ")} Start: ${start}`;
+  const verdict = `${equal} of ${CASES.length} scenes have the program's bits.`;
+  const isSame = JSON.parse(startOfRepeat(START, 0)).bits === START_BITS;
+  return `${verdict} ${different.join(", ")} The start is ${isSame ? "the same" : "different"}.`;
 }
 if (typeof document === "undefined") print(compared());
 else document.body.textContent = compared();
@@ -41,14 +49,27 @@ def case(name: str) -> dict[str, object]:
     """A config, and the program's events, ending and final state."""
     experiment = validated(GASES[name])
     limits = {"collisions": experiment.collisions, "time": experiment.time}
-    answer = answer_of(simulate(starting_scene(experiment, 0), **limits))
-    config = json.loads(to_json(experiment))
-    return {"name": name, "config": config, "limits": limits, "answer": answer}
+    scene = starting_scene(experiment, 0)
+    answer = answer_of(simulate(scene, **limits))
+    return {
+        "name": name,
+        "scene": json.loads(scene_json(scene)),
+        "limits": limits,
+        "answer": answer,
+    }
+
+
+def start() -> str:
+    """A config, and the bits of its start in V8."""
+    config = to_json(validated(START))
+    with JavaScript() as engine:
+        bits = engine.answer(f"startOfRepeat({config}, 0)")["bits"]
+    return f"const START = {config}, START_BITS = {json.dumps(bits)};"
 
 
 def main(path: Path) -> None:
     cases = f"const CASES = {json.dumps([case(name) for name in GASES])};"
-    script = "\n".join([engine_source(), modules_source(), HELPERS, cases, COMPARE])
+    script = "\n".join([engine_source(), modules_source(), HELPERS, cases, start(), COMPARE])
     if path.suffix == ".html":
         script = script.replace("</", "<\\/")
         script = f'<!doctype html><meta charset="utf-8"><body><script>{script}</script>'

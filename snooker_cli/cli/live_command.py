@@ -31,7 +31,7 @@ def live(
 ) -> None:
     """Make an HTML page in which a gas runs, with sliders.
 
-    The page simulates up to 200 balls in the browser, with the same bits as `snooker run`. It has
+    The page simulates up to 2,000 balls in the browser, with the same bits as `snooker run`. It has
     more scenes, charts, and measurements with errors. It works from a file and without a network,
     so you can mail it. Of a sweep it shows the first point. A page of snooker under the same name
     is replaced, another file is not. The name of the written file is printed.

@@ -17,7 +17,7 @@ import yaml
 
 from snooker_cli.config.problems import ConfigError, Data, KeyPath, Position, Problem, shown
 
-MAX_BYTES = 1 << 18  # of a configuration: reading it takes at most some seconds
+MAX_BYTES = 1 << 19  # of a configuration: reading it takes at most some seconds
 LARGE = 1 << 15  # characters of a text that takes PyYAML over a second
 MAX_DEPTH = 20  # levels of nested lists and mappings; a configuration needs 5
 
@@ -80,7 +80,7 @@ def text_of(path: Path, name: str) -> str:
             content = file.read(MAX_BYTES + 1)
         if len(content) <= MAX_BYTES:
             return content.decode("utf-8-sig")
-        sentence = "the file is over 256 KiB; a configuration is smaller, so check the path"
+        sentence = "the file is over 512 KiB; a configuration is smaller, so check the path"
     except UnicodeDecodeError as error:
         sentence = f"byte {error.start + 1} is not UTF-8 text; save the file with UTF-8 encoding"
     except OSError as error:

@@ -4,7 +4,8 @@
 // + − × ÷ √ and whole numbers are used. The first start of the config that a page is made from is that
 // of the program, which the page has.
 
-const MOST_BALLS = 2000;
+const isSmall = typeof matchMedia === "function" && matchMedia("(max-width: 44rem)").matches;
+const MOST_BALLS = isSmall ? 1000 : 2000; // on a phone, or else
 const DIRECTIONS = 0, STIRRING = 1, WALL = 2; // random numbers of a repeat, by their purpose
 const STIRRED = 20; // collisions of a ball, after which places are random
 
@@ -309,7 +310,8 @@ function configOfStart(config, scene) {
   const { container: { shape, size: [width, height] }, positions, velocities, radii, masses, wallKey } = scene;
   const { mass = null, velocity = null } = config.container, size = shape === "circle" ? { radius: width / 2 } : { width, height };
   const list = Array.from(radii, (radius, k) => ({
-    position: Array.from(positions.subarray(2 * k, 2 * k + 2)), velocity: Array.from(velocities.subarray(2 * k, 2 * k + 2)), radius, mass: masses[k],
+    position: Array.from(positions.subarray(2 * k, 2 * k + 2)), velocity: Array.from(velocities.subarray(2 * k, 2 * k + 2)), radius,
+    ...(masses[k] === 1 ? {} : { mass: masses[k] }),
   }));
   const key = wallKey === null ? {} : { wall_key: Number(wallKey) };
   return { ...config, container: { shape, ...size, mass, velocity }, balls: { list }, common_random: false, ...key };

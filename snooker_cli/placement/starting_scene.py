@@ -81,7 +81,9 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
         if is_random(same["wall_law"]):
             given = experiment.wall_key
             keys = [
-                wall_key(stream_seed(experiment), repeat) if given is None else (given + repeat) % 2**63
+                wall_key(stream_seed(experiment), repeat)
+                if given is None
+                else (given + repeat) % 2**63
                 for repeat in repeats
             ]
         rows = zip(positions, velocities, keys, strict=True)

@@ -38,7 +38,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
             load(name)
     with pytest.raises(ConfigError, match="byte 11 is not UTF-8 text"):
         load(tmp_path / "latin.yaml")
-    with pytest.raises(ConfigError, match="the file is over 256 KiB"):
+    with pytest.raises(ConfigError, match="the file is over 512 KiB"):
         load(tmp_path / "large.yaml")
 
 

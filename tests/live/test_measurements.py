@@ -92,8 +92,7 @@ THEORIES = """((row) => {
 })"""
 
 MEASURE = """(() => {
-  const ready = scenes.map((scene) => ({ ...scene, containerMass: scene.containerMass ?? Infinity }));
-  return tableRow(config, ready.map((scene) => measureScene(scene, config)), ready[0]);
+  return tableRow(config, scenes.map((scene) => measureScene(scene, config)), scenes[0]);
 })()"""
 
 CASES: dict[str, dict[str, Any]] = {
