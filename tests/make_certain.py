@@ -61,7 +61,7 @@ def proofs(name: str) -> dict[str, Any]:
 def from_starts(name: str, *, nudged: bool) -> Method:
     """A method without positions and overlaps, which averages do not need.
 
-    nudged : whether the last ball's x is one rounding larger than in the start; the first one's is 0
+    nudged : whether the last ball's x is one rounding larger than in the start (the first is at 0)
     """
 
     def run(scene: Scene, moments: NDArray[np.float64]) -> Trajectory:

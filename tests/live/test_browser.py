@@ -185,7 +185,8 @@ def test_a_worker_measures(opened: Opened, javascript: LiveScripts) -> None:
     javascript.context.eval(HASHES)
     assert seen["hashes"] == javascript.value("hashesOf(config)", config=seen["config"])
     row: dict[str, Any] = javascript.value(
-        "tableRow(config, [0, 1, 2, 3, 4].map((k) => measureRepeat(config, k)))",
+        "tableRow(config, [0, 1, 2, 3, 4].map((k) => measureRepeat(config, k, own)),"
+        " startingScene(config, 0, own))",
         config=seen["config"],
     )
     assert seen["refused"] == "Give 5 to 500 starts."
