@@ -235,22 +235,23 @@ class Simulation(ABC):
         """How a repeat ended, with a message."""
         reason, now, limit = self.reasons[repeat], float(self.times[repeat]), self.time_limit
         events = counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS]
+        number = "1 collision" if events == 1 else f"{events:,} collisions"
         messages = {
-            StopReason.COLLISIONS: f"{events:,} collisions reached at {now:.9g} s",
-            StopReason.TIME: f"{limit:.9g} s reached after {events:,} collisions",
+            StopReason.COLLISIONS: f"{number} reached at {now:.9g} s",
+            StopReason.TIME: f"{limit:.9g} s reached after {number}",
             StopReason.NOTHING_LEFT: (
                 f"no further collision can happen after {events:,}, at {now:.9g} s"
             ),
             StopReason.IDLE: (
                 f"no collision in {IDLE_CALLS * cells.CROSSINGS_AT_ONCE:,} crossings of cells "
-                f"after {events:,} collisions, at {now:.9g} s; give a time to end at"
+                f"after {number}, at {now:.9g} s; give a time to end at"
             ),
-            StopReason.INTERRUPTED: f"interrupted after {events:,} collisions at {now:.9g} s",
+            StopReason.INTERRUPTED: f"interrupted after {number} at {now:.9g} s",
         }
         if reason in messages:
             waits = reason in (StopReason.TIME, StopReason.NOTHING_LEFT) and math.isfinite(limit)
             return Stop(reason, limit if waits else now, (), messages[reason])
-        saved = "1 collision is saved" if events == 1 else f"{events:,} collisions are saved"
+        saved = f"{number} {'is' if events == 1 else 'are'} saved"
         scene, labels, column = self.scenes[repeat], self.states.labels, counts[ks.FIRST]
         first, second = (
             int(labels[ball]) if ball >= 0 and len(labels) else ball

@@ -82,7 +82,11 @@ const WALLS = [
 const CORS = [
   { id: "cor", label: "CoR of balls", low: 0, high: 1, step: 0.01, live: true,
     help: "Coefficient of restitution between balls: 1 keeps all energy, 0 has no rebound.",
-    fits: () => true, ...ofConfig("cor") },
+    fits: () => true, read: (config) => config.cor,
+    write: (config, value) => { // the wall keeps its own
+      if (hasWalls(config.container) && rebounds(config)) config.wall_cor ??= config.cor;
+      config.cor = value;
+    } },
   { id: "wall-cor", label: "CoR of the wall", low: 0, high: 1, step: 0.01, live: true,
     help: "Coefficient of restitution at the wall.",
     fits: (config) => hasWalls(config.container) && rebounds(config), read: (config) => config.wall_cor ?? config.cor,
@@ -164,7 +168,8 @@ class Controls {
     }
     const slider = element("input", { type: "range", min: 0, max: 1, step: "any" });
     slider.setAttribute("aria-label", label);
-    slider.tabIndex = -1; // the number beside it has the keyboard
+    slider.onpointerdown = () => { slider.held = slider.shown; };
+    slider.onpointercancel = () => this.change(control, slider.held); // the finger scrolls
     slider.onchange = () => { slider.value = slider.dataset.value; };
     slider.oninput = () => this.change(control, valueOnSlider(control, Number(slider.value)));
     const number = element("input", { id, type: "number", min: control.log ? 0 : control.low, step: control.step ?? "any" });
@@ -187,6 +192,10 @@ class Controls {
       return;
     }
     const part = value === null ? 1 : placeOnSlider(control, value), slider = field.previousSibling;
+    slider.shown = value;
+    const text = value === null ? control.none : `${brief(value)} ${control.unit ?? ""}`;
+    slider.setAttribute("aria-valuetext", text.trim());
+    if (control.log && value !== null) field.step = 10 ** (Math.floor(Math.log10(value)) - 1); // of its second digit
     slider.dataset.value = part;
     if (document.activeElement !== slider || part < 0 || part > 1) slider.value = part;
     slider.style.setProperty("--done", `${100 * Math.min(Math.max(part, 0), 1)}%`);

@@ -368,14 +368,15 @@ class Simulation {
   /** End the repeat for a reason, with the program's sentence. */
   end(reason) {
     const { time, timeLimit, counts, scene } = this, now = general(time, 9);
-    const events = grouped(this.collisions), limit = general(timeLimit, 9);
+    const events = `${grouped(this.collisions)} collision${this.collisions === 1 ? "" : "s"}`;
+    const limit = general(timeLimit, 9), after = grouped(this.collisions);
     const messages = {
-      [COLLISIONS]: `${events} collisions reached at ${now} s`,
-      [TIME]: `${limit} s reached after ${events} collisions`,
-      [NOTHING_LEFT]: `no further collision can happen after ${events}, at ${now} s`,
+      [COLLISIONS]: `${events} reached at ${now} s`,
+      [TIME]: `${limit} s reached after ${events}`,
+      [NOTHING_LEFT]: `no further collision can happen after ${after}, at ${now} s`,
       [IDLE]:
         `no collision in ${grouped(IDLE_CALLS * ENGINE.searches)} searches ` +
-        `after ${events} collisions, at ${now} s; give a time to end at`,
+        `after ${events}, at ${now} s; give a time to end at`,
     };
     const first = Number(counts[COUNTS.FIRST]), second = Number(counts[COUNTS.SECOND]);
     if (reason in messages) {
@@ -395,6 +396,12 @@ class Simulation {
       this.stop = { reason, time, balls, message };
     }
     return this.stop;
+  }
+
+  /** End the repeat for a reason of the page. */
+  halt(message) {
+    const { time, collisions } = this;
+    this.stop = { reason: null, time, balls: [], message: `${message}, after ${grouped(collisions)} collisions` };
   }
 
   savedEvents() {

@@ -3,6 +3,9 @@
 "use strict";
 
 const TC = 0.01; // the duration of contacts, in mean free times, that prevents a collapse
+const LEAST_SHARE = 1e-200; // of the energy at the start, below which the gas ends: numbers end at 1e-308
+const KEPT_PARTS = 6000; // of a path, of which the arena draws the latest half
+const SMALL_TURN = 0.1; // rad, of a part of the path of a ball that slides
 const FLASH_NUMBERS = 7; // time, ball, other ball or wall, places of both
 const SLIDING = { slides: true, contactDuration: 0, elasticBelow: 0 }; // of a scene whose balls slide
 
@@ -18,6 +21,7 @@ class Gas {
     this.start = scene;
     this.simulation = new Simulation(scene, { time: config.time }, { hash: true });
     this.meter = new Meter(scene, this.simulation);
+    this.startEnergy = this.meter.totalEnergy; // J
     this.radii = scene.radii;
     this.number = scene.radii.length;
     this.series = new Series();
@@ -45,6 +49,9 @@ class Gas {
       const toSample = Math.ceil(this.nextSample - this.collisions); // then velocities are needed
       const stop = simulation.advance(Math.min(most - done, toSample), until), { eventCount, reached } = simulation;
       if (eventCount) this.follow();
+      if (this.meter.totalEnergy < LEAST_SHARE * this.startEnergy) {
+        simulation.halt(`the gas has lost all but ${LEAST_SHARE} of its energy`);
+      }
       // Where no collision can happen any more, balls still move.
       const isFree = stop?.reason === NOTHING_LEFT && until < simulation.timeLimit;
       if (isFree) simulation.stop = null;
@@ -75,6 +82,7 @@ class Gas {
         this.course.push([eventTime[row], eventPlaces[begin], eventPlaces[begin + 1]]);
       }
     }
+    if (this.course?.length > KEPT_PARTS) this.course.splice(0, this.course.length - KEPT_PARTS / 2);
     for (let row = Math.max(eventCount - MOST_FLASHES, 0); row < eventCount; row++) {
       const at = FLASH_NUMBERS * ((this.collisions - eventCount + row) % MOST_FLASHES);
       this.flashes[at] = eventTime[row];
@@ -135,7 +143,13 @@ class Gas {
   // Adds where the tagged ball is while it slides: then its path is no line between its collisions.
   followSlide() {
     if (!this.course || !this.simulation.isCurved(this.tagged)) return;
-    this.course.push([this.time, ...this.place(this.tagged, this.time)]);
+    const { time, tagged, course } = this, from = Math.max(course[course.length - 1][0], this.simulation.time);
+    const turn = ((time - from) * this.speed(tagged)) / (this.scene.container.size[0] / 2 - this.radii[tagged]);
+    const parts = Math.max(1, Math.min(Math.ceil(turn / SMALL_TURN), MOST_PARTS));
+    for (let part = 1; part <= parts; part++) {
+      const at = part < parts ? from + (part / parts) * (time - from) : time;
+      course.push([at, ...this.place(tagged, at)]);
+    }
   }
 
   row() {

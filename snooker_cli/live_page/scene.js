@@ -14,7 +14,8 @@ class SceneError extends Error {}
 /** The groups of balls of a config: single balls, and those given by a number or on rings. */
 function groupsOf({ balls }) {
   const groups = balls.list ?? [balls].flat();
-  return { placed: groups.filter((group) => "position" in group), gas: groups.filter((group) => !("position" in group)) };
+  const isPlaced = (group) => "position" in group;
+  return { placed: groups.filter(isPlaced), gas: groups.filter((group) => !isPlaced(group)) };
 }
 
 // Laws of collision
@@ -152,7 +153,9 @@ function check(scene) {
 function checkRadii(container, largest) {
   const { shape, size } = container;
   const isNarrow = size.some((length, axis) => repeatsAlong(axis, container) && length < 2 * largest * DIAMETERS);
-  if (isNarrow) throw new SceneError("the box is under 5 diameters of its balls where it repeats; use smaller balls, or a larger box");
+  if (isNarrow) {
+    throw new SceneError("the box is under 5 diameters of its balls where it repeats; use smaller balls, or a larger box");
+  }
   if (shape === "circle" && largest >= size[0] / 2) {
     throw new SceneError(`a ball of radius ${general(largest, 4)} m cannot move in this container; make it smaller`);
   }

@@ -23,7 +23,9 @@ function fullScreen() {
 // Chooses the next option of a menu of speeds, or the one before; real time is not in their order.
 function faster(menu, by) {
   const last = [...menu.options].filter((option) => !option.dataset.aside).length - 1;
-  menu.selectedIndex = Math.min(Math.max(menu.selectedIndex + by, 0), last);
+  const usual = [...menu.options].findIndex(({ value }) => value === "1");
+  const place = menu.selectedIndex > last ? usual : menu.selectedIndex;
+  menu.selectedIndex = Math.min(Math.max(place + by, 0), last);
   menu.onchange();
 }
 
