@@ -6,12 +6,12 @@ Differences are measured in standard errors: at most 4 of a mean over seeds, 3 o
 
 import functools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scenes import NEIGHBOURS, gas, report_scene, trap_sums, twin_collisions
+from scenes import NEIGHBOURS, gas, report_scene, twin_collisions
 from scipy import stats
 from single_fit import fit
 
@@ -178,23 +178,14 @@ def assert_traps(trapped: list[Trace]) -> None:
 
 
 def assert_nothing_comes_between(trace: Trace) -> None:
-    """The slow twin goes on from a trap: nothing happens but bounces of the trapped ball."""
-    finish, ball = trace.finish, trace.stop.balls[0]
-    bounces = twin_collisions(finish, 40)
-    assert {(event.i, event.j) for event in bounces} == {(ball, CONTAINER)}
-    others = np.arange(finish.number) != ball
-    rest = replace(
-        finish,
-        positions=finish.positions[others],
-        velocities=finish.velocities[others],
-        radii=finish.radii[others],
-        masses=finish.masses[others],
-    )
-    x, y = finish.positions[ball] - finish.container_position
-    u, v = finish.velocities[ball] - finish.container_velocity
-    a = math.hypot(x, y)
-    trap = trap_sums(-(x * u + y * v) / a, (x * v - y * u) / a, finish.wall_restitution, a)
-    assert twin_collisions(rest, 1)[0].time > trap.duration
+    """The slow twin goes on from a trap: no other ball reaches the one that bounces.
+
+    Others may collide with each other, far from it.
+    """
+    ball = trace.stop.balls[0]
+    events = [(event.i, event.j) for event in twin_collisions(trace.finish, 40)]
+    assert {pair for pair in events if ball in pair} == {(ball, CONTAINER)}
+    assert events.count((ball, CONTAINER)) > 20
 
 
 def test_dilute_gas_with_a_lossy_wall_ends_in_wall_traps():

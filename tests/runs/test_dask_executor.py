@@ -76,7 +76,7 @@ def executor(scheduler: distributed.LocalCluster, client: distributed.Client) ->
         from snooker_cli.config import parse
         from snooker_cli.runs.batch import compile_for
 
-        compile_for(parse(LONG).experiment, None)
+        compile_for(parse(LONG).experiment)
 
     client.wait_for_workers(2, timeout=60)
     client.run(compile_first)
@@ -213,7 +213,7 @@ def remote(finished: Path) -> RemoteRun:
     """The finished run, as a worker gets it."""
     run = runs.open_run(finished)
     name, directory = str(finished), finished.absolute()
-    return RemoteRun(name, software(), directory, run.identity, None, "snooker", 600.0)
+    return RemoteRun(name, software(), directory, run.identity, "snooker", 600.0)
 
 
 def test_a_stored_batch_is_not_simulated_again(remote: RemoteRun, finished: Path) -> None:
