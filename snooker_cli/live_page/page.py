@@ -45,9 +45,10 @@ def live_page(loaded: Loaded) -> str:
     """
     points = loaded.points()
     experiment = points[0].experiment
-    if experiment.seed > MOST_SEED:
-        sentence = f"the live page has seeds up to {MOST_SEED}; give a smaller one"
-        raise loaded.error("seed", sentence)
+    for key, number in (("seed", experiment.seed), ("wall_key", experiment.wall_key or 0)):
+        if number > MOST_SEED:
+            sentence = f"the live page has {key}s up to {MOST_SEED}; give a smaller one"
+            raise loaded.error(key, sentence)
     number = experiment.number
     if number > MOST_BALLS:
         sentence = f"the live page shows at most {MOST_BALLS:,} balls, not {number:,}; give fewer"

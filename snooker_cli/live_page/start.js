@@ -87,33 +87,35 @@ function cosineAndSine(angle) {
 function startingScene(config, repeat, own = null) {
   const { placed, gas } = groupsOf(config), same = own !== null && repeat === 0 && hasStartOf(config, own.config);
   const { container, radii } = same ? own : containerAndRadii(config, gas);
-  const of = (key) => placed.map((ball) => ball[key]);
+  const of = (key) => placed.map((ball) => ball[key]), rules = collisionRules(config);
+  const isThermal = lawsOfWall(rules.wallLaw).some(({ word }) => word === "thermal");
+  // Whether the config itself gives this start in the program: also with common_random, but not a new key.
+  const isGiven = same && (config.common_random || physicsOf(config) === physicsOf(own.config))
+    && isThermal === (own.wallKey !== null);
   const scene = {
     container,
     containerMass: config.container.mass ?? Infinity,
     containerPosition: [0, 0],
     containerVelocity: config.container.velocity ?? [0, 0],
     rounding: config.start?.rounding ?? 0,
-    ...collisionRules(config),
+    ...rules,
     radii: Float64Array.from(same ? radii : [...of("radius"), ...radii]),
     masses: Float64Array.from([...of("mass"), ...gas.flatMap((group) => Array(countOf(group)).fill(group.mass))]),
     wallKey: null,
-    isGiven: same && (config.common_random || physicsOf(config) === physicsOf(own.config)), // by the config itself
+    isGiven,
   };
   const number = scene.radii.length, random = (purpose) => new Random(config.seed, repeat, purpose);
   if (number > MOST_BALLS) {
     throw new SceneError(`the live page shows at most ${grouped(MOST_BALLS)} balls, not ${grouped(number)}; give fewer`);
   }
-  if (lawsOfWall(scene.wallLaw).some(({ word }) => word === "thermal")) {
-    scene.wallKey = scene.isGiven ? own.wallKey : BigInt(random(WALL).whole());
-  }
+  if (isThermal) scene.wallKey = isGiven ? own.wallKey : BigInt(random(WALL).whole());
   if (same) {
     Object.assign(scene, { positions: own.positions.slice(), velocities: own.velocities.slice() });
   } else {
     scene.positions = Float64Array.from(of("position").flat());
     scene.velocities = Float64Array.from(of("velocity").flat());
     if (placed.length) check(subset(scene, placed.length)); // before others come
-    if (gas.length) addGas(scene, config, gas, placed.length, random);
+    if (gas.length) addGas(scene, gas, placed.length, random);
   }
   check(scene);
   return scene;
@@ -133,7 +135,7 @@ function hasStartOf(config, other) {
 const physicsOf = (config) => JSON.stringify({ ...config, collisions: 0, time: 0, record: 0, title: 0 });
 
 /** Give places and velocities to the balls that are given by a number, after the first ones. */
-function addGas(scene, config, gas, first, random) {
+function addGas(scene, gas, first, random) {
   const radii = scene.radii.slice(first), { container } = scene, [group] = gas;
   checkRadii(container, Math.max(...radii));
   const places = "rings" in group ? placesOnRings(group, container) : placesOnLattices(gas, radii, scene, first);
@@ -306,13 +308,14 @@ function ownStart({ size, rows, key }, config) {
 
 /** A config of the program with the start of a scene: the given one, if it has this start. */
 function configOfStart(config, scene) {
-  if (scene.isGiven || (!groupsOf(config).gas.length && scene.wallKey === null)) return config;
+  const isListed = !groupsOf(config).gas.length && scene.wallKey === null && (config.wall_key ?? null) === null;
+  if (scene.isGiven || isListed) return config;
   const { container: { shape, size: [width, height] }, positions, velocities, radii, masses, wallKey } = scene;
   const { mass = null, velocity = null } = config.container, size = shape === "circle" ? { radius: width / 2 } : { width, height };
   const list = Array.from(radii, (radius, k) => ({
     position: Array.from(positions.subarray(2 * k, 2 * k + 2)), velocity: Array.from(velocities.subarray(2 * k, 2 * k + 2)), radius,
     ...(masses[k] === 1 ? {} : { mass: masses[k] }),
   }));
-  const key = wallKey === null ? {} : { wall_key: Number(wallKey) };
+  const key = { wall_key: wallKey === null ? null : Number(wallKey) };
   return { ...config, container: { shape, ...size, mass, velocity }, balls: { list }, common_random: false, ...key };
 }
