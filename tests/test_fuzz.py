@@ -102,6 +102,7 @@ cor: 0.9
 cor_speed: 5
 wall_speed: {left: 1, bottom: 0.5}
 wall_temperature: {right: 1, top: 0.5}
+wall_key: 7
 collapse: {elastic_below: 1e-6}
 common_random: true
 collisions: 100
