@@ -18,7 +18,7 @@ install = PATH="$$PATH:$(BIN)"; \
 
 RUNS := decay temperature area number radius dilute speeds restitution elastic-wall mixed sliding steady profiles audit ring-extent tiny-rings tiny-mixed
 DONE := $(RUNS:%=runs/%/.done)
-REPORT_SOURCES := $(wildcard snooker_cli/*.py snooker_cli/*/*.* snooker_cli/report/templates/* snooker_cli/report/measured/* snooker_cli/animation/player/*)
+REPORT_SOURCES := $(wildcard snooker_cli/*.py snooker_cli/*/*.* snooker_cli/report/templates/* snooker_cli/report/measured/*)
 
 .DELETE_ON_ERROR:
 .PHONY: help setup report test lint check docs bench measured clean

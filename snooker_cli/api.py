@@ -204,7 +204,7 @@ class Repeat:
         return Path(out)
 
     def _repr_html_(self) -> str | None:
-        """The player; a notebook shows ``repr`` where there is none."""
+        """Its film; a notebook shows ``repr`` where there is none."""
         from snooker_cli.animation import film, page
 
         with suppress(FigureError):

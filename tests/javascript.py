@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 from py_mini_racer import MiniRacer
 
 from snooker_cli.engine import webassembly
-from snooker_cli.laws import Sides, WallLaw, word_of
-from snooker_cli.live_page import engine_source
+from snooker_cli.live_page.page import STARTING, engine_source, stored_start
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace, event_hashes
 
@@ -52,7 +51,6 @@ function atob(text) {
 }
 
 function simulated(scene, limits) {
-  scene.wallKey = typeof scene.wallKey === "string" ? BigInt(scene.wallKey) : scene.wallKey;
   const simulation = new Simulation(scene, limits, { hash: true });
   // In pieces, as a page does; a time between events stops nothing.
   while (simulation.stop === null) {
@@ -85,7 +83,7 @@ class JavaScript:
 
     def __init__(self) -> None:
         self.context = MiniRacer()
-        self.context.eval(engine_source())
+        self.context.eval(engine_source(*STARTING))
         self.context.eval(modules_source() + "0")
         self.context.eval(HELPERS)
 
@@ -105,34 +103,9 @@ def bits_of(*arrays: ArrayLike) -> str:
     return b"".join((np.asarray(array) + 0.0).astype(">f8").tobytes() for array in arrays).hex()
 
 
-def law_json(law: WallLaw) -> dict[str, Any]:
-    """A law as the scenes of the page have it."""
-    if isinstance(law, Sides):
-        return {"word": "sides"} | {side: law_json(part) for side, part in law._asdict().items()}
-    fields = {"cor_speed": "corSpeed"}
-    return {"word": word_of(law)} | {fields.get(k, k): v for k, v in law._asdict().items()}
-
-
-def scene_json(scene: Scene) -> str:
-    """A scene as the page has it."""
-    return json.dumps(
-        {
-            "positions": scene.positions.ravel().tolist(),
-            "velocities": scene.velocities.ravel().tolist(),
-            "radii": scene.radii.tolist(),
-            "masses": scene.masses.tolist(),
-            "container": {"shape": scene.container.name, "size": scene.container.size},
-            "containerMass": scene.container_mass if scene.free else 1e999,
-            "containerPosition": scene.container_position.tolist(),
-            "containerVelocity": scene.container_velocity.tolist(),
-            "pairLaw": law_json(scene.pair_law),
-            "wallLaw": law_json(scene.wall_law),
-            "contactDuration": scene.contact_duration,
-            "elasticBelow": scene.elastic_below,
-            "slides": scene.slides,
-            "wallKey": None if scene.wall_key is None else str(scene.wall_key),
-        }
-    )
+def scene_of(scene: Scene) -> str:
+    """The expression of a scene of the program."""
+    return f"storedScene({json.dumps(stored_start(scene))})"
 
 
 def answer_of(trace: Trace) -> dict[str, Any]:

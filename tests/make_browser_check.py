@@ -18,21 +18,20 @@ from javascript import (  # noqa: E402  # after the path
     JavaScript,
     answer_of,
     modules_source,
-    scene_json,
 )
 from test_engine import GASES  # noqa: E402
 from test_start import START  # noqa: E402
 
 from snooker_cli.config import to_json, validated  # noqa: E402
 from snooker_cli.engine import simulate  # noqa: E402
-from snooker_cli.live_page import engine_source  # noqa: E402
+from snooker_cli.live_page.page import STARTING, engine_source, stored_start  # noqa: E402
 from snooker_cli.placement.starting_scene import starting_scene  # noqa: E402
 
 COMPARE = """
 function compared() {
   const different = [];
-  for (const { name, scene, limits, answer } of CASES) {
-    const found = simulated(scene, limits);
+  for (const { name, start, limits, answer } of CASES) {
+    const found = simulated(storedScene(start), limits);
     if (JSON.stringify(JSON.parse(found)) !== JSON.stringify(answer)) different.push(name);
   }
   const equal = CASES.length - different.length;
@@ -53,7 +52,7 @@ def case(name: str) -> dict[str, object]:
     answer = answer_of(simulate(scene, **limits))
     return {
         "name": name,
-        "scene": json.loads(scene_json(scene)),
+        "start": stored_start(scene),
         "limits": limits,
         "answer": answer,
     }
@@ -69,7 +68,8 @@ def start() -> str:
 
 def main(path: Path) -> None:
     cases = f"const CASES = {json.dumps([case(name) for name in GASES])};"
-    script = "\n".join([engine_source(), modules_source(), HELPERS, cases, start(), COMPARE])
+    engine = engine_source(*STARTING)
+    script = "\n".join([engine, modules_source(), HELPERS, cases, start(), COMPARE])
     if path.suffix == ".html":
         script = script.replace("</", "<\\/")
         script = f'<!doctype html><meta charset="utf-8"><body><script>{script}</script>'

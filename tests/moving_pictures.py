@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 from scenes import EPSILON, EVERYONE, NEIGHBOURS, gas, report_scene
@@ -87,12 +86,6 @@ def slack(trace: Trace) -> float:
     fastest = math.sqrt(2 * trace.start.kinetic_energy / float(np.min(trace.start.masses)))
     reach = max(trace.start.container.size) + fastest * trace.stop.time
     return len(trace.events) * 2 * EPSILON * reach
-
-
-def apart(trace: Trace, found: Any, wanted: Any) -> float:
-    """The largest difference of places, m; in a periodic box that of the nearest images."""
-    difference = trace.start.container.nearest_image(np.asarray(found) - wanted)
-    return float(np.max(np.abs(difference)))
 
 
 def times_of(trace: Trace) -> list[float]:

@@ -49,8 +49,12 @@ PARTS: dict[str, tuple[str, ...]] = {
     "figures": (*RUNNING, "analysis"),
     # Pages
     "pages": (),
-    "animation": (*SIMULATING, "analysis", "engine", "figures", "formatting", "pages"),
-    "live_page": ("config", "engine", "errors", "pages", "placement", "theory"),
+    "live_page": (
+        *("config", "engine", "errors", "laws", "pages", "placement", "scene", "theory"),
+    ),
+    "animation": (
+        *(*SIMULATING, "analysis", "engine", "figures", "formatting", "live_page", "pages"),
+    ),
     "validation": (*RUNNING, "analysis", "figures"),
 }
 # These may import all parts above them.

@@ -1,7 +1,5 @@
 """A repeat -> a film (its balls, collisions, energy and pressure) -> the page that plays it."""
 
-import base64
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,25 +10,34 @@ from numpy.typing import NDArray
 
 from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.analysis.observables import integrals, series
-from snooker_cli.engine import States, replay, replayed, simulate
+from snooker_cli.engine import replay, replayed, simulate
+from snooker_cli.engine.page_kernels import boundary_name
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, printable
+from snooker_cli.live_page.page import (
+    LIVE,
+    MEASURING,
+    engine_source,
+    packed_modules,
+    stored_start,
+    theory_numbers,
+)
 from snooker_cli.pages.html_page import (
     PAGES,
     SHARED,
     SPEED_COLOURS,
     html_page,
     script_data,
-    text_of,
+    script_of,
 )
-from snooker_cli.trace import CONTAINER, SLIDE, Trace
+from snooker_cli.trace import CONTAINER, SLIDE, Trace, event_hashes
 
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int32]
 
 MOST_COLLISIONS = 10_000
-"""In a film: a page stores 83 bytes for each, and steps through them one by one."""
+"""In a film, unless another number is given: a page steps through them one by one."""
 
 MOST_AGAIN = 10_000_000  # collisions simulated for a film of a summary: some 30 s and 240 MB
 MOST_BALLS = 10_000  # in a film: a browser draws this number several times a second
@@ -51,11 +58,7 @@ class Film:
     title, subtitle, ending : shown at the top; why the repeat ended early, or empty
     start, end : s
     before, left_out : number of collisions before the film; of the events that are too many
-    opening : the state at ``start``
     time, i, j : (*n*,) the collisions and the bodies that collide, as in ``Events``
-    sliding : balls that slide along the wall at the start
-    settling : the ball that bounces after the last collision until it slides, or ``None``
-    after : (*n*, 4) velocities of i (u, v) and of j or the container after it, m/s
     contacts : (*n*, 2) points of contact, m
     extent : left, right, bottom and top of the part of the plane that is shown, m
     follow : whether this view moves with the container's centre, the origin of ``extent`` then
@@ -74,13 +77,9 @@ class Film:
     end: float
     before: int
     left_out: int
-    opening: States
     time: Floats
     i: Integers
     j: Integers
-    sliding: tuple[int, ...]
-    settling: int | None
-    after: Floats
     contacts: Floats
     extent: tuple[float, float, float, float]
     follow: bool
@@ -165,9 +164,9 @@ def film(
         pressure_sum = (moving + columns.pair_virial[rows] / 2) / scene.container.area
     pressure_sum[0] += pressure_gain[0] * (since - columns.time[first])
     opening, centres = replay(trace, [since]), replay(trace, [since, end]).container_positions
-    table = _at_collisions(trace, time, i, j)
-    extent, follow = _view(trace, np.vstack([centres, table[:, 6:]]))
-    speeds = np.hypot(*np.vstack([opening.velocities[0], table[:, :2]]).T)
+    contacts, moved, speeds = _at_collisions(trace, time, i, j)
+    extent, follow = _view(trace, np.vstack([centres, moved]))
+    speeds = np.append(np.hypot(*opening.velocities[0].T), speeds)
     ended = end >= trace.stop.time and not trace.stop.reason.complete
     return Film(
         trace=trace,
@@ -178,14 +177,10 @@ def film(
         end=float(end),
         before=first,
         left_out=left_out,
-        opening=opening,
         time=time,
         i=i,
         j=j,
-        sliding=tuple(ball for ball, begin, end in slides.tolist() if begin < first <= end),
-        settling=next((ball for ball, begin, _ in slides.tolist() if begin == last), None),
-        after=table[:, :4],
-        contacts=table[:, 4:6],
+        contacts=contacts,
         extent=extent,
         follow=follow,
         kinetic_energy=energy,
@@ -213,28 +208,29 @@ def with_events(trace: Trace, since: float, most: int) -> Trace:
     return replace(trace, events=simulate(trace.start, collisions=number).events)
 
 
-def _at_collisions(trace: Trace, time: Floats, i: Integers, j: Integers) -> Floats:
-    """(*n*, 8) velocities of both bodies after collisions, contacts, the container's centres.
+def _at_collisions(
+    trace: Trace, time: Floats, i: Integers, j: Integers
+) -> tuple[Floats, Floats, Floats]:
+    """(*n*, 2) contacts, (*n*, 2) centres of the container, (*n*,) speeds of i after it.
 
     Collisions at the same instant all have the state after the last of them.
     """
-    scene, first, table = trace.start, 0, np.empty((len(time), 8))
+    scene, first, number = trace.start, 0, len(time)
+    contacts, moved, speeds = np.empty((number, 2)), np.empty((number, 2)), np.empty(number)
     for states in replayed(trace, time, BATCH):
         chunk = slice(first, first + len(states.time))
         ball, other, first = i[chunk], j[chunk], chunk.stop
         row, at_wall = np.arange(len(states.time)), other <= CONTAINER
-        place, moving = states.positions[row, ball], states.velocities[row, other]
-        moving[at_wall] = states.container_velocities[at_wall]
+        place, centre = states.positions[row, ball], states.container_positions
         outwards = scene.container.nearest_image(states.positions[row, other] - place)
-        to_wall = scene.container.wall_directions(place - states.container_positions)
-        outwards[at_wall] = to_wall[at_wall]
+        outwards[at_wall] = scene.container.wall_directions(place - centre)[at_wall]
         lengths = np.hypot(*outwards.T)[:, None]
         unit = np.divide(outwards, lengths, out=np.zeros_like(outwards), where=lengths > 0)
-        centre = states.container_positions
-        contacts = place + scene.radii[ball][:, None] * unit
-        contacts = centre + scene.container.nearest_image(contacts - centre)
-        table[chunk] = np.hstack([states.velocities[row, ball], moving, contacts, centre])
-    return table
+        at = place + scene.radii[ball][:, None] * unit
+        contacts[chunk] = centre + scene.container.nearest_image(at - centre)
+        moved[chunk] = centre
+        speeds[chunk] = np.hypot(*states.velocities[row, ball].T)
+    return contacts, moved, speeds
 
 
 def _view(trace: Trace, centres: Floats) -> tuple[tuple[float, float, float, float], bool]:
@@ -283,26 +279,58 @@ def _slide_forces(trace: Trace, slides: Integers) -> Floats:
     return np.cumsum(change[:-1])
 
 
-# Films -> one HTML page with their data and the player; it needs no other file or network.
+# Films -> one HTML page, which simulates them again
 
-SCRIPTS = ("motion.js", "charts.js", "player.js")
-PLAYER = "snooker_cli.animation.player"
+SCRIPTS = (*MEASURING, "gas.js", "charts.js", "film.js")
 MOST_FILMS = 4  # on a page: more have too little room
 
 
 def page(*films: Film, pace: Pace = "time", seconds: float | None = None) -> str:
     """The page that plays films side by side, in step; always the same bytes for the same films.
 
+    It has the start of each repeat, and the hash of what is stored: it simulates them again.
+
     films : from the same time on; one to ``MOST_FILMS``, which have different subtitles
     pace : at the beginning
-    seconds : length at speed 1; without it, the player chooses
+    seconds : length at speed 1; without it, the page chooses
     """
-    data = {"pace": pace, "seconds": seconds, "films": [_content(film) for film in films]}
-    parts = {
-        "film": script_data(data, _packed),
-        "script": text_of(PAGES, *SHARED) + text_of(PLAYER, *SCRIPTS),
+    boundaries = sorted({boundary_name(film.trace.start) for film in films})
+    data = {
+        "pace": pace,
+        "seconds": seconds,
+        "films": [_content(film) for film in films],
+        "colours": SPEED_COLOURS,
+        "theory": theory_numbers(),
     }
-    return html_page(PLAYER, "player", films[0].title, parts)
+    parts = {
+        "data": script_data(data),
+        "modules": script_data(packed_modules(boundaries)),
+        "script": engine_source() + script_of(PAGES, *SHARED) + script_of(LIVE, *SCRIPTS),
+    }
+    return html_page(LIVE, "film", films[0].title, parts, simulates=True)
+
+
+def _content(film: Film) -> dict[str, Any]:
+    """What the page has of a film. Places are relative to the centre of a fixed container."""
+    trace, scene = film.trace, film.trace.start
+    assert trace.events is not None
+    shown = trace.events[: film.before + len(film)]
+    left, right, bottom, top = film.extent
+    x, y = (0.0, 0.0) if scene.free else scene.container_position.tolist()
+    return {
+        "scene": stored_start(scene),
+        "title": film.title,
+        "subtitle": film.subtitle,
+        "ending": film.ending,
+        "start": film.start,
+        "end": film.end,
+        "before": film.before,
+        "collisions": len(shown),
+        "hash": event_hashes([shown])[-1][1],
+        "extent": [left - x, right - x, bottom - y, top - y],
+        "follow": film.follow,
+        "topSpeed": film.top_speed,
+    }
 
 
 def check_film_file(path: Path, number: int) -> None:
@@ -328,7 +356,7 @@ def save_films(
     """Write films as a page, or one film as a GIF or MP4, by the ending of the path.
 
     given : whether a user gave the path, as of `atomic_write`
-    seconds : length [12; of a page the player's choice]
+    seconds : length [12; of a page its own choice]
     rate : frames per second of a GIF or MP4
 
     Raises ``UserError`` as ``check_film_file`` and ``save_movie`` do.
@@ -340,37 +368,3 @@ def save_films(
     from snooker_cli.animation.movie import save_movie  # loads matplotlib
 
     save_movie(films[0], path, pace=pace, seconds=seconds or 12.0, rate=rate)
-
-
-def _content(film: Film) -> dict[str, Any]:
-    """The player's data: the film's own, and the scene's."""
-    scene, opening = film.trace.start, film.opening
-    own = {
-        re.sub(r"_(\w)", lambda letter: letter[1].upper(), name): value
-        for name, value in vars(film).items()
-        if name not in ("trace", "opening")
-    }
-    # Rows, ball by ball: position, velocity, radius.
-    balls = np.vstack([opening.positions[0].T, opening.velocities[0].T, scene.radii])
-    return own | {
-        "contacts": film.contacts.astype(np.float32),
-        "pressureGain": film.pressure_gain if film.pressure_gain.any() else "",
-        "pressureTop": film.pressure_top,
-        "startEnergy": scene.kinetic_energy,
-        "balls": balls,
-        "masses": scene.masses,
-        "container": [*opening.container_positions[0], *opening.container_velocities[0]],
-        "outline": scene.container.outline.tolist(),
-        "periodic": scene.container.period is not None,
-        "hasWall": scene.container.has_wall,
-        "size": scene.container.size,
-        "free": scene.free,
-        "wallCor": scene.wall_restitution,
-        "colours": SPEED_COLOURS,
-    }
-
-
-def _packed(values: NDArray[Any]) -> str:
-    """The bytes of an array, row after row and little-endian, as base64."""
-    data = values.astype(values.dtype.newbyteorder("<")).tobytes()
-    return base64.b64encode(data).decode("ascii")

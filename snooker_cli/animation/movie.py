@@ -46,10 +46,10 @@ PALETTE_FRAMES = 3
 SMALLEST = 2.0  # points: the diameter of balls that would be too small to see
 MOST_FRAMES = 1200  # in a GIF: each needs 0.4 MB of memory, and pages load it slowly
 
-FLASH = 0.3  # how long a contact flashes, s of showing; as in the player's script
-MOST_FLASHES = 60  # the latest ones: more would hide the balls; as in the player's script
+FLASH = 0.3  # how long a contact flashes, s of showing; as in arena.js
+MOST_FLASHES = 60  # the latest ones: more would hide the balls; as in arena.js
 
-# As in the player's charts: bins of speeds over √(2T/m), the last with all faster balls, and the
+# As in panels.js: bins of speeds over √(2T/m), the last with all faster balls, and the
 # share of the balls at the top of the panel. A speed this little below an edge (in bins) is above
 # it, so that equal speeds are in one bin.
 BIN, BINS, MOST_SHARE, EDGE = 0.2, 15, 0.25, 1e-9

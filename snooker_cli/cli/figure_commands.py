@@ -230,8 +230,8 @@ def animate(
     """Make a film of a repeat: HTML page, GIF or MP4.
 
     It shows the balls coloured by speed, their contacts, energy and pressure. An HTML page works
-    in any browser without a network. The balls are exactly where the stored collisions put them;
-    those of a summary are simulated again. A page shows up to 4 repeats side by side, as with
+    in any browser without a network: it simulates the repeat again from its start, and checks that
+    the collisions are those that are stored. A page shows up to 4 repeats side by side, as with
     `--where cor=0.8,1` or `--repeat 0 --repeat 1`. The link film.html#t=3&ball=5 begins at 3 s
     with the path of ball 5. A page of snooker under the same name is replaced, another file is
     not. The name of the written file is printed.

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from snooker_cli.containers import Circle
 from snooker_cli.engine import boundaries, clock, event_loop, everyone, restitution, sampling
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import earlier
@@ -15,6 +16,7 @@ from snooker_cli.engine.everyone import Everyone
 from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Recorded, State, U, V, X, Y
 from snooker_cli.engine.sliding import SlidingCircle, bounces_to_come
+from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE
 
 EVENTS = 256
@@ -80,6 +82,15 @@ BOUNDARIES: dict[str, Any] = {
     "periodic": lambda _: boundaries.PeriodicSides(1.0, 1.0),
 }
 """An example of each boundary for a number of balls. Its types are those of all others."""
+
+
+def boundary_name(scene: Scene) -> str:
+    """The boundary of a scene, as ``boundaryOf`` of engine.js."""
+    if not isinstance(scene.container, Circle):
+        return scene.container.name
+    if scene.free:
+        return "free_circle"
+    return "sliding_circle" if scene.slides else "fixed_circle"
 
 
 def example(boundary: str, number: int) -> Page:

@@ -9,7 +9,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple, TypeAlias
@@ -37,17 +37,17 @@ SETTINGS = {"NUMBA_OPT": "1", "NUMBA_LOOP_VECTORIZE": "0"}
 NOTICE = "compiling the engine of the live page (first use on this machine, about 30 to 60 s)"
 
 
-def modules() -> dict[str, bytes]:
-    """The module of each boundary. What is not in the cache of kernels is compiled."""
+def modules(boundaries: Iterable[str] = BOUNDARIES) -> dict[str, bytes]:
+    """The modules of boundaries. What is not in the cache of kernels is compiled."""
     folder = jit.cache_folder()
     if folder is not None:
-        return _modules_in(folder)
+        return _modules_in(folder, boundaries)
     with TemporaryDirectory() as temporary:
-        return _modules_in(Path(temporary))
+        return _modules_in(Path(temporary), boundaries)
 
 
-def _modules_in(folder: Path) -> dict[str, bytes]:
-    paths = {boundary: folder / f"{boundary}.wasm" for boundary in BOUNDARIES}
+def _modules_in(folder: Path, boundaries: Iterable[str]) -> dict[str, bytes]:
+    paths = {boundary: folder / f"{boundary}.wasm" for boundary in boundaries}
     missing = [boundary for boundary, path in paths.items() if not path.is_file()]
     if missing:
         jit.give_notice(NOTICE)

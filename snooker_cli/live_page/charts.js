@@ -1,7 +1,9 @@
 // The charts of the gas that runs: its energy with the fitted laws, pressures beside theory, and the
-// speeds beside Maxwell's law and the law at fixed energy.
+// speeds beside Maxwell's law and the law at fixed energy. Of several gases, each has a colour; then
+// there is one pressure of each, and no law but Maxwell's.
 "use strict";
 
+const GAS_COLOURS = ["first", "second", "third", "fourth"];
 const FIRST_SPAN = 2; // crossings of the container at the start, on the axis of time
 const GROWTH = 1.5; // of that axis, when the time reaches its end
 
@@ -16,41 +18,52 @@ class GasCharts extends Panels {
     this.log = false;
   }
 
-  // A gas from its start.
-  show(gas, span) {
-    this.gas = gas;
-    this.high = FIRST_SPAN * span;
+  // Gases from their start. low, high: s, of the axis of time, which grows with them.
+  show(gases, high, low = 0) {
+    this.gases = gases;
+    [this.gas] = gases;
+    this.low = low;
+    this.high = high;
     this.decay = null;
+  }
+
+  get several() {
+    return this.gases.length > 1;
   }
 
   // The laws of the energy are fitted again; this takes longer than a drawing.
   fit() {
-    this.decay = this.gas.decay();
+    this.decay = this.several ? null : this.gas.decay();
   }
 
   draw() {
-    const [pen, width, height] = sharp(this.canvas), { gas } = this;
+    const [pen, width, height] = sharp(this.canvas), { gases } = this;
     const [energy, pressure, speeds] = this.panels, size = parseFloat(getComputedStyle(this.canvas).fontSize);
-    while (gas.time > this.high) this.high *= GROWTH;
-    const rows = gas.rows(), now = { ...gas.row(), time: gas.time };
-    const curves = this.pressures(rows);
-    this.scaleEnergy(energy, rows, now);
-    // A mean over a short time may be that of a single hit, so the first tenth may leave the panel.
-    const begun = gas.from.time, settled = begun + (gas.time - begun) / 10;
-    const late = Math.max(curves.times.findIndex((time) => time > settled), 0);
-    const seen = curves.all.flatMap(({ values }) => values.slice(late)).filter(Number.isFinite);
-    pressure.top = roomy(Math.max(...seen, 0));
-    const shares = gas.shares;
-    speeds.top = speedsTop(shares);
+    while (Math.max(...gases.map(({ time }) => time)) > this.high) this.high *= GROWTH;
+    const courses = gases.map((gas, k) => this.courseOf(gas, k));
+    this.scaleEnergy(energy, courses);
+    pressure.top = roomy(Math.max(...courses.flatMap(({ seen }) => seen), 0));
+    speeds.top = Math.max(...gases.map(({ shares }) => speedsTop(shares)));
     this.layOut(pen, width, height, size);
-    this.across = (time) => this.left + (time / this.high) * this.wide;
+    this.across = (time) => this.left + ((time - this.low) / (this.high - this.low)) * this.wide;
     this.grid(pen);
-    this.footer(pen, pressure, this.across, 0, this.high, 0, "time (s)");
+    this.footer(pen, pressure, this.across, this.low, this.high, 0, "time (s)");
     this.footer(pen, speeds, (v) => this.reduced(v), 0, BIN * BINS, 0, SPEED_AXIS);
-    this.drawEnergy(pen, energy, rows, now);
-    this.drawPressures(pen, pressure, curves);
-    this.drawSpeeds(pen, speeds, shares, now);
-    this.canvas.setAttribute("aria-label", this.sentence(now, curves));
+    this.drawEnergy(pen, energy, courses);
+    this.drawPressures(pen, pressure, courses);
+    this.drawSpeeds(pen, speeds, courses);
+    this.canvas.setAttribute("aria-label", this.sentence(courses));
+  }
+
+  // What is drawn of a gas: its colour, if there are several; rows, also those still to come; what is now;
+  // its pressures; and those that the panel has room for.
+  courseOf(gas, k) {
+    const rows = gas.rows(), now = { ...gas.row(), time: gas.time }, pressures = this.pressures(gas, rows);
+    // A mean over a short time may be that of a single hit, so the first tenth may leave the panel.
+    const times = rows.map(({ time }) => time), begun = gas.from.time, last = times[times.length - 1];
+    const late = Math.max(times.findIndex((time) => time > begun + (last - begun) / 10), 0);
+    const seen = pressures.flatMap(({ values }) => values.slice(late)).filter(Number.isFinite);
+    return { gas, now, rows, times, pressures, seen, colour: this.several ? paint(GAS_COLOURS[k]) : null };
   }
 
   // The energy of a gas as warm as the wall, J; 0 for a wall without a temperature.
@@ -58,31 +71,33 @@ class GasCharts extends Panels {
     return this.gas.number * (this.gas.scene.wallLaw.temperature ?? 0);
   }
 
-  scaleEnergy(panel, rows, now) {
-    const wall = this.wallEnergy;
-    const values = [...rows.map(({ energy }) => energy), now.energy, wall].filter((value) => value > 0);
+  scaleEnergy(panel, courses) {
+    const all = courses.flatMap(({ rows, now }) => [...rows.map(({ energy }) => energy), now.energy]);
+    const values = [...all, this.several ? 0 : this.wallEnergy].filter((value) => value > 0);
     const most = Math.max(...values, 0) || 1;
     panel.log = this.log && values.length > 0;
     panel.top = panel.log ? 10 ** Math.ceil(Math.log10(most) + 1e-9) : roomy(most);
     panel.low = panel.log ? Math.min(10 ** Math.floor(Math.log10(Math.min(...values))), panel.top / 10) : 0;
   }
 
-  drawEnergy(pen, panel, rows, now) {
-    const points = [...rows, now].map(({ time, energy }) => [time, energy]);
-    const warm = this.wallEnergy, { from, energy, k, alpha } = this.decay ?? {};
+  drawEnergy(pen, panel, courses) {
+    const warm = this.several ? 0 : this.wallEnergy, { from, energy, k, alpha } = this.decay ?? {};
     const laws = this.decay ? [
       ["ink", DASHES, `Haff’s law: α = ${short(alpha)} 1/s`, (t) => (1 + alpha * t) ** -2],
       ["fourth", DOTS, `exponential: k = ${short(k)} 1/s`, (t) => Math.exp(-k * t)],
     ] : [];
     this.inside(pen, panel, () => {
-      this.line(pen, panel, points, paint("first"), true);
-      if (warm) this.dashed(pen, panel, [[0, warm], [this.high, warm]], paint("second"), DASHES);
+      for (const { rows, now, colour } of courses) {
+        const points = [...rows.filter(({ time }) => time <= now.time), now].map(({ time, energy: value }) => [time, value]);
+        this.line(pen, panel, points, colour ?? paint("first"), true);
+      }
+      if (warm) this.dashed(pen, panel, [[this.low, warm], [this.high, warm]], paint("second"), DASHES);
       for (const [colour, dash, , law] of laws) {
         const times = Array.from({ length: 201 }, (_, part) => (part / 200) * (this.high - from));
         this.dashed(pen, panel, times.map((t) => [from + t, energy * law(t)]), paint(colour), dash);
       }
     });
-    this.heading(pen, panel, [[paint("first"), `${short(now.energy)} J`]]);
+    this.heading(pen, panel, courses.map(({ now, colour }) => [colour ?? paint("first"), `${short(now.energy)} J`]));
     if (warm) {
       pen.fillStyle = paint("second");
       this.note(pen, panel, `${DASHES.text} N T of the wall: ${short(warm)} J`, 0, true);
@@ -93,59 +108,64 @@ class GasCharts extends Panels {
     });
   }
 
-  // Mean pressures since the means began, after each row: at the wall, by the virial, and by theory.
-  pressures(rows) {
-    const { gas } = this, { scene, from } = gas, times = [], all = [];
+  // Mean pressures since the means began, at each row: at the wall, by the virial, and by theory; one of
+  // several gases.
+  pressures(gas, rows) {
+    const all = [], { scene, from } = gas;
     const { pairLaw, container } = scene, N = gas.number, drift = driftEnergy(scene);
     const ratio = isEqual(scene) && pairLaw.word === "constant"
       ? this.fluid.ratio(N, scene.radii[0], container, pairLaw.cor) : null;
     const add = (name, colour, dash) => all.push({ name, colour, dash, values: [] }) && all[all.length - 1].values;
     const wall = hasWalls(scene.container) ? add("at the wall", "third") : null;
-    const virial = gas.number > 1 ? add("by the virial", "first") : null;
-    const ideal = add(THEORY.ideal, "soft", DOTS);
-    const disks = ratio === null ? null : add(THEORY.finite, "ink", DASHES);
+    const virial = gas.number > 1 && !(this.several && wall) ? add("by the virial", "first") : null;
+    const ideal = this.several ? null : add(THEORY.ideal, "soft", DOTS);
+    const disks = this.several || ratio === null ? null : add(THEORY.finite, "ink", DASHES);
     for (const row of rows) {
-      if (!(row.time > from.time)) continue;
-      const means = gas.meter.means(from, row);
-      times.push(row.time);
-      wall?.push(means.wall);
-      virial?.push(means.virial);
-      ideal.push(means.ideal);
-      disks?.push(means.ideal * asMet(ratio, { ...means, N, container, drift }));
+      const means = row.time > from.time ? gas.meter.means(from, row) : null;
+      wall?.push(means?.wall);
+      virial?.push(means?.virial);
+      ideal?.push(means?.ideal);
+      disks?.push(means ? means.ideal * asMet(ratio, { ...means, N, container, drift }) : undefined);
     }
-    return { times, all };
+    return all;
   }
 
-  drawPressures(pen, panel, { times, all }) {
+  drawPressures(pen, panel, courses) {
+    const known = ({ times, now }, values) => values.map((value, k) => [times[k], value])
+      .filter(([time, value]) => value !== undefined && time <= now.time);
+    const texts = [], names = [];
     this.inside(pen, panel, () => {
-      for (const { colour, dash, values } of all) {
-        const points = values.map((value, k) => [times[k], value]);
-        if (dash) this.dashed(pen, panel, points, paint(colour), dash);
-        else this.line(pen, panel, points, paint(colour), false);
+      for (const course of courses) {
+        for (const { name, colour, dash, values } of course.pressures) {
+          const points = known(course, values), shade = course.colour ?? paint(colour);
+          if (!points.length) continue;
+          if (dash) this.dashed(pen, panel, points, shade, dash);
+          else this.line(pen, panel, points, shade, false);
+          const [, now] = points[points.length - 1], value = `${short(now)} Pa m`;
+          if (!dash) texts.push([shade, value]);
+          if (!this.several) names.push([shade, `${dash?.text ?? "—"} ${name}${dash ? `: ${value}` : ""}`, now]);
+        }
       }
     });
-    const texts = all.filter(({ values, dash }) => values.length && !dash)
-      .map(({ colour, values }) => [paint(colour), `${short(values[values.length - 1])} Pa m`]);
     this.heading(pen, panel, texts);
     // The names are where the curves do not end.
-    const low = all.some(({ values }) => values[values.length - 1] > panel.top / 2);
-    all.forEach(({ name, colour, dash, values }, line) => {
-      if (!values.length) return;
-      pen.fillStyle = paint(colour);
-      const value = dash ? `: ${short(values[values.length - 1])} Pa m` : "";
-      this.note(pen, panel, `${dash?.text ?? "—"} ${name}${value}`, line, low);
+    const low = names.some(([, , now]) => now > panel.top / 2);
+    names.forEach(([shade, text], line) => {
+      pen.fillStyle = shade;
+      this.note(pen, panel, text, line, low);
     });
   }
 
-  drawSpeeds(pen, panel, shares, now) {
-    const { gas } = this;
-    pen.fillStyle = paint("second");
-    this.bars(pen, panel, shares, true);
+  drawSpeeds(pen, panel, courses) {
+    for (const { gas, colour } of courses) {
+      pen.fillStyle = colour ?? paint("second");
+      this.bars(pen, panel, gas.shares, !this.several);
+    }
     pen.setLineDash(DASHES.line);
     pen.lineWidth = 1.4;
     pen.strokeStyle = paint("ink");
     this.density(pen, panel, maxwellDensity);
-    const { scene } = gas, known = energyKept(scene) && isEqual(scene);
+    const { gas } = this, { scene } = gas, known = energyKept(scene) && isEqual(scene) && !this.several;
     const fixed = gas.number > 1 && known && scene.container.shape !== "channel";
     if (fixed) {
       pen.setLineDash(DOTS.line);
@@ -153,7 +173,7 @@ class GasCharts extends Panels {
       this.density(pen, panel, fixedEnergyDensity(hasWalls(gas.scene.container) ? gas.number : gas.number - 1));
     }
     pen.setLineDash([]);
-    this.heading(pen, panel, [[paint("second"), `T = ${short(now.temperature)} J`]]);
+    this.heading(pen, panel, courses.map(({ now, colour }) => [colour ?? paint("second"), `T = ${short(now.temperature)} J`]));
     pen.fillStyle = paint("ink");
     this.note(pen, panel, `${DASHES.text} ${THEORY.maxwell}`);
     pen.fillStyle = paint("first");
@@ -184,11 +204,15 @@ class GasCharts extends Panels {
   }
 
   // What the charts show now, for screen readers.
-  sentence(now, { all }) {
-    const pressures = all.filter(({ values }) => values.length)
-      .map(({ name, values }) => `mean pressure ${name} ${short(values[values.length - 1])} Pa m`);
-    const texts = [`kinetic energy ${short(now.energy)} J`, ...pressures, `temperature ${short(now.temperature)} J`];
-    return `Now: ${texts.join(", ")}`;
+  sentence(courses) {
+    const texts = courses.map(({ gas, now }) => {
+      const { wall, virial } = gas.means() ?? {};
+      const texts = [`kinetic energy ${short(now.energy)} J`];
+      if (wall !== undefined && hasWalls(gas.scene.container)) texts.push(`mean pressure at the wall ${short(wall)} Pa m`);
+      if (virial !== undefined && gas.number > 1) texts.push(`mean pressure by the virial ${short(virial)} Pa m`);
+      return [...texts, `temperature ${short(now.temperature)} J`].join(", ");
+    });
+    return `Now: ${texts.join("; ")}`;
   }
 }
 

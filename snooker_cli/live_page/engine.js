@@ -65,6 +65,7 @@ class Kernels {
       if (slot) view.setUint32(slot, place, true);
       this.parts[name] = new ARRAYS[type](memory.buffer, place, size);
     }
+    this.block = new Uint8Array(memory.buffer, ENGINE.begin, end - ENGINE.begin);
     this.follow = () => exports.follow(ENGINE.begin);
     this.show = () => exports.show(ENGINE.begin);
     this.trap = () => exports.trap(ENGINE.begin);
@@ -209,7 +210,7 @@ class Simulation {
     this.reached = answers[ANSWERS.REACHED];
     this.collisions += count;
     if (count > 0) this.time = this.eventTime[count - 1];
-    if (this.hash !== null) this.hash.addAll(this);
+    if (this.hash !== null) this.hash.addAll(this, this.collisions - count);
     if (this.collisions >= this.wanted) return this.end(COLLISIONS);
     if (reason !== FULL) return this.end(REASONS[reason]);
     this.idle = count > 0 || this.reached >= until ? 0 : this.idle + 1;
@@ -246,6 +247,20 @@ class Simulation {
     });
     Object.assign(this.scene, { pairLaw, wallLaw });
     writeSetup(this.scene, this.parts);
+  }
+
+  /** A copy of all that the repeat has reached, for ``restore``. */
+  save() {
+    const { collisions, time, reached, idle, stop, kernels } = this;
+    return { collisions, time, reached, idle, stop, block: kernels.block.slice() };
+  }
+
+  /** Go back, or on, to what ``save`` has given. The hash stays that of all events so far. */
+  restore({ block, ...reached }) {
+    Object.assign(this, reached);
+    this.kernels.block.set(block);
+    this.eventCount = 0;
+    this.shown = NaN;
   }
 
   /** Continue after an end, without a limit of time.

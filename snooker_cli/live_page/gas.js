@@ -6,18 +6,24 @@ const TC = 0.01; // the duration of contacts, in mean free times, that prevents 
 const LEAST_SHARE = 1e-200; // of the energy at the start, below which the gas ends: numbers end at 1e-308
 const KEPT_PARTS = 6000; // of a path, of which the arena draws the latest half
 const SMALL_TURN = 0.1; // rad, of a part of the path of a ball that slides
+const MOST_KEPT = 64, FIRST_STRIDE = 1000; // moments to go back to, and collisions between them
+const PATH_BEGINS = 20000; // collisions ago, at most
+const FORBIDDEN =
+  "This site does not allow WebAssembly, which computes the collisions: save the page, and open the file.";
 const FLASH_NUMBERS = 7; // time, ball, other ball or wall, places of both
 const SLIDING = { slides: true, contactDuration: 0, elasticBelow: 0 }; // of a scene whose balls slide
 
 class Gas {
   // The first repeat of a config. Throws an error with a sentence for a scene that does not fit. The
   // gas runs on after the config's number of collisions, but not after its time. own: see ``startingScene``.
-  constructor(config, own = null) {
+  // scene: with a stored start; then the config has a time only.
+  constructor(config, own = null, scene = startingScene(config, 0, own)) {
     this.config = config;
     this.changed = false; // whether no config describes it any more
     this.time = 0; // s, that is shown
     this.flashes = new Float64Array(FLASH_NUMBERS * MOST_FLASHES); // of each of the last events
-    const scene = startingScene(config, 0, own);
+    this.tagged = this.course = null; // the ball whose path is shown, and the path
+    this.known = 0; // collisions up to which the path is known
     this.start = scene;
     this.simulation = new Simulation(scene, { time: config.time }, { hash: true });
     this.meter = new Meter(scene, this.simulation);
@@ -26,7 +32,10 @@ class Gas {
     this.number = scene.radii.length;
     this.series = new Series();
     this.series.add(() => this.row());
+    this.followed = 0; // collisions that ``series`` has
+    this.times = null; // s, of all collisions, where a page needs them
     this.forgetMeans();
+    this.forgetMoments();
   }
 
   get scene() {
@@ -49,6 +58,7 @@ class Gas {
       const toSample = Math.ceil(this.nextSample - this.collisions); // then velocities are needed
       const stop = simulation.advance(Math.min(most - done, toSample), until), { eventCount, reached } = simulation;
       if (eventCount) this.follow();
+      if (this.collisions >= this.nextKept) this.keepMoment();
       if (this.meter.totalEnergy < LEAST_SHARE * this.startEnergy) {
         simulation.halt(`the gas has lost all but ${LEAST_SHARE} of its energy`);
       }
@@ -73,15 +83,20 @@ class Gas {
   // Keeps what the charts need of the events that have just happened.
   follow() {
     const { simulation, meter, series, tagged } = this, { eventCount, eventTime, eventI, eventJ } = simulation;
-    const { eventPlaces } = simulation, rowNow = () => this.row();
+    const { eventPlaces } = simulation, rowNow = () => this.row(), before = this.collisions - eventCount;
     for (let row = 0; row < eventCount; row++) {
       meter.follow(row);
-      series.add(rowNow);
-      if (this.course && (eventI[row] === tagged || eventJ[row] === tagged)) {
+      if (before + row >= this.followed) {
+        series.add(rowNow);
+        this.times?.push(eventTime[row]);
+      }
+      if (this.course && before + row >= this.known && (eventI[row] === tagged || eventJ[row] === tagged)) {
         const begin = 4 * row + (eventI[row] === tagged ? 0 : 2);
         this.course.push([eventTime[row], eventPlaces[begin], eventPlaces[begin + 1]]);
       }
     }
+    this.followed = Math.max(this.followed, this.collisions);
+    this.known = Math.max(this.known, this.collisions);
     if (this.course?.length > KEPT_PARTS) this.course.splice(0, this.course.length - KEPT_PARTS / 2);
     for (let row = Math.max(eventCount - MOST_FLASHES, 0); row < eventCount; row++) {
       const at = FLASH_NUMBERS * ((this.collisions - eventCount + row) % MOST_FLASHES);
@@ -91,6 +106,52 @@ class Gas {
       for (let k = 0; k < 4; k++) this.flashes[at + 3 + k] = eventPlaces[4 * row + k];
     }
     if (this.collisions >= this.nextSample) this.sampleSpeeds();
+  }
+
+  // Forgets all moments before now: the gas cannot go back to them.
+  forgetMoments() {
+    this.kept = [];
+    this.stride = FIRST_STRIDE;
+    this.keepMoment();
+  }
+
+  // Keeps this moment. When there are too many, every second one is left out.
+  keepMoment() {
+    const { collisions, simulation, meter, counts, sampled, nextSample, from, flashes } = this;
+    const numbers = { sampled, nextSample, from, counts: counts.slice(), flashes: flashes.slice() };
+    this.kept.push({ collisions, simulation: simulation.save(), meter: { ...meter }, numbers });
+    if (this.kept.length > MOST_KEPT) {
+      this.kept = this.kept.filter((_, k) => k % 2 === 0);
+      this.stride *= 2;
+    }
+    this.nextKept = this.kept[this.kept.length - 1].collisions + this.stride;
+  }
+
+  // Goes to just after a number of collisions, from now or from a moment that is kept.
+  goTo(collisions) {
+    const kept = this.kept.findLast((moment) => moment.collisions <= collisions) ?? this.kept[0];
+    const leavesGap = this.course && kept.collisions > this.known && collisions - this.collisions < PATH_BEGINS;
+    if (collisions < this.collisions || (kept.collisions > this.collisions && !leavesGap)) this.restore(kept);
+    // Where a ball slides, its path has each place at a collision.
+    const most = this.course && this.simulation.motions ? 1 : Infinity;
+    while (this.collisions < collisions && !this.stop) {
+      this.advance(Infinity, Math.min(collisions - this.collisions, most));
+      this.followSlide();
+    }
+  }
+
+  restore({ simulation, meter, numbers }) {
+    this.simulation.restore(simulation);
+    Object.assign(this.meter, meter);
+    Object.assign(this, numbers, { counts: numbers.counts.slice(), flashes: numbers.flashes.slice() });
+    this.time = this.simulation.time;
+    if (this.course && (this.time < this.course[0][0] || this.collisions > this.known)) this.beginPath();
+  }
+
+  // Begins the path of the tagged ball here.
+  beginPath() {
+    this.course = [[this.time, ...this.place(this.tagged, this.time)]];
+    this.known = this.collisions;
   }
 
   // The contacts of the last events, the latest one last: { time, step, x, y, radius }.
@@ -133,23 +194,41 @@ class Gas {
     return Math.hypot(u, v);
   }
 
-  // The path of a ball from now on: [time, x, y] at its collisions, which are added as they happen.
-  path(ball) {
+  // Follows the path of a ball, [time, x, y] at its collisions, since a moment that is kept or else
+  // since now; null follows none.
+  tag(ball) {
+    const { collisions, time } = this, { stop } = this.simulation;
     this.tagged = ball;
-    this.course = [[this.time, ...this.place(ball, this.time)]];
-    return this.course;
+    this.course = null;
+    if (ball === null) return;
+    const begin = this.kept.find((moment) => moment.collisions >= collisions - PATH_BEGINS);
+    const isBefore = begin?.collisions <= collisions;
+    if (isBefore) this.restore(begin);
+    this.beginPath();
+    if (isBefore) {
+      this.goTo(collisions);
+      this.simulation.stop = stop;
+      this.time = time;
+    }
+    this.followSlide();
   }
 
   // Adds where the tagged ball is while it slides: then its path is no line between its collisions.
   followSlide() {
     if (!this.course || !this.simulation.isCurved(this.tagged)) return;
     const { time, tagged, course } = this, from = Math.max(course[course.length - 1][0], this.simulation.time);
+    if (time < from) return;
     const turn = ((time - from) * this.speed(tagged)) / (this.scene.container.size[0] / 2 - this.radii[tagged]);
     const parts = Math.max(1, Math.min(Math.ceil(turn / SMALL_TURN), MOST_PARTS));
     for (let part = 1; part <= parts; part++) {
       const at = part < parts ? from + (part / parts) * (time - from) : time;
       course.push([at, ...this.place(tagged, at)]);
     }
+  }
+
+  // The mean speed of the balls now, m/s.
+  meanSpeed() {
+    return this.radii.reduce((sum, _, ball) => sum + this.speed(ball), 0) / this.number;
   }
 
   row() {
@@ -205,7 +284,8 @@ class Gas {
     return to.time > this.from.time ? this.meter.means(this.from, to) : null;
   }
 
-  // Rows since the start, at most a number of them, the latest one last.
+  // Rows since the start, at most a number of them, the latest one last; also those that are still to
+  // come, of a gas that went back.
   rows(most = 1000) {
     const rows = this.series.rows, step = Math.ceil(rows.length / most);
     const chosen = rows.filter((_, k) => k % step === 0), last = rows[rows.length - 1];
@@ -216,7 +296,7 @@ class Gas {
   // k and α (1/s) of the energy since the means began, and the energy (J) and time (s) then; null if
   // the energy does not fall, or is known too shortly.
   decay() {
-    const { time: from, energy } = this.from, rows = this.rows().filter(({ time }) => time >= from);
+    const { time: from, energy } = this.from, rows = this.rows().filter(({ time }) => time >= from && time <= this.time);
     if (rows.length < 10 || !(energy > 0) || energyKept(this.scene) || isWarm(this.scene)) return null;
     const times = [0, ...rows.map(({ time }) => time - from)];
     const values = [1, ...rows.map((row) => row.energy / energy)];
@@ -243,6 +323,7 @@ class Gas {
     this.simulation.setLaws(pairLaw, wallLaw);
     this.changed = true;
     this.forgetMeans();
+    this.forgetMoments();
   }
 
   // Continues after an end: `on` after its time, or from a wall trap with a ball that slides.
@@ -250,6 +331,7 @@ class Gas {
     this.changed ||= way === "slide" || this.simulation.timeLimit < Infinity;
     this.simulation.continueWith(way === "slide" ? SLIDING : null);
     if (way === "slide") this.forgetMeans();
+    this.forgetMoments();
   }
 
   // How a gas that ended can go on: not at all, `on`, with `slide`, or from its start with `tc`. After a

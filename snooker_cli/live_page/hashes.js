@@ -108,9 +108,12 @@ class EventHash {
     this.kept = [];
   }
 
-  /** Add the events of the last call of ``advance``. */
-  addAll({ eventCount, eventTime, eventI, eventJ, eventImpulse }) {
-    for (let k = 0; k < eventCount; k += 1) {
+  /** Add the events of the last call of ``advance``, but for those that it has.
+   *
+   * before : number of events before them
+   */
+  addAll({ eventCount, eventTime, eventI, eventJ, eventImpulse }, before) {
+    for (let k = this.count - before; k < eventCount; k += 1) {
       this.add(eventTime[k], eventI[k], eventJ[k], eventImpulse[k]);
     }
   }

@@ -38,18 +38,6 @@ function saveCanvas(canvas, name) {
   sheet.toBlob((blob) => save(blob, name));
 }
 
-// What the arena knows of the container.
-function viewOf({ shape, size: [width, height] }) {
-  const corners = 180, angle = (2 * Math.PI) / corners, radius = width / 2;
-  const outline = shape === "circle"
-    ? Array.from({ length: corners }, (_, k) => [radius * Math.cos(k * angle), radius * Math.sin(k * angle)])
-    : [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [(x * width) / 2, (y * height) / 2]);
-  const margin = 0.03 * Math.max(width, height), reach = [width / 2 + margin, height / 2 + margin];
-  const periodic = shape === "periodic" || shape === "channel";
-  return { outline, periodic, hasWall: shape !== "periodic", size: [width, height],
-    extent: [-reach[0], reach[0], -reach[1], reach[1]], follow: true, colours: content.colours };
-}
-
 class LivePage extends Showing {
   constructor() {
     super();
@@ -94,9 +82,9 @@ class LivePage extends Showing {
     const wall = Math.sqrt((2 * warmest) / masses[0]);
     this.topSpeed = 2 * Math.max(rootMeanSquare, wall);
     this.rate = Math.max(...size) / (Math.max(...speeds) || 1) / CROSSING; // s of the gas in a second
-    this.arena = new Arena(find("arena"), viewOf(gas.scene.container), gas);
-    if (this.scene.path !== undefined) this.arena.tag(this.scene.path);
-    this.charts.show(gas, 6 * this.rate);
+    this.arena = new Arena(find("arena"), gas, { ...viewOf(gas.scene.container), colours: content.colours });
+    if (this.scene.path !== undefined) gas.tag(this.scene.path);
+    this.charts.show([gas], FIRST_SPAN * CROSSING * this.rate);
     this.controls.show(config);
     find("seed").value = config.seed;
     find("length").placeholder = config.collisions === null ? `${config.time} s` : "";
@@ -207,8 +195,7 @@ class LivePage extends Showing {
   }
 
   draw(now) {
-    const { gas } = this, mean = () => gas.radii.reduce((sum, _, ball) => sum + gas.speed(ball), 0) / gas.number;
-    const fast = this.relative ? 2 * mean() || 1 : this.topSpeed;
+    const { gas } = this, fast = this.relative ? 2 * gas.meanSpeed() || 1 : this.topSpeed;
     this.arena.draw(gas.time, this.flashes(), fast);
     find("fast").textContent = `${short(fast, 2)} m/s and faster`;
     find("now").textContent = `t = ${timeText(gas.time, this.rate)} s`;
@@ -297,10 +284,9 @@ class LivePage extends Showing {
     this.refresh();
   }
 
-  // Shows the path of a ball from now on, or none for null.
+  // Shows the path of a ball, or none for null.
   tag(ball) {
-    this.arena.tag(ball);
-    if (ball === null) this.gas.tagged = this.gas.course = null;
+    this.gas.tag(ball);
     this.refresh();
   }
 
@@ -422,9 +408,9 @@ class LivePage extends Showing {
     find("arena").onclick = (event) => {
       const ball = this.arena.ballAt(event.offsetX, event.offsetY);
       if (ball === null) this.play();
-      else this.tag(ball === this.arena.tagged ? null : ball);
+      else this.tag(ball === this.gas.tagged ? null : ball);
       say(ball === null ? (this.playing ? "The gas runs." : "The gas pauses.")
-        : this.arena.tagged === null ? "No path is shown." : `The path of ball ${ball} is shown from now on.`);
+        : this.gas.tagged === null ? "No path is shown." : `The path of ball ${ball} is shown.`);
     };
     const phone = window.matchMedia("(max-width: 44rem)"), fold = () => { find("sliders").open = !phone.matches; };
     phone.addEventListener("change", fold);
@@ -476,7 +462,7 @@ function start() {
 
 function forbidden() {
   find("refusal").hidden = false;
-  find("refusal").textContent = "This site does not allow WebAssembly, which computes the collisions: save the page, and open the file.";
+  find("refusal").textContent = FORBIDDEN;
 }
 
 const started = compileModules(JSON.parse(find("modules").textContent)).then(start, forbidden);

@@ -3,15 +3,19 @@
 import json
 import zlib
 from base64 import b64encode
+from collections.abc import Iterable
 from typing import Any
 
+import numpy as np
 import yaml
+from numpy.typing import NDArray
 
 from snooker_cli import config as configs
 from snooker_cli import theory
 from snooker_cli.config import BallList, Experiment, Loaded
 from snooker_cli.engine import webassembly
 from snooker_cli.errors import SceneError
+from snooker_cli.laws import Sides, WallLaw, word_of
 from snooker_cli.pages.html_page import (
     PAGES,
     SHARED,
@@ -22,14 +26,16 @@ from snooker_cli.pages.html_page import (
     text_of,
 )
 from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.scene import Scene
 
 MOST_BALLS = 2000  # so that a page shows 60 frames a second
 MOST_SEED = 2**53 - 1  # the largest that JavaScript's numbers have exactly
 MOST_BYTES = 250_000  # of a page, which teachers send by mail
 
 LIVE = "snooker_cli.live_page"
-ENGINE_SCRIPTS = ("engine.js", "hashes.js", "scene.js", "start.js")
-"""The engine and the start, in an order in which they can run."""
+ENGINE_SCRIPTS = ("engine.js", "hashes.js", "scene.js")
+STARTING = ("start.js",)
+"""The engine, and new starts, in an order in which they can run."""
 
 PACKED = ("sliding_circle", "periodic", "fixed_circle", "box", "channel", "free_circle")
 """The modules in the order in which they deflate best: each is similar to the one before."""
@@ -101,26 +107,25 @@ def presets() -> list[dict[str, Any]]:
     return scenes
 
 
-def engine_source() -> str:
-    """The scripts of the engine and of the start, one after the other; modules are not in them."""
+def engine_source(*more: str) -> str:
+    """The scripts of the engine and more, one after the other; modules are not in them."""
     layout = script_data(webassembly.description())
-    return f"const ENGINE = {layout};\n{script_of(LIVE, *ENGINE_SCRIPTS)}"
+    return f"const ENGINE = {layout};\n{script_of(LIVE, *ENGINE_SCRIPTS, *more)}"
 
 
-def packed_modules() -> dict[str, Any]:
-    """The compiled engine: the modules of all boundaries, deflated, in base64; and their lengths.
+def packed_modules(boundaries: Iterable[str] = PACKED) -> dict[str, Any]:
+    """The compiled engine: the modules of boundaries, deflated, in base64; and their lengths.
 
     They are compiled if the cache of kernels lacks them.
     """
-    modules = webassembly.modules()
-    codes = {boundary: modules[boundary] for boundary in PACKED}
+    codes = webassembly.modules(boundaries)
     packed = b64encode(zlib.compress(b"".join(codes.values()), 9)).decode()
     return {"lengths": {name: len(code) for name, code in codes.items()}, "packed": packed}
 
 
 def worker_source() -> str:
     """What simulates and measures without a page: one script for pages, workers and tests."""
-    return engine_source() + script_of(LIVE, *MEASURING)
+    return engine_source(*STARTING, *MEASURING)
 
 
 def theory_numbers() -> dict[str, Any]:
@@ -133,17 +138,51 @@ def theory_numbers() -> dict[str, Any]:
 
 
 def own_start(experiment: Experiment) -> dict[str, Any] | None:
-    """The program's start of the first repeat, for ``ownStart`` of start.js; none if it is listed.
-
-    Rows are doubles in base64, because their decimals would take twice as much.
-    """
+    """The program's start of the first repeat, for ``ownStart`` of start.js; none if listed."""
     start = starting_scene(experiment, 0)
     if isinstance(experiment.balls, BallList) and start.wall_key is None:
         return None
-    columns = start.positions, start.velocities, start.radii
+    rows = _packed(start.positions, start.velocities, start.radii)
+    return {"size": start.container.size, **rows, "key": _key(start)}
+
+
+def stored_start(scene: Scene) -> dict[str, Any]:
+    """A scene for ``storedScene`` of start.js, relative to the centre of a fixed container."""
+    centre = np.zeros(2) if scene.free else scene.container_position
+    return {
+        **_packed(scene.positions - centre, scene.velocities, scene.radii, scene.masses),
+        "key": _key(scene),
+        "container": {"shape": scene.container.name, "size": scene.container.size},
+        "containerMass": scene.container_mass if scene.free else None,
+        "containerPosition": (scene.container_position - centre).tolist(),
+        "containerVelocity": scene.container_velocity.tolist(),
+        "pairLaw": _law(scene.pair_law),
+        "wallLaw": _law(scene.wall_law),
+        "contactDuration": scene.contact_duration,
+        "elasticBelow": scene.elastic_below,
+        "slides": scene.slides,
+    }
+
+
+def _packed(*columns: NDArray[np.float64]) -> dict[str, Any]:
+    """Columns of balls for ``unpacked`` of start.js: doubles in base64, and the number of balls."""
     rows = b"".join(column.astype("<f8").tobytes() for column in columns)
-    key = None if start.wall_key is None else str(start.wall_key)
-    return {"size": start.container.size, "rows": b64encode(rows).decode(), "key": key}
+    return {"number": len(columns[0]), "rows": b64encode(rows).decode()}
+
+
+def _key(scene: Scene) -> str | None:
+    """The key of a thermal wall, which may be too large for a number of JavaScript."""
+    return None if scene.wall_key is None else str(scene.wall_key)
+
+
+def _law(law: WallLaw) -> dict[str, Any]:
+    """A law as ``lawRow`` of engine.js needs it."""
+    if isinstance(law, Sides):
+        return {"word": word_of(law)} | {side: _law(of) for side, of in law._asdict().items()}
+    numbers = law._asdict()
+    if "cor_speed" in numbers:
+        numbers["corSpeed"] = numbers.pop("cor_speed")
+    return {"word": word_of(law)} | numbers
 
 
 def _with_rows(config: dict[str, Any]) -> dict[str, Any]:

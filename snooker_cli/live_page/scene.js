@@ -135,6 +135,23 @@ function squareOf(x, y, container) {
   return x * x + y * y;
 }
 
+// Stored starts
+
+/** The doubles of arrays one after the other, of ``rows_of`` in page.py: [first, second …]. lengths: theirs. */
+function unpacked(rows, ...lengths) {
+  const bytes = Uint8Array.from(atob(rows), (letter) => letter.charCodeAt(0)), numbers = new Float64Array(bytes.buffer);
+  let end = 0;
+  return lengths.map((length) => numbers.slice(end, end += length));
+}
+
+const wallKeyOf = (text) => (text === null ? null : BigInt(text));
+
+/** The scene of ``stored_start`` in page.py. */
+function storedScene({ number, rows, key, containerMass, ...rules }) {
+  const [positions, velocities, radii, masses] = unpacked(rows, 2 * number, 2 * number, number, number);
+  return { ...rules, positions, velocities, radii, masses, wallKey: wallKeyOf(key), containerMass: containerMass ?? Infinity };
+}
+
 // Whether a scene can exist
 
 /** Throw ``SceneError`` for balls that overlap, stick out, or are too large, slow or fast. */

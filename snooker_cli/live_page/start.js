@@ -298,12 +298,11 @@ function setAtRest({ container, masses, positions }, drawn, first, keepsRotation
 
 // The program's start, and starts as configs
 
-/** The start that a page has of its config: arrays from base64, and the config. */
-function ownStart({ size, rows, key }, config) {
-  const bytes = Uint8Array.from(atob(rows), (letter) => letter.charCodeAt(0)), numbers = new Float64Array(bytes.buffer);
-  const number = numbers.length / 5, positions = numbers.slice(0, 2 * number), velocities = numbers.slice(2 * number, 4 * number);
+/** The start that a page has of its config. */
+function ownStart({ number, size, rows, key }, config) {
+  const [positions, velocities, radii] = unpacked(rows, 2 * number, 2 * number, number);
   const container = { shape: config.container.shape ?? "circle", size };
-  return { config, container, positions, velocities, radii: numbers.slice(4 * number), wallKey: key === null ? null : BigInt(key) };
+  return { config, container, positions, velocities, radii, wallKey: wallKeyOf(key) };
 }
 
 /** A config of the program with the start of a scene: the given one, if it has this start. */

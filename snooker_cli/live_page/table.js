@@ -48,12 +48,6 @@ function theoriesOf(key, fluid) {
   }[key] ?? [];
 }
 
-// PV/NT with the temperature of all motion instead of that at which balls meet each other.
-function asMet(ratio, { N, temperature, container, drift }) {
-  if (ratio === null) return null;
-  return 1 + ((ratio - 1) * meetingTemperature(N * temperature, N, container, drift)) / temperature;
-}
-
 // A row between two: all numbers that both have are between theirs.
 function between(first, second, part) {
   const mix = (a, b) => a + part * (b - a), row = { ...first };

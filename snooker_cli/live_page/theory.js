@@ -118,3 +118,9 @@ function fixedEnergyFactor(number) {
 // The density of the speed over √(2T/m) of one of N balls at fixed energy.
 const fixedEnergyDensity = (number) => (v) =>
   v * v < number ? ((2 * (number - 1) * v) / number) * (1 - (v * v) / number) ** (number - 2) : 0;
+
+// PV/NT with the temperature of all motion instead of that at which balls meet each other.
+function asMet(ratio, { N, temperature, container, drift }) {
+  if (ratio === null) return null;
+  return 1 + ((ratio - 1) * meetingTemperature(N * temperature, N, container, drift)) / temperature;
+}

@@ -20,22 +20,14 @@ function shades(colours) {
   });
 }
 
-// film: outline, periodic, hasWall, size, extent, follow and colours; motion: number, radii, place, speed and
-// path of the balls.
+// view: of ``viewOf``, and the colours of speeds.
 class Arena {
-  constructor(canvas, film, motion) {
+  constructor(canvas, gas, view) {
     this.canvas = canvas;
-    this.film = film;
-    this.motion = motion;
-    this.shades = shades(film.colours);
+    this.gas = gas;
+    this.view = view;
+    this.shades = shades(view.colours);
     this.still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.tag(null);
-  }
-
-  // Draws the path of a ball from now on, or of none.
-  tag(ball) {
-    this.tagged = ball;
-    this.path = ball === null ? [] : this.motion.path(ball);
   }
 
   // The ball at a place of the canvas as it was drawn last, or null.
@@ -50,10 +42,10 @@ class Arena {
 
   // flashes: [x, y, radius of the ball, age from 0 to 1], ... of contacts; topSpeed: of the brightest colour.
   draw(time, flashes, topSpeed) {
-    const [pen, width, height] = sharp(this.canvas), film = this.film, motion = this.motion;
-    const centre = motion.place(motion.number, time);
-    const origin = film.follow ? centre : [0, 0];
-    const [left, right, bottom, top] = film.extent;
+    const [pen, width, height] = sharp(this.canvas), { view, gas } = this;
+    const centre = gas.place(gas.number, time);
+    const origin = view.follow ? centre : [0, 0];
+    const [left, right, bottom, top] = view.extent;
     const scale = Math.min(width / (right - left), height / (top - bottom));
     const x = (value) => width / 2 + (value - origin[0] - (left + right) / 2) * scale;
     const y = (value) => height / 2 - (value - origin[1] - (bottom + top) / 2) * scale;
@@ -62,33 +54,33 @@ class Arena {
     this.outline(pen, x(centre[0]), y(centre[1]), scale);
     pen.fill();
     pen.save();
-    if (film.periodic) {
+    if (view.periodic) {
       this.outline(pen, x(centre[0]), y(centre[1]), scale);
       pen.clip();
     }
     this.drawn = [];
     this.balls(pen, x, y, scale, time, centre, topSpeed);
-    if (this.tagged !== null) this.course(pen, x, y, time, centre);
+    if (gas.tagged !== null) this.course(pen, x, y, time, centre);
     pen.restore();
-    pen.lineWidth = film.periodic ? 1 : 2;
-    pen.strokeStyle = paint(film.periodic ? "soft" : "ink");
-    pen.setLineDash(film.periodic ? [5, 4] : []);
+    pen.lineWidth = view.periodic ? 1 : 2;
+    pen.strokeStyle = paint(view.periodic ? "soft" : "ink");
+    pen.setLineDash(view.periodic ? [5, 4] : []);
     this.outline(pen, x(centre[0]), y(centre[1]), scale);
     pen.stroke();
     pen.setLineDash([]);
-    if (film.periodic && film.hasWall) this.sides(pen, x, y, centre);
+    if (view.periodic && view.hasWall) this.sides(pen, x, y, centre);
     for (const [px, py, r, age] of flashes) this.flash(pen, x(px), y(py), r * scale, age);
   }
 
   outline(pen, x, y, scale) {
     pen.beginPath();
-    for (const [px, py] of this.film.outline) pen.lineTo(x + px * scale, y - py * scale);
+    for (const [px, py] of this.view.outline) pen.lineTo(x + px * scale, y - py * scale);
     pen.closePath();
   }
 
   // The walls of a channel, left and right.
   sides(pen, x, y, centre) {
-    const [w, h] = this.film.size;
+    const [w, h] = this.view.size;
     pen.lineWidth = 2;
     pen.strokeStyle = paint("ink");
     pen.beginPath();
@@ -100,14 +92,14 @@ class Arena {
   }
 
   balls(pen, x, y, scale, time, centre, topSpeed) {
-    const motion = this.motion, periodic = this.film.periodic, [w, h] = this.film.size;
-    const rim = scale * motion.radii[0] > 3;
+    const { gas } = this, periodic = this.view.periodic, [w, h] = this.view.size;
+    const rim = scale * gas.radii[0] > 3;
     pen.lineWidth = 1;
     pen.strokeStyle = "rgba(20, 24, 36, 0.75)";
-    for (let ball = 0; ball < motion.number; ball++) {
-      let [px, py] = motion.place(ball, time);
-      const r = motion.radii[ball];
-      const part = Math.min(motion.speed(ball) / topSpeed, 1) || 0;
+    for (let ball = 0; ball < gas.number; ball++) {
+      let [px, py] = gas.place(ball, time);
+      const r = gas.radii[ball];
+      const part = Math.min(gas.speed(ball) / topSpeed, 1) || 0;
       pen.fillStyle = this.shades[Math.round(part * (SHADES - 1))];
       let across = [0], along = [0];
       if (periodic) {
@@ -131,14 +123,14 @@ class Arena {
   // The tagged ball's path until now. In a periodic box a part that leaves it is drawn twice: from
   // where it begins, and to where it ends.
   course(pen, x, y, time, centre) {
-    const [w, h] = this.film.size, whole = (value, side) => side * Math.round(value / side);
-    const line = this.path.filter(([at]) => at <= time).slice(-MOST_PARTS);
-    line.push([time, ...this.motion.place(this.tagged, time)]);
+    const [w, h] = this.view.size, whole = (value, side) => side * Math.round(value / side);
+    const line = this.gas.course.filter(([at]) => at <= time).slice(-MOST_PARTS);
+    line.push([time, ...this.gas.place(this.gas.tagged, time)]);
     pen.beginPath();
     for (let k = 1; k < line.length; k++) {
       const [, ax, ay] = line[k - 1], [, bx, by] = line[k];
-      for (const [ex, ey] of this.film.periodic ? [[ax, ay], [bx, by]] : [centre]) {
-        const [dx, dy] = this.film.periodic
+      for (const [ex, ey] of this.view.periodic ? [[ax, ay], [bx, by]] : [centre]) {
+        const [dx, dy] = this.view.periodic
           ? [whole(ex - centre[0], w), whole(ey - centre[1], h)]
           : [0, 0];
         pen.moveTo(x(ax - dx), y(ay - dy));
@@ -165,6 +157,19 @@ class Arena {
     pen.fill();
     pen.globalAlpha = 1;
   }
+}
+
+// What the arena shows of a container, which it follows when it moves. extent: left, right, bottom
+// and top, m.
+function viewOf({ shape, size: [width, height] }) {
+  const corners = 180, angle = (2 * Math.PI) / corners, radius = width / 2;
+  const outline = shape === "circle"
+    ? Array.from({ length: corners }, (_, k) => [radius * Math.cos(k * angle), radius * Math.sin(k * angle)])
+    : [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [(x * width) / 2, (y * height) / 2]);
+  const margin = 0.03 * Math.max(width, height), reach = [width / 2 + margin, height / 2 + margin];
+  const periodic = shape === "periodic" || shape === "channel";
+  return { outline, periodic, hasWall: shape !== "periodic", size: [width, height],
+    extent: [-reach[0], reach[0], -reach[1], reach[1]], follow: true };
 }
 
 // Where a ball of a periodic box is seen again, as it sticks out of the box.

@@ -3,7 +3,7 @@
 import html
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
@@ -77,14 +77,9 @@ def _filled(template: str, parts: Mapping[str, str]) -> str:
     return re.sub(r"\{\{(\w+)\}\}", lambda mark: parts[mark[1]], template)
 
 
-def script_data(data: Any, packed: Callable[[Any], Any] | None = None) -> str:
-    """Data as JSON for a script element, which they cannot end.
-
-    packed : makes JSON of values that are not
-    """
-    content = json.dumps(
-        data, ensure_ascii=False, allow_nan=False, separators=(",", ":"), default=packed
-    )
+def script_data(data: Any) -> str:
+    """Data as JSON for a script element, which they cannot end."""
+    content = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return content.replace("<", "\\u003c")
 
 

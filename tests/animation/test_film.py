@@ -72,14 +72,13 @@ def test_a_film_shows_the_wanted_span(shown: dict[str, Trace]) -> None:
         since, until = (hits[49] + hits[50]) / 2, (hits[149] + hits[150]) / 2
         part = film(trace, name, since=since, until=until)
         assert (part.before, len(part), part.left_out) == (50, 100, 0)
-        np.testing.assert_array_equal(part.after, whole.after[50:150])
+        np.testing.assert_array_equal(part.contacts, whole.contacts[50:150])
         np.testing.assert_allclose(part.kinetic_energy, whole.kinetic_energy[50:151], rtol=1e-13)
         np.testing.assert_allclose(
             part.pressure(part.rows[1:]), whole.pressure(whole.rows[51:151]), rtol=1e-12
         )
         short = film(trace, name, since=since, most=10)
         assert (short.end, len(short), short.left_out) == (hits[59], 10, 140)
-        np.testing.assert_array_equal(short.opening.positions, replay(trace, [since]).positions)
 
 
 def test_a_sliding_ball_presses() -> None:
@@ -126,7 +125,7 @@ def test_a_film_of_a_summary_is_that_of_its_events() -> None:
         assert len(again.events) >= min(most, 50)
         made, known = (film(trace, "", "", since, until, most) for trace in (again, recorded))
         assert (made.end, made.left_out > 0) == (known.end, known.left_out > 0)
-        for field in ("time", "i", "j", "after", "contacts", "kinetic_energy", "pressure_sum"):
+        for field in ("time", "i", "j", "contacts", "kinetic_energy", "pressure_sum"):
             np.testing.assert_array_equal(getattr(made, field), getattr(known, field))
 
 
@@ -144,9 +143,9 @@ def test_a_film_without_collisions_and_one_that_ended_early(shown: dict[str, Tra
 
 
 def test_a_page_loads_nothing_is_small_and_always_the_same() -> None:
-    trace = simulate(gas("circle", 37, 0.3), collisions=500)
+    trace = simulate(gas("circle", 37, 0.3), collisions=10_000)
     text = page(film(trace, "of the report’s size"))
-    assert len(text.encode()) < 300_000
+    assert len(text.encode()) < 150_000  # whatever the number of collisions
     assert page(film(trace, "of the report’s size")) == text
     assert not re.search(r"<(link|iframe|img)|<\w+[^>]*\s(src|href|data)=", text)
     assert "default-src 'none'" in text

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import test_bits
-from javascript import JavaScript, answer_of, scene_json
+from javascript import JavaScript, answer_of, scene_of
 
 from snooker_cli.config import load, to_json, validated
 from snooker_cli.engine import simulate
@@ -167,7 +167,7 @@ def is_simulated(case: test_bits.Case) -> bool:
 def test_a_golden_scene_has_the_same_collisions(engine, name):
     case = test_bits.CASES[name]
     scene = case.scene()
-    check(engine, scene, scene_json(scene), {"collisions": case.collisions})
+    check(engine, scene, scene_of(scene), {"collisions": case.collisions})
 
 
 def test_sums_are_those_of_the_events(engine):
@@ -178,7 +178,7 @@ def test_sums_are_those_of_the_events(engine):
     events, finish = trace.events, trace.finish
     answer = engine.answer(f"""
 (() => {{
-  const simulation = new Simulation({scene_json(scene)}, {{}});
+  const simulation = new Simulation({scene_of(scene)}, {{}});
   while (simulation.collisions < 5000) simulation.advance(5000 - simulation.collisions);
   return JSON.stringify([
     simulation.wallImpulse, simulation.pairVirial, simulation.kineticEnergy(),
@@ -220,7 +220,7 @@ def test_other_laws_hold_from_now_on(engine):
 
 def test_laws_may_change_while_a_ball_settles(engine):
     """It bounces on, but now loses no energy and does not slide; a wall may become thermal, too."""
-    scene = scene_json(starting_scene(validated(GASES["slide"]), 1))
+    scene = scene_of(starting_scene(validated(GASES["slide"]), 1))
     settling, kinds, before, after, energy = engine.answer(f"""
 (() => {{
   const simulation = new Simulation({scene}, {{}}), elastic = {{ word: "constant", cor: 1 }};

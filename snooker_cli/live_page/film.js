@@ -1,11 +1,55 @@
-// The controls: what is shown, how fast it continues, and what keys, buttons and links do.
+// A film: repeats that the page simulates again from their stored starts, beside each other and in step.
+// It goes to any moment, and checks that the collisions are those that are stored.
 "use strict";
 
-const content = JSON.parse(find("film").textContent);
+const content = JSON.parse(find("data").textContent);
 const LONGEST = 60; // s that a film takes at speed 1 unless the page gives a length
 const LINK_AFTER = 400; // ms of rest until the link is that of the moment: browsers limit changes
+const SLICE = 50; // ms of simulation until the page can draw
+const FIT_EVERY = 300; // ms
 
-// One of the films side by side: its balls, its moment, its arena and the text below.
+// A moment of showing. At an even pace it is known by its time; one collision after the other by its
+// step: k is just after collision k, and between two the balls move as usual.
+class Reel {
+  // times: of the collisions, s
+  constructor({ start, end }, times) {
+    this.times = times;
+    this.knots = [start, ...times];
+    if (end > this.knots[times.length]) this.knots.push(end);
+    this.start = start;
+    this.end = end;
+    this.steps = this.knots.length - 1;
+    this.goToStep(0);
+  }
+
+  // How many collisions there have been at a time; one at that very time is among them.
+  count(time) {
+    let low = 0, high = this.times.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle] <= time) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+
+  goToTime(time) {
+    this.time = Math.min(Math.max(time, this.start), this.end);
+    this.done = this.count(this.time);
+    const before = this.knots[this.done], after = this.knots[this.done + 1];
+    this.step = this.done + (after > before ? (this.time - before) / (after - before) : 0);
+  }
+
+  goToStep(step) {
+    this.step = Math.min(Math.max(step, 0), this.steps);
+    const whole = Math.floor(this.step);
+    this.done = Math.min(whole, this.times.length);
+    const before = this.knots[whole], after = this.knots[Math.min(whole + 1, this.steps)];
+    this.time = before + (this.step - whole) * (after - before);
+  }
+}
+
+// One of the films side by side: its gas, its moment, its arena and the text below.
 class Screen {
   constructor(film) {
     const figure = element("figure"), canvas = element("canvas");
@@ -15,30 +59,64 @@ class Screen {
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", `Balls in their container, coloured by speed, ${film.subtitle}`);
     this.film = film;
-    this.motion = new Motion(film);
-    this.reel = new Reel(this.motion);
-    this.arena = new Arena(canvas, film, this.motion);
+    this.gas = new Gas({ time: null }, null, storedScene(film.scene));
+    const { extent, follow } = film, { colours } = content;
+    this.arena = new Arena(canvas, this.gas, { ...viewOf(this.gas.scene.container), extent, follow, colours });
+  }
+
+  // Simulates the repeat up to the film, and then the film. report: called with the number of collisions.
+  async simulate(report) {
+    const { gas, film } = this;
+    const upTo = async (collisions) => {
+      while (gas.collisions < collisions && !gas.stop) {
+        gas.advance(Infinity, collisions - gas.collisions, Date.now() + SLICE);
+        report(gas.collisions);
+        await new Promise((drawn) => setTimeout(drawn));
+      }
+    };
+    await upTo(film.before);
+    gas.times = [];
+    gas.forgetMoments();
+    await upTo(film.collisions);
+    this.isStored = gas.simulation.eventHash() === film.hash;
+    this.reel = new Reel(film, gas.times);
+    this.show();
+  }
+
+  // Lets the gas be at the moment of the reel.
+  show() {
+    const { gas, film, reel } = this;
+    gas.goTo(film.before + reel.done);
+    gas.time = reel.time;
+    gas.followSlide();
+  }
+
+  // The state at a time, s.
+  at(time) {
+    this.reel.goToTime(time);
+    this.show();
+    return this.gas;
   }
 
   get count() {
-    const count = (value) => value.toLocaleString("en"), { before } = this.film;
-    return `collision ${count(before + this.reel.done)} of ${count(before + this.motion.time.length)}`;
+    const count = (value) => value.toLocaleString("en"), { before, collisions } = this.film;
+    return `collision ${count(before + this.reel.done)} of ${count(collisions)}`;
   }
 
   // How far the container has moved, m.
   get moved() {
-    const [x, y] = this.motion.place(this.motion.number, this.reel.time);
-    return Math.hypot(x - this.film.container[0], y - this.film.container[1]);
+    const { gas, film } = this, [x, y] = gas.place(gas.number, gas.time);
+    return Math.hypot(x - film.scene.containerPosition[0], y - film.scene.containerPosition[1]);
   }
 }
 
-class Player extends Showing {
-  constructor() {
+class FilmPage extends Showing {
+  constructor(screens) {
     super();
-    this.screens = content.films.map((film) => new Screen(film));
-    this.reels = this.screens.map(({ reel }) => reel);
-    this.several = this.screens.length > 1;
-    this.charts = new Charts(find("charts"), this.screens.map(({ film, motion }) => new Course(film, motion)));
+    this.screens = screens;
+    this.reels = screens.map(({ reel }) => reel);
+    this.several = screens.length > 1;
+    this.charts = new GasCharts(find("charts"), new Fluid(content.theory));
     this.pace = content.pace;
     this.speed = 1;
     const films = content.films, largest = (value) => Math.max(...films.map(value));
@@ -46,12 +124,13 @@ class Player extends Showing {
     this.end = largest(({ end }) => end);
     this.steps = Math.max(...this.reels.map(({ steps }) => steps));
     this.topSpeed = largest(({ topSpeed }) => topSpeed);
-    // Film time and collisions in a second of showing.
+    this.charts.show(screens.map(({ gas }) => gas), this.end, this.start);
+  // Film time and collisions in a second of showing.
     const span = this.end - this.start, { seconds } = content;
     this.rate = seconds
       ? { time: span / seconds, events: this.steps / seconds }
       : {
-        time: Math.max(Math.max(...films[0].size) / this.topSpeed / CROSSING, span / LONGEST),
+        time: Math.max(Math.max(...films[0].scene.container.size) / this.topSpeed / CROSSING, span / LONGEST),
         events: Math.max(5, this.steps / LONGEST),
       };
   }
@@ -129,43 +208,48 @@ class Player extends Showing {
   }
 
   // The contacts of a film that flash now: place, radius of the ball, and how far the flash is.
-  flashes({ reel, motion }) {
-    const flashes = [];
-    for (let k = reel.done - 1; k >= Math.max(0, reel.done - MOST_FLASHES); k--) {
+  flashes({ reel, gas, film }) {
+    const list = [];
+    for (const { time, step, x, y, radius } of gas.contacts) {
       const since = this.pace === "time"
-        ? (reel.time - motion.time[k]) / this.rate.time
-        : (reel.step - (k + 1)) / this.rate.events;
+        ? (reel.time - time) / this.rate.time
+        : (reel.step - (step - film.before)) / this.rate.events;
       const age = since / this.speed / FLASH;
-      if (age >= 1) break;
-      const [x, y] = motion.contacts.subarray(2 * k, 2 * k + 2);
-      flashes.push([x, y, motion.radii[motion.i[k]], Math.max(age, 0)]);
+      if (age < 1) list.push([x, y, radius, Math.max(age, 0)]);
     }
-    return flashes;
+    return list;
   }
 
   // Shows the path of a ball, or none for "".
   tag(ball) {
     const number = Number(ball), whole = ball !== "" && Number.isInteger(number) && number >= 0;
     find("tagged").value = String(ball);
-    for (const { arena, motion } of this.screens) arena.tag(whole && number < motion.number ? number : null);
-    const shown = this.screens.some(({ arena }) => arena.tagged !== null);
-    const most = Math.max(...this.screens.map(({ motion }) => motion.number)) - 1;
+    for (const screen of this.screens) {
+      screen.show();
+      screen.gas.tag(whole && number < screen.gas.number ? number : null);
+    }
+    const shown = this.screens.some(({ gas }) => gas.tagged !== null);
+    const most = Math.max(...this.screens.map(({ gas }) => gas.number)) - 1;
     if (shown) say(`The path of ball ${number} is shown.`);
     else say(ball === "" ? "No path is shown." : `There is no ball ${ball}: give a number from 0 to ${most}.`);
     this.refresh();
   }
 
-  draw() {
+  draw(now) {
     for (const screen of this.screens) {
-      const { motion, reel, arena } = screen;
-      motion.seek(reel.done);
-      const fast = this.relative ? 2 * motion.meanSpeed() : this.topSpeed;
+      const { gas, reel, arena } = screen;
+      screen.show();
+      const fast = this.relative ? 2 * gas.meanSpeed() || 1 : this.topSpeed;
       arena.draw(reel.time, this.flashes(screen), fast);
       find("fast").textContent = this.relative && this.several
         ? "twice the mean speed and faster"
         : `${short(fast, 2)} m/s and faster`;
     }
-    this.charts.draw(this.reels, this.pace);
+    if (!this.playing || !(now - this.fitAt < FIT_EVERY)) {
+      this.charts.fit();
+      this.fitAt = now;
+    }
+    this.charts.draw();
     this.write();
   }
 
@@ -180,7 +264,7 @@ class Player extends Showing {
     this.screens.forEach((screen, k) => {
       if (!this.several) return;
       const name = element("b", { textContent: screen.film.subtitle });
-      name.style.color = `var(--${FILM_COLOURS[k]})`;
+      name.style.color = `var(--${GAS_COLOURS[k]})`;
       const early = screen.reel.time >= screen.film.end && !this.ended;
       screen.arena.canvas.style.opacity = early ? 0.4 : 1;
       const now = `${early ? "ended at " : ""}t = ${timeText(screen.reel.time)} s, ${screen.count}`;
@@ -192,7 +276,6 @@ class Player extends Showing {
     find("ending").style.visibility = this.ended ? "visible" : "hidden";
     find("moved").textContent = this.screens.map(({ moved }) => `${short(moved, 2)} m`).join(", ");
     if (!this.playing) {
-      find("charts").setAttribute("aria-label", this.charts.sentence(this.reels));
       clearTimeout(this.linking);
       this.linking = setTimeout(() => this.writeLink(), LINK_AFTER);
     }
@@ -213,23 +296,23 @@ class Player extends Showing {
     if (this.playing || location.protocol === "about:") return;
     const link = new URLSearchParams();
     if (this.time > this.start) link.set("t", Number(this.time.toPrecision(12)));
-    const tagged = this.screens.find(({ arena }) => arena.tagged !== null);
-    if (tagged) link.set("ball", tagged.arena.tagged);
+    const tagged = this.screens.find(({ gas }) => gas.tagged !== null);
+    if (tagged) link.set("ball", tagged.gas.tagged);
     const text = String(link) && `#${link}`;
     if (text !== location.hash) history.replaceState(null, "", text || location.pathname + location.search);
   }
 
   listen() {
-    for (const { arena } of this.screens) {
+    for (const { arena, gas } of this.screens) {
       arena.canvas.onclick = (event) => {
         const ball = arena.ballAt(event.offsetX, event.offsetY);
         if (ball === null) {
           this.play();
           say(this.playing ? "The film plays." : `The film pauses at ${timeText(this.time)} s.`);
-        } else this.tag(ball === arena.tagged ? "" : ball);
+        } else this.tag(ball === gas.tagged ? "" : ball);
       };
     }
-    find("tagged").max = Math.max(...this.screens.map(({ motion }) => motion.number)) - 1;
+    find("tagged").max = Math.max(...this.screens.map(({ gas }) => gas.number)) - 1;
     find("tagged").oninput = (event) => this.tag(event.target.value);
     find("back").onclick = () => this.stepBy(-1);
     find("forth").onclick = () => this.stepBy(1);
@@ -253,16 +336,43 @@ function timeText(time) {
   return digits > 9 ? short(time, 6) : time.toFixed(digits);
 }
 
-const player = new Player();
-const [first] = content.films, endings = content.films.filter(({ ending }) => ending);
-find("title").textContent = first.title;
-find("subtitle").textContent = player.several ? "" : first.subtitle;
-find("ending").textContent =
-  endings.map(({ subtitle, ending }) => (player.several ? `${subtitle}: ${ending}` : ending)).join(" ");
-find("ending").hidden = !endings.length;
-showLegend(first.colours);
-find("container").hidden = !content.films.some(({ free }) => free);
-document.querySelector("main").classList.toggle("several", player.several);
-player.listen();
-player.setPace(content.pace);
-player.readLink();
+function refuse(text) {
+  find("refusal").hidden = false;
+  find("refusal").textContent = text;
+}
+
+let player = null;
+
+async function start() {
+  const { films } = content, [first] = films, several = films.length > 1, endings = films.filter(({ ending }) => ending);
+  find("title").textContent = first.title;
+  find("subtitle").textContent = several ? "" : first.subtitle;
+  find("ending").textContent =
+    endings.map(({ subtitle, ending }) => (several ? `${subtitle}: ${ending}` : ending)).join(" ");
+  find("ending").hidden = !endings.length;
+  showLegend(content.colours);
+  find("container").hidden = !films.some(({ scene }) => scene.containerMass !== null);
+  document.querySelector("main").classList.toggle("several", several);
+  try {
+    await compileModules(JSON.parse(find("modules").textContent));
+  } catch {
+    refuse(FORBIDDEN);
+    return;
+  }
+  const hint = find("said").textContent, screens = films.map((film) => new Screen(film));
+  for (const screen of screens) {
+    const report = (count) => say(`Simulates collision ${count.toLocaleString("en")} of ${screen.film.collisions.toLocaleString("en")}.`);
+    await screen.simulate(report);
+  }
+  say(hint);
+  const others = screens.filter(({ isStored }) => !isStored).map(({ film }) => film.subtitle || film.title);
+  if (others.length) {
+    refuse(`These are not the stored collisions: another version of snooker recorded ${others.join(" and ")}. A GIF or MP4 shows those.`);
+  }
+  player = new FilmPage(screens);
+  player.listen();
+  player.setPace(content.pace);
+  player.readLink();
+}
+
+const started = start();

@@ -1,4 +1,4 @@
-"""The player in a browser: the places are those of the trace."""
+"""The page of films in a browser: it simulates what is stored, with the same bits."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import Browser
-from moving_pictures import SHAPES, apart, films, slack, sliding, sliding_films, times_of
+from moving_pictures import SHAPES, films, slack, sliding, sliding_films, times_of
 
 from snooker_cli.analysis import diffusion
 from snooker_cli.animation import Film, film, page
@@ -22,7 +22,7 @@ from snooker_cli.trace import SLIDE
 Opened = Callable[..., Browser]
 
 
-def test_movies_and_the_player_have_the_same_constants() -> None:
+def test_movies_and_the_page_have_the_same_constants() -> None:
     script = text_of("snooker_cli.pages", "arena.js", "panels.js")
     assert f"const FLASH = {FLASH};" in script
     assert f"const MOST_FLASHES = {MOST_FLASHES};" in script
@@ -42,6 +42,7 @@ def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
         (tmp_path / "film.html").write_text(page(*shown, seconds=20.0), encoding="utf-8")
         browser.look(width, dark, height)
         browser.open(tmp_path / "film.html", link)
+        browser.value("started")
         return browser
 
     yield show
@@ -50,12 +51,12 @@ def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
 
 TRIAL = """
 (async () => {
-  const count = (time) => player.screens[0].motion.count(time);
-  const found = {
-    places: TIMES.map((time) => player.screens[0].motion.places(time)),
-    pressure: TIMES.map((time) => player.charts.courses[0].pressure(count(time), time)),
-    energy: TIMES.map((time) => player.charts.courses[0].energy[count(time)]),
-  };
+  const [screen] = player.screens, states = TIMES.map((time) => {
+    const gas = screen.at(time), pressure = gas.means()?.pressure ?? 0;
+    const places = Array.from({ length: gas.number + 1 }, (_, ball) => gas.place(ball, time));
+    return [places, pressure, gas.meter.energy];
+  });
+  const found = { states, stored: screen.isStored, refused: !find("refusal").hidden };
   find("play").click();
   found.playing = player.playing;
   document.dispatchEvent(new KeyboardEvent("keydown", { key: "End" }));
@@ -67,27 +68,53 @@ TRIAL = """
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_the_player_shows_the_trace(name: str, opened: Opened) -> None:
-    """At some times, and after a button and a key."""
+def test_the_page_shows_the_trace(name: str, opened: Opened) -> None:
+    """At some times, back and forth, and after a button and a key."""
     made = films()[name]
     times = times_of(made.trace)
+    times += times[::-2]
     seen = opened(made).value(TRIAL.replace("TIMES", json.dumps(times)))
-    states = replay(made.trace, times)
-    places = np.array(seen["places"])
-    assert apart(made.trace, places[:, :-1], states.positions) < slack(made.trace)
-    assert apart(made.trace, places[:, -1], states.container_positions) < slack(made.trace)
-    np.testing.assert_allclose(seen["pressure"], made.pressure(np.array(times)), rtol=1e-13)
-    rows = np.searchsorted(made.time, times, side="right")
-    assert seen["energy"] == made.kinetic_energy[rows].tolist()
-    assert seen["playing"]
+    order = np.argsort(times, kind="stable")
+    states = replay(made.trace, np.array(times)[order])
+    places, pressures, energies = zip(*(seen["states"][k] for k in order), strict=True)
+    np.testing.assert_array_equal(np.array(places)[:, :-1], states.positions)
+    np.testing.assert_array_equal(np.array(places)[:, -1], states.container_positions)
+    known = made.pressure(states.time)
+    np.testing.assert_allclose(pressures, np.where(states.time > 0, known, 0), rtol=1e-12)
+    rows = np.searchsorted(made.time, states.time, side="right")
+    np.testing.assert_allclose(energies, made.kinetic_energy[rows], rtol=1e-12)
+    assert (seen["stored"], seen["refused"], seen["playing"]) == (True, False, True)
     assert seen["end"][:2] == [made.end, len(made)]
     assert seen["end"][2].endswith(f"collision {len(made)} of {len(made)}")
+
+
+def test_other_collisions_than_those_stored_are_no_secret(opened: Opened) -> None:
+    """A run of another version of the engine has other events."""
+    made = films()["fixed"]
+    assert made.trace.events is not None
+    events = replace(made.trace.events, impulse=made.trace.events.impulse * (1 + 1e-15))
+    browser = opened(replace(made, trace=replace(made.trace, events=events), subtitle="old"))
+    said, playable = browser.value("[find('refusal').textContent, player.ended]")
+    assert said.startswith("These are not the stored collisions: another version")
+    assert "old" in said
+    assert not playable
+
+
+def test_a_film_of_a_part_begins_and_ends_there(opened: Opened) -> None:
+    whole = films()["fixed"]
+    part = film(whole.trace, "part", since=float(whole.time[99]), most=50)
+    script = "player.goTo(PLACE), [player.screens[0].show(), player.screens[0].gas.collisions]"
+    browser = opened(part)
+    ends = [browser.value(script.replace("PLACE", place))[1] for place in ("0", "1", "0")]
+    assert ends == [100, 150, 100]
+    assert browser.value("player.screens[0].isStored")
+    assert browser.value("player.screens[0].count") == "collision 100 of 150"
 
 
 TAG = """
 (() => {
   const [screen] = player.screens, { arena: { canvas: arena } } = screen;
-  const ball = screen.motion.number - 1, box = arena.getBoundingClientRect();
+  const ball = screen.gas.number - 1, box = arena.getBoundingClientRect();
   player.goTo(1);
   player.draw();
   const click = () => {
@@ -96,7 +123,7 @@ TAG = """
     arena.dispatchEvent(new MouseEvent("click", at));
     player.draw();
     const said = find("said").textContent;
-    return [screen.arena.tagged, find("tagged").value, player.playing, screen.arena.path, said];
+    return [screen.gas.tagged, find("tagged").value, player.playing, screen.gas.course, said];
   };
   const found = { tagged: click(), cleared: click() };
   arena.dispatchEvent(new MouseEvent("click", { clientX: box.left, clientY: box.top }));
@@ -120,7 +147,7 @@ def test_a_click_on_a_ball_draws_its_path(name: str, opened: Opened) -> None:
     known, _ = diffusion.path(made.trace, ball, time)
     moved = np.transpose(places) - known
     assert np.max(np.abs(moved - moved[0])) < slack(made.trace)
-    assert seen["cleared"] == [None, "", False, [], "No path is shown."]
+    assert seen["cleared"] == [None, "", False, None, "No path is shown."]
     assert seen["beside"] == [True, "The film plays."]
 
 
@@ -138,17 +165,14 @@ def test_balls_that_slide_are_where_the_trace_has_them(opened: Opened) -> None:
     for name, made in sliding_films().items():
         browser, times = opened(made), moments(made)
         places = browser.value(
-            f"(() => {{ const times = {json.dumps(times)}, at = (time) => player.screens[0].motion"
-            ".places(time); times.forEach(at); return times.reverse().map(at).reverse(); })()"
+            f"(() => {{ const times = {json.dumps(times)}, [screen] = player.screens;"
+            "const at = (time) => { const gas = screen.at(time);"
+            "  return Array.from(gas.radii, (_, ball) => gas.place(ball, time)); };"
+            "times.forEach(at); return times.reverse().map(at).reverse(); })()"
         )
         # The whole continues as the part does.
-        states = replay(sliding(), times)
-        assert np.max(np.abs(np.array(places)[:, :-1] - states.positions)) < 1e-9, name
-        pressures = browser.value(
-            f"{json.dumps(times)}.map((time) => player.charts.courses[0]"
-            ".pressure(player.screens[0].motion.count(time), time))"
-        )
-        np.testing.assert_allclose(pressures, made.pressure(np.array(times)), rtol=1e-12)
+        np.testing.assert_array_equal(places, replay(sliding(), times).positions, err_msg=name)
+        assert browser.value("player.screens[0].isStored"), name
 
 
 LOOKS = """
@@ -179,7 +203,7 @@ def test_the_page_fits_a_phone_and_follows_the_dark_mode(
 
 LINKED = """
 (async () => {
-  const first = [player.reels[0].time, player.screens[0].arena.tagged, player.playing];
+  const first = [player.reels[0].time, player.screens[0].gas.tagged, player.playing];
   player.goToTime(0.5);
   player.tag("");
   await new Promise((done) => setTimeout(done, 3 * LINK_AFTER));
@@ -201,8 +225,8 @@ TOGETHER = """
   const now = () => player.reels.map(({ time, step }) => [time, step]);
   const dim = () => player.screens.map(({ arena }) => arena.canvas.style.opacity);
   const at = (time) => { player.goToTime(time); player.draw(); return now(); };
-  const found = { both: at(TIME), late: at(player.end - 1e-3), dim: dim(), places: player.screens
-    .map(({ motion }) => motion.places(TIME)) };
+  const found = { both: at(TIME), late: at(player.end - 1e-3), dim: dim() };
+  found.places = player.screens.map((screen) => screen.at(TIME).place(0, TIME));
   player.setPace("events");
   player.goToStep(17);
   player.stepBy(1);
