@@ -50,7 +50,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     # Pages
     "pages": (),
     "animation": (*SIMULATING, "analysis", "engine", "figures", "formatting", "pages"),
-    "live_page": ("config", "engine", "errors", "pages", "placement", "theory"),
+    "live_page": ("config", "containers", "engine", "errors", "pages", "placement", "theory"),
     "validation": (*RUNNING, "analysis", "figures"),
 }
 # These may import all parts above them.

@@ -14,6 +14,7 @@ class GasCharts extends Panels {
     ]);
     this.fluid = fluid;
     this.log = false;
+    this.isBrief = false; // for beginners: without the virial, where there is a wall
   }
 
   // A gas from its start.
@@ -101,7 +102,7 @@ class GasCharts extends Panels {
       ? this.fluid.ratio(N, scene.radii[0], container, pairLaw.cor) : null;
     const add = (name, colour, dash) => all.push({ name, colour, dash, values: [] }) && all[all.length - 1].values;
     const wall = hasWalls(scene.container) ? add("at the wall", "third") : null;
-    const virial = gas.number > 1 ? add("by the virial", "first") : null;
+    const virial = gas.number > 1 && !(wall && this.isBrief) ? add("by the virial", "first") : null;
     const ideal = add(THEORY.ideal, "soft", DOTS);
     const disks = ratio === null ? null : add(THEORY.finite, "ink", DASHES);
     for (const row of rows) {
