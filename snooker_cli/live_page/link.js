@@ -1,5 +1,5 @@
 // A link to a scene: what the page's address has after #. It names the scene, and the keys of its config
-// that differ, such as scene=crowded&container.packing=0.5&seed=3, with the names that `-o` of the program has.
+// that differ, such as scene=crowded&balls.packing=0.5&seed=3, with the names that `-o` of the program has.
 "use strict";
 
 const INNER = /^(collapse\.tc|wall_(speed|temperature)\.(left|right|bottom|top))$/; // their mapping may be missing
