@@ -73,6 +73,15 @@ class Browser:
     def open(self, path: Path, link: str = "") -> None:
         """Load a page, at a link such as ``#t=3``, and wait until it has."""
         self._ask("Page.navigate", url=path.as_uri() + link)
+        self._wait()
+
+    def reload(self) -> None:
+        """Load the page again, as a user does."""
+        self._ask("Page.reload")
+        self._wait()
+
+    def _wait(self) -> None:
+        """Wait until a page has loaded."""
         while self._next().get("method") != "Page.loadEventFired":
             pass
 

@@ -50,7 +50,8 @@ PARTS: dict[str, tuple[str, ...]] = {
     # Pages
     "pages": (),
     "live_page": (
-        *("config", "engine", "errors", "laws", "pages", "placement", "scene", "theory"),
+        *("config", "containers", "engine", "errors", "laws", "pages", "placement", "scene"),
+        "theory",
     ),
     "animation": (
         *(*SIMULATING, "analysis", "engine", "figures", "formatting", "live_page", "pages"),

@@ -27,13 +27,20 @@ def live(
     out: Annotated[Path | None, option("FILE", "The page [gas.html].")] = None,
     overrides: Overrides = None,
     replace: Replace = False,
+    controls: Annotated[
+        str | None, option("NAME,…", "Show only these sliders and menus, as in cor,radius [all].")
+    ] = None,
+    beginner: Annotated[
+        bool, flag("--beginner", "Leave out virial, momentum, config and hashes.")
+    ] = False,
     open_page: Annotated[bool, flag("--open", "Show it in the browser.")] = False,
 ) -> None:
     """Make an HTML page in which a gas runs, with sliders.
 
     The page simulates up to 2,000 balls in the browser, with the same bits as `snooker run`. It has
     more scenes, charts, and measurements with errors. It works from a file and without a network,
-    so you can mail it. Of a sweep it shows the first point. A page of snooker under the same name
+    so you can mail it. Its address after # is a link to the scene as it is set. Of a sweep it shows
+    the first point. A page of snooker under the same name
     is replaced, another file is not. The name of the written file is printed.
     """
     path = out or Path("gas.html")
@@ -41,7 +48,8 @@ def live(
         raise UserError(f"--out {path}: give a name that ends in .html")
     check_free(path, replace)
     given = load(report_scene() if config is None else config, overrides or ())
-    page = live_page(given)
+    chosen = None if controls is None else [name.strip() for name in controls.split(",")]
+    page = live_page(given, controls=chosen, beginner=beginner)
     points = given.points()
     if len(points) > 1:
         first = point_label(points[0].as_json())

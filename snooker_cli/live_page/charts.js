@@ -16,6 +16,7 @@ class GasCharts extends Panels {
     ]);
     this.fluid = fluid;
     this.log = false;
+    this.isBrief = false; // for beginners: without the virial, where there is a wall
   }
 
   // Gases from their start. low, high: s, of the axis of time, which grows with them.
@@ -117,7 +118,7 @@ class GasCharts extends Panels {
       ? this.fluid.ratio(N, scene.radii[0], container, pairLaw.cor) : null;
     const add = (name, colour, dash) => all.push({ name, colour, dash, values: [] }) && all[all.length - 1].values;
     const wall = hasWalls(scene.container) ? add("at the wall", "third") : null;
-    const virial = gas.number > 1 && !(this.several && wall) ? add("by the virial", "first") : null;
+    const virial = gas.number > 1 && !(wall && (this.isBrief || this.several)) ? add("by the virial", "first") : null;
     const ideal = this.several ? null : add(THEORY.ideal, "soft", DOTS);
     const disks = this.several || ratio === null ? null : add(THEORY.finite, "ink", DASHES);
     for (const row of rows) {
@@ -205,12 +206,11 @@ class GasCharts extends Panels {
 
   // What the charts show now, for screen readers.
   sentence(courses) {
-    const texts = courses.map(({ gas, now }) => {
-      const { wall, virial } = gas.means() ?? {};
-      const texts = [`kinetic energy ${short(now.energy)} J`];
-      if (wall !== undefined && hasWalls(gas.scene.container)) texts.push(`mean pressure at the wall ${short(wall)} Pa m`);
-      if (virial !== undefined && gas.number > 1) texts.push(`mean pressure by the virial ${short(virial)} Pa m`);
-      return [...texts, `temperature ${short(now.temperature)} J`].join(", ");
+    const texts = courses.map(({ now, pressures }) => {
+      const last = (values) => values.findLast((value) => value !== undefined);
+      const shown = pressures.filter(({ dash, values }) => !dash && last(values) !== undefined)
+        .map(({ name, values }) => `mean pressure ${name} ${short(last(values))} Pa m`);
+      return [`kinetic energy ${short(now.energy)} J`, ...shown, `temperature ${short(now.temperature)} J`].join(", ");
     });
     return `Now: ${texts.join("; ")}`;
   }

@@ -135,16 +135,21 @@ function setWall(config, type, own = config) {
   if (type !== "passive" && config.collapse === "slide") config.collapse = "stop";
 }
 
+// The name of a control, which those of several species or walls share; see CONTROLS of page.py.
+const nameOf = (id) => id.replace(/-(\d+|left|right|bottom|top)$/, "");
+
 // Draws the controls that fit a config, and reports what a user changes.
 class Controls {
-  // change: a function of a control and its new value
-  constructor(home, change) {
+  // chosen: names of the controls to show, or null for all; change: a function of a control and its new value
+  constructor(home, chosen, change) {
     this.home = home;
+    this.chosen = chosen;
     this.change = change;
   }
 
   show(config) {
-    const fitting = controlsOf(config).map((control) => ({ ...control, choices: control.choices?.(config) }));
+    const isChosen = ({ id }) => !this.chosen || this.chosen.includes(nameOf(id));
+    const fitting = controlsOf(config).filter(isChosen).map((control) => ({ ...control, choices: control.choices?.(config) }));
     const names = JSON.stringify(fitting.map(({ id, label, choices }) => [id, label, choices]));
     if (names !== this.names) {
       this.home.replaceChildren(...fitting.map((control) => this.made(control)));

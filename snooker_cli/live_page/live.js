@@ -10,6 +10,7 @@ for (const { config: { balls } } of content.scenes) {
 const own = content.start && ownStart(content.start, content.scenes[0].config);
 const BUDGET = 10; // ms of a frame in which the gas is simulated
 const LONGEST = 200000; // collisions of a start that is measured: 20 MB
+const LINK_AFTER = 300; // ms after the last change: browsers refuse an address that changes with each move of a slider
 const CHARTS_EVERY = 50, FIT_EVERY = 300; // ms
 const SPEEDS = { time: [0.125, 0.25, 0.5, 1, 2, 4, 8, 16, 64], events: [1, 5, 20, 100, 1000, 10000, 100000] };
 const NORMAL = { time: 1, events: 5 };
@@ -17,6 +18,7 @@ const CONTINUATIONS = {
   on: "Continue", slide: "Continue: the ball slides", tc: "Restart: contacts have a duration",
 };
 const FAST = 1.8; // a speed over √(2T/m), at the edge of a bin
+const FASTER = `speeds above ${FAST} √(2T/m)`, EXPERT = [FASTER, "momentum", "angular momentum"]; // numbers
 
 function copy(text, done) {
   const copied = navigator.clipboard?.writeText(text) ?? Promise.reject();
@@ -44,10 +46,40 @@ class LivePage extends Showing {
     this.fluid = new Fluid(content.theory);
     this.charts = new GasCharts(find("charts"), this.fluid);
     this.table = new Table(this.fluid);
-    this.controls = new Controls(find("controls"), (control, value) => this.changed(control, value));
+    this.controls = new Controls(find("controls"), content.controls, (control, value) => this.changed(control, value));
     this.pace = "time";
     this.speeds = { ...NORMAL };
     this.listen();
+  }
+
+  // Begins with what the address names after its #, or with the plain scene, and says why.
+  openLink() {
+    const text = location.hash.slice(1), { scene, config, view, mistake } = readLink(text, content.scenes, content.limits);
+    this.view = view ?? content.view;
+    this.charts.isBrief = this.view === "beginner";
+    document.body.classList.toggle("beginner", this.charts.isBrief);
+    this.open(scene);
+    if (!text) return;
+    if (!mistake) this.begin(structuredClone(config));
+    const reason = mistake || find("refusal").textContent;
+    if (reason) this.refuse(`The link was not followed: ${reason}.`);
+    else find("length").value = config.collisions ?? "";
+  }
+
+  get link() {
+    return linkOf(this.scene, this.config, this.view === content.view ? null : this.view);
+  }
+
+  // The address follows what runs; some frames forbid this.
+  writeLink() {
+    try {
+      history.replaceState(null, "", `#${this.link}`);
+    } catch {}
+  }
+
+  copyLink() {
+    if (location.protocol === "about:") say("A link needs the page by itself: save the page, and open its file.");
+    else copy(`${location.href.split("#")[0]}#${this.link}`, "The link to this scene is copied.");
   }
 
   // Begins with a scene of the page.
@@ -225,12 +257,13 @@ class LivePage extends Showing {
       "between balls": `${pairEvents.toLocaleString("en")}, ${rate(means?.pairRate)}`,
       "mean temperature": means ? `${short(means.temperature)} J` : "–",
       "PV/NT": means && Number.isFinite(means.ratio) ? short(means.ratio) : "–",
-      [`speeds above ${FAST} √(2T/m)`]: `${short(100 * gas.shareAbove(FAST))} %`,
+      [FASTER]: `${short(100 * gas.shareAbove(FAST))} %`,
       "momentum": `(${small(across, gas)}, ${small(up, gas)}) kg m/s`,
       "angular momentum": `${short(gas.simulation.angularMomentum())} kg m²/s`,
     };
     if (this.inTime === false) numbers.speed = "as fast as this computer can";
     if (!hasWalls(gas.scene.container)) delete numbers["collisions at the wall"];
+    if (this.view === "beginner") for (const name of EXPERT) delete numbers[name];
     find("numbers").replaceChildren(...Object.entries(numbers).map(([name, value]) => {
       const group = element("div");
       group.append(element("dt", { textContent: name }), element("dd", { textContent: value }));
@@ -239,6 +272,8 @@ class LivePage extends Showing {
   }
 
   showConfig() {
+    clearTimeout(this.linkTimer);
+    this.linkTimer = setTimeout(() => this.writeLink(), LINK_AFTER);
     find("yaml").textContent = yamlOf(this.gas.program, content.defaults);
     find("exactness").textContent = this.gas.changed
       ? "A slider was moved while the gas ran, or it continued after its end, so no config describes this run. "
@@ -371,6 +406,7 @@ class LivePage extends Showing {
       cancel: "Ends the measurement.",
       again: "Begins the means, the rates and the histogram of speeds again, for example when a gas is steady.",
       "charts-image": "Saves the charts as a picture.", "plot-image": "Saves the plot as a picture.",
+      "copy-link": "Copies a link to this scene, as it is set now.",
       "copy-config": "Copies the config.", "save-config": "Saves the config as a file for snooker run.",
       "copy-table": "Copies the table for a spreadsheet.", "save-table": "Saves the table with all digits.",
       "clear-table": "Removes all rows.",
@@ -398,6 +434,8 @@ class LivePage extends Showing {
     find("charts-image").onclick = () => saveCanvas(find("charts"), "charts.png");
     find("measure").onclick = () => this.measure();
     find("cancel").onclick = () => this.endMeasurement("Cancelled.");
+    find("copy-link").onclick = () => this.copyLink();
+    window.addEventListener("hashchange", () => { this.play(false); this.openLink(); });
     find("copy-config").onclick = () => copy(find("yaml").textContent, "The config is copied.");
     find("save-config").onclick = () => save(new Blob([find("yaml").textContent], { type: "text/yaml" }), "gas.yaml");
     find("speed").onchange = () => {
@@ -457,7 +495,7 @@ let live = null;
 
 function start() {
   live = new LivePage();
-  live.open(content.scenes[0]);
+  live.openLink();
 }
 
 function forbidden() {

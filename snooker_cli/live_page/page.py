@@ -3,7 +3,7 @@
 import json
 import zlib
 from base64 import b64encode
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from snooker_cli import config as configs
 from snooker_cli import theory
 from snooker_cli.config import BallList, Experiment, Loaded
+from snooker_cli.containers import LEAST_AMOUNT, MOST_AMOUNT
 from snooker_cli.engine import webassembly
-from snooker_cli.errors import SceneError
+from snooker_cli.errors import SceneError, UserError
 from snooker_cli.laws import Sides, WallLaw, word_of
 from snooker_cli.pages.html_page import (
     PAGES,
@@ -30,6 +31,7 @@ from snooker_cli.scene import Scene
 
 MOST_BALLS = 2000  # so that a page shows 60 frames a second
 MOST_SEED = 2**53 - 1  # the largest that JavaScript's numbers have exactly
+NOT_IN_LINKS = ("repeats", "wall_key")  # a page has one repeat, and the key of its own start
 MOST_BYTES = 250_000  # of a page, which teachers send by mail
 
 LIVE = "snooker_cli.live_page"
@@ -41,14 +43,31 @@ PACKED = ("sliding_circle", "periodic", "fixed_circle", "box", "channel", "free_
 """The modules in the order in which they deflate best: each is similar to the one before."""
 
 MEASURING = ("theory.js", "measurements.js")
-SHOWING = ("gas.js", "yaml.js", "charts.js", "table.js", "controls.js", "live.js")
+SHOWING = ("gas.js", "yaml.js", "charts.js", "table.js", "controls.js", "link.js", "live.js")
+
+CONTROLS = (
+    *("cor", "wall-cor", "rings", "count", "radius", "mass", "speed", "packing"),
+    *("container-radius", "container-width", "container-mass"),
+    *("wall", "wall-speed", "wall-temperature"),
+)
+"""The names of the controls of controls.js; one of several species or walls has that of all."""
 
 
-def live_page(loaded: Loaded) -> str:
+def live_page(
+    loaded: Loaded, *, controls: Sequence[str] | None = None, beginner: bool = False
+) -> str:
     """The page that simulates the first point of a config; the same bytes for the same config.
 
-    Raises ``ConfigError`` for a scene that cannot exist, or that the page cannot show.
+    controls : names of ``CONTROLS`` that the page shows; ``None`` for all
+    beginner : whether the page leaves out virial, momentum, config and hashes
+
+    Raises ``ConfigError`` for a scene that cannot exist, or that the page cannot show, and
+    ``UserError`` for a name that no control has.
     """
+    for name in controls or ():
+        if name not in CONTROLS:
+            known = ", ".join(CONTROLS)
+            raise UserError(f"--controls: there is no control {name!r}; give some of {known}")
     points = loaded.points()
     experiment = points[0].experiment
     for key, number in (("seed", experiment.seed), ("wall_key", experiment.wall_key or 0)):
@@ -79,6 +98,9 @@ def live_page(loaded: Loaded) -> str:
         "start": own_start(experiment),
         "scenes": [scene | {"config": _with_rows(scene["config"])} for scene in scenes],
         "defaults": _defaults(),
+        "limits": _limits(),
+        "controls": controls,
+        "view": "beginner" if beginner else "full",
         "theory": theory_numbers(),
         "colours": SPEED_COLOURS,
     }
@@ -200,3 +222,22 @@ def _defaults() -> dict[str, Any]:
     fields = Experiment.model_fields.items()
     values = {key: field.default for key, field in fields if not field.is_required()}
     return values | {"sweep": {}}
+
+
+def _limits() -> dict[str, list[float]]:
+    """Least and largest number of each key that a link can change, and 1 if it is whole.
+
+    Where two parts of a config have a key of the same name, the limits fit both.
+    """
+    schema = Experiment.model_json_schema()
+    parts = [part for name, part in schema["$defs"].items() if name != "Start"]
+    limits: dict[str, list[float]] = {}
+    for key, entry in [pair for part in (schema, *parts) for pair in part["properties"].items()]:
+        for number in entry.get("anyOf", [entry]):
+            if key in NOT_IN_LINKS or number.get("type") not in ("number", "integer"):
+                continue
+            whole = [1] if number["type"] == "integer" else []
+            low, high, *_ = limits.get(key, (0, MOST_SEED if whole else MOST_AMOUNT))
+            low = max(low, number.get("minimum", LEAST_AMOUNT))
+            limits[key] = [low, min(high, number.get("maximum", high)), *whole]
+    return limits

@@ -76,12 +76,14 @@ const valueWithError = (value, error) => {
 class Table {
   constructor(fluid) {
     this.fluid = fluid;
-    this.rows = [];
     this.plot = new Panels(find("plot"), [{ name: "", foot: true }]);
     this.axes = { "plot-x": "packing", "plot-y": "ratio" };
+    this.rows = [];
+    this.restore();
     for (const menu of Object.keys(this.axes)) {
       find(menu).onchange = () => {
         this.axes[menu] = find(menu).value;
+        this.keep();
         this.draw();
       };
     }
@@ -93,6 +95,22 @@ class Table {
     find("copy-table").onclick = () => copy(this.text("\t"), "The table is copied.");
     find("save-table").onclick = () => save(new Blob([this.text(",")], { type: "text/csv" }), "measurements.csv");
     find("plot-image").onclick = () => saveCanvas(find("plot"), "plot.png");
+  }
+
+  // The browser keeps the table of a page until its tab is closed, if it may. JSON has no NaN and no Infinity.
+  keep() {
+    const packed = (_, value) => (typeof value !== "number" || Number.isFinite(value) ? value : { as: String(value) });
+    try {
+      sessionStorage.setItem(location.pathname, JSON.stringify([this.rows, this.axes], packed));
+    } catch {}
+  }
+
+  restore() {
+    const unpacked = (_, value) => (value?.as ? Number(value.as) : value);
+    try {
+      [this.rows, this.axes] = JSON.parse(sessionStorage.getItem(location.pathname), unpacked) ?? [[], this.axes];
+    } catch {}
+    if (this.rows.length) this.show();
   }
 
   add(row) {
@@ -121,6 +139,7 @@ class Table {
   }
 
   show() {
+    this.keep();
     find("results").hidden = !this.rows.length;
     const head = element("tr"), body = this.rows.map(() => element("tr"));
     for (const { key, text, unit, measured, help } of this.columns) {

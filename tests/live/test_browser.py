@@ -22,11 +22,13 @@ SCENES = [scene["name"] for scene in presets()]
 @pytest.fixture
 def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
     """Open the page in a window; it must not complain, nor ask for anything."""
-    snooker.live().save(tmp_path / "gas.html")
 
-    def show(width: int = 1400, height: int = 900, dark: bool = False) -> Browser:
+    def show(
+        width: int = 1400, height: int = 900, dark: bool = False, link: str = "", **choices: Any
+    ) -> Browser:
+        snooker.live(**choices).save(tmp_path / "gas.html")
         browser.look(width, dark, height)
-        browser.open(tmp_path / "gas.html")
+        browser.open(tmp_path / "gas.html", link)
         browser.value("globalThis.wait = (ms) => new Promise((done) => setTimeout(done, ms)), 0")
         browser.value("started")
         return browser
@@ -313,3 +315,167 @@ def test_a_click_on_a_ball_draws_its_path(opened: Opened) -> None:
     tagged, said, events, begins = opened().value(PATH)
     assert (tagged, said, begins) == (5, "The path of ball 5 is shown.", 0)
     assert events > 1
+
+
+LINK = """
+(async () => {
+  const address = async (change) => {
+    change();
+    await wait(2 * LINK_AFTER);
+    return location.hash;
+  };
+  const slider = find("set-cor").previousSibling, said = () => find("refusal").textContent;
+  const dragged = await address(() => {
+    for (let part = 1; part > 0.5; part -= 0.001) { slider.value = part; slider.oninput(); }
+  });
+  find("seed").value = 3;
+  const seeded = await address(() => find("seed").onchange());
+  const seen = [];
+  for (const link of ["scene=galperin&balls.list[1].mass=100", "scene=none", "scene=trap&cor=2"]) {
+    const change = new Promise((done) => addEventListener("hashchange", done, { once: true }));
+    location.hash = link;
+    await change;
+    live.gas.advance(Infinity);
+    seen.push([live.scene.name, live.gas.collisions, said()]);
+  }
+  return { dragged, seeded, seen, last: location.hash };
+})()
+"""
+
+REACHED = """(() => {
+  const seen = [live.config, live.gas.start.isGiven, find("length").value];
+  live.gas.advance(Infinity, 1000);
+  return [...seen, live.gas.simulation.eventHash(), find("refusal").textContent, location.hash];
+})()"""
+
+
+def test_the_address_holds_the_scene(opened: Opened) -> None:
+    """It follows sliders and the seed; another link opens its scene, or says why it does not."""
+    seen = opened().value(LINK)
+    assert seen["dragged"] == "#scene=report&cor=0.5&wall_cor=0.9"
+    assert seen["seeded"] == "#scene=report&cor=0.5&wall_cor=0.9&seed=3"
+    followed, unknown, refused = seen["seen"]
+    assert followed == ["galperin", 31, ""]
+    no_scene = "The link was not followed: this page has no scene none; choose one above."
+    assert (unknown[0], unknown[2]) == ("report", no_scene)
+    no_number = "The link was not followed: cor=2 needs a number from 0 to 1."
+    assert (refused[0], refused[2]) == ("trap", no_number)
+
+
+@pytest.mark.parametrize(
+    "link",
+    [
+        "",
+        "#scene=report&cor=0.8&wall_cor=0.9&collisions=700",
+        "#scene=brownian&balls[0].mass=5&seed=3",
+        "#scene=heated&wall_temperature=null&wall_speed=2",
+    ],
+)
+def test_a_reload_gives_the_same_collisions(link: str, opened: Opened) -> None:
+    """The first scene keeps the program's start."""
+    page = opened(link=link)
+    config, given, length, *rest = page.value(REACHED)
+    assert rest[1] == ""
+    assert given == (link == "" or "scene=report" in link)
+    assert length == ("700" if "700" in link else str(config["collisions"]))
+    page.reload()
+    page.value("started")
+    assert page.value(REACHED)[:4] == [config, given, length, rest[0]]
+
+
+FRAME = """
+(async () => {
+  const frame = document.createElement("iframe");
+  frame.sandbox = "allow-scripts";
+  const texts = {};
+  const script = `<script>started.then(async () => {
+    await new Promise((done) => setTimeout(done, 2 * LINK_AFTER));
+    find("copy-link").click();
+    const config = { ...live.config, collisions: 20 };
+    live.table.add(tableRow(config, [measureRepeat(config, 0)]));
+    parent.postMessage([find("said").textContent, live.table.rows.length], "*");
+  })</` + "script>";
+  frame.srcdoc = document.documentElement.outerHTML + script;
+  const answer = new Promise((done) => addEventListener("message", ({ data }) => done(data)));
+  document.body.append(frame);
+  return answer;
+})()
+"""
+
+
+def test_a_frame_without_address_and_storage_has_the_page(opened: Opened) -> None:
+    said, rows = opened().value(FRAME)
+    assert said == "A link needs the page by itself: save the page, and open its file."
+    assert rows == 1
+
+
+ADD_ROWS = """
+(() => {
+  for (const seed of [1, 2]) {
+    const config = { ...live.config, seed, collisions: 100 };
+    live.table.add(tableRow(config, [0, 1].map((repeat) => measureRepeat(config, repeat))));
+  }
+  find("plot-y").value = "pressure";
+  find("plot-y").onchange();
+})()
+"""
+TABLE = """[live.table.text(","), live.table.rows.map((row) => Object.values(row).map(String)),
+  find("results").hidden, find("plot-y").value]"""
+
+
+def test_a_reload_keeps_the_table(opened: Opened) -> None:
+    """Also what JSON has no numbers for; *Clear* removes it for good."""
+    page = opened()
+    page.value(ADD_ROWS)
+    table = page.value(TABLE)
+    values = {value for row in table[1] for value in row}
+    assert {"NaN", "null"} <= values
+    assert table[2:] == [False, "pressure"]
+    page.reload()
+    page.value("started")
+    assert page.value(TABLE) == table
+    page.value("find('clear-table').click()")
+    page.reload()
+    page.value("started")
+    assert page.value("[live.table.rows.length, find('results').hidden]") == [0, True]
+
+
+def test_only_chosen_controls_are_shown(opened: Opened) -> None:
+    page = opened(controls=["cor", "radius"])
+    shown = (
+        "Array.from(find('controls').querySelectorAll('input[type=number], select'), at => at.id)"
+    )
+    assert page.value(shown) == ["set-cor", "set-radius"]
+    page.value("live.open(content.scenes.find(({ name }) => name === 'trap'))")
+    assert page.value(shown) == ["set-cor"]
+    assert page.value("[find('seed'), find('restart')].every((at) => at.checkVisibility())")
+
+
+SEEN = """
+(async () => {
+  live.gas.advance(Infinity, 200);
+  live.redraw();
+  await wait(100);
+  const parts = ["yaml", "hashes", "charts", "measure"];
+  const visible = parts.filter((name) => find(name).checkVisibility());
+  const numbers = Array.from(document.querySelectorAll("#numbers dt"), (at) => at.textContent);
+  return [visible, numbers.includes("momentum"), find("charts").ariaLabel.includes("virial"),
+    numbers.includes("PV/NT"), live.link];
+})()
+"""
+
+
+@pytest.mark.parametrize("made_for_beginners", [True, False])
+@pytest.mark.parametrize("link", ["", "#view=beginner", "#view=full"])
+def test_a_beginners_view_leaves_things_out(
+    made_for_beginners: bool, link: str, opened: Opened
+) -> None:
+    """A page is made with it, or a link chooses it."""
+    visible, *rest = opened(link=link, beginner=made_for_beginners).value(SEEN)
+    is_brief = made_for_beginners if link == "" else link == "#view=beginner"
+    assert visible == (
+        ["charts", "measure"] if is_brief else ["yaml", "hashes", "charts", "measure"]
+    )
+    differs = is_brief != made_for_beginners
+    kept = "scene=report" + (f"&{link[1:]}" if differs else "")
+    assert rest == [not is_brief, not is_brief, True, kept]

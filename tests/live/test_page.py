@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 from pathlib import Path
@@ -14,7 +15,7 @@ import snooker_cli as snooker
 from snooker_cli import config as configs
 from snooker_cli.config import Experiment
 from snooker_cli.engine import simulate
-from snooker_cli.live_page.page import MOST_BYTES, presets
+from snooker_cli.live_page.page import CONTROLS, MOST_BYTES, presets
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.trace import event_hashes
 
@@ -131,7 +132,7 @@ def test_a_time_decides_what_is_a_trap(time: float, collapse: str, javascript: L
 def test_the_config_on_the_page_is_that_of_the_scene(name: str, javascript: LiveScripts) -> None:
     """Read by `snooker run`, its text gives the same digest; also with numbers of all sizes."""
     config = next(scene["config"] for scene in SCENES if scene["name"] == name)
-    config |= {"cor": 1e-7, "seed": 2**53 - 1, "time": 1e22}
+    config = config | {"cor": 1e-7, "seed": 2**53 - 1, "time": 1e22}
     defaults = data_of(snooker.live().html)["defaults"]
     text = javascript.value("yamlOf(config, defaults)", config=config, defaults=defaults)
     known = Experiment.model_validate_json(json.dumps(config))
@@ -206,3 +207,152 @@ def test_each_control_makes_a_config_of_the_program(name: str, javascript: LiveS
     )
     if "sides" in after and "wall_speed" not in CONTROLLED[name]:
         assert {"wall-temperature-left", "wall-temperature-right"} <= set(after["sides"])
+
+
+def test_the_controls_have_these_names(javascript: LiveScripts) -> None:
+    """Those that ``--controls`` knows are those of the page."""
+    gases = [configs.validated(gas | {"cor": 0.9, "collisions": 10}) for gas in CONTROLLED.values()]
+    pages = [json.loads(configs.to_json(gas)) for gas in gases]
+    pages += [scene["config"] for scene in SCENES]
+    names = javascript.value("all.flatMap(controlsOf).map(({ id }) => nameOf(id))", all=pages)
+    assert set(names) == set(CONTROLS)
+
+
+def test_an_unknown_control_is_refused() -> None:
+    with pytest.raises(snooker.UserError, match=r"^controls: .*'cors'.*cor, wall-cor"):
+        snooker.live(controls=["cors"])
+
+
+ROUND_TRIP = """
+(() => {
+  const copyOf = (value) => JSON.parse(JSON.stringify(value));
+  const scene = { name: "own", config }, failed = [], links = [];
+  const check = (changed, control) => {
+    const link = linkOf(scene, changed, null), found = readLink(link, [scene], limits);
+    links.push(link);
+    const isSame = JSON.stringify(found.config) === JSON.stringify(changed);
+    if (found.mistake || !isSame) failed.push([control, link]);
+  };
+  const moved = (from) => controlsOf(from).flatMap((control) => {
+    const options = Object.keys(control.choices?.(from) ?? {});
+    const places = [0, 0.3, 0.6, 1].map((part) => valueOnSlider(control, part));
+    const values = options.length ? options : places;
+    return values.map((value) => {
+      const changed = copyOf(from);
+      control.write(changed, value, config);
+      check(changed, control.id);
+      return changed;
+    });
+  });
+  for (const changed of moved(config)) moved(changed);
+  check(config, "none");
+  check({ ...config, seed: 2 ** 53 - 1, collapse: { tc: TC } }, "seed");
+  return [failed, links];
+})()
+"""
+
+
+@pytest.mark.parametrize("name", [*CONTROLLED, *[scene["name"] for scene in SCENES]])
+def test_a_link_gives_the_config_back(name: str, javascript: LiveScripts) -> None:
+    """After each two changes of sliders and menus, with the same bits and order of keys."""
+    if name in CONTROLLED:
+        gas = configs.validated(CONTROLLED[name] | {"cor": 0.9, "collisions": 10})
+        config = json.loads(configs.to_json(gas))
+    else:
+        config = next(scene["config"] for scene in SCENES if scene["name"] == name)
+    limits = data_of(snooker.live().html)["limits"]
+    failed, links = javascript.value(ROUND_TRIP, config=config, limits=limits)
+    assert failed == []
+    assert len(set(links)) > 20
+    assert all(re.fullmatch(r"[\w.=&\[\]-]+", link) for link in links)  # nothing is percent-encoded
+    if name == "galperin":
+        assert "scene=own&balls.list[1].mass=1" in links
+    assert {"scene=own", f"scene=own&collapse.tc=0.01&seed={2**53 - 1}"} <= set(links)
+
+
+READ = (
+    "(({ config, mistake, scene }) => [config, mistake, scene.name])(readLink(text, all, limits))"
+)
+
+BROKEN = {
+    "scene=none": "no scene none",
+    "scene=crowded&balls.radius=1": "cannot change balls.radius",
+    "scene=trap&balls.list[7].mass=1": "cannot change balls.list[7].mass",
+    "scene=trap&balls.list[0].position[0]=1": "cannot change balls.list[0].position[0]",
+    "title=x": "cannot change title",
+    "sweep.cor=1": "cannot change sweep.cor",
+    "wall_key=1": "cannot change wall_key",
+    "wall_temperature.inner=1": "cannot change wall_temperature.inner",
+    "__proto__.cor=1": "cannot change __proto__.cor",
+    "constructor.prototype.cor=1": "cannot change constructor.prototype.cor",
+    "cor.length=1": "cannot change cor.length",
+    "=1": "cannot change",
+    "cor": "cor= needs a number from 0 to 1",
+    "cor=1.5": "cor=1.5 needs a number from 0 to 1",
+    "cor={": "cor={ needs a number",
+    "cor=null": "cor=null needs a number",
+    "scene=crowded&balls.count=2.5": "needs a whole number from 1 to",
+    "seed=9007199254740992": "needs a whole number from 0 to 9007199254740991",
+    "container.mass=1e999": "needs a number",
+    "collapse=never": "needs stop",
+    "scene=crowded&wall_speed=1&wall_temperature=1": "exclude each other",
+    "view=easy": "needs beginner or full",
+    "cor=%E0%A4%A": "damaged",
+}
+
+
+@pytest.mark.parametrize("text", BROKEN)
+def test_a_broken_link_gives_the_plain_scene_and_a_sentence(
+    text: str, javascript: LiveScripts
+) -> None:
+    limits = data_of(snooker.live().html)["limits"]
+    config, mistake, name = javascript.value(READ, text=text, all=SCENES, limits=limits)
+    scene = next(scene for scene in SCENES if scene["name"] == name)
+    named = re.match(r"scene=(\w+)", text)
+    assert name == ("report" if named is None or named[1] == "none" else named[1])
+    assert config == scene["config"]
+    assert BROKEN[text] in mistake
+
+
+WALLS = {
+    "wall_speed": ("", "wall_speed=1", "wall_speed.left=1", "wall_speed.left=1&wall_speed.top=2"),
+    "wall_temperature": (
+        "",
+        "wall_temperature=5",
+        "wall_temperature.right=5",
+        "wall_temperature.left=5&wall_temperature.right=5",
+    ),
+    "wall_cor": ("", "wall_cor=0.5"),
+    "wall_cor_speed": ("", "wall_cor_speed=2"),
+    "mass": ("", "container.mass=9"),
+}
+
+
+@pytest.mark.parametrize(
+    ("shape", "collapse"),
+    [*((shape, "stop") for shape in ("circle", "box", "channel", "periodic")), ("circle", "slide")],
+)
+def test_a_link_is_refused_where_the_program_refuses_its_config(
+    shape: str, collapse: str, javascript: LiveScripts
+) -> None:
+    """All combinations of the keys of walls."""
+    size = {"radius": 10.0} if shape == "circle" else {"shape": shape, "width": 20.0}
+    gas = GAS | {"container": size, "collapse": collapse}
+    config = json.loads(configs.to_json(configs.validated(gas)))
+    limits = data_of(snooker.live().html)["limits"]
+    links = ["&".join(filter(None, parts)) for parts in itertools.product(*WALLS.values())]
+    found = javascript.value(
+        "texts.map((text) => readLink(text, [{ name: 'own', config }], limits).mistake === '')",
+        texts=links,
+        config=config,
+        limits=limits,
+    )
+    accepted = []
+    for link in links:
+        try:
+            configs.load(gas, overrides=link.split("&") if link else ())
+            accepted.append(True)
+        except snooker.ConfigError:
+            accepted.append(False)
+    assert found == accepted
+    assert 0 < sum(accepted) < len(links)
