@@ -294,7 +294,7 @@ def page(*films: Film, pace: Pace = "time", seconds: float | None = None) -> str
     pace : at the beginning
     seconds : length at speed 1; without it, the page chooses
     """
-    boundaries = sorted({boundary_name(film.trace.start) for film in films})
+    boundaries = {boundary_name(film.trace.start) for film in films}
     data = {
         "pace": pace,
         "seconds": seconds,

@@ -3,7 +3,7 @@
 import json
 import zlib
 from base64 import b64encode
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence, Set
 from typing import Any
 
 import numpy as np
@@ -106,7 +106,7 @@ def live_page(
     }
     parts = {
         "data": script_data(data),
-        "modules": script_data(packed_modules()),
+        "modules": script_data(packed_modules(_boundaries(scenes))),
         "engine": worker_source(),
         "script": script_of(PAGES, *SHARED) + script_of(LIVE, *SHOWING),
     }
@@ -135,12 +135,12 @@ def engine_source(*more: str) -> str:
     return f"const ENGINE = {layout};\n{script_of(LIVE, *ENGINE_SCRIPTS, *more)}"
 
 
-def packed_modules(boundaries: Iterable[str] = PACKED) -> dict[str, Any]:
+def packed_modules(boundaries: Set[str]) -> dict[str, Any]:
     """The compiled engine: the modules of boundaries, deflated, in base64; and their lengths.
 
     They are compiled if the cache of kernels lacks them.
     """
-    codes = webassembly.modules(boundaries)
+    codes = webassembly.modules([name for name in PACKED if name in boundaries])
     packed = b64encode(zlib.compress(b"".join(codes.values()), 9)).decode()
     return {"lengths": {name: len(code) for name, code in codes.items()}, "packed": packed}
 
@@ -205,6 +205,13 @@ def _law(law: WallLaw) -> dict[str, Any]:
     if "cor_speed" in numbers:
         numbers["corSpeed"] = numbers.pop("cor_speed")
     return {"word": word_of(law)} | numbers
+
+
+def _boundaries(scenes: list[dict[str, Any]]) -> set[str]:
+    """The boundaries that scenes have, or get by controls: any circle may be free, or slide."""
+    shapes = {scene["config"]["container"].get("shape", "circle") for scene in scenes}
+    circles = {name for name in PACKED if name.endswith("_circle")}
+    return shapes - {"circle"} | (circles if "circle" in shapes else set())
 
 
 def _with_rows(config: dict[str, Any]) -> dict[str, Any]:
