@@ -23,7 +23,14 @@ function copy(text, done) {
   copied.then(() => say(done), () => say("The browser does not allow copying here."));
 }
 
-function save(blob, name) {
+// Saves a file. A frame can forbid it, and only one of the same site says so. instead: what else helps there
+function save(blob, name, instead = "") {
+  const frame = window.frameElement, advice = `${instead}open the page by itself.`;
+  if (frame?.hasAttribute("sandbox") && !frame.sandbox.contains("allow-downloads")) {
+    say(`This frame forbids downloads: ${advice}`);
+    return;
+  }
+  if (window !== window.top) say(`If no file appears, this frame forbids downloads: ${advice}`);
   const link = element("a", { href: URL.createObjectURL(blob), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
@@ -82,7 +89,7 @@ class LivePage extends Showing {
       gas = new Gas(config, own);
     } catch (error) {
       if (!(error instanceof SceneError)) throw error;
-      this.refuse(error.message);
+      this.refuse(refusalOf(error, config));
       if (this.config) this.controls.show(this.config);
       return;
     }
@@ -173,8 +180,8 @@ class LivePage extends Showing {
   // The repeat has ended: says why, and how to continue. The program's sentence also says what is saved.
   ended() {
     this.playing = false;
-    const message = this.gas.stop.message.replace(/; [^;]* saved$/, ""), way = this.gas.continuation;
-    this.end(`${message[0].toUpperCase()}${message.slice(1)}.`, way ? CONTINUATIONS[way] : "");
+    const message = this.gas.stop.message.replace(/; ([^;]* saved|give a time.*)$/, ""), way = this.gas.continuation;
+    this.end(sentenceOf(message), way ? CONTINUATIONS[way] : "");
   }
 
   continue() {
@@ -321,7 +328,7 @@ class LivePage extends Showing {
     this.measuring(true);
     this.worker.onmessage = ({ data }) => {
       if (data.error) {
-        end(data.error);
+        end(refusalOf(data.error, config));
         return;
       }
       results.push(data);
@@ -451,7 +458,7 @@ function worker() {
       for (let repeat = 0; repeat < starts; repeat++) postMessage(measureRepeat(config, repeat, own));
     } catch (error) {
       if (!(error instanceof SceneError)) throw error;
-      postMessage({ error: error.message });
+      postMessage({ error: { message: error.message, helps: error.helps } });
     }
   };
 }

@@ -121,7 +121,10 @@ def test_sliders_change_the_gas(opened: Opened) -> None:
     assert "cor: 0.5" in seen["yaml"]
     assert "radius: 0.9" in seen["yaml"]
     assert seen["emptied"] == ["0.9", 0.9]
-    assert seen["error"][0].startswith("rings: 3 needs balls of radius 1.333 m or less")
+    assert seen["error"][0] == (
+        "With “rings” 3, the radius can be at most 1.333 m:"
+        " lower “rings” or “radius”, or raise “container’s radius”."
+    )
     assert seen["error"][1:] == [False, 0.9, "0.9"]
     assert seen["slider"] == [100, True]
     assert seen["fixed"] == [None, "passive"]
