@@ -17,10 +17,12 @@ const CONTINUATIONS = {
   on: "Continue", slide: "Continue: the ball slides", tc: "Restart: contacts have a duration",
 };
 const FAST = 1.8; // a speed over √(2T/m), at the edge of a bin
+const COPY = "use Copy, or ";
+const NO_WORKER = "This site forbids scripts in the background, which measure: save the page, and open the file.";
 
 function copy(text, done) {
   const copied = navigator.clipboard?.writeText(text) ?? Promise.reject();
-  copied.then(() => say(done), () => say("The browser does not allow copying here."));
+  copied.then(() => say(done), () => say("The browser forbids this button to copy here: select the text, and copy it."));
 }
 
 // Saves a file. A frame can forbid it, and only one of the same site says so. instead: what else helps there
@@ -324,7 +326,12 @@ class LivePage extends Showing {
     const source = `${find("engine").textContent}\n(${worker})();`;
     const results = [], end = (text) => this.endMeasurement(text);
     this.workerUrl = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
-    this.worker = new Worker(this.workerUrl);
+    try {
+      this.worker = new Worker(this.workerUrl);
+    } catch {
+      end(NO_WORKER);
+      return;
+    }
     this.measuring(true);
     this.worker.onmessage = ({ data }) => {
       if (data.error) {
@@ -340,7 +347,7 @@ class LivePage extends Showing {
       const needed = `The means need ${row.short} collisions between balls in a start, so that speeds mix.`;
       end(`${starts} starts measured.${row.short ? ` ${needed} Give more collisions.` : ""}`);
     };
-    this.worker.onerror = (event) => end(`The measurement failed: ${event.message}`);
+    this.worker.onerror = (event) => end(event.message ? `The measurement failed: ${event.message}.` : NO_WORKER);
     this.worker.postMessage({ config, starts, own, compiled: modules });
   }
 
@@ -366,7 +373,7 @@ class LivePage extends Showing {
   }
 
   endMeasurement(text) {
-    this.worker.terminate();
+    this.worker?.terminate();
     URL.revokeObjectURL(this.workerUrl);
     this.measuring(false);
     find("measured").textContent = text;
@@ -420,7 +427,7 @@ class LivePage extends Showing {
     find("measure").onclick = () => this.measure();
     find("cancel").onclick = () => this.endMeasurement("Cancelled.");
     find("copy-config").onclick = () => copy(find("yaml").textContent, "The config is copied.");
-    find("save-config").onclick = () => save(new Blob([find("yaml").textContent], { type: "text/yaml" }), "gas.yaml");
+    find("save-config").onclick = () => save(new Blob([find("yaml").textContent], { type: "text/yaml" }), "gas.yaml", COPY);
     find("speed").onchange = () => {
       const { value } = find("speed");
       this.speeds[this.pace] = value === "real" ? value : Number(value);
