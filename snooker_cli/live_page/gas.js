@@ -16,6 +16,7 @@ class Gas {
     this.config = config;
     this.changed = false; // whether no config describes it any more
     this.time = 0; // s, that is shown
+    this.watch = null; // what a stopwatch began with, and its end
     this.flashes = new Float64Array(FLASH_NUMBERS * MOST_FLASHES); // of each of the last events
     const scene = startingScene(config, 0, own);
     this.start = scene;
@@ -75,6 +76,7 @@ class Gas {
     const { simulation, meter, series, tagged } = this, { eventCount, eventTime, eventI, eventJ } = simulation;
     const { eventPlaces } = simulation, rowNow = () => this.row();
     for (let row = 0; row < eventCount; row++) {
+      if (eventTime[row] > this.watch?.end) this.stopWatch();
       meter.follow(row);
       series.add(rowNow);
       if (this.course && (eventI[row] === tagged || eventJ[row] === tagged)) {
@@ -160,6 +162,26 @@ class Gas {
   // All that has added up until now.
   get sums() {
     return this.meter.sums(Math.max(this.time, this.simulation.time));
+  }
+
+  // Counts time and collisions from now on, for a duration, s.
+  startWatch(duration = Infinity) {
+    const { sums } = this;
+    this.watch = { from: sums, end: sums.time + duration, to: null };
+  }
+
+  stopWatch() {
+    this.watch.to ??= { ...this.watched, isOver: true };
+  }
+
+  // What the stopwatch has counted, up until now or its end; null if it was not started.
+  get watched() {
+    if (!this.watch) return null;
+    const { from, end, to } = this.watch, { time, wallEvents, pairEvents } = this.sums;
+    return to ?? {
+      isOver: time >= end, time: Math.min(time, end) - from.time,
+      wallEvents: wallEvents - from.wallEvents, pairEvents: pairEvents - from.pairEvents,
+    };
   }
 
   // Means, rates and the histogram of speeds begin again: at the start, when a slider was moved, when
@@ -262,4 +284,15 @@ class Gas {
     const slides = fixed && wallLaw.word === "constant" && wallLaw.cor <= 1 - 1e-6;
     return reason === WALL_TRAP && slides ? "slide" : "tc";
   }
+}
+
+// The balls of each radius and mass: [{ radius, mass, balls }], in the order of their first ones.
+function speciesIn({ radii, masses }) {
+  const species = new Map();
+  radii.forEach((radius, ball) => {
+    const mass = masses[ball], key = `${radius} ${mass}`;
+    if (!species.has(key)) species.set(key, { radius, mass, balls: [] });
+    species.get(key).balls.push(ball);
+  });
+  return [...species.values()];
 }

@@ -104,7 +104,8 @@ class LivePage extends Showing {
     this.topSpeed = 2 * Math.max(rootMeanSquare, wall);
     this.rate = Math.max(...size) / (Math.max(...speeds) || 1) / CROSSING; // s of the gas in a second
     this.arena = new Arena(find("arena"), viewOf(gas.scene.container), gas);
-    if (this.scene.path !== undefined) this.arena.tag(this.scene.path);
+    this.tag(this.scene.path ?? null);
+    this.nameSpecies();
     this.charts.show(gas, 6 * this.rate);
     this.controls.show(config);
     find("seed").value = config.seed;
@@ -225,6 +226,7 @@ class LivePage extends Showing {
     find("play").setAttribute("aria-label", this.playing ? "Pause" : "Play");
     find("play").disabled = find("forth").disabled = Boolean(gas.stop);
     document.body.classList.toggle("playing", this.playing);
+    this.showWatch();
     if (this.playing && now - this.chartsAt < CHARTS_EVERY) return;
     this.chartsAt = now;
     if (!this.playing || now - this.fitAt > FIT_EVERY) {
@@ -280,8 +282,8 @@ class LivePage extends Showing {
     const rows = shown.flatMap(([count, hash]) => [
       element("dt", { textContent: count.toLocaleString("en") }), element("dd", { textContent: hash }),
     ]);
-    const none = this.gas.changed ? "None: no config describes this run." : "They appear after 1,000 collisions, or at the end.";
-    if (!rows.length) rows.push(element("dd", { textContent: none }));
+    const none = gas.changed ? "no config describes this run" : "they appear after 1,000 collisions, or at the end";
+    if (!rows.length) rows.push(element("dt", { textContent: "none" }), element("dd", { textContent: none }));
     find("hashes").replaceChildren(...rows);
   }
 
@@ -310,7 +312,65 @@ class LivePage extends Showing {
   tag(ball) {
     this.arena.tag(ball);
     if (ball === null) this.gas.tagged = this.gas.course = null;
+    find("tagged").value = ball ?? "";
+    find("tagged").max = this.gas.number - 1;
     this.refresh();
+  }
+
+  // The same, as a user asks for it.
+  choose(ball) {
+    this.tag(ball);
+    say(ball === null ? "No path is shown." : `The path of ball ${ball} is shown from now on.`);
+  }
+
+  // Offers colours by species, if balls differ, and has the legend name them.
+  nameSpecies() {
+    const all = speciesIn(this.gas.scene), areFew = all.length > 1 && all.length <= SPECIES.length;
+    const menu = find("colours"), chosen = menu.value;
+    this.coloursOfSpecies = [];
+    find("species").replaceChildren(...(areFew ? all : []).map(({ radius, mass, balls }, k) => {
+      const dot = element("i"), entry = element("span"), number = balls.length;
+      dot.style.background = SPECIES[k];
+      entry.append(dot, `${number} ball${number === 1 ? "" : "s"} of ${brief(radius)} m, ${brief(mass)} kg`);
+      for (const ball of balls) this.coloursOfSpecies[ball] = SPECIES[k];
+      return entry;
+    }));
+    if (areFew) menu.append(this.bySpecies);
+    else this.bySpecies.remove();
+    menu.value = areFew || chosen !== "species" ? chosen : "fixed";
+    this.colour();
+  }
+
+  // Colours by speed or by species.
+  colour() {
+    const bySpecies = find("colours").value === "species";
+    this.arena.colours = bySpecies ? this.coloursOfSpecies : null;
+    find("speeds").hidden = bySpecies;
+    find("species").hidden = !bySpecies;
+    find("arena").setAttribute("aria-label", `Balls in their container, coloured by ${bySpecies ? "species" : "speed"}`);
+    this.refresh();
+  }
+
+  // Starts or stops the stopwatch.
+  pressWatch() {
+    const { gas } = this, text = find("watch-end").value, duration = text === "" ? Infinity : Number(text);
+    if (gas.watched?.isOver === false) gas.stopWatch();
+    else if (duration > 0) gas.startWatch(duration);
+    else say("Give a time above 0 s for the stopwatch, or none.");
+    this.refresh();
+  }
+
+  showWatch() {
+    const { watched } = this.gas, button = find("watch"), text = watched ? this.countedBy(watched) : "";
+    const name = watched?.isOver === false ? "Stop stopwatch" : "Start stopwatch";
+    if (watched?.isOver && button.textContent !== name) say(`The stopwatch stops: ${text}.`);
+    button.textContent = name;
+    find("watched").textContent = text;
+  }
+
+  countedBy({ time, wallEvents, pairEvents }) {
+    const wall = hasWalls(this.gas.scene.container) ? `at the wall ${wallEvents.toLocaleString("en")}, ` : "";
+    return `${timeText(time, this.rate)} s; collisions ${wall}between balls ${pairEvents.toLocaleString("en")}`;
   }
 
   restart() {
@@ -387,6 +447,8 @@ class LivePage extends Showing {
       find("scenes").append(button);
     }
     showLegend(content.colours);
+    this.bySpecies = new Option("species", "species");
+    find("colours").addEventListener("change", () => this.colour());
     const explained = {
       restart: "Begins again with the config below.",
       seed: "Seed of the random start: the same seed gives the same collisions.",
@@ -404,6 +466,8 @@ class LivePage extends Showing {
       "clear-table": "Removes all rows.",
       "plot-x": "What the plot has on its horizontal axis.", "plot-y": "What the plot has on its vertical axis.",
       continue: "Continues from the places and velocities now.",
+      tagged: "Number of the ball whose path is drawn; empty for none.",
+      watch: "Counts time and collisions of the gas.", "watch-end": "Time of the gas after which the stopwatch stops.",
     };
     for (const [name, sentence] of Object.entries(explained)) find(name).title = sentence;
     for (const kind of ["focusin", "mouseover"]) {
@@ -435,11 +499,18 @@ class LivePage extends Showing {
     };
     find("arena").onclick = (event) => {
       const ball = this.arena.ballAt(event.offsetX, event.offsetY);
-      if (ball === null) this.play();
-      else this.tag(ball === this.arena.tagged ? null : ball);
-      say(ball === null ? (this.playing ? "The gas runs." : "The gas pauses.")
-        : this.arena.tagged === null ? "No path is shown." : `The path of ball ${ball} is shown from now on.`);
+      if (ball === null) {
+        this.play();
+        say(this.playing ? "The gas runs." : "The gas pauses.");
+      } else this.choose(ball === this.arena.tagged ? null : ball);
     };
+    find("tagged").onchange = () => {
+      const text = find("tagged").value, ball = Number(text), { number } = this.gas;
+      if (text === "" || (Number.isInteger(ball) && ball >= 0 && ball < number)) this.choose(text === "" ? null : ball);
+      else say(`There is no ball ${text}: give a number from 0 to ${number - 1}.`);
+      find("tagged").value = this.arena.tagged ?? "";
+    };
+    find("watch").onclick = () => this.pressWatch();
     const phone = window.matchMedia("(max-width: 44rem)"), fold = () => { find("sliders").open = !phone.matches; };
     phone.addEventListener("change", fold);
     fold();
