@@ -57,7 +57,8 @@ function ofSpecies(k, several) {
     { id: "rings", label: "rings", low: 0, high: 7, step: 1,
       help: "Rings around the central ball: n rings have 1 + 3n(n + 1) balls." },
     { id: "count", label: "balls", low: 1, high: MOST_BALLS, step: 1, help: "Number of balls." },
-    { id: "radius", label: "radius", unit: "m", low: 0.001, high: 3, log: true, help: "Radius of every ball." },
+    { id: "radius", label: "radius", unit: "m", low: 0.001, high: 3, log: true,
+      help: "Radius of every ball." },
     { id: "mass", label: "mass", unit: "kg", low: 0.01, high: 1e4, log: true, help: "Mass of every ball.",
       fits: (config) => speciesOf(config).length > 1 },
     { id: "speed", label: "speed at the start", unit: "m/s", low: 0.1, high: 100, log: true,
@@ -183,6 +184,7 @@ class Controls {
     number.onchange = () => {
       const value = typedValue(control, number);
       if (!Number.isNaN(value)) this.change(control, value);
+      else if (number.value !== "") say(`Give a number above 0 for “${label}”.`);
       number.value = number.dataset.value; // also where the change was refused, or the field is empty
     };
     number.setAttribute("aria-describedby", described.id);
@@ -215,11 +217,11 @@ function brief(value) {
   return Math.abs(value) < 1e6 ? text : Number(text).toExponential().replace("+", "");
 }
 
-// What was typed: a number within the limits of the slider, or of a logarithmic one any above zero.
+// What was typed: a number within the limits of the slider, or of a logarithmic one within those of a config.
 function typedValue({ none, low, high, step }, field) {
   if (field.value === "") return none ? null : NaN;
   const typed = Number(field.value), value = Math.min(Math.max(typed, low), high);
-  if (!step) return typed > 0 ? typed : NaN;
+  if (!step) return typed > 0 ? Math.min(Math.max(typed, LEAST_AMOUNT), MOST_AMOUNT) : NaN;
   return step === 1 ? Math.round(value) : value;
 }
 
@@ -227,6 +229,23 @@ function valueOnSlider({ low, high, step, log, none }, part) {
   if (none && part === 1) return null;
   if (log) return Number((low * (high / low) ** part).toPrecision(2));
   return Number((Math.round((low + part * (high - low)) / step) * step).toFixed(6));
+}
+
+// A sentence of a text without a capital and a stop.
+const sentenceOf = (text) => `${text[0].toUpperCase()}${text.slice(1)}.`;
+
+// Why a scene cannot exist, and which controls help. The radii of a scene with a packing follow from it.
+function refusalOf({ message, helps }, config) {
+  if (!helps.length) return sentenceOf(message);
+  const all = controlsOf(config), isPacked = helps.includes("radius") && all.some(({ id }) => id === "packing");
+  const labels = (ids) => {
+    const found = all.filter(({ id }) => ids.includes(id.replace(/-\d+$/, "")));
+    return [...new Set(found.map(({ label }) => `“${label.split(",")[0]}”`))].join(" or ");
+  };
+  const lower = labels(isPacked ? ["packing"] : helps);
+  const raise = helps.includes("container") && !isPacked && labels(["container-radius", "container-width"]);
+  const ways = [lower && `lower ${lower}`, raise && `raise ${raise}`].filter(Boolean);
+  return sentenceOf(`${message}: ${ways.join(", or ") || "choose another scene"}`);
 }
 
 const placeOnSlider = ({ low, high, log }, value) =>

@@ -21,6 +21,7 @@ class Gas {
     this.config = config;
     this.changed = false; // whether no config describes it any more
     this.time = 0; // s, that is shown
+    this.watch = null; // what a stopwatch began with, and its end
     this.flashes = new Float64Array(FLASH_NUMBERS * MOST_FLASHES); // of each of the last events
     this.tagged = this.course = null; // the ball whose path is shown, and the path
     this.known = 0; // collisions up to which the path is known
@@ -85,6 +86,7 @@ class Gas {
     const { simulation, meter, series, tagged } = this, { eventCount, eventTime, eventI, eventJ } = simulation;
     const { eventPlaces } = simulation, rowNow = () => this.row(), before = this.collisions - eventCount;
     for (let row = 0; row < eventCount; row++) {
+      if (eventTime[row] > this.watch?.end) this.stopWatch();
       meter.follow(row);
       if (before + row >= this.followed) {
         series.add(rowNow);
@@ -241,6 +243,26 @@ class Gas {
     return this.meter.sums(Math.max(this.time, this.simulation.time));
   }
 
+  // Counts time and collisions from now on, for a duration, s.
+  startWatch(duration = Infinity) {
+    const { sums } = this;
+    this.watch = { from: sums, end: sums.time + duration, to: null };
+  }
+
+  stopWatch() {
+    this.watch.to ??= { ...this.watched, isOver: true };
+  }
+
+  // What the stopwatch has counted, up until now or its end; null if it was not started.
+  get watched() {
+    if (!this.watch) return null;
+    const { from, end, to } = this.watch, { time, wallEvents, pairEvents } = this.sums;
+    return to ?? {
+      isOver: time >= end, time: Math.min(time, end) - from.time,
+      wallEvents: wallEvents - from.wallEvents, pairEvents: pairEvents - from.pairEvents,
+    };
+  }
+
   // Means, rates and the histogram of speeds begin again: at the start, when a slider was moved, when
   // the gas continues with other rules, and with the button for it.
   forgetMeans() {
@@ -344,4 +366,15 @@ class Gas {
     const slides = fixed && wallLaw.word === "constant" && wallLaw.cor <= 1 - 1e-6;
     return reason === WALL_TRAP && slides ? "slide" : "tc";
   }
+}
+
+// The balls of each radius and mass: [{ radius, mass, balls }], in the order of their first ones.
+function speciesIn({ radii, masses }) {
+  const species = new Map();
+  radii.forEach((radius, ball) => {
+    const mass = masses[ball], key = `${radius} ${mass}`;
+    if (!species.has(key)) species.set(key, { radius, mass, balls: [] });
+    species.get(key).balls.push(ball);
+  });
+  return [...species.values()];
 }

@@ -19,13 +19,22 @@ const CONTINUATIONS = {
 };
 const FAST = 1.8; // a speed over √(2T/m), at the edge of a bin
 const FASTER = `speeds above ${FAST} √(2T/m)`, EXPERT = [FASTER, "momentum", "angular momentum"]; // numbers
+const COPY = "use Copy, or ";
+const NO_WORKER = "This site forbids scripts in the background, which measure: save the page, and open the file.";
 
 function copy(text, done) {
   const copied = navigator.clipboard?.writeText(text) ?? Promise.reject();
-  copied.then(() => say(done), () => say("The browser does not allow copying here."));
+  copied.then(() => say(done), () => say("The browser forbids this button to copy here: select the text, and copy it."));
 }
 
-function save(blob, name) {
+// Saves a file. A frame can forbid it, and only one of the same site says so. instead: what else helps there
+function save(blob, name, instead = "") {
+  const frame = window.frameElement, advice = `${instead}open the page by itself.`;
+  if (frame?.hasAttribute("sandbox") && !frame.sandbox.contains("allow-downloads")) {
+    say(`This frame forbids downloads: ${advice}`);
+    return;
+  }
+  if (window !== window.top) say(`If no file appears, this frame forbids downloads: ${advice}`);
   const link = element("a", { href: URL.createObjectURL(blob), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
@@ -102,7 +111,7 @@ class LivePage extends Showing {
       gas = new Gas(config, own);
     } catch (error) {
       if (!(error instanceof SceneError)) throw error;
-      this.refuse(error.message);
+      this.refuse(refusalOf(error, config));
       if (this.config) this.controls.show(this.config);
       return;
     }
@@ -115,7 +124,8 @@ class LivePage extends Showing {
     this.topSpeed = 2 * Math.max(rootMeanSquare, wall);
     this.rate = Math.max(...size) / (Math.max(...speeds) || 1) / CROSSING; // s of the gas in a second
     this.arena = new Arena(find("arena"), gas, { ...viewOf(gas.scene.container), colours: content.colours });
-    if (this.scene.path !== undefined) gas.tag(this.scene.path);
+    this.tag(this.scene.path ?? null);
+    this.nameSpecies();
     this.charts.show([gas], FIRST_SPAN * CROSSING * this.rate);
     this.controls.show(config);
     find("seed").value = config.seed;
@@ -193,8 +203,8 @@ class LivePage extends Showing {
   // The repeat has ended: says why, and how to continue. The program's sentence also says what is saved.
   ended() {
     this.playing = false;
-    const message = this.gas.stop.message.replace(/; [^;]* saved$/, ""), way = this.gas.continuation;
-    this.end(`${message[0].toUpperCase()}${message.slice(1)}.`, way ? CONTINUATIONS[way] : "");
+    const message = this.gas.stop.message.replace(/; ([^;]* saved|give a time.*)$/, ""), way = this.gas.continuation;
+    this.end(sentenceOf(message), way ? CONTINUATIONS[way] : "");
   }
 
   continue() {
@@ -235,6 +245,7 @@ class LivePage extends Showing {
     find("play").setAttribute("aria-label", this.playing ? "Pause" : "Play");
     find("play").disabled = find("forth").disabled = Boolean(gas.stop);
     document.body.classList.toggle("playing", this.playing);
+    this.showWatch();
     if (this.playing && now - this.chartsAt < CHARTS_EVERY) return;
     this.chartsAt = now;
     if (!this.playing || now - this.fitAt > FIT_EVERY) {
@@ -293,8 +304,8 @@ class LivePage extends Showing {
     const rows = shown.flatMap(([count, hash]) => [
       element("dt", { textContent: count.toLocaleString("en") }), element("dd", { textContent: hash }),
     ]);
-    const none = this.gas.changed ? "None: no config describes this run." : "They appear after 1,000 collisions, or at the end.";
-    if (!rows.length) rows.push(element("dd", { textContent: none }));
+    const none = gas.changed ? "no config describes this run" : "they appear after 1,000 collisions, or at the end";
+    if (!rows.length) rows.push(element("dt", { textContent: "none" }), element("dd", { textContent: none }));
     find("hashes").replaceChildren(...rows);
   }
 
@@ -322,7 +333,65 @@ class LivePage extends Showing {
   // Shows the path of a ball, or none for null.
   tag(ball) {
     this.gas.tag(ball);
+    find("tagged").value = ball ?? "";
+    find("tagged").max = this.gas.number - 1;
     this.refresh();
+  }
+
+  // The same, as a user asks for it.
+  choose(ball) {
+    this.tag(ball);
+    say(ball === null ? "No path is shown." : `The path of ball ${ball} is shown.`);
+  }
+
+  // Offers colours by species, if balls differ, and has the legend name them.
+  nameSpecies() {
+    const all = speciesIn(this.gas.scene), areFew = all.length > 1 && all.length <= SPECIES.length;
+    const menu = find("colours"), chosen = menu.value;
+    this.coloursOfSpecies = [];
+    find("species").replaceChildren(...(areFew ? all : []).map(({ radius, mass, balls }, k) => {
+      const dot = element("i"), entry = element("span"), number = balls.length;
+      dot.style.background = SPECIES[k];
+      entry.append(dot, `${number} ball${number === 1 ? "" : "s"} of ${brief(radius)} m, ${brief(mass)} kg`);
+      for (const ball of balls) this.coloursOfSpecies[ball] = SPECIES[k];
+      return entry;
+    }));
+    if (areFew) menu.append(this.bySpecies);
+    else this.bySpecies.remove();
+    menu.value = areFew || chosen !== "species" ? chosen : "fixed";
+    this.colour();
+  }
+
+  // Colours by speed or by species.
+  colour() {
+    const bySpecies = find("colours").value === "species";
+    this.arena.colours = bySpecies ? this.coloursOfSpecies : null;
+    find("speeds").hidden = bySpecies;
+    find("species").hidden = !bySpecies;
+    find("arena").setAttribute("aria-label", `Balls in their container, coloured by ${bySpecies ? "species" : "speed"}`);
+    this.refresh();
+  }
+
+  // Starts or stops the stopwatch.
+  pressWatch() {
+    const { gas } = this, text = find("watch-end").value, duration = text === "" ? Infinity : Number(text);
+    if (gas.watched?.isOver === false) gas.stopWatch();
+    else if (duration > 0) gas.startWatch(duration);
+    else say("Give a time above 0 s for the stopwatch, or none.");
+    this.refresh();
+  }
+
+  showWatch() {
+    const { watched } = this.gas, button = find("watch"), text = watched ? this.countedBy(watched) : "";
+    const name = watched?.isOver === false ? "Stop stopwatch" : "Start stopwatch";
+    if (watched?.isOver && button.textContent !== name) say(`The stopwatch stops: ${text}.`);
+    button.textContent = name;
+    find("watched").textContent = text;
+  }
+
+  countedBy({ time, wallEvents, pairEvents }) {
+    const wall = hasWalls(this.gas.scene.container) ? `at the wall ${wallEvents.toLocaleString("en")}, ` : "";
+    return `${timeText(time, this.rate)} s; collisions ${wall}between balls ${pairEvents.toLocaleString("en")}`;
   }
 
   restart() {
@@ -338,11 +407,16 @@ class LivePage extends Showing {
     const source = `${find("engine").textContent}\n(${worker})();`;
     const results = [], end = (text) => this.endMeasurement(text);
     this.workerUrl = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
-    this.worker = new Worker(this.workerUrl);
+    try {
+      this.worker = new Worker(this.workerUrl);
+    } catch {
+      end(NO_WORKER);
+      return;
+    }
     this.measuring(true);
     this.worker.onmessage = ({ data }) => {
       if (data.error) {
-        end(data.error);
+        end(refusalOf(data.error, config));
         return;
       }
       results.push(data);
@@ -354,7 +428,7 @@ class LivePage extends Showing {
       const needed = `The means need ${row.short} collisions between balls in a start, so that speeds mix.`;
       end(`${starts} starts measured.${row.short ? ` ${needed} Give more collisions.` : ""}`);
     };
-    this.worker.onerror = (event) => end(`The measurement failed: ${event.message}`);
+    this.worker.onerror = (event) => end(event.message ? `The measurement failed: ${event.message}.` : NO_WORKER);
     this.worker.postMessage({ config, starts, own, compiled: modules });
   }
 
@@ -380,7 +454,7 @@ class LivePage extends Showing {
   }
 
   endMeasurement(text) {
-    this.worker.terminate();
+    this.worker?.terminate();
     URL.revokeObjectURL(this.workerUrl);
     this.measuring(false);
     find("measured").textContent = text;
@@ -394,6 +468,8 @@ class LivePage extends Showing {
       find("scenes").append(button);
     }
     showLegend(content.colours);
+    this.bySpecies = new Option("species", "species");
+    find("colours").addEventListener("change", () => this.colour());
     const explained = {
       restart: "Begins again with the config below.",
       seed: "Seed of the random start: the same seed gives the same collisions.",
@@ -412,6 +488,8 @@ class LivePage extends Showing {
       "clear-table": "Removes all rows.",
       "plot-x": "What the plot has on its horizontal axis.", "plot-y": "What the plot has on its vertical axis.",
       continue: "Continues from the places and velocities now.",
+      tagged: "Number of the ball whose path is drawn; empty for none.",
+      watch: "Counts time and collisions of the gas.", "watch-end": "Time of the gas after which the stopwatch stops.",
     };
     for (const [name, sentence] of Object.entries(explained)) find(name).title = sentence;
     for (const kind of ["focusin", "mouseover"]) {
@@ -437,7 +515,7 @@ class LivePage extends Showing {
     find("copy-link").onclick = () => this.copyLink();
     window.addEventListener("hashchange", () => { this.play(false); this.openLink(); });
     find("copy-config").onclick = () => copy(find("yaml").textContent, "The config is copied.");
-    find("save-config").onclick = () => save(new Blob([find("yaml").textContent], { type: "text/yaml" }), "gas.yaml");
+    find("save-config").onclick = () => save(new Blob([find("yaml").textContent], { type: "text/yaml" }), "gas.yaml", COPY);
     find("speed").onchange = () => {
       const { value } = find("speed");
       this.speeds[this.pace] = value === "real" ? value : Number(value);
@@ -445,11 +523,18 @@ class LivePage extends Showing {
     };
     find("arena").onclick = (event) => {
       const ball = this.arena.ballAt(event.offsetX, event.offsetY);
-      if (ball === null) this.play();
-      else this.tag(ball === this.gas.tagged ? null : ball);
-      say(ball === null ? (this.playing ? "The gas runs." : "The gas pauses.")
-        : this.gas.tagged === null ? "No path is shown." : `The path of ball ${ball} is shown.`);
+      if (ball === null) {
+        this.play();
+        say(this.playing ? "The gas runs." : "The gas pauses.");
+      } else this.choose(ball === this.gas.tagged ? null : ball);
     };
+    find("tagged").onchange = () => {
+      const text = find("tagged").value, ball = Number(text), { number } = this.gas;
+      if (text === "" || (Number.isInteger(ball) && ball >= 0 && ball < number)) this.choose(text === "" ? null : ball);
+      else say(`There is no ball ${text}: give a number from 0 to ${number - 1}.`);
+      find("tagged").value = this.gas.tagged ?? "";
+    };
+    find("watch").onclick = () => this.pressWatch();
     const phone = window.matchMedia("(max-width: 44rem)"), fold = () => { find("sliders").open = !phone.matches; };
     phone.addEventListener("change", fold);
     fold();
@@ -475,7 +560,7 @@ function worker() {
       for (let repeat = 0; repeat < starts; repeat++) postMessage(measureRepeat(config, repeat, own));
     } catch (error) {
       if (!(error instanceof SceneError)) throw error;
-      postMessage({ error: error.message });
+      postMessage({ error: { message: error.message, helps: error.helps } });
     }
   };
 }

@@ -209,9 +209,8 @@ def _law(law: WallLaw) -> dict[str, Any]:
 
 def _boundaries(scenes: list[dict[str, Any]]) -> set[str]:
     """The boundaries that scenes have, or get by controls: any circle may be free, or slide."""
-    shapes = {scene["config"]["container"].get("shape", "circle") for scene in scenes}
-    circles = {name for name in PACKED if name.endswith("_circle")}
-    return shapes - {"circle"} | (circles if "circle" in shapes else set())
+    shapes = {configs.validated(scene["config"]).container.shape for scene in scenes}
+    return {name for name in PACKED if name.split("_")[-1] in shapes}
 
 
 def _with_rows(config: dict[str, Any]) -> dict[str, Any]:

@@ -8,8 +8,16 @@ const LEAST_AMOUNT = 1e-50, MOST_AMOUNT = 1e50;
 const DIAMETERS = 5 * (1 + 1e-8); // of its balls, that a container which repeats needs each way
 const SIDES = ["left", "right", "bottom", "top"];
 
-/** A scene that cannot exist: one sentence. */
-class SceneError extends Error {}
+/** A scene that cannot exist, and why.
+ *
+ * helps : keys of balls that can be lower; "container" for a larger one
+ */
+class SceneError extends Error {
+  constructor(message, helps = []) {
+    super(message);
+    this.helps = helps;
+  }
+}
 
 /** The groups of balls of a config: single balls, and those given by a number or on rings. */
 function groupsOf({ balls }) {
@@ -159,7 +167,7 @@ function check(scene) {
   const { container, radii, masses } = scene;
   const amounts = [...radii, ...masses, ...container.size];
   if (!amounts.every((amount) => amount >= LEAST_AMOUNT && amount <= MOST_AMOUNT)) {
-    throw new SceneError("a length or a mass is not from 1e-50 to 1e+50; choose units in which it is nearer to 1");
+    throw new SceneError("a length or a mass is not from 1e-50 to 1e+50: give one nearer to 1");
   }
   checkRadii(container, Math.max(...radii));
   checkPlaces(scene);
@@ -169,12 +177,13 @@ function check(scene) {
 /** Throw ``SceneError`` for balls that are too large wherever they are. */
 function checkRadii(container, largest) {
   const { shape, size } = container;
-  const isNarrow = size.some((length, axis) => repeatsAlong(axis, container) && length < 2 * largest * DIAMETERS);
-  if (isNarrow) {
-    throw new SceneError("the box is under 5 diameters of its balls where it repeats; use smaller balls, or a larger box");
+  const narrow = size.findIndex((length, axis) => repeatsAlong(axis, container) && length < 2 * largest * DIAMETERS);
+  if (narrow >= 0) {
+    const helps = narrow === 0 ? ["radius", "container"] : ["radius"];
+    throw new SceneError("the container is under 5 diameters of its balls where it repeats", helps);
   }
   if (shape === "circle" && largest >= size[0] / 2) {
-    throw new SceneError(`a ball of radius ${general(largest, 4)} m cannot move in this container; make it smaller`);
+    throw new SceneError(`a ball of radius ${general(largest, 4)} m cannot move in this container`, ["radius", "container"]);
   }
 }
 
@@ -190,14 +199,13 @@ function gapOf(x, y, radius, container) {
 function checkPlaces({ positions, radii, container, rounding }) {
   const extent = Math.max(...container.size) + 2 * Math.max(...radii);
   const slack = Math.max(8 * EPSILON * extent + 2e-9 * Math.min(...radii), rounding);
-  const advice = "use smaller balls, or a larger container";
   for (let i = 0; i < radii.length; i += 1) {
     const x = positions[2 * i], y = positions[2 * i + 1], out = -gapOf(x, y, radii[i], container);
-    if (out > slack) throw new SceneError(`ball ${i} sticks out of the container by ${general(out, 4)} m; ${advice}`);
+    if (out > slack) throw new SceneError(`ball ${i} sticks out of the container by ${general(out, 4)} m`, ["container"]);
     for (let k = 0; k < i; k += 1) {
       const square = squareOf(x - positions[2 * k], y - positions[2 * k + 1], container);
       const overlap = radii[i] + radii[k] - Math.sqrt(square);
-      if (overlap > slack) throw new SceneError(`balls ${k} and ${i} overlap by ${general(overlap, 4)} m; ${advice}`);
+      if (overlap > slack) throw new SceneError(`balls ${k} and ${i} overlap by ${general(overlap, 4)} m`, ["container"]);
     }
   }
 }
@@ -213,5 +221,5 @@ function checkSpeeds({ velocities, radii, masses, container }) {
   const isUsable = (speed) => speed === 0 || ((speed * shortest) ** 2 >= TINY && (speed * longest) ** 2 < Infinity);
   const energy = sum(speeds.map((speed, k) => masses[k] * speed * speed)) / 2;
   if (speeds.every((speed) => speed === 0) || (speeds.every(isUsable) && energy >= TINY && energy < Infinity)) return;
-  throw new SceneError("speeds times distances, or energies, are no doubles; choose units in which they are nearer to 1");
+  throw new SceneError("speeds, or energies, are too small or too large to compute with: give speeds nearer to 1");
 }

@@ -93,7 +93,7 @@ class Table {
       this.show();
     };
     find("copy-table").onclick = () => copy(this.text("\t"), "The table is copied.");
-    find("save-table").onclick = () => save(new Blob([this.text(",")], { type: "text/csv" }), "measurements.csv");
+    find("save-table").onclick = () => save(new Blob([this.text(",")], { type: "text/csv" }), "measurements.csv", COPY);
     find("plot-image").onclick = () => saveCanvas(find("plot"), "plot.png");
   }
 

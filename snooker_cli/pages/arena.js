@@ -3,9 +3,11 @@
 
 const FLASH = 0.3; // s of showing
 const MOST_FLASHES = 60;
-const SMALLEST = 1.5; // px: the radius of balls that would be too small to see
+const SMALLEST = 2; // px: the radius of balls that would be too small to see, to the middle of their rim
 const SHADES = 64;
-const GREEN = "#009e73"; // of contacts; no speed has it
+const RIM = "#434854"; // around each ball: it is dark on every floor, also where the ball is pale
+// Of species, for colour-blind people too (Okabe & Ito); without the green of contacts.
+const SPECIES = ["#0072b2", "#e69f00", "#cc79a7", "#f0e442", "#d55e00", "#56b4e9"];
 const VIOLET = "#7b2cbf"; // the path of the tagged ball
 const NEAR = 6; // px: how near to a small ball a click is
 const MOST_PARTS = 3000; // of a ball's path: the latest ones, because more would fill the container
@@ -28,6 +30,7 @@ class Arena {
     this.view = view;
     this.shades = shades(view.colours);
     this.still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.colours = null; // of each ball, instead of those of speeds
   }
 
   // The ball at a place of the canvas as it was drawn last, or null.
@@ -69,6 +72,7 @@ class Arena {
     pen.stroke();
     pen.setLineDash([]);
     if (view.periodic && view.hasWall) this.sides(pen, x, y, centre);
+    pen.strokeStyle = pen.fillStyle = paint("contact");
     for (const [px, py, r, age] of flashes) this.flash(pen, x(px), y(py), r * scale, age);
   }
 
@@ -93,14 +97,13 @@ class Arena {
 
   balls(pen, x, y, scale, time, centre, topSpeed) {
     const { gas } = this, periodic = this.view.periodic, [w, h] = this.view.size;
-    const rim = scale * gas.radii[0] > 3;
     pen.lineWidth = 1;
-    pen.strokeStyle = "rgba(20, 24, 36, 0.75)";
+    pen.strokeStyle = RIM;
     for (let ball = 0; ball < gas.number; ball++) {
       let [px, py] = gas.place(ball, time);
       const r = gas.radii[ball];
       const part = Math.min(gas.speed(ball) / topSpeed, 1) || 0;
-      pen.fillStyle = this.shades[Math.round(part * (SHADES - 1))];
+      pen.fillStyle = this.colours?.[ball] ?? this.shades[Math.round(part * (SHADES - 1))];
       let across = [0], along = [0];
       if (periodic) {
         px -= w * Math.round((px - centre[0]) / w);
@@ -111,9 +114,9 @@ class Arena {
       for (const dx of across) {
         for (const dy of along) {
           pen.beginPath();
-          pen.arc(x(px + dx), y(py + dy), Math.max(r * scale - (rim ? 0.5 : 0), SMALLEST), 0, 2 * Math.PI);
+          pen.arc(x(px + dx), y(py + dy), Math.max(r * scale - 0.5, SMALLEST), 0, 2 * Math.PI);
           pen.fill();
-          if (rim) pen.stroke();
+          pen.stroke();
           this.drawn.push([ball, x(px + dx), y(py + dy), r * scale]);
         }
       }
@@ -146,7 +149,6 @@ class Arena {
 
   flash(pen, px, py, r, age) {
     const grown = this.still ? 0.5 : 1 - (1 - age) ** 2;
-    pen.strokeStyle = pen.fillStyle = GREEN;
     pen.globalAlpha = (1 - age) ** 1.5;
     pen.lineWidth = 2;
     pen.beginPath();

@@ -110,8 +110,7 @@ function followScreen(redraw) {
   }
 }
 
-// The colours of speeds and contacts in the legend.
+// The colours of speeds in the legend.
 function showLegend(colours) {
-  find("ring").style.borderColor = GREEN;
   find("ramp").style.background = `linear-gradient(to right, ${colours.join(",")})`;
 }

@@ -26,7 +26,7 @@ def test_movies_and_the_page_have_the_same_constants() -> None:
     script = text_of("snooker_cli.pages", "arena.js", "panels.js")
     assert f"const FLASH = {FLASH};" in script
     assert f"const MOST_FLASHES = {MOST_FLASHES};" in script
-    assert f'const GREEN = "{GREEN}";' in script
+    assert f"--contact: {GREEN};" in text_of("snooker_cli.pages", "page.css")
     assert f"const BIN = {BIN}, BINS = {BINS};" in script
     assert f"const MOST_SHARE = {MOST_SHARE};" in script
     assert f"const EDGE = {EDGE:.0e};".replace("e-09", "e-9") in script

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -123,7 +124,10 @@ def test_sliders_change_the_gas(opened: Opened) -> None:
     assert "cor: 0.5" in seen["yaml"]
     assert "radius: 0.9" in seen["yaml"]
     assert seen["emptied"] == ["0.9", 0.9]
-    assert seen["error"][0].startswith("rings: 3 needs balls of radius 1.333 m or less")
+    assert seen["error"][0] == (
+        "With “rings” 3, the radius can be at most 1.333 m:"
+        " lower “rings” or “radius”, or raise “container’s radius”."
+    )
     assert seen["error"][1:] == [False, 0.9, "0.9"]
     assert seen["slider"] == [100, True]
     assert seen["fixed"] == [None, "passive"]
@@ -222,9 +226,9 @@ DIFFERENT = """
   add({ ...warm, seed: 2 });
   const csv = live.table.text(",").split("\\n")[0].split(",");
   const more = heads().slice(alone.length);
-  const channel = { shape: "channel", width: 20, height: 20, mass: null };
+  const box = { shape: "box", width: 20, height: 20, mass: null };
   const balls = { count: 5, radius: 0.5, mass: 1, speed: 10 };
-  const sides = { ...warm, container: channel, balls, wall_temperature: { left: 20 } };
+  const sides = { ...warm, container: box, balls, wall_temperature: { left: 20 } };
   add({ ...sides, title: "another scene" });
   return [alone, more, csv.slice(-2), heads()[0], heads().includes("left wall T, J")];
 })()
@@ -479,3 +483,173 @@ def test_a_beginners_view_leaves_things_out(
     differs = is_brief != made_for_beginners
     kept = "scene=report" + (f"&{link[1:]}" if differs else "")
     assert rest == [not is_brief, not is_brief, True, kept]
+
+
+PATH_BY_NUMBER = """
+(async () => {
+  const field = find("tagged"), seen = [];
+  const type = (value) => {
+    field.value = value;
+    field.onchange();
+    seen.push([live.gas.tagged, field.value, find("said").textContent]);
+  };
+  for (const value of ["5", "37", ""]) type(value);
+  const places = [...document.querySelectorAll("input, select, button")].map(({ id }) => id);
+  return [seen, field.labels[0].textContent.trim(), field.tabIndex,
+    places.indexOf("colours") + 1 === places.indexOf("tagged")];
+})()
+"""
+
+
+def test_a_path_is_chosen_by_a_number(opened: Opened) -> None:
+    seen, label, focus, follows = opened().value(PATH_BY_NUMBER)
+    assert seen == [
+        [5, "5", "The path of ball 5 is shown."],
+        [5, "5", "There is no ball 37: give a number from 0 to 36."],
+        [None, "", "No path is shown."],
+    ]
+    assert (label, focus, follows) == ("path of ball", 0, True)
+
+
+COLOURS = """
+const colours = () => { // of each pixel of the arena
+  const { width, height } = find("arena"), pen = find("arena").getContext("2d");
+  const { data } = pen.getImageData(0, 0, width, height);
+  return (x, y) => {
+    const begin = 4 * (width * Math.floor(y) + Math.floor(x));
+    return [...data.subarray(begin, begin + 3)];
+  };
+};
+"""
+
+SPECIES = """
+(async () => {
+  const menu = find("colours"), seen = [];
+  const open = (wanted) => {
+    live.open(content.scenes.find(({ name }) => name === wanted));
+    seen.push([menu.value, [...menu.options].map(({ value }) => value), find("speeds").hidden]);
+  };
+  open("brownian");
+  menu.value = "species";
+  menu.dispatchEvent(new Event("change"));
+  await wait(50);
+  const legend = [...find("species").children].map((entry) => entry.textContent);
+  const dots = [...find("species").querySelectorAll("i")].map((dot) => dot.style.backgroundColor);
+  const colourAt = colours();
+  const drawn = [0, 1].map((ball) => {
+    const [, x, y] = live.arena.drawn.find(([number]) => number === ball);
+    return `rgb(${colourAt(x, y).join(", ")})`;
+  });
+  open("brownian");
+  open("heated");
+  return [seen, legend, dots, drawn];
+})()
+"""
+
+
+def test_balls_have_the_colours_of_their_species(opened: Opened) -> None:
+    """Where all balls are equal, there is no such choice."""
+    seen, legend, dots, drawn = opened().value(COLOURS + SPECIES)
+    usual = ["fixed", "relative"]
+    assert seen == [
+        ["fixed", [*usual, "species"], False],
+        ["species", [*usual, "species"], True],
+        ["fixed", usual, False],
+    ]
+    assert legend == ["1 ball of 2 m, 20 kg", "150 balls of 0.25 m, 1 kg"]
+    assert drawn == dots
+
+
+WATCH = """
+(async () => {
+  const texts = () => ["watch", "watched", "said"].map((name) => find(name).textContent);
+  const seen = [texts()], shown = async () => { await wait(50); seen.push(texts()); };
+  find("watch-end").value = -1;
+  find("watch").click();
+  await shown();
+  find("watch-end").value = 0.5;
+  find("watch").click();
+  await shown();
+  live.gas.advance(1);
+  live.refresh();
+  await shown();
+  find("restart").click();
+  await shown();
+  live.gas.advance(0.5);
+  const { wallEvents, pairEvents } = live.gas.simulation;
+  return [seen, `0.500 s; collisions at the wall ${wallEvents}, between balls ${pairEvents}`];
+})()
+"""
+
+
+def test_a_stopwatch_stops_after_its_time(opened: Opened) -> None:
+    (first, refused, begun, stopped, again), counted = opened().value(WATCH)
+    assert first == ["Start stopwatch", "", ""]
+    assert refused[2] == "Give a time above 0 s for the stopwatch, or none."
+    assert begun[:2] == ["Stop stopwatch", "0.000 s; collisions at the wall 0, between balls 0"]
+    assert stopped == ["Start stopwatch", counted, f"The stopwatch stops: {counted}."]
+    assert again[:2] == ["Start stopwatch", ""]
+
+
+RIMS = """
+(async () => {
+  live.open(content.scenes.find(({ name }) => name === "ideal"));
+  live.topSpeed = 1e-9; // all balls have the palest colour
+  await wait(50);
+  const colourAt = colours(), near = [-3, -2, -1, 0, 1, 2, 3];
+  return live.arena.drawn.map(([, x, y]) =>
+    Math.min(...near.flatMap((dx) => near.map((dy) => colourAt(x + dx, y + dy)[0]))));
+})()
+"""
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_the_smallest_balls_have_a_dark_rim(dark: bool, opened: Opened) -> None:
+    """Their red is 252, and that of the floor 247 or 211: 3 to 1 is a red below 135 or 110."""
+    reds = opened(dark=dark).value(COLOURS + RIMS)
+    assert len(reds) == 100
+    assert max(reds) < (110 if dark else 135)
+
+
+IN_A_FRAME = """
+<script>
+started.then(async () => {
+  const said = () => find("said").textContent;
+  find("save-config").click();
+  const seen = [said()];
+  find("charts-image").click();
+  find("measure").click();
+  for (let k = 0; k < 200 && (!seen[1] || said() === seen[0]); k++) {
+    await new Promise((done) => setTimeout(done, 20));
+    seen[1] = find("measured").textContent;
+  }
+  parent.postMessage([...seen, said()], "*");
+});
+</script>"""
+
+
+@pytest.mark.parametrize(
+    ("rights", "saved"),
+    [
+        ("allow-scripts allow-same-origin", "This frame forbids downloads: "),
+        ("allow-scripts", "If no file appears, this frame forbids downloads: "),
+    ],
+)
+def test_a_frame_that_forbids_something_says_so(
+    rights: str, saved: str, browser: Browser, tmp_path: Path
+) -> None:
+    """The frame of another site cannot be read; its host forbids workers."""
+    page = escape(snooker.live().html + IN_A_FRAME)
+    policy = '<meta http-equiv="Content-Security-Policy" content="worker-src \'none\'">'
+    listen = "<script>heard = new Promise((done) => onmessage = ({ data }) => done(data))</script>"
+    frame = f'<iframe sandbox="{rights}" srcdoc="{page}"></iframe>'
+    (tmp_path / "host.html").write_text(f"{policy}{listen}{frame}", encoding="utf-8")
+    browser.open(tmp_path / "host.html")
+    config, measured, picture = browser.value("heard")
+    browser.complaints.clear()  # about the frame
+    assert config == f"{saved}use Copy, or open the page by itself."
+    assert measured == (
+        "This site forbids scripts in the background, which measure:"
+        " save the page, and open the file."
+    )
+    assert picture == f"{saved}open the page by itself."

@@ -16,6 +16,7 @@ from snooker_cli import config as configs
 from snooker_cli.config import Experiment
 from snooker_cli.engine import simulate
 from snooker_cli.live_page.page import CONTROLS, MOST_BYTES, presets
+from snooker_cli.pages.html_page import PAGES, text_of
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.trace import event_hashes
 
@@ -164,6 +165,10 @@ CONTROLLED: dict[str, dict[str, Any]] = {
         "container": CHANNEL,
         "balls": [{"position": [0.0, 0.0], "velocity": [0.0, 0.0], "radius": 2.0}, SPECIES[0]],
         "wall_cor_speed": 5.0,
+    },
+    "one large": {
+        "container": CHANNEL | {"shape": "box"},
+        "balls": [{"position": [0.0, 0.0], "velocity": [0.0, 0.0], "radius": 2.0}, SPECIES[0]],
     },
     "periodic": {"container": CHANNEL | {"shape": "periodic"}, "balls": SPECIES},
 }
@@ -356,3 +361,152 @@ def test_a_link_is_refused_where_the_program_refuses_its_config(
             accepted.append(False)
     assert found == accepted
     assert 0 < sum(accepted) < len(links)
+
+
+REFUSED = """(() => {
+  const control = controlsOf(config).find(({ id }) => id === name);
+  control.write(config, value);
+  try {
+    startingScene(config, 0);
+  } catch (error) {
+    return refusalOf(error, config);
+  }
+})()"""
+
+
+@pytest.mark.parametrize(
+    ("config", "control", "value", "sentence"),
+    [
+        (
+            "packed",
+            "packing",
+            0.85,
+            "20 balls fit only with radii of at most 0.8689 of these: lower “packing”.",
+        ),
+        (
+            "warm",
+            "count-1",
+            1000,
+            "1,000 balls fit only with radii of at most 0.5874 of these: lower “balls” or “radius”,"
+            " or raise “container’s radius”.",
+        ),
+        (
+            "one large",
+            "container-width",
+            3.0,
+            "Ball 0 sticks out of the container by 0.5 m: raise “container’s width”.",
+        ),
+        (
+            "periodic",
+            "radius-2",
+            3.0,
+            "The container is under 5 diameters of its balls where it repeats: lower “radius”,"
+            " or raise “container’s width”.",
+        ),
+        (
+            "rings",
+            "speed",
+            1e200,
+            "Speeds, or energies, are too small or too large to compute with:"
+            " give speeds nearer to 1.",
+        ),
+        (
+            "rings",
+            "container-radius",
+            1e50,
+            "A length or a mass is not from 1e-50 to 1e+50: give one nearer to 1.",
+        ),
+    ],
+)
+def test_a_refusal_names_the_controls_that_help(
+    config: str, control: str, value: float, sentence: str, javascript: LiveScripts
+) -> None:
+    """Each sentence has controls of this scene only, by the names that they have on the page."""
+    experiment = configs.validated(CONTROLLED[config] | {"cor": 0.9, "collisions": 10})
+    page = json.loads(configs.to_json(experiment))
+    given = {"config": page, "name": control, "value": value}
+    assert javascript.value(REFUSED, **given) == sentence
+    labels = javascript.value("controlsOf(config).map(({ label }) => label)", config=page)
+    named = set(re.findall("“(.*?)”", sentence))
+    assert named <= {label.split(",")[0] for label in labels}
+
+
+WATCHED = """(() => {
+  const gas = new Gas(configOf("heated")), events = [];
+  const advance = (until) => {
+    while (gas.time < until) gas.advance(Math.min(gas.time + 0.07, until));
+  };
+  advance(1);
+  gas.startWatch(2);
+  advance(2);
+  const running = gas.watched;
+  advance(4);
+  const over = gas.watched;
+  gas.startWatch();
+  advance(4.5);
+  gas.stopWatch();
+  advance(5);
+  const simulation = new Simulation(startingScene(configOf("heated"), 0));
+  while (simulation.time < 5) {
+    simulation.advance(1);
+    events.push([simulation.time, simulation.eventJ[0]]);
+  }
+  return [running, over, gas.watched, events];
+})()"""
+
+
+def test_a_stopwatch_counts_the_collisions_of_its_time(javascript: LiveScripts) -> None:
+    """Exactly those between its start and its end, whenever frames are; the gas runs on."""
+    *watched, events = javascript.value(WATCHED)
+    assert [watch["isOver"] for watch in watched] == [False, True, True]
+    for watch, (begin, end) in zip(watched, [(1, 2), (1, 3), (4, 4.5)], strict=True):
+        during = [other for time, other in events if begin < time <= end]
+        assert watch["time"] == pytest.approx(end - begin, rel=1e-12)
+        assert watch["wallEvents"] == sum(other < 0 for other in during) > 0
+        assert watch["pairEvents"] == sum(other >= 0 for other in during) > 0
+
+
+def test_balls_of_one_radius_and_mass_are_a_species(javascript: LiveScripts) -> None:
+    config = json.loads(
+        configs.to_json(configs.validated(CONTROLLED["one large"] | {"cor": 1, "time": 1}))
+    )
+    species = javascript.value("speciesIn(startingScene(config, 0))", config=config)
+    assert species == [
+        {"radius": 2.0, "mass": 1.0, "balls": [0]},
+        {"radius": 0.5, "mass": 1.0, "balls": list(range(1, 21))},
+    ]
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of #rrggbb or #rgb, as WCAG 2.2 defines it."""
+    digits = colour[1:] if len(colour) == 7 else "".join(2 * digit for digit in colour[1:])
+    parts = [int(digits[at : at + 2], 16) / 255 for at in (0, 2, 4)]
+    red, green, blue = [
+        part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts
+    ]
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+def contrast(first: str, second: str) -> float:
+    dark, bright = sorted(map(luminance, (first, second)))
+    return (bright + 0.05) / (dark + 0.05)
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_colours_contrast_with_what_is_behind_them(theme: str, javascript: LiveScripts) -> None:
+    """WCAG 2.2: 4.5 for text, 3 for what has a meaning; pale balls have a dark rim."""
+    style = text_of(PAGES, "page.css")
+    light, dark = re.findall(r":root \{ (color-scheme.*?|--ink.*?)\}", style, re.S)
+    colours = dict(re.findall(r"--(\w+): (#\w+)", light))
+    if theme == "dark":
+        colours |= dict(re.findall(r"--(\w+): (#\w+)", dark))
+    rim, path = javascript.value("[RIM, VIOLET]")
+    texts = ("ink", "soft", "warn", "first", "second", "third", "fourth")
+    pairs = [(colours[text], colours["paper"], 4.5) for text in texts]
+    pairs += [(colours[text], colours["tint"], 4.5) for text in ("ink", "soft")]
+    pairs += [(colours["edge"], colours[behind], 3) for behind in ("paper", "tint")]
+    pairs += [(colours["blue"], colours["paper"], 3), ("#ffffff", colours["blue"], 4.5)]
+    pairs += [(drawn, colours["floor"], 3) for drawn in (rim, path)]
+    pairs += [(colours["contact"], colours[behind], 3) for behind in ("paper", "floor")]
+    poor = [(*pair, contrast(*pair)) for *pair, least in pairs if contrast(*pair) < least]
+    assert poor == []
