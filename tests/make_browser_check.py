@@ -19,13 +19,13 @@ from javascript import (  # noqa: E402  # after the path
     answer_of,
     modules_source,
 )
-from test_engine import GASES  # noqa: E402
+from test_bits import CASES  # noqa: E402
+from test_engine import is_simulated  # noqa: E402
 from test_start import START  # noqa: E402
 
 from snooker_cli.config import to_json, validated  # noqa: E402
 from snooker_cli.engine import simulate  # noqa: E402
 from snooker_cli.live_page.page import STARTING, engine_source, stored_start  # noqa: E402
-from snooker_cli.placement.starting_scene import starting_scene  # noqa: E402
 
 COMPARE = """
 function compared() {
@@ -45,17 +45,10 @@ else document.body.textContent = compared();
 
 
 def case(name: str) -> dict[str, object]:
-    """A config, and the program's events, ending and final state."""
-    experiment = validated(GASES[name])
-    limits = {"collisions": experiment.collisions, "time": experiment.time}
-    scene = starting_scene(experiment, 0)
+    """A golden scene, and the program's events, ending and final state."""
+    scene, limits = CASES[name].scene(), {"collisions": CASES[name].collisions}
     answer = answer_of(simulate(scene, **limits))
-    return {
-        "name": name,
-        "start": stored_start(scene),
-        "limits": limits,
-        "answer": answer,
-    }
+    return {"name": name, "start": stored_start(scene), "limits": limits, "answer": answer}
 
 
 def start() -> str:
@@ -67,7 +60,9 @@ def start() -> str:
 
 
 def main(path: Path) -> None:
-    cases = f"const CASES = {json.dumps([case(name) for name in GASES])};"
+    cases = (
+        f"const CASES = {json.dumps([case(name) for name in CASES if is_simulated(CASES[name])])};"
+    )
     engine = engine_source(*STARTING)
     script = "\n".join([engine, modules_source(), HELPERS, cases, start(), COMPARE])
     if path.suffix == ".html":

@@ -31,8 +31,8 @@ from snooker_cli.trace import StopReason
 PROCESSES = 2
 """How many compile at a time: more take too much memory on small machines."""
 
-SETTINGS = {"NUMBA_OPT": "1", "NUMBA_LOOP_VECTORIZE": "0"}
-"""Numba's settings: it optimises little, because LLVM does so again for WebAssembly."""
+SETTINGS = {"NUMBA_OPT": "0", "NUMBA_LOOP_VECTORIZE": "0"}
+"""Numba's settings: it optimises nothing, because LLVM does so for WebAssembly."""
 
 NOTICE = "compiling the engine of the live page (first use on this machine, about 30 to 60 s)"
 

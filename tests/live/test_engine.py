@@ -19,18 +19,17 @@ from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE
 
-COLLISIONS = 20_000
+COLLISIONS = 1000
 
 RINGS = {"rings": 3, "radius": 1.0, "speed": 10.0}
-TINY = RINGS | {"radius": 0.1}
 SIXTY = {"count": 60, "radius": 1.0, "speed": 10.0}
 MIXTURE = [
     {"count": 20, "radius": 1.0, "speed": 5.0, "mass": 3.0, "speeds": "maxwell"},
     {"count": 40, "radius": 0.4, "speed": 10.0, "start": "random"},
 ]
-CIRCLE, FREE = {"radius": 10.0}, {"radius": 10.0, "mass": 20.0}
-BOX, PERIODIC, CHANNEL = (
-    {"shape": shape, "width": 30.0, "height": 20.0} for shape in ("box", "periodic", "channel")
+CIRCLE = {"radius": 10.0}
+PERIODIC, CHANNEL = (
+    {"shape": shape, "width": 30.0, "height": 20.0} for shape in ("periodic", "channel")
 )
 
 
@@ -42,89 +41,20 @@ def gas(container: dict[str, Any], balls: Any, cor: float, **more: Any) -> dict[
     return {"container": container, "balls": balls, "cor": cor, "collisions": COLLISIONS, **more}
 
 
-BESIDE = {
-    "list": [
-        {"position": [0.0, 4.0 * k], "velocity": [1.0 + k, 0.0], "radius": 1.0} for k in range(2)
-    ]
-}
-
-# Balls in a row with a wall at their left: they collide 314 times in all, the far wall is not hit.
-GALPERIN = {
-    "list": [
-        {"position": [-80.0, 0.0], "velocity": [0.0, 0.0], "radius": 1.0, "mass": 1.0},
-        {"position": [-70.0, 0.0], "velocity": [-1.0, 0.0], "radius": 1.0, "mass": 1e4},
-    ]
-}
-
 GASES: dict[str, dict[str, Any]] = {
-    # Few balls in a circle.
-    "packed": gas(CIRCLE, RINGS, 1.0),
-    "dilute": gas(CIRCLE, TINY, 1.0),
-    "inelastic": gas(CIRCLE, RINGS, 0.95, wall_cor=1.0),
-    "wall trap": gas(CIRCLE, RINGS, 0.9),
-    "dilute wall trap": gas(CIRCLE, TINY, 0.8),
-    "no rebound at the wall": gas(CIRCLE, RINGS, 0.9, wall_cor=0.0),
-    "collapse": gas(CIRCLE, RINGS, 0.1, wall_cor=1.0),
-    "contacts with a duration": gas(CIRCLE, RINGS, 0.5, collapse={"tc": 0.1}),
-    "slow collisions elastic": gas(CIRCLE, RINGS, 0.6, collapse={"elastic_below": 0.1}),
-    "60 balls": gas(packed("circle", 0.3), SIXTY | {"start": "random"}, 1.0),
-    "mixture": gas(packed("circle", 0.3), MIXTURE, 0.98, wall_cor=1.0),
-    "a single ball": gas(CIRCLE, {"rings": 0, "radius": 1.0, "speed": 10.0}, 1.0),
-    "a time": gas(CIRCLE, RINGS, 1.0) | {"collisions": None, "time": 200.0},
-    # A container that moves.
-    "free": gas(FREE, RINGS, 1.0),
-    "free wall trap": gas(FREE, RINGS, 0.7),
-    "heavy": gas(FREE | {"mass": 1e7}, RINGS, 0.95, wall_cor=1.0),
+    "rings": gas(CIRCLE, RINGS, 1.0) | {"collisions": None, "time": 20.0},
     "free mixture": gas(packed("circle", 0.3) | {"mass": 20.0}, MIXTURE, 1.0),
-    "200 balls, free": gas(
-        packed("circle", 0.3) | {"mass": 200.0}, SIXTY | {"count": 200}, 1.0, wall_cor=0.99
-    ),
-    # Balls that slide.
-    "slide": gas(CIRCLE, TINY, 0.8, collapse="slide"),
-    "slide and collapse": gas(CIRCLE, TINY, 0.5, collapse="slide"),
-    "packed slide": gas(CIRCLE, RINGS, 0.95, wall_cor=0.5, collapse="slide"),
-    # Walls that give energy, and a CoR that depends on the speed.
-    "driven": gas(packed("circle", 0.3), SIXTY, 0.9, wall_speed=2.0),
+    "slide": gas(CIRCLE, RINGS | {"radius": 0.1}, 0.8, collapse="slide"),
     "driven, no rotation": gas(
         packed("circle", 0.3), SIXTY | {"common_rotation": False}, 0.9, wall_speed=2.0
     ),
-    "driven, dilute": gas(CIRCLE, TINY, 0.8, wall_speed=1.0),
     "thermal": gas(packed("circle", 0.3), SIXTY, 0.9, wall_temperature=20.0, cor_speed=5.0),
-    "slow collisions almost elastic": gas(CIRCLE, RINGS, 0.8, cor_speed=5.0, wall_cor_speed=5.0),
-    # Cells: many balls in a circle.
-    "100 balls": gas(packed("circle", 0.3), SIXTY | {"count": 100}, 1.0),
-    "200 balls": gas(packed("circle", 0.6), SIXTY | {"count": 200}, 0.98, wall_cor=1.0),
-    "100 balls with durations": gas(
-        packed("circle", 0.4), SIXTY | {"count": 100}, 0.6, collapse={"tc": 0.05}
-    ),
-    "dense, free": gas(
-        packed("circle", 0.7) | {"mass": 50.0}, SIXTY | {"count": 200}, 0.999, wall_cor=1.0
-    ),
-    "dense, light container": gas(
-        packed("circle", 0.6) | {"mass": 2.0}, SIXTY | {"count": 190}, 1.0
-    ),
-    "200 balls in a trap": gas(packed("circle", 0.05), SIXTY | {"count": 200}, 0.8),
-    # Boxes.
-    "box": gas(BOX, SIXTY, 1.0),
-    "cooling box": gas(BOX, SIXTY, 0.99),
-    "dilute box": gas(packed("box", 0.003), SIXTY, 1.0),
-    "dense box": gas(packed("box", 0.7), SIXTY | {"count": 200, "start": "random"}, 1.0),
     "box of a mixture": gas(packed("box", 0.4), MIXTURE, 1.0),
-    "box with durations": gas(BOX, SIXTY, 0.7, collapse={"tc": 0.1}),
-    "driven sides": gas(BOX, SIXTY, 0.9, wall_cor=0.5, wall_speed={"left": 2.0, "right": 1.0}),
-    "Galperin's billiard": gas({"shape": "box", "width": 200.0, "height": 4.0}, GALPERIN, 1.0),
-    # A channel, and no walls.
-    "driven channel": gas(CHANNEL, SIXTY, 0.9, wall_speed=2.0),
+    "dense box": gas(packed("box", 0.7), SIXTY | {"count": 200, "start": "random"}, 1.0),
     "two temperatures": gas(CHANNEL, SIXTY, 0.9, wall_temperature={"left": 20.0, "right": 80.0}),
-    "periodic": gas(PERIODIC, SIXTY, 1.0),
-    "periodic, 200 balls": gas(packed("periodic", 0.02), SIXTY | {"count": 200}, 1.0),
-    "periodic, cooling": gas(PERIODIC, SIXTY, 0.99),
-    "periodic, collapse": gas(PERIODIC, SIXTY, 0.1),
-    "periodic, side by side": gas(PERIODIC, BESIDE, 1.0),
-    # After more collisions the balls rest beside each other, but for roundings.
-    "periodic, durations": gas(PERIODIC, SIXTY, 0.95, collapse={"tc": 0.1})
-    | {"collisions": 60_000},
+    "periodic": gas(PERIODIC, SIXTY, 0.95, collapse={"tc": 0.1}),
 }
+"""Configs of each kind of start: what the page writes of it, the program reads."""
 
 
 @pytest.fixture(scope="module")
@@ -202,7 +132,7 @@ def test_sums_are_those_of_the_events(engine):
 
 def test_other_laws_hold_from_now_on(engine):
     """A slider makes an elastic gas lose energy."""
-    scene = f"startingScene({to_json(validated(GASES['packed']))}, 0)"
+    scene = f"startingScene({to_json(validated(GASES['rings']))}, 0)"
     before, after = engine.answer(f"""
 (() => {{
   const simulation = new Simulation({scene}, {{}}), energies = [];
