@@ -84,14 +84,15 @@ const CORS = [
   { id: "cor", label: "CoR of balls", low: 0, high: 1, step: 0.01, live: true,
     help: "Coefficient of restitution between balls: 1 keeps all energy, 0 has no rebound.",
     fits: () => true, read: (config) => config.cor,
-    write: (config, value) => { // the wall keeps its own
-      if (hasWalls(config.container) && rebounds(config)) config.wall_cor ??= config.cor;
+    write: (config, value, own) => { // the wall keeps its own
+      const wallCor = config.wall_cor ?? config.cor;
       config.cor = value;
+      if (hasWalls(config.container) && rebounds(config)) setWallCor(config, wallCor, own);
     } },
   { id: "wall-cor", label: "CoR of the wall", low: 0, high: 1, step: 0.01, live: true,
     help: "Coefficient of restitution at the wall.",
     fits: (config) => hasWalls(config.container) && rebounds(config), read: (config) => config.wall_cor ?? config.cor,
-    write: (config, value) => { config.wall_cor = value; } },
+    write: setWallCor },
 ];
 
 const CONTROLS = [
@@ -118,22 +119,31 @@ const CONTROLS = [
       passive: "passive", driven: "driven", warm: "with a temperature",
       ...(sidesOf(config).length ? { sides: "sides that differ" } : {}),
     }),
-    help: "A driven wall moves inwards when it is hit. Balls leave a wall with a temperature at random.",
-    fits: ({ container }) => hasWalls(container) && container.mass === null, read: wallType, write: setWall },
+    help: "A driven wall moves inwards when it is hit. Balls leave a wall with a temperature at random. Both fix the container.",
+    fits: ({ container }) => hasWalls(container), read: wallType, write: setWall },
   ...WALLS.map(({ key, type, ...wall }) => ({ ...wall, fits: wallIs(type), ...ofConfig(key) })),
 ];
 
+const SEED = { id: "seed", low: 0, high: Number.MAX_SAFE_INTEGER, step: 1, ...ofConfig("seed") };
+
+// A link has what controls read, so this decides the config: no matter how it was reached. A CoR of the wall that is
+// that of balls is left out, unless the scene's own config has it.
+function setWallCor(config, value, own) {
+  config.wall_cor = value === config.cor && value !== own.wall_cor ? null : value;
+}
+
 // Another type of wall: as in the scene's own config if it has this type, else with values that suit the
-// gas. Sides that differ begin with a hot one on the left and a cold one on the right.
-function setWall(config, type, own = config) {
+// gas. Sides that differ begin with a hot one on the left and a cold one on the right. The container is then fixed.
+function setWall(config, type, own) {
+  const isOwn = type === wallType(own), wallCor = rebounds(config) ? config.wall_cor : own.wall_cor;
   const { speed, mass = 1 } = speciesOf(config)[0] ?? {}, usual = speed || 10, energy = (mass * usual * usual) / 2;
   const temperatures = { warm: energy, sides: { left: 2 * energy, right: energy / 2 } };
-  config.wall_speed = type === "driven" ? usual / 10 : null;
-  config.wall_temperature = temperatures[type] ?? null;
-  if (type === wallType(own)) ({ wall_speed: config.wall_speed, wall_temperature: config.wall_temperature } = own);
-  config.wall_cor = rebounds(config) ? config.wall_cor ?? own.wall_cor : null;
-  if (type !== "passive") config.wall_cor_speed = null;
-  if (type !== "passive" && config.collapse === "slide") config.collapse = "stop";
+  const made = { wall_speed: type === "driven" ? usual / 10 : null, wall_temperature: temperatures[type] ?? null };
+  const { wall_speed, wall_temperature, wall_cor_speed = null } = isOwn ? own : made;
+  Object.assign(config, { wall_speed, wall_temperature, wall_cor_speed });
+  config.wall_cor = rebounds(config) ? wallCor : null;
+  if (type !== "passive") config.container.mass = null;
+  if (own.collapse === "slide" && !config.collapse.tc) config.collapse = type === "passive" ? "slide" : "stop";
 }
 
 // The name of a control, which those of several species or walls share; see CONTROLS of page.py.
@@ -182,9 +192,9 @@ class Controls {
     number.placeholder = none ?? "";
     if (control.step) number.max = control.high;
     number.onchange = () => {
-      const value = typedValue(control, number);
+      const value = typedValue(control, number.value);
       if (!Number.isNaN(value)) this.change(control, value);
-      else if (number.value !== "") say(`Give a number above 0 for “${label}”.`);
+      else if (number.value !== "") say(`Give a number from ${limitsOf(control).join(" to ")} for “${label}”.`);
       number.value = number.dataset.value; // also where the change was refused, or the field is empty
     };
     number.setAttribute("aria-describedby", described.id);
@@ -217,11 +227,15 @@ function brief(value) {
   return Math.abs(value) < 1e6 ? text : Number(text).toExponential().replace("+", "");
 }
 
-// What was typed: a number within the limits of the slider, or of a logarithmic one within those of a config.
-function typedValue({ none, low, high, step }, field) {
-  if (field.value === "") return none ? null : NaN;
-  const typed = Number(field.value), value = Math.min(Math.max(typed, low), high);
-  if (!step) return typed > 0 ? Math.min(Math.max(typed, LEAST_AMOUNT), MOST_AMOUNT) : NaN;
+// The numbers that a field takes: of a logarithmic slider any amount.
+const limitsOf = ({ low, high, step }) => (step ? [low, high] : [LEAST_AMOUNT, MOST_AMOUNT]);
+
+// The value that a text gives a control: with steps the nearest within its limits; NaN if the text is refused.
+function typedValue(control, text) {
+  const { none, step } = control, [low, high] = limitsOf(control), typed = Number(text);
+  if (text === "" || text === none) return none ? null : NaN;
+  if (!step) return typed >= low && typed <= high ? typed : NaN;
+  const value = Math.min(Math.max(typed, low), high);
   return step === 1 ? Math.round(value) : value;
 }
 

@@ -1,80 +1,58 @@
-// A link to a scene: what the page's address has after #. It names the scene, and the keys of its config
-// that differ, such as scene=crowded&balls.packing=0.5&seed=3, with the names that `-o` of the program has.
+// A link to a scene: what the page's address has after #. It names the scene, and the controls that differ, such as
+// scene=crowded&packing=0.6&seed=3, with the names that `snooker live --controls` has.
 "use strict";
 
-const INNER = /^(collapse\.tc|wall_(speed|temperature)\.(left|right|bottom|top))$/; // their mapping may be missing
-const OPTIONAL = /^(container\.mass|(wall_)?cor_speed|wall_(cor|speed|temperature))$/;
+const copyOf = (config) => JSON.parse(JSON.stringify(config));
+const linkedControls = (config) => [...controlsOf(config), SEED];
 
-const hasKeys = (value) => value !== null && typeof value === "object";
+// The scene's config with controls set to texts, in the order of the page; left: texts of controls that it lacks.
+// Each is looked up anew, because `wall` decides which others there are. Throws SceneError.
+function followed({ config: own }, texts) {
+  const config = copyOf(own), left = new Map(texts);
+  for (;;) {
+    const control = linkedControls(config).find(({ id }) => left.has(id));
+    if (!control) return { config, left };
+    control.write(config, linkedValue(control, left.get(control.id), config), copyOf(own));
+    left.delete(control.id);
+  }
+}
 
-// [path, value] of each key of a config that differs from another; a control removes no key of a mapping.
-function differences(value, other, path = "") {
-  if (value === other) return [];
-  if (!hasKeys(value)) return [[path, value]];
-  const inner = (key) => (Array.isArray(value) ? `${path}[${key}]` : path ? `${path}.${key}` : key);
-  return Object.keys(value).flatMap((key) => differences(value[key], other?.[key], inner(key)));
+// The value that a text of a link gives a control. Throws SceneError for one that the control's field refuses or changes.
+function linkedValue(control, text = "", config) {
+  const { id, none, step } = control, choices = control.choices?.(config);
+  const value = choices ? text : typedValue(control, text);
+  if (choices ? Object.hasOwn(choices, text) : value === null || value === Number(text)) return value;
+  const number = `a ${step === 1 ? "whole " : ""}number from ${limitsOf(control).join(" to ")}${none ? `, or ${none}` : ""}`;
+  throw new SceneError(`${id}=${text} needs ${choices ? Object.keys(choices).join(" or ") : number}`);
 }
 
 // What an address has after # for a config of a scene; view: "beginner", "full", or null for the page's own.
 function linkOf(scene, config, view) {
-  const changes = differences(config, scene.config).map(([path, value]) => [path, String(value).replace("e+", "e")]);
-  const all = [["scene", scene.name], ...changes, ...(view ? [["view", view]] : [])];
-  return all.map(([key, value]) => `${key}=${value}`).join("&");
+  const texts = new Map();
+  for (const control of linkedControls(config)) {
+    const value = control.read(config), { config: without } = followed(scene, texts);
+    if (value !== control.read(without)) texts.set(control.id, String(value ?? control.none));
+  }
+  for (const name of followed(scene, texts).left.keys()) texts.delete(name); // which fit only what a button gave
+  const parts = [["scene", scene.name], ...texts, ...(view ? [["view", view]] : [])];
+  return parts.map((part) => part.join("=")).join("&");
 }
 
 // The scene, config and view of a link; of one with a mistake the scene as it is, and a sentence.
-// limits: of numbers by their key: the least, the largest, and whether they are whole
-function readLink(text, scenes, limits) {
-  const link = { scene: scenes[0], view: null, mistake: "" };
+function readLink(text, scenes) {
+  const parts = text.split("&").filter(Boolean).map((part) => part.split(/=(.*)/s));
+  const { scene: name = scenes[0].name, view = "", ...texts } = Object.fromEntries(parts);
+  const found = scenes.find((one) => one.name === name), scene = found ?? scenes[0];
+  const link = { scene, config: scene.config, view: null, mistake: "" };
   try {
-    const parts = decodeURIComponent(text).split("&").filter(Boolean).map((part) => part.split(/=(.*)/s));
-    const { scene: name = scenes[0].name, view = "", ...changes } = Object.fromEntries(parts);
-    const scene = scenes.find((one) => one.name === name);
-    if (!scene) throw new SceneError(`this page has no scene ${name}; choose one above`);
-    link.scene = scene;
+    if (!found) throw new SceneError(`this page has no scene ${name}; choose one above`);
     if (!/^(beginner|full)?$/.test(view)) throw new SceneError(`view=${view} needs beginner or full`);
     link.view = view || null;
-    const config = JSON.parse(JSON.stringify(scene.config));
-    for (const [path, value = ""] of Object.entries(changes)) setKey(config, path, value, limits);
-    if (!agrees(config)) throw new SceneError("its keys of walls, container and collapse exclude each other; remove one");
+    const { config, left } = followed(scene, Object.entries(texts)), [unknown] = left.keys();
+    if (left.size) throw new SceneError(`the scene has no control ${unknown} as this link sets it; remove it`);
     return { ...link, config };
   } catch (error) {
-    const isCut = error instanceof URIError;
-    if (!isCut && !(error instanceof SceneError)) throw error;
-    return { ...link, config: link.scene.config, mistake: isCut ? "it is damaged; copy it again" : error.message };
+    if (!(error instanceof SceneError)) throw error;
+    return { ...link, mistake: error.message };
   }
-}
-
-// Sets a key of a config to the value that a text has; collapse.tc replaces any other collapse. Throws SceneError.
-function setKey(config, path, text, limits) {
-  const names = path.match(/[^.[\]]+/g) ?? [], last = names.pop(), isInner = INNER.test(path);
-  if (isInner && (last === "tc" || !hasKeys(config[names[0]]))) config[names[0]] = {};
-  let part = config;
-  for (const name of names) part = hasKeys(part) && Object.hasOwn(part, name) ? part[name] : null;
-  const isThere = hasKeys(part) && (isInner || Object.hasOwn(part, last)) && names[0] !== "start";
-  const isText = path === "collapse", isNumber = Object.hasOwn(limits, last);
-  if (!isThere || !(isText || isNumber)) throw new SceneError(`a link cannot change ${path} of this scene; remove it`);
-  const [low, high, isWhole] = isNumber ? limits[last] : [], value = text ? Number(text) : NaN;
-  if (text === "null" && OPTIONAL.test(path)) part[last] = null;
-  else if (isText && text === "stop") part[last] = text;
-  else if (value >= low && value <= high && (!isWhole || Number.isInteger(value))) part[last] = value;
-  else {
-    const needed = isText ? "stop, or collapse.tc=0.01" : `a ${isWhole ? "whole " : ""}number from ${low} to ${high}`;
-    throw new SceneError(`${path}=${text} needs ${needed}`);
-  }
-}
-
-// Whether the keys that a link can change fit each other, see `_faults` of config/models.py.
-function agrees(config) {
-  const { container, collapse, wall_speed: speed, wall_temperature: temperature, wall_cor_speed: corSpeed } = config;
-  const given = [speed, temperature].filter((value) => value !== null);
-  const sides = sidesOf(config), isFixed = container.mass === null, slides = collapse === "slide";
-  const hasAt = (side) => (value) => (hasKeys(value) ? value[side] ?? null : value) !== null;
-  return (isFixed || isCircle(config))
-    && (!given.length || (isFixed && hasWalls(container) && !slides))
-    && given.filter(hasKeys).every((value) => Object.keys(value).every((side) => sides.includes(side)))
-    && (given.length < 2 || !(sides.length ? sides : ["left"]).some((side) => given.every(hasAt(side))))
-    && (rebounds(config) || (config.wall_cor ?? corSpeed) === null)
-    && (speed === null || corSpeed === null)
-    && (!slides || (isFixed && corSpeed === null));
 }

@@ -63,16 +63,15 @@ class LivePage extends Showing {
 
   // Begins with what the address names after its #, or with the plain scene, and says why.
   openLink() {
-    const text = location.hash.slice(1), { scene, config, view, mistake } = readLink(text, content.scenes, content.limits);
+    const text = location.hash.slice(1), { scene, config, view, mistake } = readLink(text, content.scenes);
     this.view = view ?? content.view;
     this.charts.isBrief = this.view === "beginner";
     document.body.classList.toggle("beginner", this.charts.isBrief);
     this.open(scene);
     if (!text) return;
-    if (!mistake) this.begin(structuredClone(config));
-    const reason = mistake || find("refusal").textContent;
+    if (!mistake) this.begin(config);
+    const reason = mistake || find("refusal").textContent.replace(/\.$/, "");
     if (reason) this.refuse(`The link was not followed: ${reason}.`);
-    else find("length").value = config.collisions ?? "";
   }
 
   get link() {
@@ -156,7 +155,8 @@ class LivePage extends Showing {
   changed(control, value) {
     const config = structuredClone(this.config);
     control.write(config, value, this.scene.config);
-    const runs = this.gas.collisions > 0 && !this.gas.stop && !(control.choices && this.gas.scene.slides);
+    const isFree = this.config.container.mass !== null, mustRestart = control.choices && (isFree || this.gas.scene.slides);
+    const runs = this.gas.collisions > 0 && !this.gas.stop && !mustRestart;
     if (!control.live || !runs) {
       this.begin(config);
       return;
@@ -502,9 +502,8 @@ class LivePage extends Showing {
     find("restart").onclick = () => this.restart();
     find("continue").onclick = () => this.continue();
     find("seed").onchange = () => {
-      const text = find("seed").value, seed = Number(text), most = Number.MAX_SAFE_INTEGER.toLocaleString("en");
-      if (text !== "" && Number.isSafeInteger(seed) && seed >= 0) this.begin({ ...this.config, seed });
-      else if (text !== "") this.refuse(`Give a whole number from 0 to ${most} as the seed.`);
+      const seed = typedValue(SEED, find("seed").value);
+      if (!Number.isNaN(seed)) this.begin({ ...this.config, seed });
       find("seed").value = this.config.seed;
     };
     find("log").onchange = () => { this.charts.log = find("log").checked; this.redraw(); };

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from snooker_cli import config as configs
 from snooker_cli import theory
 from snooker_cli.config import BallList, Experiment, Loaded
-from snooker_cli.containers import LEAST_AMOUNT, MOST_AMOUNT
 from snooker_cli.engine import webassembly
 from snooker_cli.errors import SceneError, UserError
 from snooker_cli.laws import Sides, WallLaw, word_of
@@ -31,7 +30,6 @@ from snooker_cli.scene import Scene
 
 MOST_BALLS = 2000  # so that a page shows 60 frames a second
 MOST_SEED = 2**53 - 1  # the largest that JavaScript's numbers have exactly
-NOT_IN_LINKS = ("repeats", "wall_key")  # a page has one repeat, and the key of its own start
 MOST_BYTES = 250_000  # of a page, which teachers send by mail
 
 LIVE = "snooker_cli.live_page"
@@ -98,7 +96,6 @@ def live_page(
         "start": own_start(experiment),
         "scenes": [scene | {"config": _with_rows(scene["config"])} for scene in scenes],
         "defaults": _defaults(),
-        "limits": _limits(),
         "controls": controls,
         "view": "beginner" if beginner else "full",
         "theory": theory_numbers(),
@@ -228,22 +225,3 @@ def _defaults() -> dict[str, Any]:
     fields = Experiment.model_fields.items()
     values = {key: field.default for key, field in fields if not field.is_required()}
     return values | {"sweep": {}}
-
-
-def _limits() -> dict[str, list[float]]:
-    """Least and largest number of each key that a link can change, and 1 if it is whole.
-
-    Where two parts of a config have a key of the same name, the limits fit both.
-    """
-    schema = Experiment.model_json_schema()
-    parts = [part for name, part in schema["$defs"].items() if name != "Start"]
-    limits: dict[str, list[float]] = {}
-    for key, entry in [pair for part in (schema, *parts) for pair in part["properties"].items()]:
-        for number in entry.get("anyOf", [entry]):
-            if key in NOT_IN_LINKS or number.get("type") not in ("number", "integer"):
-                continue
-            whole = [1] if number["type"] == "integer" else []
-            low, high, *_ = limits.get(key, (0, MOST_SEED if whole else MOST_AMOUNT))
-            low = max(low, number.get("minimum", LEAST_AMOUNT))
-            limits[key] = [low, min(high, number.get("maximum", high)), *whole]
-    return limits

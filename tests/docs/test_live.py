@@ -18,7 +18,7 @@ TABLE = re.compile(r"<!-- (measure|speeds) (\{.*\}) -->\n(\|.*\n\|[-|]*\n)((?:\|
 MEASURED = """
 values.map((value) => {
   const config = JSON.parse(JSON.stringify(configOf(scene)));
-  controlsOf(config).find(({ id }) => id === control).write(config, value);
+  controlsOf(config).find(({ id }) => id === control).write(config, value, configOf(scene));
   config.collisions = collisions;
   const results = Array.from({ length: starts }, (_, repeat) => measureRepeat(config, repeat));
   const row = tableRow(config, results), last = columns[columns.length - 1];

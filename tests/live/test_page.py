@@ -179,7 +179,7 @@ controlsOf(config).flatMap((control) => {
   const values = options.length ? options : [0.3, 0.6].map((part) => valueOnSlider(control, part));
   return [...values, ...(control.none ? [null] : [])].map((value) => {
     const changed = JSON.parse(JSON.stringify(config));
-    control.write(changed, value);
+    control.write(changed, value, config);
     return [control.id, value, control.read(changed), yamlOf(changed, defaults),
       controlsOf(changed).map(({ id }) => id)];
   });
@@ -228,81 +228,103 @@ def test_an_unknown_control_is_refused() -> None:
         snooker.live(controls=["cors"])
 
 
-ROUND_TRIP = """
+REACHED = """
 (() => {
-  const copyOf = (value) => JSON.parse(JSON.stringify(value));
-  const scene = { name: "own", config }, failed = [], links = [];
-  const check = (changed, control) => {
-    const link = linkOf(scene, changed, null), found = readLink(link, [scene], limits);
+  const scene = { name: "own", config }, plain = JSON.stringify(config), links = [], failed = [];
+  const owned = new Map(controlsOf(config).map(({ id, read }) => [id, read(config)]));
+  const check = (changed) => {
+    const link = linkOf(scene, changed, null), found = readLink(link, [scene]);
     links.push(link);
     const isSame = JSON.stringify(found.config) === JSON.stringify(changed);
-    if (found.mistake || !isSame) failed.push([control, link]);
+    if (!isSame) failed.push([link, found.mistake]);
   };
-  const moved = (from) => controlsOf(from).flatMap((control) => {
-    const options = Object.keys(control.choices?.(from) ?? {});
-    const places = [0, 0.3, 0.6, 1].map((part) => valueOnSlider(control, part));
-    const values = options.length ? options : places;
+  const moved = (from, names, parts) => controlsOf(from).flatMap((control) => {
+    if (names && !names.includes(control.id)) return [];
+    const options = control.choices && Object.keys(control.choices(from));
+    const values = options ?? parts.map((part) => valueOnSlider(control, part));
+    if (owned.has(control.id) && !options) values.push(owned.get(control.id));
     return values.map((value) => {
       const changed = copyOf(from);
-      control.write(changed, value, config);
-      check(changed, control.id);
+      control.write(changed, value, copyOf(config));
       return changed;
     });
   });
-  for (const changed of moved(config)) moved(changed);
-  check(config, "none");
-  check({ ...config, seed: 2 ** 53 - 1, collapse: { tc: TC } }, "seed");
-  return [failed, links];
+  const twice = moved(config, null, [0, 0.3, 0.6, 1]);
+  [config, ...twice, ...twice.flatMap((one) => moved(one, null, [0, 0.3, 0.6, 1]))].forEach(check);
+  const reached = new Map([[plain, config]]);
+  for (const from of reached.values()) {
+    for (const one of moved(from, ["cor", "wall-cor", "container-mass", "wall"], [0.3, 1])) {
+      if (!reached.has(JSON.stringify(one))) reached.set(JSON.stringify(one), one);
+    }
+  }
+  reached.forEach(check);
+  check({ ...config, seed: 2 ** 53 - 1 });
+  return [failed, links, reached.size, JSON.stringify(config) === plain];
 })()
 """
 
 
+def config_of(name: str) -> dict[str, Any]:
+    """The complete config of one of ``CONTROLLED``, or of a scene of the page."""
+    if name not in CONTROLLED:
+        return dict(next(scene["config"] for scene in SCENES if scene["name"] == name))
+    gas = configs.validated(CONTROLLED[name] | {"cor": 0.9, "collisions": 10})
+    return dict(json.loads(configs.to_json(gas)))
+
+
 @pytest.mark.parametrize("name", [*CONTROLLED, *[scene["name"] for scene in SCENES]])
 def test_a_link_gives_the_config_back(name: str, javascript: LiveScripts) -> None:
-    """After each two changes of sliders and menus, with the same bits and order of keys."""
-    if name in CONTROLLED:
-        gas = configs.validated(CONTROLLED[name] | {"cor": 0.9, "collisions": 10})
-        config = json.loads(configs.to_json(gas))
-    else:
-        config = next(scene["config"] for scene in SCENES if scene["name"] == name)
-    limits = data_of(snooker.live().html)["limits"]
-    failed, links = javascript.value(ROUND_TRIP, config=config, limits=limits)
+    """All keys in their order, after each two changes, and after any number at the wall."""
+    failed, links, reached, unchanged = javascript.value(REACHED, config=config_of(name))
     assert failed == []
-    assert len(set(links)) > 20
-    assert all(re.fullmatch(r"[\w.=&\[\]-]+", link) for link in links)  # nothing is percent-encoded
+    assert unchanged
+    assert reached > 2
+    assert all(re.fullmatch(r"[\w.=&+-]+", link) for link in links)  # nothing is percent-encoded
     if name == "galperin":
-        assert "scene=own&balls.list[1].mass=1" in links
-    assert {"scene=own", f"scene=own&collapse.tc=0.01&seed={2**53 - 1}"} <= set(links)
+        assert "scene=own&mass=1" in links
+    if name == "report":
+        assert "scene=own&wall=warm" in links  # this fixes the container
+    assert {"scene=own", f"scene=own&seed={2**53 - 1}"} <= set(links)
 
 
-READ = (
-    "(({ config, mistake, scene }) => [config, mistake, scene.name])(readLink(text, all, limits))"
-)
+def test_a_link_has_what_controls_set(javascript: LiveScripts) -> None:
+    """Contacts with a duration, which a button gives, and what then fits are not in it."""
+    config = config_of("slide")
+    found = javascript.value(
+        "linkOf({ name: 'own', config }, { ...config, collapse: { tc: TC }, cor: 0.5,"
+        " container: { ...config.container, mass: 5 } }, 'full')",
+        config=config,
+    )
+    assert found == "scene=own&cor=0.5&wall-cor=0.5&view=full"
+
+
+READ = "(({ config, mistake, scene }) => [config, mistake, scene.name])(readLink(text, all))"
 
 BROKEN = {
     "scene=none": "no scene none",
-    "scene=crowded&balls.radius=1": "cannot change balls.radius",
-    "scene=trap&balls.list[7].mass=1": "cannot change balls.list[7].mass",
-    "scene=trap&balls.list[0].position[0]=1": "cannot change balls.list[0].position[0]",
-    "title=x": "cannot change title",
-    "sweep.cor=1": "cannot change sweep.cor",
-    "wall_key=1": "cannot change wall_key",
-    "wall_temperature.inner=1": "cannot change wall_temperature.inner",
-    "__proto__.cor=1": "cannot change __proto__.cor",
-    "constructor.prototype.cor=1": "cannot change constructor.prototype.cor",
-    "cor.length=1": "cannot change cor.length",
-    "=1": "cannot change",
+    "scene=crowded&radius=1": "no control radius as this link sets it",
+    "scene=crowded&wall-speed=1": "no control wall-speed",
+    "scene=heated&wall=driven&wall-temperature=5": "no control wall-temperature",
+    "scene=brownian&radius-2=1": "no control radius-2",
+    "scene=trap&collisions=9": "no control collisions",
+    "title=x": "no control title",
+    "__proto__=1": "no control __proto__",
+    "=1": "no control",
     "cor": "cor= needs a number from 0 to 1",
     "cor=1.5": "cor=1.5 needs a number from 0 to 1",
     "cor={": "cor={ needs a number",
-    "cor=null": "cor=null needs a number",
-    "scene=crowded&balls.count=2.5": "needs a whole number from 1 to",
+    "cor=1=1": "cor=1=1 needs a number",
+    "cor=fixed": "cor=fixed needs a number",
+    "cor=%E0%A4%A": "cor=%E0%A4%A needs a number",
+    "scene=crowded&count=2.5": "count=2.5 needs a whole number from 1 to 2000",
+    "seed=": "seed= needs a whole number",
     "seed=9007199254740992": "needs a whole number from 0 to 9007199254740991",
-    "container.mass=1e999": "needs a number",
-    "collapse=never": "needs stop",
-    "scene=crowded&wall_speed=1&wall_temperature=1": "exclude each other",
+    "radius=0": "radius=0 needs a number from 1e-50 to 1e+50",
+    "container-mass=1e999": "needs a number from 1e-50 to 1e+50, or fixed",
+    "wall=hot": "wall=hot needs passive or driven or warm",
+    "wall=toString": "wall=toString needs",
+    "scene=crowded&wall=sides": "wall=sides needs passive or driven or warm",
     "view=easy": "needs beginner or full",
-    "cor=%E0%A4%A": "damaged",
 }
 
 
@@ -310,8 +332,7 @@ BROKEN = {
 def test_a_broken_link_gives_the_plain_scene_and_a_sentence(
     text: str, javascript: LiveScripts
 ) -> None:
-    limits = data_of(snooker.live().html)["limits"]
-    config, mistake, name = javascript.value(READ, text=text, all=SCENES, limits=limits)
+    config, mistake, name = javascript.value(READ, text=text, all=SCENES)
     scene = next(scene for scene in SCENES if scene["name"] == name)
     named = re.match(r"scene=(\w+)", text)
     assert name == ("report" if named is None or named[1] == "none" else named[1])
@@ -319,48 +340,35 @@ def test_a_broken_link_gives_the_plain_scene_and_a_sentence(
     assert BROKEN[text] in mistake
 
 
-WALLS = {
-    "wall_speed": ("", "wall_speed=1", "wall_speed.left=1", "wall_speed.left=1&wall_speed.top=2"),
-    "wall_temperature": (
-        "",
-        "wall_temperature=5",
-        "wall_temperature.right=5",
-        "wall_temperature.left=5&wall_temperature.right=5",
-    ),
-    "wall_cor": ("", "wall_cor=0.5"),
-    "wall_cor_speed": ("", "wall_cor_speed=2"),
-    "mass": ("", "container.mass=9"),
-}
-
-
-@pytest.mark.parametrize(
-    ("shape", "collapse"),
-    [*((shape, "stop") for shape in ("circle", "box", "channel", "periodic")), ("circle", "slide")],
+WALLS = (
+    ("", "wall=passive", "wall=driven", "wall=warm", "wall=sides"),
+    ("", "wall-cor=0.5"),
+    ("", "wall-speed=1"),
+    ("", "wall-temperature-left=5"),
+    ("", "container-mass=9"),
 )
-def test_a_link_is_refused_where_the_program_refuses_its_config(
-    shape: str, collapse: str, javascript: LiveScripts
-) -> None:
-    """All combinations of the keys of walls."""
-    size = {"radius": 10.0} if shape == "circle" else {"shape": shape, "width": 20.0}
-    gas = GAS | {"container": size, "collapse": collapse}
-    config = json.loads(configs.to_json(configs.validated(gas)))
-    limits = data_of(snooker.live().html)["limits"]
-    links = ["&".join(filter(None, parts)) for parts in itertools.product(*WALLS.values())]
-    found = javascript.value(
-        "texts.map((text) => readLink(text, [{ name: 'own', config }], limits).mistake === '')",
+
+
+@pytest.mark.parametrize("name", CONTROLLED)
+def test_a_link_gives_a_config_of_the_program_or_none(name: str, javascript: LiveScripts) -> None:
+    """All combinations of controls of walls; none changes the scene."""
+    config = config_of(name)
+    links = ["&".join(filter(None, parts)) for parts in itertools.product(*WALLS)]
+    found, after = javascript.value(
+        """(() => {
+          const scene = { name: "own", config };
+          const found = texts.map((text) => readLink(text, [scene]));
+          return [found.map(({ config, mistake }) => !mistake && yamlOf(config, defaults)), config];
+        })()""",
         texts=links,
         config=config,
-        limits=limits,
+        defaults=data_of(snooker.live().html)["defaults"],
     )
-    accepted = []
-    for link in links:
-        try:
-            configs.load(gas, overrides=link.split("&") if link else ())
-            accepted.append(True)
-        except snooker.ConfigError:
-            accepted.append(False)
-    assert found == accepted
-    assert 0 < sum(accepted) < len(links)
+    assert after == config
+    accepted = [text for text in found if text]
+    assert 0 < len(accepted) < len(links)
+    for text in set(accepted):
+        configs.parse(text)
 
 
 REFUSED = """(() => {
