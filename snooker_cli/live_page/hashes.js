@@ -102,6 +102,8 @@ class EventHash {
     this.sha = new Sha256();
     this.bytes = new Uint8Array(EVENT_BYTES * EVENTS_AT_ONCE);
     this.view = new DataView(this.bytes.buffer);
+    this.numbers = new Float64Array(this.bytes.buffer); // little-endian, as all browsers are
+    this.balls = new Int32Array(this.bytes.buffer);
     this.used = 0; // bytes of events that the hash has not taken yet
     this.count = 0;
     this.next = 1000;
@@ -119,14 +121,14 @@ class EventHash {
   }
 
   add(time, i, j, impulse) {
-    const { view, used } = this;
-    view.setFloat64(used, time, true);
-    view.setInt32(used + 8, i, true);
-    view.setInt32(used + 12, j, true);
-    view.setFloat64(used + 16, impulse, true);
+    const { numbers, balls, used } = this;
+    numbers[used / 8] = time;
+    balls[used / 4 + 2] = i;
+    balls[used / 4 + 3] = j;
+    numbers[used / 8 + 2] = impulse;
     this.used = used + EVENT_BYTES;
-    if (this.used === view.byteLength) {
-      this.sha.updateBlocks(view);
+    if (this.used === this.bytes.length) {
+      this.sha.updateBlocks(this.view);
       this.used = 0;
     }
     this.count += 1;
