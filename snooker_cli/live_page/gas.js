@@ -129,6 +129,10 @@ class Gas {
     this.nextKept = this.kept[this.kept.length - 1].collisions + this.stride;
   }
 
+  get canGoBack() {
+    return this.collisions > this.kept[0].collisions;
+  }
+
   // Goes to just after a number of collisions, from now or from a moment that is kept.
   goTo(collisions) {
     const kept = this.kept.findLast((moment) => moment.collisions <= collisions) ?? this.kept[0];

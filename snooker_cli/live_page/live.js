@@ -183,6 +183,17 @@ class LivePage extends Showing {
     this.refresh();
   }
 
+  // Goes back to the collision before.
+  stepBack() {
+    const { gas } = this;
+    if (!gas.canGoBack) return;
+    this.playing = false;
+    gas.goTo(gas.collisions - 1);
+    if (gas.time < gas.watch?.from.time) gas.watch = null;
+    this.end("");
+    this.refresh();
+  }
+
   // Simulates as far as the time since the last frame asks.
   advance(passed) {
     const { gas, speed } = this, deadline = Date.now() + BUDGET;
@@ -244,6 +255,7 @@ class LivePage extends Showing {
     find("count").textContent = `${gas.collisions.toLocaleString("en")} collision${gas.collisions === 1 ? "" : "s"}`;
     find("play").setAttribute("aria-label", this.playing ? "Pause" : "Play");
     find("play").disabled = find("forth").disabled = Boolean(gas.stop);
+    find("back").disabled = !gas.canGoBack;
     document.body.classList.toggle("playing", this.playing);
     this.showWatch();
     if (this.playing && now - this.chartsAt < CHARTS_EVERY) return;
@@ -477,7 +489,7 @@ class LivePage extends Showing {
       length: "After how many collisions each of them ends.",
       log: "A logarithmic axis shows an exponential decay as a straight line.",
       speed: "How much time, or how many collisions, pass in a second.",
-      forth: "Goes to the next collision.", play: "Starts or pauses the gas.",
+      forth: "Goes to the next collision.", back: "Goes back to the collision before.", play: "Starts or pauses the gas.",
       measure: "Simulates the scene from several starts and adds a row to the table.",
       cancel: "Ends the measurement.",
       again: "Begins the means, the rates and the histogram of speeds again, for example when a gas is steady.",
@@ -499,6 +511,7 @@ class LivePage extends Showing {
       });
     }
     find("forth").onclick = () => this.step();
+    find("back").onclick = () => this.stepBack();
     find("restart").onclick = () => this.restart();
     find("continue").onclick = () => this.continue();
     find("seed").onchange = () => {
@@ -540,6 +553,7 @@ class LivePage extends Showing {
     followScreen(() => this.redraw());
     this.listenToAll({
       ArrowRight: () => this.step(),
+      ArrowLeft: () => this.stepBack(),
       r: () => this.restart(),
     }, "select, input, pre, .scroll, button.text");
   }

@@ -656,3 +656,30 @@ def test_a_frame_that_forbids_something_says_so(
         " save the page, and open the file."
     )
     assert picture == f"{saved}open the page by itself."
+
+
+BACK = """
+(async () => {
+  const press = (key) => document.dispatchEvent(new KeyboardEvent("keydown", { key }));
+  const now = () => [live.gas.collisions, live.gas.time, live.gas.place(0, live.gas.time)];
+  const before = now(), seen = [];
+  await wait(100);
+  const isDisabled = find("back").disabled;
+  for (let k = 0; k < 3; k++) { press("ArrowRight"); seen.push(now()); }
+  press("ArrowLeft");
+  const back = now();
+  live.gas.advance(Infinity);
+  press("ArrowLeft");
+  await wait(100);
+  return { before, isDisabled, seen, back, ended: [live.gas.stop, find("ending").hidden] };
+})()
+"""
+
+
+def test_a_key_goes_back_to_the_collision_before(opened: Opened) -> None:
+    """Also from the end of a gas."""
+    seen = opened(link="#scene=trap").value(BACK)
+    assert seen["before"][0] == 0
+    assert seen["isDisabled"]
+    assert seen["back"] == seen["seen"][0]
+    assert seen["ended"] == [None, True]
