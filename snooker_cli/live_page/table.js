@@ -149,7 +149,7 @@ class Table {
       this.rows.forEach((row, k) => {
         const value = row[key], error = row[`${key}Error`];
         let content = String(value);
-        if (measured || value === null) content = valueWithError(value ?? NaN, error);
+        if (measured || value === null || Number.isNaN(value)) content = valueWithError(value ?? NaN, error);
         else if (typeof value === "number") content = String(Number(value.toPrecision(4)));
         body[k].append(element("td", { textContent: content, className }));
       });
