@@ -30,18 +30,18 @@ function readLink(text, scenes, limits) {
     const parts = decodeURIComponent(text).split("&").filter(Boolean).map((part) => part.split(/=(.*)/s));
     const { scene: name = scenes[0].name, view = "", ...changes } = Object.fromEntries(parts);
     const scene = scenes.find((one) => one.name === name);
-    if (!scene) throw new SceneError(`this page has no scene ${name}; choose one above`);
+    if (!scene) throw new SceneError(phrase`this page has no scene ${name}; choose one above`);
     link.scene = scene;
-    if (!/^(beginner|full)?$/.test(view)) throw new SceneError(`view=${view} needs beginner or full`);
+    if (!/^(beginner|full)?$/.test(view)) throw new SceneError(phrase`view=${view} needs beginner or full`);
     link.view = view || null;
     const config = JSON.parse(JSON.stringify(scene.config));
     for (const [path, value = ""] of Object.entries(changes)) setKey(config, path, value, limits);
-    if (!agrees(config)) throw new SceneError("its keys of walls, container and collapse exclude each other; remove one");
+    if (!agrees(config)) throw new SceneError(phrase`its keys of walls, container and collapse exclude each other; remove one`);
     return { ...link, config };
   } catch (error) {
     const isCut = error instanceof URIError;
     if (!isCut && !(error instanceof SceneError)) throw error;
-    return { ...link, config: link.scene.config, mistake: isCut ? "it is damaged; copy it again" : error.message };
+    return { ...link, config: link.scene.config, mistake: isCut ? phrase`it is damaged; copy it again` : error.message };
   }
 }
 
@@ -53,14 +53,15 @@ function setKey(config, path, text, limits) {
   for (const name of names) part = hasKeys(part) && Object.hasOwn(part, name) ? part[name] : null;
   const isThere = hasKeys(part) && (isInner || Object.hasOwn(part, last)) && names[0] !== "start";
   const isText = path === "collapse", isNumber = Object.hasOwn(limits, last);
-  if (!isThere || !(isText || isNumber)) throw new SceneError(`a link cannot change ${path} of this scene; remove it`);
+  if (!isThere || !(isText || isNumber)) throw new SceneError(phrase`a link cannot change ${path} of this scene; remove it`);
   const [low, high, isWhole] = isNumber ? limits[last] : [], value = text ? Number(text) : NaN;
   if (text === "null" && OPTIONAL.test(path)) part[last] = null;
   else if (isText && text === "stop") part[last] = text;
   else if (value >= low && value <= high && (!isWhole || Number.isInteger(value))) part[last] = value;
   else {
-    const needed = isText ? "stop, or collapse.tc=0.01" : `a ${isWhole ? "whole " : ""}number from ${low} to ${high}`;
-    throw new SceneError(`${path}=${text} needs ${needed}`);
+    const number = isWhole ? phrase`a whole number from ${low} to ${high}` : phrase`a number from ${low} to ${high}`;
+    const needed = isText ? phrase`stop, or collapse.tc=0.01` : number;
+    throw new SceneError(phrase`${path}=${text} needs ${needed}`);
   }
 }
 
