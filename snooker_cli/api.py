@@ -62,6 +62,7 @@ UNITS |= {"wall_energy": "J", "lost_energy": "J", "stationary_from": "s"}
 
 ARGUMENTS = {
     "--controls": "controls",
+    "--language": "language",
     "--fresh": "fresh=True",
     "--from": "since",
     "--jobs": "jobs",
@@ -526,21 +527,24 @@ def live(
     *,
     controls: Sequence[str] | None = None,
     beginner: bool = False,
+    language: str = "en",
 ) -> LivePage:
     """The page of ``snooker live``, which simulates the first point of a config.
 
     config, overrides : as of ``run``; without a config the source report's scene
     controls : names of the sliders and menus that it shows, as ``["cor", "radius"]``; None for all
     beginner : whether it leaves out virial, momentum, config and hashes
+    language : ``"en"`` or ``"de"``
 
     Raises ``ConfigError``, also for what the page cannot show, such as more than 2,000 balls, and
-    ``UserError`` for a name that no control has.
+    ``UserError`` for a name that no control or language has.
     """
     from snooker_cli.live_page import live_page, report_scene
 
     texts = [_override(key, value) for key, value in (overrides or {}).items()]
     loaded = starting_state.load(report_scene() if config is None else config, texts)
-    return LivePage(live_page(loaded, controls=controls, beginner=beginner))
+    page = live_page(loaded, controls=controls, beginner=beginner, language=language)
+    return LivePage(page)
 
 
 def new_scene(

@@ -33,6 +33,7 @@ def live(
     beginner: Annotated[
         bool, flag("--beginner", "Leave out virial, momentum, config and hashes.")
     ] = False,
+    language: Annotated[str, option("NAME", "Language of the page: en or de.")] = "en",
     open_page: Annotated[bool, flag("--open", "Show it in the browser.")] = False,
 ) -> None:
     """Make an HTML page in which a gas runs, with sliders.
@@ -49,7 +50,7 @@ def live(
     check_free(path, replace)
     given = load(report_scene() if config is None else config, overrides or ())
     chosen = None if controls is None else [name.strip() for name in controls.split(",")]
-    page = live_page(given, controls=chosen, beginner=beginner)
+    page = live_page(given, controls=chosen, beginner=beginner, language=language)
     points = given.points()
     if len(points) > 1:
         first = point_label(points[0].as_json())

@@ -10,9 +10,9 @@ const GROWTH = 1.5; // of that axis, when the time reaches its end
 class GasCharts extends Panels {
   constructor(canvas, fluid) {
     super(canvas, [
-      { name: "kinetic energy", foot: false },
-      { name: "mean pressure", foot: true },
-      { name: "balls by speed", foot: true, percent: true, top: MOST_SHARE },
+      { name: phrase`kinetic energy`, foot: false },
+      { name: phrase`mean pressure`, foot: true },
+      { name: phrase`balls by speed`, foot: true, percent: true, top: MOST_SHARE },
     ]);
     this.fluid = fluid;
     this.log = false;
@@ -48,7 +48,7 @@ class GasCharts extends Panels {
     this.layOut(pen, width, height, size);
     this.across = (time) => this.left + ((time - this.low) / (this.high - this.low)) * this.wide;
     this.grid(pen);
-    this.footer(pen, pressure, this.across, this.low, this.high, 0, "time (s)");
+    this.footer(pen, pressure, this.across, this.low, this.high, 0, phrase`time (s)`);
     this.footer(pen, speeds, (v) => this.reduced(v), 0, BIN * BINS, 0, SPEED_AXIS);
     this.drawEnergy(pen, energy, courses);
     this.drawPressures(pen, pressure, courses);
@@ -84,8 +84,8 @@ class GasCharts extends Panels {
   drawEnergy(pen, panel, courses) {
     const warm = this.several ? 0 : this.wallEnergy, { from, energy, k, alpha } = this.decay ?? {};
     const laws = this.decay ? [
-      ["ink", DASHES, `Haff’s law: α = ${short(alpha)} 1/s`, (t) => (1 + alpha * t) ** -2],
-      ["fourth", DOTS, `exponential: k = ${short(k)} 1/s`, (t) => Math.exp(-k * t)],
+      ["ink", DASHES, phrase`Haff’s law: α = ${short(alpha)} 1/s`, (t) => (1 + alpha * t) ** -2],
+      ["fourth", DOTS, phrase`exponential: k = ${short(k)} 1/s`, (t) => Math.exp(-k * t)],
     ] : [];
     this.inside(pen, panel, () => {
       for (const { rows, now, colour } of courses) {
@@ -101,7 +101,7 @@ class GasCharts extends Panels {
     this.heading(pen, panel, courses.map(({ now, colour }) => [colour ?? paint("first"), `${short(now.energy)} J`]));
     if (warm) {
       pen.fillStyle = paint("second");
-      this.note(pen, panel, `${DASHES.text} N T of the wall: ${short(warm)} J`, 0, true);
+      this.note(pen, panel, `${DASHES.text} ${phrase`N T of the wall: ${short(warm)} J`}`, 0, true);
     }
     laws.forEach(([colour, dash, text], line) => {
       pen.fillStyle = paint(colour);
@@ -117,8 +117,8 @@ class GasCharts extends Panels {
     const ratio = isEqual(scene) && pairLaw.word === "constant"
       ? this.fluid.ratio(N, scene.radii[0], container, pairLaw.cor) : null;
     const add = (name, colour, dash) => all.push({ name, colour, dash, values: [] }) && all[all.length - 1].values;
-    const wall = hasWalls(scene.container) ? add("at the wall", "third") : null;
-    const virial = gas.number > 1 && !(wall && (this.isBrief || this.several)) ? add("by the virial", "first") : null;
+    const wall = hasWalls(scene.container) ? add(phrase`at the wall`, "third") : null;
+    const virial = gas.number > 1 && !(wall && (this.isBrief || this.several)) ? add(phrase`by the virial`, "first") : null;
     const ideal = this.several ? null : add(THEORY.ideal, "soft", DOTS);
     const disks = this.several || ratio === null ? null : add(THEORY.finite, "ink", DASHES);
     for (const row of rows) {
@@ -209,10 +209,11 @@ class GasCharts extends Panels {
     const texts = courses.map(({ now, pressures }) => {
       const last = (values) => values.findLast((value) => value !== undefined);
       const shown = pressures.filter(({ dash, values }) => !dash && last(values) !== undefined)
-        .map(({ name, values }) => `mean pressure ${name} ${short(last(values))} Pa m`);
-      return [`kinetic energy ${short(now.energy)} J`, ...shown, `temperature ${short(now.temperature)} J`].join(", ");
+        .map(({ name, values }) => phrase`mean pressure ${name} ${short(last(values))} Pa m`);
+      const energy = phrase`kinetic energy ${short(now.energy)} J`;
+      return [energy, ...shown, phrase`temperature ${short(now.temperature)} J`].join(", ");
     });
-    return `Now: ${texts.join("; ")}`;
+    return phrase`Now: ${texts.join("; ")}`;
   }
 }
 

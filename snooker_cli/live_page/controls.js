@@ -42,7 +42,7 @@ function singleBall({ balls }) {
 function controlsOf(config) {
   const species = speciesOf(config).flatMap((_, k, all) => ofSpecies(k, all.length));
   const sides = sidesOf(config).flatMap((side) => WALLS.map(({ key, ...wall }) => ({
-    ...wall, id: `${wall.id}-${side}`, label: `${side} ${wall.label}`,
+    ...wall, id: `${wall.id}-${side}`, label: `${SIDE_NAMES[side]} ${wall.label}`,
     fits: (now) => isBySide(now[key]) && Boolean(now[key][side]),
     ...keyOf((now) => now[key])(side),
   })));
@@ -52,17 +52,17 @@ function controlsOf(config) {
 // The controls of one of several species.
 function ofSpecies(k, several) {
   const it = keyOf((config) => speciesOf(config)[k]), hasKey = (key) => (config) => key in speciesOf(config)[k];
-  const which = several > 1 ? { id: `-${k + 1}`, label: `, species ${k + 1}` } : { id: "", label: "" };
+  const which = several > 1 ? { id: `-${k + 1}`, label: `, ${phrase`species ${k + 1}`}` } : { id: "", label: "" };
   const controls = [
-    { id: "rings", label: "rings", low: 0, high: 7, step: 1,
-      help: "Rings around the central ball: n rings have 1 + 3n(n + 1) balls." },
-    { id: "count", label: "balls", low: 1, high: MOST_BALLS, step: 1, help: "Number of balls." },
-    { id: "radius", label: "radius", unit: "m", low: 0.001, high: 3, log: true,
-      help: "Radius of every ball." },
-    { id: "mass", label: "mass", unit: "kg", low: 0.01, high: 1e4, log: true, help: "Mass of every ball.",
+    { id: "rings", label: phrase`rings`, low: 0, high: 7, step: 1,
+      help: phrase`Rings around the central ball: n rings have 1 + 3n(n + 1) balls.` },
+    { id: "count", label: phrase`balls`, low: 1, high: MOST_BALLS, step: 1, help: phrase`Number of balls.` },
+    { id: "radius", label: phrase`radius`, unit: "m", low: 0.001, high: 3, log: true,
+      help: phrase`Radius of every ball.` },
+    { id: "mass", label: phrase`mass`, unit: "kg", low: 0.01, high: 1e4, log: true, help: phrase`Mass of every ball.`,
       fits: (config) => speciesOf(config).length > 1 },
-    { id: "speed", label: "speed at the start", unit: "m/s", low: 0.1, high: 100, log: true,
-      help: "Speed of the balls at the start; with Maxwell’s distribution the root mean square." },
+    { id: "speed", label: phrase`speed at the start`, unit: "m/s", low: 0.1, high: 100, log: true,
+      help: phrase`Speed of the balls at the start; with Maxwell’s distribution the root mean square.` },
   ];
   return controls.map(({ id, label, ...control }) => ({
     fits: hasKey(id), ...control, id: id + which.id, label: label + which.label, ...it(id),
@@ -71,55 +71,58 @@ function ofSpecies(k, several) {
 
 // What a wall can give to balls, all round or at one side.
 const WALLS = [
-  { key: "wall_speed", type: "driven", id: "wall-speed", label: "wall speed", unit: "m/s", low: 0.01, high: 100,
-    log: true, live: true, help: "Speed at which the wall moves inwards when it is hit." },
-  { key: "wall_temperature", type: "warm", id: "wall-temperature", label: "wall temperature", unit: "J", low: 0.1,
+  { key: "wall_speed", type: "driven", id: "wall-speed", label: phrase`wall speed`, unit: "m/s", low: 0.01, high: 100,
+    log: true, live: true, help: phrase`Speed at which the wall moves inwards when it is hit.` },
+  { key: "wall_temperature", type: "warm", id: "wall-temperature", label: phrase`wall temperature`, unit: "J", low: 0.1,
     high: 1000, log: true, live: true,
-    help: "Temperature of the wall, J: twice as high a temperature gives balls twice the energy." },
+    help: phrase`Temperature of the wall, J: twice as high a temperature gives balls twice the energy.` },
 ];
 
 // A control has a label, a unit, a sentence, `low` and `high`, `step` or `log`, `live` if it changes
 // a gas that runs. `read` and `write` know the config, `fits` says whether a config has it.
 const CORS = [
-  { id: "cor", label: "CoR of balls", low: 0, high: 1, step: 0.01, live: true,
-    help: "Coefficient of restitution between balls: 1 keeps all energy, 0 has no rebound.",
+  { id: "cor", label: phrase`CoR of balls`, low: 0, high: 1, step: 0.01, live: true,
+    help: phrase`Coefficient of restitution between balls: 1 keeps all energy, 0 has no rebound.`,
     fits: () => true, read: (config) => config.cor,
     write: (config, value, own) => { // the wall keeps its own
       const wallCor = config.wall_cor ?? config.cor;
       config.cor = value;
       if (hasWalls(config.container) && rebounds(config)) setWallCor(config, wallCor, own);
     } },
-  { id: "wall-cor", label: "CoR of the wall", low: 0, high: 1, step: 0.01, live: true,
-    help: "Coefficient of restitution at the wall.",
+  { id: "wall-cor", label: phrase`CoR of the wall`, low: 0, high: 1, step: 0.01, live: true,
+    help: phrase`Coefficient of restitution at the wall.`,
     fits: (config) => hasWalls(config.container) && rebounds(config), read: (config) => config.wall_cor ?? config.cor,
     write: setWallCor },
 ];
 
 const CONTROLS = [
-  { id: "packing", label: "packing", low: 0.01, high: 0.75, step: 0.01,
-    help: "Area of the balls over the area of the container.",
+  { id: "packing", label: phrase`packing`, low: 0.01, high: 0.75, step: 0.01,
+    help: phrase`Area of the balls over the area of the container.`,
     fits: ({ balls, container }) => "packing" in balls || "packing" in container,
     read: ({ balls, container }) => balls.packing ?? container.packing,
     write: ({ balls, container }, value) => { ("packing" in balls ? balls : container).packing = value; } },
-  { id: "mass", label: "mass of the single ball", unit: "kg", low: 1, high: 1e6, log: true,
-    help: "Mass of the ball that is given by itself.",
+  { id: "mass", label: phrase`mass of the single ball`, unit: "kg", low: 1, high: 1e6, log: true,
+    help: phrase`Mass of the ball that is given by itself.`,
     fits: (config) => singleBall(config) !== null, read: (config) => singleBall(config).mass,
     write: (config, value) => { singleBall(config).mass = value; } },
-  ...["radius", "width"].map((key) => ({
-    id: `container-${key}`, label: `container’s ${key}`, unit: "m", low: 1, high: 100, log: true,
-    help: `Inner ${key} of the container.`, fits: ({ container }) => key in container,
+  ...[
+    ["radius", phrase`container’s radius`, phrase`Inner radius of the container.`],
+    ["width", phrase`container’s width`, phrase`Inner width of the container.`],
+  ].map(([key, label, help]) => ({
+    id: `container-${key}`, label, unit: "m", low: 1, high: 100, log: true,
+    help, fits: ({ container }) => key in container,
     ...keyOf(({ container }) => container)(key),
   })),
-  { id: "container-mass", label: "container’s mass", unit: "kg", low: 1, high: 1e8, log: true, none: "fixed",
-    help: "Mass of a container that moves; at the right end it is fixed.",
+  { id: "container-mass", label: phrase`container’s mass`, unit: "kg", low: 1, high: 1e8, log: true, none: phrase`fixed`,
+    help: phrase`Mass of a container that moves; at the right end it is fixed.`,
     fits: (config) => isCircle(config) && wallType(config) === "passive" && config.collapse !== "slide",
     read: ({ container }) => container.mass, write: ({ container }, value) => { container.mass = value; } },
-  { id: "wall", label: "wall", live: true,
+  { id: "wall", label: phrase`wall`, live: true,
     choices: (config) => ({
-      passive: "passive", driven: "driven", warm: "with a temperature",
-      ...(sidesOf(config).length ? { sides: "sides that differ" } : {}),
+      passive: phrase`passive`, driven: phrase`driven`, warm: phrase`with a temperature`,
+      ...(sidesOf(config).length ? { sides: phrase`sides that differ` } : {}),
     }),
-    help: "A driven wall moves inwards when it is hit. Balls leave a wall with a temperature at random. Both fix the container.",
+    help: phrase`A driven wall moves inwards when it is hit. Balls leave a wall with a temperature at random. Both fix the container.`,
     fits: ({ container }) => hasWalls(container), read: wallType, write: setWall },
   ...WALLS.map(({ key, type, ...wall }) => ({ ...wall, fits: wallIs(type), ...ofConfig(key) })),
 ];
@@ -171,7 +174,7 @@ class Controls {
 
   made(control) {
     const { label, unit, help, choices, none } = control, id = `set-${control.id}`;
-    const sentence = control.live ? help : `${help} A change restarts the gas.`;
+    const sentence = control.live ? help : phrase`${help} A change restarts the gas.`;
     const row = element("div", { className: "control", title: sentence });
     const name = element("label", { textContent: label, htmlFor: id });
     const described = element("span", { id: `${id}-help`, className: "help", textContent: sentence });
@@ -194,7 +197,7 @@ class Controls {
     number.onchange = () => {
       const value = typedValue(control, number.value);
       if (!Number.isNaN(value)) this.change(control, value);
-      else if (number.value !== "") say(`Give a number from ${limitsOf(control).join(" to ")} for “${label}”.`);
+      else if (number.value !== "") say(phrase`Give ${rangeOf(control)} for “${label}”.`);
       number.value = number.dataset.value; // also where the change was refused, or the field is empty
     };
     number.setAttribute("aria-describedby", described.id);
@@ -230,6 +233,12 @@ function brief(value) {
 // The numbers that a field takes: of a logarithmic slider any amount.
 const limitsOf = ({ low, high, step }) => (step ? [low, high] : [LEAST_AMOUNT, MOST_AMOUNT]);
 
+// What a field takes, in words.
+function rangeOf(control) {
+  const [low, high] = limitsOf(control);
+  return control.step === 1 ? phrase`a whole number from ${low} to ${high}` : phrase`a number from ${low} to ${high}`;
+}
+
 // The value that a text gives a control: with steps the nearest within its limits; NaN if the text is refused.
 function typedValue(control, text) {
   const { none, step } = control, [low, high] = limitsOf(control), typed = Number(text);
@@ -254,12 +263,12 @@ function refusalOf({ message, helps }, config) {
   const all = controlsOf(config), isPacked = helps.includes("radius") && all.some(({ id }) => id === "packing");
   const labels = (ids) => {
     const found = all.filter(({ id }) => ids.includes(id.replace(/-\d+$/, "")));
-    return [...new Set(found.map(({ label }) => `“${label.split(",")[0]}”`))].join(" or ");
+    return [...new Set(found.map(({ label }) => phrase`“${label.split(",")[0]}”`))].join(` ${phrase`or`} `);
   };
   const lower = labels(isPacked ? ["packing"] : helps);
   const raise = helps.includes("container") && !isPacked && labels(["container-radius", "container-width"]);
-  const ways = [lower && `lower ${lower}`, raise && `raise ${raise}`].filter(Boolean);
-  return sentenceOf(`${message}: ${ways.join(", or ") || "choose another scene"}`);
+  const ways = [lower && phrase`lower ${lower}`, raise && phrase`raise ${raise}`].filter(Boolean);
+  return sentenceOf(`${message}: ${ways.join(`, ${phrase`or`} `) || phrase`choose another scene`}`);
 }
 
 const placeOnSlider = ({ low, high, log }, value) =>

@@ -4,6 +4,9 @@
 // ``follow`` of page_kernels.py simulates, ``show`` says where balls are. ENGINE, which webassembly.py
 // makes, says where in memory each array is, and what the numbers of its rows and elements mean.
 
+// A tag of the texts that users read: ``translated_script`` of html_page.py replaces them.
+const phrase = String.raw;
+
 const {
   ball: BALL, history: HISTORY, sums: SUMS, counts: COUNTS, law: LAW, kinds: KINDS, answers: ANSWERS,
   followed: FOLLOWED, SETTLES, NO_PARTNER, FULL, REASONS, LENGTHS,
@@ -383,15 +386,13 @@ class Simulation {
   /** End the repeat for a reason, with the program's sentence. */
   end(reason) {
     const { time, timeLimit, counts, scene } = this, now = general(time, 9);
-    const events = `${grouped(this.collisions)} collision${this.collisions === 1 ? "" : "s"}`;
-    const limit = general(timeLimit, 9), after = grouped(this.collisions);
+    const events = collisionsText(this.collisions), after = grouped(this.collisions);
+    const limit = general(timeLimit, 9), searches = grouped(IDLE_CALLS * ENGINE.searches);
     const messages = {
-      [COLLISIONS]: `${events} reached at ${now} s`,
-      [TIME]: `${limit} s reached after ${events}`,
-      [NOTHING_LEFT]: `no further collision can happen after ${after}, at ${now} s`,
-      [IDLE]:
-        `no collision in ${grouped(IDLE_CALLS * ENGINE.searches)} searches ` +
-        `after ${events}, at ${now} s; give a time to end at`,
+      [COLLISIONS]: phrase`${events} reached at ${now} s`,
+      [TIME]: phrase`${limit} s reached after ${events}`,
+      [NOTHING_LEFT]: phrase`no further collision can happen after ${after}, at ${now} s`,
+      [IDLE]: phrase`no collision in ${searches} searches after ${events}, at ${now} s; give a time to end at`,
     };
     const first = Number(counts[COUNTS.FIRST]), second = Number(counts[COUNTS.SECOND]);
     if (reason in messages) {
@@ -401,14 +402,16 @@ class Simulation {
       this.stop = { reason, time, balls: [first], message: this.trapMessage(first) };
     } else {
       const atWall = second === NO_PARTNER, balls = atWall ? [first] : [first, second];
-      const pair = atWall ? `ball ${first} and the wall` : `balls ${first} and ${second}`;
+      const pair = atWall ? phrase`ball ${first} and the wall` : phrase`balls ${first} and ${second}`;
       const cor = Math.min(...(atWall ? lawsOfWall(scene.wallLaw) : [scene.pairLaw]).map((law) => law.cor ?? 0));
       // An elastic ball that moves along the wall touches it at every moment, and loses nothing.
-      const what = cor < 1 ? "inelastic collapse" : "collisions without end";
-      const message =
-        `${what}: collisions continue, but time stays at ${general(time, 17)} s; ` +
-        `the last collision is of ${pair}; ${this.savedEvents()}`;
-      this.stop = { reason, time, balls, message };
+      const what = cor < 1 ? phrase`inelastic collapse` : phrase`collisions without end`;
+      const parts = [
+        phrase`${what}: collisions continue, but time stays at ${general(time, 17)} s`,
+        phrase`the last collision is of ${pair}`,
+        this.savedEvents(),
+      ];
+      this.stop = { reason, time, balls, message: parts.join("; ") };
     }
     return this.stop;
   }
@@ -416,13 +419,14 @@ class Simulation {
   /** End the repeat for a reason of the page. */
   halt(message) {
     const { time, collisions } = this;
-    this.stop = { reason: null, time, balls: [], message: `${message}, after ${grouped(collisions)} collisions` };
+    const sentence = phrase`${message}, after ${grouped(collisions)} collisions`;
+    this.stop = { reason: null, time, balls: [], message: sentence };
   }
 
   savedEvents() {
     const { collisions } = this;
-    if (collisions === 1) return "1 collision is saved";
-    return `${grouped(collisions)} collisions are saved`;
+    if (collisions === 1) return phrase`1 collision is saved`;
+    return phrase`${grouped(collisions)} collisions are saved`;
   }
 
   trapMessage(ball) {
@@ -430,17 +434,14 @@ class Simulation {
     kernels.trap();
     const lasts = parts.answers[ANSWERS.LASTS], given = parts.answers[ANSWERS.GIVEN];
     const end = general(time + lasts, 9), impulse = general(given, 6);
-    let what = "stays at the wall, because the wall CoR is 0";
+    let what = phrase`stays at the wall, because the wall CoR is 0`;
     if (word !== "constant") {
-      what =
-        `bounces ever faster at the wall: it stops until ${end} s and gives it at ` +
-        `most ${impulse} kg m/s more, if no other ball hits it`;
+      const most = phrase`at most ${impulse} kg m/s more, if no other ball hits it`;
+      what = phrase`bounces ever faster at the wall: it stops until ${end} s and gives it ${most}`;
     } else if (cor > 0) {
-      what =
-        `bounces infinitely often at the wall, until ${end} s, and gives it ` +
-        `${impulse} kg m/s more`;
+      what = phrase`bounces infinitely often at the wall, until ${end} s, and gives it ${impulse} kg m/s more`;
     }
-    return `wall trap: from ${general(time, 9)} s on, ball ${ball} ${what}; ${this.savedEvents()}`;
+    return phrase`wall trap: from ${general(time, 9)} s on, ball ${ball} ${what}; ${this.savedEvents()}`;
   }
 }
 
@@ -450,6 +451,8 @@ class Simulation {
 function grouped(number) {
   return String(number).replace(/\B(?=(\d{3})+$)/g, ",");
 }
+
+const collisionsText = (number) => (number === 1 ? phrase`1 collision` : phrase`${grouped(number)} collisions`);
 
 /** A number with this many significant digits at most, as Python's format "g". */
 function general(value, digits) {

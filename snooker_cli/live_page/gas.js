@@ -9,7 +9,7 @@ const SMALL_TURN = 0.1; // rad, of a part of the path of a ball that slides
 const MOST_KEPT = 64, FIRST_STRIDE = 1000; // moments to go back to, and collisions between them
 const PATH_BEGINS = 20000; // collisions ago, at most
 const FORBIDDEN =
-  "This site does not allow WebAssembly, which computes the collisions: save the page, and open the file.";
+  phrase`This site does not allow WebAssembly, which computes the collisions: save the page, and open the file.`;
 const FLASH_NUMBERS = 7; // time, ball, other ball or wall, places of both
 const SLIDING = { slides: true, contactDuration: 0, elasticBelow: 0 }; // of a scene whose balls slide
 
@@ -61,7 +61,7 @@ class Gas {
       if (eventCount) this.follow();
       if (this.collisions >= this.nextKept) this.keepMoment();
       if (this.meter.totalEnergy < LEAST_SHARE * this.startEnergy) {
-        simulation.halt(`the gas has lost all but ${LEAST_SHARE} of its energy`);
+        simulation.halt(phrase`the gas has lost all but ${LEAST_SHARE} of its energy`);
       }
       // Where no collision can happen any more, balls still move.
       const isFree = stop?.reason === NOTHING_LEFT && until < simulation.timeLimit;

@@ -19,11 +19,11 @@ function followed({ config: own }, texts) {
 
 // The value that a text of a link gives a control. Throws SceneError for one that the control's field refuses or changes.
 function linkedValue(control, text = "", config) {
-  const { id, none, step } = control, choices = control.choices?.(config);
+  const { id, none } = control, choices = control.choices?.(config);
   const value = choices ? text : typedValue(control, text);
   if (choices ? Object.hasOwn(choices, text) : value === null || value === Number(text)) return value;
-  const number = `a ${step === 1 ? "whole " : ""}number from ${limitsOf(control).join(" to ")}${none ? `, or ${none}` : ""}`;
-  throw new SceneError(`${id}=${text} needs ${choices ? Object.keys(choices).join(" or ") : number}`);
+  const needed = choices ? phrase`one of ${Object.keys(choices).join(", ")}` : rangeOf(control);
+  throw new SceneError(none ? phrase`${id}=${text} needs ${needed}, or ${none}` : phrase`${id}=${text} needs ${needed}`);
 }
 
 // What an address has after # for a config of a scene; view: "beginner", "full", or null for the page's own.
@@ -45,11 +45,11 @@ function readLink(text, scenes) {
   const found = scenes.find((one) => one.name === name), scene = found ?? scenes[0];
   const link = { scene, config: scene.config, view: null, mistake: "" };
   try {
-    if (!found) throw new SceneError(`this page has no scene ${name}; choose one above`);
-    if (!/^(beginner|full)?$/.test(view)) throw new SceneError(`view=${view} needs beginner or full`);
+    if (!found) throw new SceneError(phrase`this page has no scene ${name}; choose one above`);
+    if (!/^(beginner|full)?$/.test(view)) throw new SceneError(phrase`view=${view} needs beginner or full`);
     link.view = view || null;
     const { config, left } = followed(scene, Object.entries(texts)), [unknown] = left.keys();
-    if (left.size) throw new SceneError(`the scene has no control ${unknown} as this link sets it; remove it`);
+    if (left.size) throw new SceneError(phrase`the scene has no control ${unknown} as this link sets it; remove it`);
     return { ...link, config };
   } catch (error) {
     if (!(error instanceof SceneError)) throw error;

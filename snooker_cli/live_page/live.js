@@ -15,26 +15,26 @@ const CHARTS_EVERY = 50, FIT_EVERY = 300; // ms
 const SPEEDS = { time: [0.125, 0.25, 0.5, 1, 2, 4, 8, 16, 64], events: [1, 5, 20, 100, 1000, 10000, 100000] };
 const NORMAL = { time: 1, events: 5 };
 const CONTINUATIONS = {
-  on: "Continue", slide: "Continue: the ball slides", tc: "Restart: contacts have a duration",
+  on: phrase`Continue`, slide: phrase`Continue: the ball slides`, tc: phrase`Restart: contacts have a duration`,
 };
 const FAST = 1.8; // a speed over √(2T/m), at the edge of a bin
-const FASTER = `speeds above ${FAST} √(2T/m)`, EXPERT = [FASTER, "momentum", "angular momentum"]; // numbers
-const COPY = "use Copy, or ";
-const NO_WORKER = "This site forbids scripts in the background, which measure: save the page, and open the file.";
+const FASTER = phrase`speeds above ${FAST} √(2T/m)`, EXPERT = [FASTER, phrase`momentum`, phrase`angular momentum`]; // numbers
+const OPEN = phrase`open the page by itself`, COPY = phrase`use Copy, or open the page by itself`;
+const NO_WORKER = phrase`This site forbids scripts in the background, which measure: save the page, and open the file.`;
 
 function copy(text, done) {
   const copied = navigator.clipboard?.writeText(text) ?? Promise.reject();
-  copied.then(() => say(done), () => say("The browser forbids this button to copy here: select the text, and copy it."));
+  copied.then(() => say(done), () => say(phrase`The browser forbids this button to copy here: select the text, and copy it.`));
 }
 
-// Saves a file. A frame can forbid it, and only one of the same site says so. instead: what else helps there
-function save(blob, name, instead = "") {
-  const frame = window.frameElement, advice = `${instead}open the page by itself.`;
+// Saves a file. A frame can forbid it, and only one of the same site says so. advice: what helps there
+function save(blob, name, advice = OPEN) {
+  const frame = window.frameElement;
   if (frame?.hasAttribute("sandbox") && !frame.sandbox.contains("allow-downloads")) {
-    say(`This frame forbids downloads: ${advice}`);
+    say(phrase`This frame forbids downloads: ${advice}.`);
     return;
   }
-  if (window !== window.top) say(`If no file appears, this frame forbids downloads: ${advice}`);
+  if (window !== window.top) say(phrase`If no file appears, this frame forbids downloads: ${advice}.`);
   const link = element("a", { href: URL.createObjectURL(blob), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
@@ -71,7 +71,7 @@ class LivePage extends Showing {
     if (!text) return;
     if (!mistake) this.begin(config);
     const reason = mistake || find("refusal").textContent.replace(/\.$/, "");
-    if (reason) this.refuse(`The link was not followed: ${reason}.`);
+    if (reason) this.refuse(phrase`The link was not followed: ${reason}.`);
   }
 
   get link() {
@@ -86,8 +86,8 @@ class LivePage extends Showing {
   }
 
   copyLink() {
-    if (location.protocol === "about:") say("A link needs the page by itself: save the page, and open its file.");
-    else copy(`${location.href.split("#")[0]}#${this.link}`, "The link to this scene is copied.");
+    if (location.protocol === "about:") say(phrase`A link needs the page by itself: save the page, and open its file.`);
+    else copy(`${location.href.split("#")[0]}#${this.link}`, phrase`The link to this scene is copied.`);
   }
 
   // Begins with a scene of the page.
@@ -211,10 +211,11 @@ class LivePage extends Showing {
     if (gas.stop) this.ended();
   }
 
-  // The repeat has ended: says why, and how to continue. The program's sentence also says what is saved.
+  // The repeat has ended: says why, and how to continue. Of the program's sentence, the part after the last
+  // semicolon is for users of the program.
   ended() {
     this.playing = false;
-    const message = this.gas.stop.message.replace(/; ([^;]* saved|give a time.*)$/, ""), way = this.gas.continuation;
+    const message = this.gas.stop.message.replace(/; [^;]*$/, ""), way = this.gas.continuation;
     this.end(sentenceOf(message), way ? CONTINUATIONS[way] : "");
   }
 
@@ -250,10 +251,10 @@ class LivePage extends Showing {
   draw(now) {
     const { gas } = this, fast = this.relative ? 2 * gas.meanSpeed() || 1 : this.topSpeed;
     this.arena.draw(gas.time, this.flashes(), fast);
-    find("fast").textContent = `${short(fast, 2)} m/s and faster`;
+    find("fast").textContent = phrase`${short(fast, 2)} m/s and faster`;
     find("now").textContent = `t = ${timeText(gas.time, this.rate)} s`;
-    find("count").textContent = `${gas.collisions.toLocaleString("en")} collision${gas.collisions === 1 ? "" : "s"}`;
-    find("play").setAttribute("aria-label", this.playing ? "Pause" : "Play");
+    find("count").textContent = collisionsText(gas.collisions);
+    find("play").setAttribute("aria-label", this.playing ? phrase`Pause` : phrase`Play`);
     find("play").disabled = find("forth").disabled = Boolean(gas.stop);
     find("back").disabled = !gas.canGoBack;
     document.body.classList.toggle("playing", this.playing);
@@ -274,18 +275,18 @@ class LivePage extends Showing {
     const { gas } = this, means = gas.means(), [across, up] = gas.simulation.momentum();
     const { wallEvents, pairEvents } = gas.simulation, rate = (value) => (means ? `${short(value)} /s` : "–");
     const numbers = {
-      "balls": String(gas.number),
-      "packing": short(packingOf(gas.scene)),
-      "collisions at the wall": `${wallEvents.toLocaleString("en")}, ${rate(means?.wallRate)}`,
-      "between balls": `${pairEvents.toLocaleString("en")}, ${rate(means?.pairRate)}`,
-      "mean temperature": means ? `${short(means.temperature)} J` : "–",
+      [phrase`balls`]: String(gas.number),
+      [phrase`packing`]: short(packingOf(gas.scene)),
+      [phrase`collisions at the wall`]: `${wallEvents.toLocaleString("en")}, ${rate(means?.wallRate)}`,
+      [phrase`between balls`]: `${pairEvents.toLocaleString("en")}, ${rate(means?.pairRate)}`,
+      [phrase`mean temperature`]: means ? `${short(means.temperature)} J` : "–",
       "PV/NT": means && Number.isFinite(means.ratio) ? short(means.ratio) : "–",
       [FASTER]: `${short(100 * gas.shareAbove(FAST))} %`,
-      "momentum": `(${small(across, gas)}, ${small(up, gas)}) kg m/s`,
-      "angular momentum": `${short(gas.simulation.angularMomentum())} kg m²/s`,
+      [phrase`momentum`]: `(${small(across, gas)}, ${small(up, gas)}) kg m/s`,
+      [phrase`angular momentum`]: `${short(gas.simulation.angularMomentum())} kg m²/s`,
     };
-    if (this.inTime === false) numbers.speed = "as fast as this computer can";
-    if (!hasWalls(gas.scene.container)) delete numbers["collisions at the wall"];
+    if (this.inTime === false) numbers[phrase`speed`] = phrase`as fast as this computer can`;
+    if (!hasWalls(gas.scene.container)) delete numbers[phrase`collisions at the wall`];
     if (this.view === "beginner") for (const name of EXPERT) delete numbers[name];
     find("numbers").replaceChildren(...Object.entries(numbers).map(([name, value]) => {
       const group = element("div");
@@ -299,9 +300,11 @@ class LivePage extends Showing {
     this.linkTimer = setTimeout(() => this.writeLink(), LINK_AFTER);
     find("yaml").textContent = yamlOf(this.gas.program, content.defaults);
     find("exactness").textContent = this.gas.changed
-      ? "A slider was moved while the gas ran, or it continued after its end, so no config describes this run. "
-        + "Restart: then the config below does."
-      : "This config describes what runs now. The program gives the same collisions to the last bit.";
+      ? [
+        phrase`A slider was moved while the gas ran, or it continued after its end, so no config describes this run.`,
+        phrase`Restart: then the config below does.`,
+      ].join(" ")
+      : phrase`This config describes what runs now. The program gives the same collisions to the last bit.`;
     find("exactness").classList.toggle("warning", this.gas.changed);
     this.hashed = null;
     this.showHashes();
@@ -316,8 +319,8 @@ class LivePage extends Showing {
     const rows = shown.flatMap(([count, hash]) => [
       element("dt", { textContent: count.toLocaleString("en") }), element("dd", { textContent: hash }),
     ]);
-    const none = gas.changed ? "no config describes this run" : "they appear after 1,000 collisions, or at the end";
-    if (!rows.length) rows.push(element("dt", { textContent: "none" }), element("dd", { textContent: none }));
+    const none = gas.changed ? phrase`no config describes this run` : phrase`they appear after 1,000 collisions, or at the end`;
+    if (!rows.length) rows.push(element("dt", { textContent: phrase`none` }), element("dd", { textContent: none }));
     find("hashes").replaceChildren(...rows);
   }
 
@@ -325,12 +328,12 @@ class LivePage extends Showing {
   nameSpeeds() {
     const byStep = this.pace === "events", speeds = SPEEDS[this.pace];
     const names = speeds.map((speed) => {
-      if (byStep) return `${speed.toLocaleString("en")} collision${speed === 1 ? "" : "s"} per second`;
-      return `${fraction(speed)} (${short(speed * this.rate, 2)} s per second)`;
+      if (!byStep) return phrase`${fraction(speed)} (${short(speed * this.rate, 2)} s per second)`;
+      return speed === 1 ? phrase`1 collision per second` : phrase`${grouped(speed)} collisions per second`;
     });
     find("speed").replaceChildren(...names.map((name, k) => new Option(name, String(speeds[k]))));
     if (!byStep) {
-      find("speed").append(new Option("real time", "real"));
+      find("speed").append(new Option(phrase`real time`, "real"));
       find("speed").lastChild.dataset.aside = "true";
     }
     find("speed").value = String(this.speeds[this.pace]);
@@ -353,7 +356,7 @@ class LivePage extends Showing {
   // The same, as a user asks for it.
   choose(ball) {
     this.tag(ball);
-    say(ball === null ? "No path is shown." : `The path of ball ${ball} is shown.`);
+    say(ball === null ? phrase`No path is shown.` : phrase`The path of ball ${ball} is shown.`);
   }
 
   // Offers colours by species, if balls differ, and has the legend name them.
@@ -364,7 +367,8 @@ class LivePage extends Showing {
     find("species").replaceChildren(...(areFew ? all : []).map(({ radius, mass, balls }, k) => {
       const dot = element("i"), entry = element("span"), number = balls.length;
       dot.style.background = SPECIES[k];
-      entry.append(dot, `${number} ball${number === 1 ? "" : "s"} of ${brief(radius)} m, ${brief(mass)} kg`);
+      const sizes = `${brief(radius)} m, ${brief(mass)} kg`;
+      entry.append(dot, number === 1 ? phrase`1 ball of ${sizes}` : phrase`${number} balls of ${sizes}`);
       for (const ball of balls) this.coloursOfSpecies[ball] = SPECIES[k];
       return entry;
     }));
@@ -380,7 +384,8 @@ class LivePage extends Showing {
     this.arena.colours = bySpecies ? this.coloursOfSpecies : null;
     find("speeds").hidden = bySpecies;
     find("species").hidden = !bySpecies;
-    find("arena").setAttribute("aria-label", `Balls in their container, coloured by ${bySpecies ? "species" : "speed"}`);
+    find("arena").setAttribute("aria-label", bySpecies
+      ? phrase`Balls in their container, coloured by species` : phrase`Balls in their container, coloured by speed`);
     this.refresh();
   }
 
@@ -389,21 +394,22 @@ class LivePage extends Showing {
     const { gas } = this, text = find("watch-end").value, duration = text === "" ? Infinity : Number(text);
     if (gas.watched?.isOver === false) gas.stopWatch();
     else if (duration > 0) gas.startWatch(duration);
-    else say("Give a time above 0 s for the stopwatch, or none.");
+    else say(phrase`Give a time above 0 s for the stopwatch, or none.`);
     this.refresh();
   }
 
   showWatch() {
     const { watched } = this.gas, button = find("watch"), text = watched ? this.countedBy(watched) : "";
-    const name = watched?.isOver === false ? "Stop stopwatch" : "Start stopwatch";
-    if (watched?.isOver && button.textContent !== name) say(`The stopwatch stops: ${text}.`);
+    const name = watched?.isOver === false ? phrase`Stop stopwatch` : phrase`Start stopwatch`;
+    if (watched?.isOver && button.textContent !== name) say(phrase`The stopwatch stops: ${text}.`);
     button.textContent = name;
     find("watched").textContent = text;
   }
 
   countedBy({ time, wallEvents, pairEvents }) {
-    const wall = hasWalls(this.gas.scene.container) ? `at the wall ${wallEvents.toLocaleString("en")}, ` : "";
-    return `${timeText(time, this.rate)} s; collisions ${wall}between balls ${pairEvents.toLocaleString("en")}`;
+    const between = phrase`between balls ${grouped(pairEvents)}`, wall = phrase`at the wall ${grouped(wallEvents)}`;
+    const counts = hasWalls(this.gas.scene.container) ? `${wall}, ${between}` : between;
+    return phrase`${timeText(time, this.rate)} s; collisions ${counts}`;
   }
 
   restart() {
@@ -433,14 +439,14 @@ class LivePage extends Showing {
       }
       results.push(data);
       find("progress").value = results.length / starts;
-      find("measured").textContent = `${results.length} of ${starts} starts`;
+      find("measured").textContent = phrase`${results.length} of ${starts} starts`;
       if (results.length < starts) return;
       const row = tableRow(config, results, startingScene(config, 0, own));
       this.table.add(row);
-      const needed = `The means need ${row.short} collisions between balls in a start, so that speeds mix.`;
-      end(`${starts} starts measured.${row.short ? ` ${needed} Give more collisions.` : ""}`);
+      const needed = phrase`The means need ${row.short} collisions between balls in a start, so that speeds mix.`;
+      end(phrase`${starts} starts measured.` + (row.short ? ` ${needed} ${phrase`Give more collisions.`}` : ""));
     };
-    this.worker.onerror = (event) => end(event.message ? `The measurement failed: ${event.message}.` : NO_WORKER);
+    this.worker.onerror = (event) => end(event.message ? phrase`The measurement failed: ${event.message}.` : NO_WORKER);
     this.worker.postMessage({ config, starts, own, compiled: modules });
   }
 
@@ -450,11 +456,11 @@ class LivePage extends Showing {
     const whole = Number.isInteger(starts) && starts >= 5 && starts <= 500;
     const inRange = Number.isInteger(length) && length >= 10 && length <= LONGEST;
     const refusal = find("measured");
-    if (!whole) refusal.textContent = "Give 5 to 500 starts.";
+    if (!whole) refusal.textContent = phrase`Give 5 to 500 starts.`;
     else if (!(text === "" ? this.config.collisions === null : inRange)) {
-      refusal.textContent = `Give 10 to ${LONGEST.toLocaleString("en")} collisions.`;
+      refusal.textContent = phrase`Give 10 to ${grouped(LONGEST)} collisions.`;
     } else if (this.config.balls.list && this.gas.scene.wallKey === null) {
-      refusal.textContent = "All starts are the same, because each ball has a given velocity. Choose another scene.";
+      refusal.textContent = phrase`All starts are the same, because each ball has a given velocity. Choose another scene.`;
     } else return { starts, length };
     return {};
   }
@@ -480,28 +486,29 @@ class LivePage extends Showing {
       find("scenes").append(button);
     }
     showLegend(content.colours);
-    this.bySpecies = new Option("species", "species");
+    this.bySpecies = new Option(phrase`species`, "species");
     find("colours").addEventListener("change", () => this.colour());
     const explained = {
-      restart: "Begins again with the config below.",
-      seed: "Seed of the random start: the same seed gives the same collisions.",
-      starts: "How many random starts are simulated: more give smaller errors.",
-      length: "After how many collisions each of them ends.",
-      log: "A logarithmic axis shows an exponential decay as a straight line.",
-      speed: "How much time, or how many collisions, pass in a second.",
-      forth: "Goes to the next collision.", back: "Goes back to the collision before.", play: "Starts or pauses the gas.",
-      measure: "Simulates the scene from several starts and adds a row to the table.",
-      cancel: "Ends the measurement.",
-      again: "Begins the means, the rates and the histogram of speeds again, for example when a gas is steady.",
-      "charts-image": "Saves the charts as a picture.", "plot-image": "Saves the plot as a picture.",
-      "copy-link": "Copies a link to this scene, as it is set now.",
-      "copy-config": "Copies the config.", "save-config": "Saves the config as a file for snooker run.",
-      "copy-table": "Copies the table for a spreadsheet.", "save-table": "Saves the table with all digits.",
-      "clear-table": "Removes all rows.",
-      "plot-x": "What the plot has on its horizontal axis.", "plot-y": "What the plot has on its vertical axis.",
-      continue: "Continues from the places and velocities now.",
-      tagged: "Number of the ball whose path is drawn; empty for none.",
-      watch: "Counts time and collisions of the gas.", "watch-end": "Time of the gas after which the stopwatch stops.",
+      restart: phrase`Begins again with the config below.`,
+      seed: phrase`Seed of the random start: the same seed gives the same collisions.`,
+      starts: phrase`How many random starts are simulated: more give smaller errors.`,
+      length: phrase`After how many collisions each of them ends.`,
+      log: phrase`A logarithmic axis shows an exponential decay as a straight line.`,
+      speed: phrase`How much time, or how many collisions, pass in a second.`,
+      forth: phrase`Goes to the next collision.`, back: phrase`Goes back to the collision before.`,
+      play: phrase`Starts or pauses the gas.`,
+      measure: phrase`Simulates the scene from several starts and adds a row to the table.`,
+      cancel: phrase`Ends the measurement.`,
+      again: phrase`Begins the means, the rates and the histogram of speeds again, for example when a gas is steady.`,
+      "charts-image": phrase`Saves the charts as a picture.`, "plot-image": phrase`Saves the plot as a picture.`,
+      "copy-link": phrase`Copies a link to this scene, as it is set now.`,
+      "copy-config": phrase`Copies the config.`, "save-config": phrase`Saves the config as a file for snooker run.`,
+      "copy-table": phrase`Copies the table for a spreadsheet.`, "save-table": phrase`Saves the table with all digits.`,
+      "clear-table": phrase`Removes all rows.`,
+      "plot-x": phrase`What the plot has on its horizontal axis.`, "plot-y": phrase`What the plot has on its vertical axis.`,
+      continue: phrase`Continues from the places and velocities now.`,
+      tagged: phrase`Number of the ball whose path is drawn; empty for none.`,
+      watch: phrase`Counts time and collisions of the gas.`, "watch-end": phrase`Time of the gas after which the stopwatch stops.`,
     };
     for (const [name, sentence] of Object.entries(explained)) find(name).title = sentence;
     for (const kind of ["focusin", "mouseover"]) {
@@ -523,10 +530,10 @@ class LivePage extends Showing {
     find("again").onclick = () => { this.gas.forgetMeans(); this.redraw(); };
     find("charts-image").onclick = () => saveCanvas(find("charts"), "charts.png");
     find("measure").onclick = () => this.measure();
-    find("cancel").onclick = () => this.endMeasurement("Cancelled.");
+    find("cancel").onclick = () => this.endMeasurement(phrase`Cancelled.`);
     find("copy-link").onclick = () => this.copyLink();
     window.addEventListener("hashchange", () => { this.play(false); this.openLink(); });
-    find("copy-config").onclick = () => copy(find("yaml").textContent, "The config is copied.");
+    find("copy-config").onclick = () => copy(find("yaml").textContent, phrase`The config is copied.`);
     find("save-config").onclick = () => save(new Blob([find("yaml").textContent], { type: "text/yaml" }), "gas.yaml", COPY);
     find("speed").onchange = () => {
       const { value } = find("speed");
@@ -537,13 +544,13 @@ class LivePage extends Showing {
       const ball = this.arena.ballAt(event.offsetX, event.offsetY);
       if (ball === null) {
         this.play();
-        say(this.playing ? "The gas runs." : "The gas pauses.");
+        say(this.playing ? phrase`The gas runs.` : phrase`The gas pauses.`);
       } else this.choose(ball === this.gas.tagged ? null : ball);
     };
     find("tagged").onchange = () => {
       const text = find("tagged").value, ball = Number(text), { number } = this.gas;
       if (text === "" || (Number.isInteger(ball) && ball >= 0 && ball < number)) this.choose(text === "" ? null : ball);
-      else say(`There is no ball ${text}: give a number from 0 to ${number - 1}.`);
+      else say(phrase`There is no ball ${text}: give a number from 0 to ${number - 1}.`);
       find("tagged").value = this.gas.tagged ?? "";
     };
     find("watch").onclick = () => this.pressWatch();

@@ -20,10 +20,12 @@ from snooker_cli.pages.html_page import (
     PAGES,
     SHARED,
     SPEED_COLOURS,
+    Words,
     html_page,
     script_data,
     script_of,
     text_of,
+    translated_script,
 )
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
@@ -50,22 +52,35 @@ CONTROLS = (
 )
 """The names of the controls of controls.js; one of several species or walls has that of all."""
 
+LANGUAGES = ("en", "de")
+"""English, and languages that have a table of words in languages/."""
+
+OWN = "own scene"
+FROM_CONFIG = "The scene of the config that this page was made from."
+FIRST_POINT = "The first of {} points of the config that this page was made from."
+
 
 def live_page(
-    loaded: Loaded, *, controls: Sequence[str] | None = None, beginner: bool = False
+    loaded: Loaded,
+    *,
+    controls: Sequence[str] | None = None,
+    beginner: bool = False,
+    language: str = "en",
 ) -> str:
     """The page that simulates the first point of a config; the same bytes for the same config.
 
     controls : names of ``CONTROLS`` that the page shows; ``None`` for all
     beginner : whether the page leaves out virial, momentum, config and hashes
+    language : one of ``LANGUAGES``
 
     Raises ``ConfigError`` for a scene that cannot exist, or that the page cannot show, and
-    ``UserError`` for a name that no control has.
+    ``UserError`` for a name that no control or language has.
     """
     for name in controls or ():
         if name not in CONTROLS:
             known = ", ".join(CONTROLS)
             raise UserError(f"--controls: there is no control {name!r}; give some of {known}")
+    words = words_of(language)
     points = loaded.points()
     experiment = points[0].experiment
     for key, number in (("seed", experiment.seed), ("wall_key", experiment.wall_key or 0)):
@@ -82,16 +97,16 @@ def live_page(
         raise loaded.error(error.key, str(error)) from None
     own = {
         "name": "own",
-        "title": experiment.title or "own scene",
-        "about": "The scene of the config that this page was made from."
+        "title": experiment.title or words.get(OWN, OWN),
+        "about": words.get(FROM_CONFIG, FROM_CONFIG)
         if len(points) == 1
-        else f"The first of {len(points):,} points of the config that this page was made from.",
+        else words.get(FIRST_POINT, FIRST_POINT).format(f"{len(points):,}"),
         # A run of it has hashes of its collisions only if they are recorded.
         "config": json.loads(configs.to_json(experiment)) | {"record": "events"},
     }
     scenes = presets()
-    if own["config"] != scenes[0]["config"]:
-        scenes.insert(0, own)
+    is_own = own["config"] != scenes[0]["config"]
+    scenes = [own] * is_own + [_translated(scene, words) for scene in scenes]
     data = {
         "start": own_start(experiment),
         "scenes": [scene | {"config": _with_rows(scene["config"])} for scene in scenes],
@@ -104,11 +119,25 @@ def live_page(
     parts = {
         "data": script_data(data),
         "modules": script_data(packed_modules(_boundaries(scenes))),
-        "engine": worker_source(),
-        "script": script_of(PAGES, *SHARED) + script_of(LIVE, *SHOWING),
+        "engine": translated_script(worker_source(), words),
+        "script": translated_script(script_of(PAGES, *SHARED) + script_of(LIVE, *SHOWING), words),
     }
-    title = own["title"] if scenes[0] is own else "snooker live"
-    return html_page(LIVE, "live", title, parts, simulates=True)
+    title = own["title"] if is_own else "snooker live"
+    return html_page(LIVE, "live", title, parts, simulates=True, language=language, words=words)
+
+
+def words_of(language: str) -> Words:
+    """The texts of the page in a language, by the English ones; none for English.
+
+    Raises ``UserError`` for an unknown language.
+    """
+    if language not in LANGUAGES:
+        known = ", ".join(LANGUAGES)
+        raise UserError(f"--language: there is no language {language!r}; give one of {known}")
+    if language == "en":
+        return {}
+    table: Words = yaml.safe_load(text_of(LIVE, f"languages/{language}.yaml"))
+    return table
 
 
 def report_scene() -> dict[str, Any]:
@@ -124,6 +153,12 @@ def presets() -> list[dict[str, Any]]:
         experiment = configs.load(scene["config"] | {"title": scene["title"]}).experiment
         scenes.append(scene | {"config": json.loads(configs.to_json(experiment))})
     return scenes
+
+
+def _translated(scene: dict[str, Any], words: Words) -> dict[str, Any]:
+    """A scene of ``presets`` with title and sentence in other words."""
+    title, about = (words.get(scene[key], scene[key]) for key in ("title", "about"))
+    return scene | {"title": title, "about": about, "config": scene["config"] | {"title": title}}
 
 
 def engine_source(*more: str) -> str:

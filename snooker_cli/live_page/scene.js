@@ -7,6 +7,7 @@ const EPSILON = 2 ** -52, TINY = 2 ** -1022;
 const LEAST_AMOUNT = 1e-50, MOST_AMOUNT = 1e50;
 const DIAMETERS = 5 * (1 + 1e-8); // of its balls, that a container which repeats needs each way
 const SIDES = ["left", "right", "bottom", "top"];
+const SIDE_NAMES = { left: phrase`left`, right: phrase`right`, bottom: phrase`bottom`, top: phrase`top` };
 
 /** A scene that cannot exist, and why.
  *
@@ -167,7 +168,7 @@ function check(scene) {
   const { container, radii, masses } = scene;
   const amounts = [...radii, ...masses, ...container.size];
   if (!amounts.every((amount) => amount >= LEAST_AMOUNT && amount <= MOST_AMOUNT)) {
-    throw new SceneError("a length or a mass is not from 1e-50 to 1e+50: give one nearer to 1");
+    throw new SceneError(phrase`a length or a mass is not from 1e-50 to 1e+50: give one nearer to 1`);
   }
   checkRadii(container, Math.max(...radii));
   checkPlaces(scene);
@@ -180,10 +181,10 @@ function checkRadii(container, largest) {
   const narrow = size.findIndex((length, axis) => repeatsAlong(axis, container) && length < 2 * largest * DIAMETERS);
   if (narrow >= 0) {
     const helps = narrow === 0 ? ["radius", "container"] : ["radius"];
-    throw new SceneError("the container is under 5 diameters of its balls where it repeats", helps);
+    throw new SceneError(phrase`the container is under 5 diameters of its balls where it repeats`, helps);
   }
   if (shape === "circle" && largest >= size[0] / 2) {
-    throw new SceneError(`a ball of radius ${general(largest, 4)} m cannot move in this container`, ["radius", "container"]);
+    throw new SceneError(phrase`a ball of radius ${general(largest, 4)} m cannot move in this container`, ["radius", "container"]);
   }
 }
 
@@ -201,11 +202,11 @@ function checkPlaces({ positions, radii, container, rounding }) {
   const slack = Math.max(8 * EPSILON * extent + 2e-9 * Math.min(...radii), rounding);
   for (let i = 0; i < radii.length; i += 1) {
     const x = positions[2 * i], y = positions[2 * i + 1], out = -gapOf(x, y, radii[i], container);
-    if (out > slack) throw new SceneError(`ball ${i} sticks out of the container by ${general(out, 4)} m`, ["container"]);
+    if (out > slack) throw new SceneError(phrase`ball ${i} sticks out of the container by ${general(out, 4)} m`, ["container"]);
     for (let k = 0; k < i; k += 1) {
       const square = squareOf(x - positions[2 * k], y - positions[2 * k + 1], container);
       const overlap = radii[i] + radii[k] - Math.sqrt(square);
-      if (overlap > slack) throw new SceneError(`balls ${k} and ${i} overlap by ${general(overlap, 4)} m`, ["container"]);
+      if (overlap > slack) throw new SceneError(phrase`balls ${k} and ${i} overlap by ${general(overlap, 4)} m`, ["container"]);
     }
   }
 }
@@ -221,5 +222,5 @@ function checkSpeeds({ velocities, radii, masses, container }) {
   const isUsable = (speed) => speed === 0 || ((speed * shortest) ** 2 >= TINY && (speed * longest) ** 2 < Infinity);
   const energy = sum(speeds.map((speed, k) => masses[k] * speed * speed)) / 2;
   if (speeds.every((speed) => speed === 0) || (speeds.every(isUsable) && energy >= TINY && energy < Infinity)) return;
-  throw new SceneError("speeds, or energies, are too small or too large to compute with: give speeds nearer to 1");
+  throw new SceneError(phrase`speeds, or energies, are too small or too large to compute with: give speeds nearer to 1`);
 }

@@ -106,7 +106,8 @@ function startingScene(config, repeat, own = null) {
   };
   const number = scene.radii.length, random = (purpose) => new Random(config.seed, repeat, purpose);
   if (number > MOST_BALLS) {
-    throw new SceneError(`the live page shows at most ${grouped(MOST_BALLS)} balls, not ${grouped(number)}: take fewer`);
+    const most = grouped(MOST_BALLS);
+    throw new SceneError(phrase`the live page shows at most ${most} balls, not ${grouped(number)}: take fewer`);
   }
   if (isThermal) scene.wallKey = isGiven ? own.wallKey : BigInt(random(WALL).whole());
   if (same) {
@@ -153,7 +154,7 @@ function placesOnRings({ rings, radius, ring_extent: part }, { size: [width] }) 
   const extent = (part * width) / 2, largest = Math.min(extent / Math.max(rings, 1) / 2, width / 2 - extent);
   if (rings > 0 && radius > largest * (1 + 1e-12)) {
     const helps = ["rings", "radius", "container"];
-    throw new SceneError(`with “rings” ${rings}, the radius can be at most ${general(largest, 4)} m`, helps);
+    throw new SceneError(phrase`with “rings” ${rings}, the radius can be at most ${general(largest, 4)} m`, helps);
   }
   const places = [[0, 0]];
   for (let ring = 1; ring <= rings; ring += 1) {
@@ -192,7 +193,7 @@ function lattice(container, radius, number, taken) {
   if (diameter < 2 * radius) {
     const factor = general(Math.floor((1e4 * diameter) / (2 * radius)) / 1e4, 4);
     const helps = ["count", "radius", "container"];
-    throw new SceneError(`${grouped(number)} balls fit only with radii of at most ${factor} of these`, helps);
+    throw new SceneError(phrase`${grouped(number)} balls fit only with radii of at most ${factor} of these`, helps);
   }
   return Array.from({ length: number }, (_, k) => free[Math.floor((k * free.length) / number)]);
 }
@@ -281,7 +282,9 @@ function setAtRest({ container, masses, positions }, drawn, first, keepsRotation
   const energy = () => weighted((k) => drawn[k][0] ** 2 + drawn[k][1] ** 2), before = energy();
   const axes = [0, 1].filter((axis) => repeatsAlong(axis, container));
   if (!axes.length && keepsRotation) return;
-  if (!keepsRotation && drawn.length === 1) throw new SceneError("one ball has no common rotation, which this scene starts without: take more balls");
+  if (!keepsRotation && drawn.length === 1) {
+    throw new SceneError(phrase`one ball has no common rotation, which this scene starts without: take more balls`);
+  }
   for (const axis of axes) {
     const mean = weighted((k) => drawn[k][axis]) / sum(weights);
     for (const pair of drawn) pair[axis] -= mean;

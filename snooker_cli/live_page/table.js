@@ -4,30 +4,30 @@
 // The columns: heading, unit, what is read of a row. One that is ``varied`` is shown if rows differ in
 // it, and one that is ``rare`` if a row has a number in it that is not zero.
 const COLUMNS = [
-  { key: "title", text: "scene", varied: true },
-  { key: "starts", text: "starts" },
+  { key: "title", text: phrase`scene`, varied: true },
+  { key: "starts", text: phrase`starts` },
   { key: "N", text: "N", axis: true },
   { key: "r", text: "r", unit: "m", axis: true },
-  { key: "R", text: "R", unit: "m", axis: true, rare: true, help: "radius of the container" },
-  { key: "width", text: "width", unit: "m", axis: true, rare: true, help: "width of the container" },
-  { key: "cor", text: "CoR", axis: true },
-  { key: "packing", text: "packing", axis: true, help: "area of the balls over that of the container" },
+  { key: "R", text: "R", unit: "m", axis: true, rare: true, help: phrase`radius of the container` },
+  { key: "width", text: phrase`width`, unit: "m", axis: true, rare: true, help: phrase`width of the container` },
+  { key: "cor", text: phrase`CoR`, axis: true },
+  { key: "packing", text: phrase`packing`, axis: true, help: phrase`area of the balls over that of the container` },
   { key: "temperature", text: "T", unit: "J", measured: true, axis: true },
   { key: "pressure", text: "P", unit: "Pa m", measured: true, axis: true },
   { key: "ratio", text: "PV/NT", measured: true, axis: true },
-  { key: "k", text: "k", unit: "1/s", measured: true, axis: true, rare: true, help: "decay constant of the energy" },
-  { key: "alpha", text: "α", unit: "1/s", measured: true, axis: true, rare: true, help: "constant of Haff’s law" },
-  { key: "ratioTheory", text: `PV/NT, ${THEORY.finite}`, rare: true, help: "theory" },
-  { key: "alphaTheory", text: `α, ${THEORY.finite}`, unit: "1/s", rare: true, help: "theory" },
-  { key: "early", text: "ended early", rare: true, help: "in a wall trap or a collapse" },
-  { key: "wallCor", text: "wall CoR", axis: true, varied: true },
-  { key: "wallTemperature", text: "wall T", unit: "J", axis: true, varied: true },
-  { key: "wallSpeed", text: "wall speed", unit: "m/s", axis: true, varied: true },
+  { key: "k", text: "k", unit: "1/s", measured: true, axis: true, rare: true, help: phrase`decay constant of the energy` },
+  { key: "alpha", text: "α", unit: "1/s", measured: true, axis: true, rare: true, help: phrase`constant of Haff’s law` },
+  { key: "ratioTheory", text: `PV/NT, ${THEORY.finite}`, rare: true, help: phrase`theory` },
+  { key: "alphaTheory", text: `α, ${THEORY.finite}`, unit: "1/s", rare: true, help: phrase`theory` },
+  { key: "early", text: phrase`ended early`, rare: true, help: phrase`in a wall trap or a collapse` },
+  { key: "wallCor", text: phrase`wall CoR`, axis: true, varied: true },
+  { key: "wallTemperature", text: phrase`wall T`, unit: "J", axis: true, varied: true },
+  { key: "wallSpeed", text: phrase`wall speed`, unit: "m/s", axis: true, varied: true },
   ...SIDES.flatMap((side) => [
-    { key: `${side}Temperature`, text: `${side} wall T`, unit: "J", axis: true, varied: true },
-    { key: `${side}Speed`, text: `${side} wall speed`, unit: "m/s", axis: true, varied: true },
+    { key: `${side}Temperature`, text: `${SIDE_NAMES[side]} ${phrase`wall T`}`, unit: "J", axis: true, varied: true },
+    { key: `${side}Speed`, text: `${SIDE_NAMES[side]} ${phrase`wall speed`}`, unit: "m/s", axis: true, varied: true },
   ]),
-  { key: "seed", text: "seed", varied: true },
+  { key: "seed", text: phrase`seed`, varied: true },
 ];
 
 const ALONE = 9; // px: half of the line of a theory that is known at one row only
@@ -92,7 +92,7 @@ class Table {
       find("measured").textContent = "";
       this.show();
     };
-    find("copy-table").onclick = () => copy(this.text("\t"), "The table is copied.");
+    find("copy-table").onclick = () => copy(this.text("\t"), phrase`The table is copied.`);
     find("save-table").onclick = () => save(new Blob([this.text(",")], { type: "text/csv" }), "measurements.csv", COPY);
     find("plot-image").onclick = () => saveCanvas(find("plot"), "plot.png");
   }
@@ -149,7 +149,7 @@ class Table {
       this.rows.forEach((row, k) => {
         const value = row[key], error = row[`${key}Error`];
         let content = String(value);
-        if (measured || value === null) content = valueWithError(value ?? NaN, error);
+        if (measured || value === null || Number.isNaN(value)) content = valueWithError(value ?? NaN, error);
         else if (typeof value === "number") content = String(Number(value.toPrecision(4)));
         body[k].append(element("td", { textContent: content, className }));
       });
@@ -165,7 +165,7 @@ class Table {
   text(comma) {
     const columns = this.columns.flatMap(({ key, text, unit, measured }) => {
       const heading = unit ? `${text} (${unit})` : text;
-      return measured ? [[heading, key], [`error of ${text}`, `${key}Error`]] : [[heading, key]];
+      return measured ? [[heading, key], [phrase`error of ${text}`, `${key}Error`]] : [[heading, key]];
     });
     const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
     const known = (value) => (Number.isFinite(value) || typeof value === "string" ? quoted(String(value)) : "");
@@ -230,8 +230,8 @@ class Table {
       pen.lineTo(across(row[x.key] + wide), up(row[y.key]));
       pen.stroke();
     }
-    const values = points.map((row) => `${short(row[y.key])} at ${short(row[x.key])}`).join(", ");
-    find("plot").setAttribute("aria-label", `${panel.name} against ${x.text}: ${values}`);
+    const values = points.map((row) => phrase`${short(row[y.key])} at ${short(row[x.key])}`).join(", ");
+    find("plot").setAttribute("aria-label", phrase`${panel.name} against ${x.text}: ${values}`);
   }
 
   // A theory at the rows, which are in order of x, in pieces: a line between rows of the same scene

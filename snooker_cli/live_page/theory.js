@@ -5,7 +5,7 @@
 
 // The names that theories have in `snooker compare`, too.
 const THEORY = {
-  ideal: "ideal gas law", finite: "hard disks, finite N", maxwell: "Maxwell-Boltzmann", fixed: "fixed energy",
+  ideal: phrase`ideal gas law`, finite: phrase`hard disks, finite N`, maxwell: phrase`Maxwell-Boltzmann`, fixed: phrase`fixed energy`,
 };
 
 const hasWalls = ({ shape }) => shape !== "periodic";

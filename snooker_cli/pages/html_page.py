@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 PAGES = "snooker_cli.pages"
@@ -25,6 +26,20 @@ SPEED_COLOURS = (
 The steps of lightness are even, also for colour-blind people. The yellow end is too light on white.
 """
 
+TEXT = re.compile(
+    r"""((?<!<code)>\s*|\s(?:aria-label|title)=")([^<>"{}]*[^\W\d]{2}[^<>"{}]*?)(?=\s*[<"])"""
+)
+"""A text that a template shows, in group 2: of an element, or an attribute. It has a word."""
+
+PHRASE = re.compile(r"phrase`([^`]*)`")
+"""A text that a script shows, in group 1."""
+
+VALUE = re.compile(r"\$\{[^{}]*\}")
+"""A value in such a text; it is ``{}`` in a table of words."""
+
+Words = Mapping[str, str]
+"""English texts -> those of another language, which has the values in the same order."""
+
 
 def text_of(package: str, *names: str) -> str:
     """The texts of files of a package, one after the other."""
@@ -40,19 +55,46 @@ def script_of(package: str, *names: str) -> str:
     return re.sub(r"(?m)^ +|(?<=\S) +// .*$", "", code)
 
 
+def translated_script(script: str, words: Words) -> str:
+    """A script with its phrases in other words; they are template literals without a tag then."""
+
+    def literal(phrase: re.Match[str]) -> str:
+        text, values = VALUE.sub("{}", phrase[1]), iter(VALUE.findall(phrase[1]))
+        filled = re.sub(r"\{\}", lambda _: next(values), words.get(text, text))
+        return f"`{filled}`"
+
+    return PHRASE.sub(literal, script)
+
+
+def translated_template(template: str, words: Words) -> str:
+    """A template with its texts in other words."""
+    return TEXT.sub(lambda text: text[1] + words.get(text[2], text[2]), template)
+
+
 def html_page(
-    package: str, name: str, title: str, parts: dict[str, str], *, simulates: bool = False
+    package: str,
+    name: str,
+    title: str,
+    parts: dict[str, str],
+    *,
+    simulates: bool = False,
+    language: str = "en",
+    words: Words = MappingProxyType({}),
 ) -> str:
     """A page with the body NAME.html and the style NAME.css of a package.
 
     parts : for each ``{{part}}`` of the body that is not in shared.html
     simulates : whether its script may run WebAssembly, and start workers that it makes itself
+    language : of its texts, as HTML names it
+    words : for the texts of the body; parts stay as they are
     """
+    body = text_of(package, f"{name}.html")
     around = {
+        "language": language,
         "more": " 'wasm-unsafe-eval'; worker-src blob:" if simulates else "",
         "title": html.escape(title),
         "style": text_of(PAGES, "page.css") + text_of(package, f"{name}.css"),
-        "body": _filled(text_of(package, f"{name}.html"), _shared_parts() | parts),
+        "body": _filled(translated_template(body, words), _shared_parts(words) | parts),
     }
     return _filled(text_of(PAGES, "page.html"), around)
 
@@ -66,9 +108,10 @@ def is_page(path: Path) -> bool:
     return False
 
 
-def _shared_parts() -> dict[str, str]:
+def _shared_parts(words: Words) -> dict[str, str]:
     """The elements that several pages have, by the names above them in shared.html."""
-    _, *pieces = re.split(r"<!-- (\w+) -->\n(.*)\n", text_of(PAGES, "shared.html"))
+    shared = translated_template(text_of(PAGES, "shared.html"), words)
+    _, *pieces = re.split(r"<!-- (\w+) -->\n(.*)\n", shared)
     return dict(zip(pieces[::3], pieces[1::3], strict=True))
 
 

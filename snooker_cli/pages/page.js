@@ -15,7 +15,7 @@ function say(text) {
 }
 
 function fullScreen() {
-  const refused = () => say("The browser allows no full screen here.");
+  const refused = () => say(phrase`The browser allows no full screen here.`);
   if (document.fullscreenElement) document.exitFullscreen();
   else document.documentElement.requestFullscreen().catch(refused);
 }

@@ -7,7 +7,7 @@ const VEIL = 0.8; // how much of a curve the paper behind a name hides
 const BIN = 0.2, BINS = 15; // of speeds over √(2T/m); the last bin has all faster balls
 const MOST_SHARE = 0.25; // of the balls in a bin, at the top of the panel
 const EDGE = 1e-9; // a speed this little below an edge, in bins, is above it: equal speeds are in one bin
-const SPEED_AXIS = `speed ÷ √(2T/m); last bar: ${(BIN * (BINS - 1)).toFixed(1)} and more`;
+const SPEED_AXIS = phrase`speed ÷ √(2T/m); last bar: ${(BIN * (BINS - 1)).toFixed(1)} and more`;
 
 // The bin of a speed over √(2T/m).
 const binOf = (reduced) => Math.min(Math.floor(reduced / BIN + EDGE), BINS - 1);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterator
 from html import escape
 from pathlib import Path
@@ -13,7 +14,7 @@ from browser import Browser
 from live_scripts import LiveScripts
 
 import snooker_cli as snooker
-from snooker_cli.live_page.page import presets
+from snooker_cli.live_page.page import presets, words_of
 
 Opened = Callable[..., Browser]
 
@@ -683,3 +684,69 @@ def test_a_key_goes_back_to_the_collision_before(opened: Opened) -> None:
     assert seen["isDisabled"]
     assert seen["back"] == seen["seen"][0]
     assert seen["ended"] == [None, True]
+
+
+SHOWN = """
+(async () => {
+  const seen = new Set(), { fillText } = CanvasRenderingContext2D.prototype;
+  CanvasRenderingContext2D.prototype.fillText = function (text, ...more) {
+    seen.add(text);
+    fillText.call(this, text, ...more);
+  };
+  const look = async () => {
+    live.redraw();
+    await wait(50);
+    const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+    while (texts.nextNode()) {
+      const { data, parentElement } = texts.currentNode;
+      if (!parentElement.closest("script, pre, code")) seen.add(data.trim());
+    }
+    for (const name of ["title", "aria-label", "placeholder", "aria-valuetext"]) {
+      for (const at of document.querySelectorAll(`[${name}]`)) seen.add(at.getAttribute(name));
+    }
+  };
+  const type = (name, value) => { find(name).value = value; find(name).onchange?.(); };
+  for (const scene of content.scenes) {
+    live.open(scene);
+    live.pressWatch();
+    live.setPace(live.pace === "time" ? "events" : "time");
+    live.gas.advance(Infinity, 200);
+    if (live.gas.stop) live.ended();
+    await look();
+    const wall = find("set-wall");
+    for (const { value } of [...wall?.options ?? []]) {
+      type("set-wall", value);
+      await look();
+    }
+    live.step();
+    const config = { ...live.config, collisions: 20 };
+    live.table.add(tableRow(config, [0, 1].map((repeat) => measureRepeat(config, repeat))));
+    const mistakes = [["set-radius", 1e10], ["set-radius", -1], ["tagged", 5000], ["seed", -1]];
+    for (const [name, value] of mistakes) {
+      if (find(name)) type(name, value);
+      await look();
+    }
+    find("starts").value = 1;
+    live.measure();
+    await look();
+  }
+  for (const link of ["scene=none", "balls.rings=x", "cor=2", "view=some"]) {
+    history.replaceState(null, "", `#${link}`);
+    live.openLink();
+    await look();
+  }
+  sessionStorage.clear();
+  return [...seen].map((text) => text.replace(/^[-—· ]+/, ""));
+})()
+"""
+
+
+def test_a_page_in_german_has_no_english(opened: Opened) -> None:
+    """All that it shows, also on its canvases, differs from what the English page shows."""
+    english, german = (set(opened(language=name).value(SHOWN)) for name in ("en", "de"))
+    words = words_of("de")
+    same = {text for text, other in words.items() if text == other} | {"snooker live"}
+    assert len(german) > 300
+    shared = {text for text in english & german if re.search(r"\b[a-z]{3,}\b", text, re.I)}
+    assert shared - same == set()
+    assert "Jetzt: kinetische Energie" in "\n".join(german)

@@ -321,9 +321,9 @@ BROKEN = {
     "seed=9007199254740992": "needs a whole number from 0 to 9007199254740991",
     "radius=0": "radius=0 needs a number from 1e-50 to 1e+50",
     "container-mass=1e999": "needs a number from 1e-50 to 1e+50, or fixed",
-    "wall=hot": "wall=hot needs passive or driven or warm",
+    "wall=hot": "wall=hot needs one of passive, driven, warm",
     "wall=toString": "wall=toString needs",
-    "scene=crowded&wall=sides": "wall=sides needs passive or driven or warm",
+    "scene=crowded&wall=sides": "wall=sides needs one of passive, driven, warm",
     "view=easy": "needs beginner or full",
 }
 
