@@ -221,3 +221,8 @@ def trap(page: Page) -> None:
 
 
 KERNELS = (follow, show, trap)
+
+
+def kernels_of(boundary: str) -> tuple[Any, ...]:
+    """The kernels that a page with a boundary calls: balls are trapped in circles only."""
+    return KERNELS if boundary.endswith("circle") else KERNELS[:-1]

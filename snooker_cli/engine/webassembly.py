@@ -5,6 +5,7 @@ is a module for each boundary. Its functions take one number: the address of a b
 the parts of a ``Page``. ``layout`` says where each part is.
 """
 
+import gc
 import os
 import re
 import subprocess
@@ -19,7 +20,14 @@ import numpy as np
 from snooker_cli.engine import clock, jit, page_kernels, products, restitution
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import LANES
-from snooker_cli.engine.page_kernels import BOUNDARIES, EVENTS, KERNELS, SEARCHES, example
+from snooker_cli.engine.page_kernels import (
+    BOUNDARIES,
+    EVENTS,
+    KERNELS,
+    SEARCHES,
+    example,
+    kernels_of,
+)
 from snooker_cli.engine.sliding import SETTLES
 from snooker_cli.errors import UserError
 from snooker_cli.files import atomic_write
@@ -34,7 +42,7 @@ PROCESSES = 2
 SETTINGS = {"NUMBA_OPT": "0", "NUMBA_LOOP_VECTORIZE": "0"}
 """Numba's settings: it optimises nothing, because LLVM does so for WebAssembly."""
 
-NOTICE = "compiling the engine of the live page (first use on this machine, about 30 to 60 s)"
+NOTICE = "compiling the engine of the live page (first use on this machine, 30 to 60 s)"
 
 
 def modules(boundaries: Iterable[str] = BOUNDARIES) -> dict[str, bytes]:
@@ -79,7 +87,8 @@ def _compile_in_processes(boundaries: list[str], folder: Path) -> None:
 
 
 def write_modules(folder: Path, boundaries: list[str]) -> None:
-    """Compile modules into files."""
+    """Compile modules into files, in a process that does nothing else."""
+    gc.disable()  # a sixth of the time: Numba makes many objects, and hardly any garbage
     for boundary in boundaries:
         with atomic_write(folder / f"{boundary}.wasm") as part:
             part.write_bytes(compiled(boundary))
@@ -212,7 +221,7 @@ REPLACED = {r"llvm\.fma\.f64": "fused", "sqrt": "root"}
 def assembly(boundary: str) -> list[str]:
     """Code for LLVM of all kernels of a boundary, and of the functions that call them."""
     parts, page = layout(boundary), example(boundary, NUMBER)
-    codes = {kernel.__name__: jit.code_of(kernel, page) for kernel in KERNELS}
+    codes = {kernel.__name__: jit.code_of(kernel, page) for kernel in kernels_of(boundary)}
     product, fused = jit.code_of(products.fused, 1.0, 1.0, 1.0)
     whole = [text for text, _ in codes.values()]
     whole += [Caller(name, *code).of_block(parts) for name, code in codes.items()]
@@ -375,7 +384,8 @@ def module_of(data: bytes) -> bytes:
         sections[GLOBAL] = leb(1) + b"\x7f\x01\x41" + signed_leb(BEGIN) + b"\x0b"
     sections[MEMORY] = leb(1) + b"\0" + leb(PAGES)
     exports = [("memory", 2, 0)]
-    exports += [(kernel.__name__, 0, functions[kernel.__name__]) for kernel in KERNELS]
+    names = [kernel.__name__ for kernel in KERNELS if kernel.__name__ in functions]
+    exports += [(name, 0, functions[name]) for name in names]
     entries = [text_of(name) + bytes([kind]) + leb(index) for name, kind, index in exports]
     sections[EXPORT] = leb(len(entries)) + b"".join(entries)
     whole = [bytes([k]) + leb(len(sections[k])) + sections[k] for k in ORDER if k in sections]

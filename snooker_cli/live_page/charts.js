@@ -56,15 +56,17 @@ class GasCharts extends Panels {
     this.canvas.setAttribute("aria-label", this.sentence(courses));
   }
 
-  // What is drawn of a gas: its colour, if there are several; rows, also those still to come; what is now;
-  // its pressures; and those that the panel has room for.
+  // What is drawn of a gas: its colour, if there are several; rows up until now, and those still to come; the
+  // pressures of all; and those that the panel has room for.
   courseOf(gas, k) {
-    const rows = gas.rows(), now = { ...gas.row(), time: gas.time }, pressures = this.pressures(gas, rows);
+    const now = { ...gas.row(), ...gas.sums, time: gas.time }, all = gas.rows();
+    const rows = [...all.filter(({ time }) => time < now.time), now], later = all.filter(({ time }) => time > now.time);
+    const pressures = this.pressures(gas, [...rows, ...later]);
     // A mean over a short time may be that of a single hit, so the first tenth may leave the panel.
-    const times = rows.map(({ time }) => time), begun = gas.from.time, last = times[times.length - 1];
+    const times = [...rows, ...later].map(({ time }) => time), begun = gas.from.time, last = times[times.length - 1];
     const late = Math.max(times.findIndex((time) => time > begun + (last - begun) / 10), 0);
     const seen = pressures.flatMap(({ values }) => values.slice(late)).filter(Number.isFinite);
-    return { gas, now, rows, times, pressures, seen, colour: this.several ? paint(GAS_COLOURS[k]) : null };
+    return { gas, now, rows, later, times, pressures, seen, colour: this.several ? paint(GAS_COLOURS[k]) : null };
   }
 
   // The energy of a gas as warm as the wall, J; 0 for a wall without a temperature.
@@ -73,7 +75,7 @@ class GasCharts extends Panels {
   }
 
   scaleEnergy(panel, courses) {
-    const all = courses.flatMap(({ rows, now }) => [...rows.map(({ energy }) => energy), now.energy]);
+    const all = courses.flatMap(({ rows, later }) => [...rows, ...later].map(({ energy }) => energy));
     const values = [...all, this.several ? 0 : this.wallEnergy].filter((value) => value > 0);
     const most = Math.max(...values, 0) || 1;
     panel.log = this.log && values.length > 0;
@@ -88,9 +90,8 @@ class GasCharts extends Panels {
       ["fourth", DOTS, phrase`exponential: k = ${short(k)} 1/s`, (t) => Math.exp(-k * t)],
     ] : [];
     this.inside(pen, panel, () => {
-      for (const { rows, now, colour } of courses) {
-        const points = [...rows.filter(({ time }) => time <= now.time), now].map(({ time, energy: value }) => [time, value]);
-        this.line(pen, panel, points, colour ?? paint("first"), true);
+      for (const { rows, colour } of courses) {
+        this.line(pen, panel, rows.map(({ time, energy: value }) => [time, value]), colour ?? paint("first"), true);
       }
       if (warm) this.dashed(pen, panel, [[this.low, warm], [this.high, warm]], paint("second"), DASHES);
       for (const [colour, dash, , law] of laws) {
@@ -206,8 +207,8 @@ class GasCharts extends Panels {
 
   // What the charts show now, for screen readers.
   sentence(courses) {
-    const texts = courses.map(({ now, pressures }) => {
-      const last = (values) => values.findLast((value) => value !== undefined);
+    const texts = courses.map(({ now, rows, pressures }) => {
+      const last = (values) => values[rows.length - 1];
       const shown = pressures.filter(({ dash, values }) => !dash && last(values) !== undefined)
         .map(({ name, values }) => phrase`mean pressure ${name} ${short(last(values))} Pa m`);
       const energy = phrase`kinetic energy ${short(now.energy)} J`;

@@ -49,7 +49,7 @@ function readLink(text, scenes) {
     if (!/^(beginner|full)?$/.test(view)) throw new SceneError(phrase`view=${view} needs beginner or full`);
     link.view = view || null;
     const { config, left } = followed(scene, Object.entries(texts)), [unknown] = left.keys();
-    if (left.size) throw new SceneError(phrase`the scene has no control ${unknown} as this link sets it; remove it`);
+    if (left.size) throw new SceneError(phrase`the scene has no control ${unknown} with the rest of this link; remove it`);
     return { ...link, config };
   } catch (error) {
     if (!(error instanceof SceneError)) throw error;

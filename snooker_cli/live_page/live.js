@@ -71,7 +71,9 @@ class LivePage extends Showing {
     if (!text) return;
     if (!mistake) this.begin(config);
     const reason = mistake || find("refusal").textContent.replace(/\.$/, "");
-    if (reason) this.refuse(phrase`The link was not followed: ${reason}.`);
+    if (!reason) return;
+    this.refuse(phrase`The link has a mistake: ${reason}.`);
+    clearTimeout(this.linkTimer); // it stays, to be corrected
   }
 
   get link() {
@@ -131,6 +133,7 @@ class LivePage extends Showing {
     find("length").placeholder = config.collisions === null ? `${config.time} s` : "";
     this.refuse("");
     this.end("");
+    say("");
     find("measured").textContent = "";
     this.nameSpeeds();
     this.showConfig();
@@ -163,6 +166,7 @@ class LivePage extends Showing {
     }
     this.config = config;
     this.gas.setLaws(config);
+    say(phrase`The gas goes on with this. Restart begins with it.`);
     this.refuse("");
     this.controls.show(config);
     this.showConfig();

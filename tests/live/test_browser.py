@@ -364,9 +364,9 @@ def test_the_address_holds_the_scene(opened: Opened) -> None:
     assert seen["seeded"] == "#scene=report&cor=0.5&seed=3"
     followed, unknown, refused = seen["seen"]
     assert followed == ["galperin", 31, ""]
-    no_scene = "The link was not followed: this page has no scene none; choose one above."
+    no_scene = "The link has a mistake: this page has no scene none; choose one above."
     assert (unknown[0], unknown[2]) == ("report", no_scene)
-    no_number = "The link was not followed: cor=2 needs a number from 0 to 1."
+    no_number = "The link has a mistake: cor=2 needs a number from 0 to 1."
     assert (refused[0], refused[2]) == ("trap", no_number)
 
 

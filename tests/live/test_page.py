@@ -302,7 +302,7 @@ READ = "(({ config, mistake, scene }) => [config, mistake, scene.name])(readLink
 
 BROKEN = {
     "scene=none": "no scene none",
-    "scene=crowded&radius=1": "no control radius as this link sets it",
+    "scene=crowded&radius=1": "no control radius with the rest of this link",
     "scene=crowded&wall-speed=1": "no control wall-speed",
     "scene=heated&wall=driven&wall-temperature=5": "no control wall-temperature",
     "scene=brownian&radius-2=1": "no control radius-2",
