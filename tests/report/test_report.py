@@ -203,7 +203,7 @@ def test_page_is_self_contained_and_cites_the_source_report(report: Path, text: 
     addresses = re.findall(r'(?:src|href)="([^"]*)"', outside)
     beside = [address for address in addresses if not address.startswith(("data:", "#"))]
     assert beside == ["live.html"]
-    assert "37 inelastic balls" in (report / "live.html").read_text(encoding="utf-8")
+    assert "37 balls of 1 m" in (report / "live.html").read_text(encoding="utf-8")
     assert outside.count("<img ") == len(REPORT_FIGURES)
     assert not re.search(r"<(?:script|link)\b", outside)
     players = re.findall(r'<iframe[^>]*sandbox="allow-scripts"[^>]*srcdoc="([^"]*)"', page)
