@@ -390,7 +390,7 @@ class Run(runs.Run):
             subtitle = f"{point_label(shown)}, {balls}, repeat {number}"
             span = since, until, most or MOST_COLLISIONS
             try:
-                if trace.summary is not None and self.engine_version != engine.ENGINE_VERSION:
+                if trace.summary is not None and not self.can_be_replayed:
                     raise FigureError(
                         "is a summary of another engine version, which cannot be replayed"
                     )

@@ -247,6 +247,12 @@ def animate(
     if fps is not None and path.suffix.lower() == ".html":
         raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
     check_film_file(path, len(opened.matching(**chosen)) * len(numbers))
+    if path.suffix.lower() == ".html" and not opened.can_be_replayed:
+        raise UserError(
+            f"{opened.name} holds results of engine version {opened.engine_version}, which a page "
+            "of this version cannot simulate again",
+            "give a name that ends in .gif or .mp4",
+        )
     check_free(path, replace)
     most = collisions or MOST_COLLISIONS
     films = opened.films(numbers, since=since, until=until, most=most, **chosen)

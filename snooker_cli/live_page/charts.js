@@ -4,6 +4,7 @@
 "use strict";
 
 const GAS_COLOURS = ["first", "second", "third", "fourth"];
+const FIT_EVERY = 300; // ms
 const FIRST_SPAN = 2; // crossings of the container at the start, on the axis of time
 const GROWTH = 1.5; // of that axis, when the time reaches its end
 
@@ -59,7 +60,7 @@ class GasCharts extends Panels {
   // What is drawn of a gas: its colour, if there are several; rows up until now, and those still to come; the
   // pressures of all; and those that the panel has room for.
   courseOf(gas, k) {
-    const now = { ...gas.row(), ...gas.sums, time: gas.time }, all = gas.rows();
+    const now = { ...gas.row(), ...gas.sums, time: gas.time }, all = gas.rows().filter(({ time }) => time >= this.low);
     const rows = [...all.filter(({ time }) => time < now.time), now], later = all.filter(({ time }) => time > now.time);
     const pressures = this.pressures(gas, [...rows, ...later]);
     // A mean over a short time may be that of a single hit, so the first tenth may leave the panel.

@@ -4,9 +4,7 @@
 
 const content = JSON.parse(find("data").textContent);
 const LONGEST = 60; // s that a film takes at speed 1 unless the page gives a length
-const LINK_AFTER = 400; // ms of rest until the link is that of the moment: browsers limit changes
 const SLICE = 50; // ms of simulation until the page can draw
-const FIT_EVERY = 300; // ms
 
 // A moment of showing. At an even pace it is known by its time; one collision after the other by its
 // step: k is just after collision k, and between two the balls move as usual.
@@ -77,6 +75,7 @@ class Screen {
     await upTo(film.before);
     gas.times = [];
     gas.forgetMoments();
+    gas.series.beginAnew();
     await upTo(film.collisions);
     this.isStored = gas.simulation.eventHash() === film.hash;
     this.reel = new Reel(film, gas.times);
@@ -89,13 +88,6 @@ class Screen {
     gas.goTo(film.before + reel.done);
     gas.time = reel.time;
     gas.followSlide();
-  }
-
-  // The state at a time, s.
-  at(time) {
-    this.reel.goToTime(time);
-    this.show();
-    return this.gas;
   }
 
   get count() {
@@ -125,7 +117,7 @@ class FilmPage extends Showing {
     this.steps = Math.max(...this.reels.map(({ steps }) => steps));
     this.topSpeed = largest(({ topSpeed }) => topSpeed);
     this.charts.show(screens.map(({ gas }) => gas), this.end, this.start);
-  // Film time and collisions in a second of showing.
+    // Film time and collisions in a second of showing.
     const span = this.end - this.start, { seconds } = content;
     this.rate = seconds
       ? { time: span / seconds, events: this.steps / seconds }
@@ -207,17 +199,10 @@ class FilmPage extends Showing {
     this.speed = menu.value === "real" ? 1 / this.rate.time : Number(menu.value);
   }
 
-  // The contacts of a film that flash now: place, radius of the ball, and how far the flash is.
   flashes({ reel, gas, film }) {
-    const list = [];
-    for (const { time, step, x, y, radius } of gas.contacts) {
-      const since = this.pace === "time"
-        ? (reel.time - time) / this.rate.time
-        : (reel.step - (step - film.before)) / this.rate.events;
-      const age = since / this.speed / FLASH;
-      if (age < 1) list.push([x, y, radius, Math.max(age, 0)]);
-    }
-    return list;
+    const { rate } = this, byTime = this.pace === "time", since = ({ time, step }) =>
+      (byTime ? (reel.time - time) / rate.time : (reel.step - (step - film.before)) / rate.events);
+    return this.flashesOf(gas, since);
   }
 
   // Shows the path of a ball, or none for "".
@@ -334,11 +319,6 @@ class FilmPage extends Showing {
 function timeText(time) {
   const digits = Math.max(0, 4 - Math.ceil(Math.log10(player.end - player.start)));
   return digits > 9 ? short(time, 6) : time.toFixed(digits);
-}
-
-function refuse(text) {
-  find("refusal").hidden = false;
-  find("refusal").textContent = text;
 }
 
 let player = null;

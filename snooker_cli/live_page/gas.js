@@ -8,8 +8,6 @@ const KEPT_PARTS = 6000; // of a path, of which the arena draws the latest half
 const SMALL_TURN = 0.1; // rad, of a part of the path of a ball that slides
 const MOST_KEPT = 64, FIRST_STRIDE = 1000; // moments to go back to, and collisions between them
 const PATH_BEGINS = 20000; // collisions ago, at most
-const FORBIDDEN =
-  phrase`This site does not allow WebAssembly, which computes the collisions: save the page, and open the file.`;
 const FLASH_NUMBERS = 7; // time, ball, other ball or wall, places of both
 const SLIDING = { slides: true, contactDuration: 0, elasticBelow: 0 }; // of a scene whose balls slide
 

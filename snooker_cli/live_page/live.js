@@ -10,8 +10,7 @@ for (const { config: { balls } } of content.scenes) {
 const own = content.start && ownStart(content.start, content.scenes[0].config);
 const BUDGET = 10; // ms of a frame in which the gas is simulated
 const LONGEST = 200000; // collisions of a start that is measured: 20 MB
-const LINK_AFTER = 300; // ms after the last change: browsers refuse an address that changes with each move of a slider
-const CHARTS_EVERY = 50, FIT_EVERY = 300; // ms
+const CHARTS_EVERY = 50; // ms
 const SPEEDS = { time: [0.125, 0.25, 0.5, 1, 2, 4, 8, 16, 64], events: [1, 5, 20, 100, 1000, 10000, 100000] };
 const NORMAL = { time: 1, events: 5 };
 const CONTINUATIONS = {
@@ -72,7 +71,7 @@ class LivePage extends Showing {
     if (!mistake) this.begin(config);
     const reason = mistake || find("refusal").textContent.replace(/\.$/, "");
     if (!reason) return;
-    this.refuse(phrase`The link has a mistake: ${reason}.`);
+    refuse(phrase`The link has a mistake: ${reason}.`);
     clearTimeout(this.linkTimer); // it stays, to be corrected
   }
 
@@ -112,7 +111,7 @@ class LivePage extends Showing {
       gas = new Gas(config, own);
     } catch (error) {
       if (!(error instanceof SceneError)) throw error;
-      this.refuse(refusalOf(error, config));
+      refuse(refusalOf(error, config));
       if (this.config) this.controls.show(this.config);
       return;
     }
@@ -131,7 +130,7 @@ class LivePage extends Showing {
     this.controls.show(config);
     find("seed").value = config.seed;
     find("length").placeholder = config.collisions === null ? `${config.time} s` : "";
-    this.refuse("");
+    refuse("");
     this.end("");
     say("");
     find("measured").textContent = "";
@@ -139,12 +138,6 @@ class LivePage extends Showing {
     this.showConfig();
     this.chartsAt = this.fitAt = 0;
     this.refresh();
-  }
-
-  // An error about the scene that a user asks for; the gas stays as it is.
-  refuse(text) {
-    find("refusal").hidden = !text;
-    find("refusal").textContent = text;
   }
 
   // An ending of the gas, with what to do next.
@@ -167,7 +160,7 @@ class LivePage extends Showing {
     this.config = config;
     this.gas.setLaws(config);
     say(phrase`The gas goes on with this. Restart begins with it.`);
-    this.refuse("");
+    refuse("");
     this.controls.show(config);
     this.showConfig();
     this.refresh();
@@ -243,13 +236,8 @@ class LivePage extends Showing {
   }
 
   flashes() {
-    const { gas, speed } = this, list = [];
-    for (const { time, step, x, y, radius } of gas.contacts) {
-      const since = this.pace === "time" ? (gas.time - time) / this.rate : gas.collisions - step;
-      const age = since / speed / FLASH;
-      if (age < 1) list.push([x, y, radius, Math.max(age, 0)]);
-    }
-    return list;
+    const { gas, rate } = this, byTime = this.pace === "time";
+    return this.flashesOf(gas, ({ time, step }) => (byTime ? (gas.time - time) / rate : gas.collisions - step));
   }
 
   draw(now) {
@@ -607,9 +595,4 @@ function start() {
   live.openLink();
 }
 
-function forbidden() {
-  find("refusal").hidden = false;
-  find("refusal").textContent = FORBIDDEN;
-}
-
-const started = compileModules(JSON.parse(find("modules").textContent)).then(start, forbidden);
+const started = compileModules(JSON.parse(find("modules").textContent)).then(start, () => refuse(FORBIDDEN));

@@ -85,6 +85,13 @@ class Series {
     this.rows = this.rows.filter((_, k) => k % 2 === 0);
     this.stride *= 2;
   }
+
+  // Keeps each row again, besides those that it has.
+  beginAnew() {
+    this.most += this.rows.length;
+    this.stride = 1;
+    this.skipped = 0;
+  }
 }
 
 // The rate q (1/s) of y = exp(−qt), power 0, or y = 1/(1 + qt)^power, by least squares; nan if there

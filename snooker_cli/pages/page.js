@@ -3,6 +3,9 @@
 
 const CROSSING = 6; // s of showing in which a ball crosses the container at speed 1
 const LONGEST_FRAME = 0.1; // s that a frame continues by at most
+const LINK_AFTER = 400; // ms of rest until the address is a link to what is shown: browsers limit changes
+const FORBIDDEN =
+  phrase`This site does not allow WebAssembly, which computes the collisions: save the page, and open the file.`;
 
 const find = (name) => document.getElementById(name);
 
@@ -12,6 +15,12 @@ const element = (tag, properties = {}) => Object.assign(document.createElement(t
 // A sentence on the page, which a screen reader reads.
 function say(text) {
   find("said").textContent = text;
+}
+
+// A sentence about what cannot be shown, or none.
+function refuse(text) {
+  find("refusal").hidden = !text;
+  find("refusal").textContent = text;
 }
 
 function fullScreen() {
@@ -30,7 +39,7 @@ function faster(menu, by) {
 }
 
 // Something that runs on the page: it asks for frames while it plays, and for one after each change.
-// A page's own class has advance(seconds of the computer's clock), draw(now) and speedMenu.
+// A page's own class has advance(seconds of the computer's clock), draw(now), setPace and speed.
 class Showing {
   constructor() {
     this.playing = false;
@@ -42,6 +51,13 @@ class Showing {
     if (this.waiting) return;
     this.waiting = true;
     requestAnimationFrame((now) => this.frame(now));
+  }
+
+  // The contacts of a gas that flash now: [x, y, radius of the ball, age from 0 to 1], … since: how long ago a contact
+  // was, s of showing at speed 1.
+  flashesOf(gas, since) {
+    const aged = gas.contacts.map((contact) => [contact, since(contact) / this.speed / FLASH]);
+    return aged.filter(([, age]) => age < 1).map(([{ x, y, radius }, age]) => [x, y, radius, Math.max(age, 0)]);
   }
 
   // One frame: continues by the time since the last one, draws, and asks for the next.

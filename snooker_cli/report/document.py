@@ -237,6 +237,8 @@ class Pages(AbstractContextManager["Pages"]):
         repeat = run.present(point)[0]
         where = f"{point_label({'cor': point.experiment.cor} | point.as_json())}, repeat {repeat}"
         title = printable(run.experiment.title or run.name)
+        if not run.can_be_replayed:
+            return f"repeat {repeat} is of another engine version, which the page cannot simulate"
         try:
             # The first of all traces, which analyses have read and fitted.
             shown = page(film(next(run.traces(point)), title, where))

@@ -104,6 +104,11 @@ class Run:
         return hashlib.sha256("".join(self.digests).encode()).hexdigest()[:8]
 
     @property
+    def can_be_replayed(self) -> bool:
+        """Whether its repeats are those of this engine, which simulates them again."""
+        return self.engine_version == ENGINE_VERSION
+
+    @property
     def common_random_notes(self) -> list[str]:
         """A sentence if several points have the same random numbers; else none."""
         note = "all points have the same random starts (common_random); compare repeat by repeat"

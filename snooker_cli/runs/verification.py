@@ -47,7 +47,7 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
 
     Raises ``RunError`` for a replay of another engine version's results.
     """
-    if replay and run.engine_version != ENGINE_VERSION:
+    if replay and not run.can_be_replayed:
         raise RunError(
             f"{run.directory}: holds results of engine version {run.engine_version}, which this "
             f"snooker, of version {ENGINE_VERSION}, cannot simulate again",
@@ -115,7 +115,7 @@ def origin_fault(run: Run, header: store.RepeatHeader) -> str:
     end, limit = ends.get(header.stop.reason, (None, None))
     if end != limit:
         return f"repeat {repeat} ends at another limit than the config's"
-    if run.engine_version == ENGINE_VERSION:
+    if run.can_be_replayed:
         start = starting_scene(experiment, repeat)
         if header.start != store.scene_hash(start):
             return f"repeat {repeat} starts from another scene than the config's"

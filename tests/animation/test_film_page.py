@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from browser import Browser
 from moving_pictures import SHAPES, films, slack, sliding, sliding_films, times_of
+from scenes import gas
 
 from snooker_cli.analysis import diffusion
 from snooker_cli.animation import Film, film, page
 from snooker_cli.animation.movie import BIN, BINS, EDGE, FLASH, GREEN, MOST_FLASHES, MOST_SHARE
-from snooker_cli.engine import replay
+from snooker_cli.engine import replay, simulate
 from snooker_cli.pages.html_page import text_of
 from snooker_cli.trace import SLIDE
 
@@ -32,6 +33,16 @@ def test_movies_and_the_page_have_the_same_constants() -> None:
     assert f"const EDGE = {EDGE:.0e};".replace("e-09", "e-9") in script
 
 
+AT = """
+globalThis.at = (screen, time) => {
+  screen.reel.goToTime(time);
+  screen.show();
+  return screen.gas;
+}, 0
+"""
+"""A function that lets the gas of a screen be at a time, s."""
+
+
 @pytest.fixture
 def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
     """Open the page of films, 20 s long, at a link and in a window; it must not complain."""
@@ -43,6 +54,7 @@ def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
         browser.look(width, dark, height)
         browser.open(tmp_path / "film.html", link)
         browser.value("started")
+        browser.value(AT)
         return browser
 
     yield show
@@ -52,7 +64,7 @@ def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
 TRIAL = """
 (async () => {
   const [screen] = player.screens, states = TIMES.map((time) => {
-    const gas = screen.at(time), pressure = gas.means()?.pressure ?? 0;
+    const gas = at(screen, time), pressure = gas.means()?.pressure ?? 0;
     const places = Array.from({ length: gas.number + 1 }, (_, ball) => gas.place(ball, time));
     return [places, pressure, gas.meter.energy];
   });
@@ -111,6 +123,28 @@ def test_a_film_of_a_part_begins_and_ends_there(opened: Opened) -> None:
     assert browser.value("player.screens[0].count") == "collision 100 of 150"
 
 
+LATE = """
+(() => {
+  const course = player.charts.courseOf(player.screens[0].gas, 0), { pressures, seen } = course;
+  const rows = [...course.rows, ...course.later].map(({ time, energy }) => [time, energy]);
+  return [rows, pressures.length, seen.length];
+})()
+"""
+
+
+def test_the_charts_of_a_late_film_have_its_collisions_and_no_others(opened: Opened) -> None:
+    """Also if many are before it, and the energy was higher then."""
+    trace = simulate(gas("box", 60, 0.3, cor=0.99), collisions=20_000)
+    assert trace.events is not None
+    late = film(trace, "late", since=float(trace.events.time[-300]))
+    rows, pressures, seen = opened(late).value(LATE)
+    times, energies = np.array(rows).T
+    assert times[0] >= late.start
+    assert len(times) >= 100
+    assert np.max(energies) <= 1.001 * np.max(late.kinetic_energy)
+    assert pressures > 0 < seen
+
+
 TAG = """
 (() => {
   const [screen] = player.screens, { arena: { canvas: arena } } = screen;
@@ -166,9 +200,9 @@ def test_balls_that_slide_are_where_the_trace_has_them(opened: Opened) -> None:
         browser, times = opened(made), moments(made)
         places = browser.value(
             f"(() => {{ const times = {json.dumps(times)}, [screen] = player.screens;"
-            "const at = (time) => { const gas = screen.at(time);"
+            "const seen = (time) => { const gas = at(screen, time);"
             "  return Array.from(gas.radii, (_, ball) => gas.place(ball, time)); };"
-            "times.forEach(at); return times.reverse().map(at).reverse(); })()"
+            "times.forEach(seen); return times.reverse().map(seen).reverse(); })()"
         )
         # The whole continues as the part does.
         np.testing.assert_array_equal(places, replay(sliding(), times).positions, err_msg=name)
@@ -224,9 +258,9 @@ TOGETHER = """
 (() => {
   const now = () => player.reels.map(({ time, step }) => [time, step]);
   const dim = () => player.screens.map(({ arena }) => arena.canvas.style.opacity);
-  const at = (time) => { player.goToTime(time); player.draw(); return now(); };
-  const found = { both: at(TIME), late: at(player.end - 1e-3), dim: dim() };
-  found.places = player.screens.map((screen) => screen.at(TIME).place(0, TIME));
+  const all = (time) => { player.goToTime(time); player.draw(); return now(); };
+  const found = { both: all(TIME), late: all(player.end - 1e-3), dim: dim() };
+  found.places = player.screens.map((screen) => at(screen, TIME).place(0, TIME));
   player.setPace("events");
   player.goToStep(17);
   player.stepBy(1);

@@ -13,9 +13,12 @@ from typing import Any
 import pytest
 from command_line import Snooker
 
+from snooker_cli import runs
 from snooker_cli.cli import figure_commands
+from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.registry import figures_of
+from snooker_cli.files import write_json
 from snooker_cli.runs import open_run
 
 
@@ -44,6 +47,17 @@ def test_animate_writes_a_page_and_prints_that_it_leaves_out_collisions(
     data = content(Path("film.html").read_text(encoding="utf-8"))
     assert (data["pace"], data["seconds"]) == ("events", 5.0)
     assert data["collisions"] - data["before"] == 20 < data["collisions"]
+
+
+def test_a_page_is_refused_where_this_engine_has_other_collisions(
+    finished: Path, snooker: Snooker
+) -> None:
+    manifest = json.loads((finished / runs.MANIFEST).read_text())
+    write_json(finished / runs.MANIFEST, manifest | {"engine_version": ENGINE_VERSION - 1})
+    ended = snooker("animate", "small", "--out", "film.html")
+    assert ended.code == 2
+    assert "cannot simulate again; give a name that ends in .gif or .mp4" in ended.err
+    assert not Path("film.html").exists()
 
 
 def test_animate_opens_the_film(
