@@ -262,7 +262,7 @@ function refusalOf({ message, helps }, config) {
   if (!helps.length) return sentenceOf(message);
   const all = controlsOf(config), isPacked = helps.includes("radius") && all.some(({ id }) => id === "packing");
   const labels = (ids) => {
-    const found = all.filter(({ id }) => ids.includes(id.replace(/-\d+$/, "")));
+    const found = all.filter(({ id }) => ids.includes(nameOf(id)));
     return [...new Set(found.map(({ label }) => phrase`“${label.split(",")[0]}”`))].join(` ${phrase`or`} `);
   };
   const lower = labels(isPacked ? ["packing"] : helps);
