@@ -156,9 +156,9 @@ class Repeat:
         ``lost_energy`` (J) are what they gave and what collisions between balls took. Very long
         repeats give an even choice of rows.
         """
-        from snooker_cli.analysis import observables
+        from snooker_cli.analysis import time_series
 
-        return _records(observables.series(self.trace).columns)
+        return _records(time_series.series(self.trace).columns)
 
     def measure(
         self,

@@ -19,7 +19,7 @@ from snooker_cli.analysis.decay import (
 )
 from snooker_cli.analysis.measurement import (
     LEAST_RELAXING,
-    Measurements,
+    Measurement,
     measure,
     pairs_of,
     relaxing,
@@ -79,7 +79,7 @@ def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[Note]]:
 
 
 def measured_comparisons(
-    measured: Measurements, constants: Sequence[Decay]
+    measured: Measurement, constants: Sequence[Decay]
 ) -> tuple[list[Comparison], list[Note]]:
     """A point's repeats beside every theory that applies, and notes for a reader.
 
@@ -125,7 +125,7 @@ def measured_comparisons(
     return _of_repeats(comparisons, measured), notes
 
 
-def _relaxation(measured: Measurements, short: int) -> str:
+def _relaxation(measured: Measurement, short: int) -> str:
     """The sentence on the relaxation; short : the number of repeats without a part after it."""
     what, number = "pressures, rates and speeds", measured.scene.number
     if measured.skipped is None:
@@ -139,7 +139,7 @@ def _relaxation(measured: Measurements, short: int) -> str:
 
 
 def _in_steady_state(
-    measured: Measurements, notes: list[Note]
+    measured: Measurement, notes: list[Note]
 ) -> tuple[list[Comparison], list[Note]]:
     """The comparisons of a gas that walls keep warm: in its stationary part, if there is one."""
     part = steady_state.measured_part(measured)
@@ -153,7 +153,7 @@ def _in_steady_state(
     return _of_repeats(comparisons, measured), [*notes, *steady_state.notes(complete, part.first)]
 
 
-def _of_repeats(comparisons: Iterable[Comparison], measured: Measurements) -> list[Comparison]:
+def _of_repeats(comparisons: Iterable[Comparison], measured: Measurement) -> list[Comparison]:
     """The rows with the numbers of repeats of their point."""
     complete = int(np.count_nonzero(measured.complete))
     total = len(measured.time)

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property, partial
+from itertools import compress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,32 +18,26 @@ from snooker_cli import theory
 from snooker_cli.analysis import observables
 from snooker_cli.analysis.fitting import (
     LAWS,
-    LEAST_PROBABILITY,
-    Curves,
     FitResult,
+    Points,
+    RepeatMean,
+    fit_all,
+    mean_over_repeats,
+)
+from snooker_cli.analysis.goodness import (
+    LEAST_PROBABILITY,
     Goodness,
     Range,
-    RepeatMean,
     Samples,
-    fit_all,
     goodness,
-    mean_over_repeats,
     ranges,
 )
-from snooker_cli.analysis.measurement import (
-    ENERGY,
-    POINTS,
-    PRESSURE,
-    SKIPPED_COLLISIONS,
-    TEMPERATURE,
-    WINDOWS,
-    Measurements,
-    measure,
-)
-from snooker_cli.analysis.observables import after_collisions, elastic, over_first
+from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure
+from snooker_cli.analysis.observables import elastic
+from snooker_cli.analysis.time_series import ROWS
 from snooker_cli.formatting import listed, plain, short
 from snooker_cli.scene import EPSILON, Scene
-from snooker_cli.trace import Series, StopReason, Trace
+from snooker_cli.trace import StopReason, Trace
 
 Array = NDArray[np.float64]
 
@@ -50,93 +45,53 @@ COLLISION_ROUNDING = 8 * EPSILON
 """Relative error of the energy of elastic balls per collision: twice that of four roundings."""
 
 
-class Curve(NamedTuple):
-    """The decay of a quantity in a repeat: times (s) and values over the first."""
-
-    time: Array
-    value: Array
-
-
 @dataclass(frozen=True)
 class Quantity:
     """A quantity whose decay is fitted.
 
-    course : a repeat -> its values after each collision or in windows of time
-    column : of the curves of ``Measurements``; ``None`` if means in windows are fitted
     starts_at_one : whether the fit holds the amplitude at 1, at the first of the times
     is_mean : whether it is a mean since the start, which follows a law's ``mean_model``
     is_judged : whether its laws are judged
     laws : that are fitted
     """
 
-    course: Callable[[Trace], Curve]
-    column: int | None = None
     starts_at_one: bool = False
     is_mean: bool = False
     is_judged: bool = False
     laws: tuple[str, ...] = tuple(LAWS)
 
 
-def _from_start(values: Callable[[Series], Array]) -> Callable[[Trace], Curve]:
-    """The course of a quantity that only collisions change."""
-
-    def course(trace: Trace) -> Curve:
-        columns = after_collisions(trace)
-        return Curve(columns.time, over_first(values(columns)))
-
-    return course
-
-
-def _pressure(trace: Trace) -> Curve:
-    columns = after_collisions(trace)
-    settled = (columns.wall_events + columns.pair_events >= SKIPPED_COLLISIONS)[columns.time > 0]
-    time, values = observables.cumulative_pressure(trace, columns)
-    return Curve(time[settled], over_first(values[settled]))
-
-
-def _in_windows(means: Callable[[Trace, Array], Array]) -> Callable[[Trace], Curve]:
-    """Means between the edges of equal windows; none for fewer collisions than windows."""
-
-    def course(trace: Trace) -> Curve:
-        enough = trace.collisions >= WINDOWS and trace.stop.time > 0
-        edges = np.linspace(0.0, trace.stop.time, WINDOWS + 1)[: None if enough else 0]
-        return Curve((edges[:-1] + edges[1:]) / 2, means(trace, edges))
-
-    return course
-
-
-def _local_pressures(trace: Trace, edges: Array) -> Array:
-    return over_first(observables.pressures(trace, edges))
-
-
-def _local_energies(trace: Trace, edges: Array) -> Array:
-    ratio = observables.energy_ratio(observables.series(trace))
-    return observables.time_means(trace, ratio, edges)
-
-
 QUANTITIES: dict[str, Quantity] = {
-    "kinetic_energy": Quantity(
-        _from_start(observables.energy_ratio), ENERGY, starts_at_one=True, is_judged=True
-    ),
-    "temperature": Quantity(
-        _from_start(lambda columns: columns.kinetic_energy),
-        TEMPERATURE,
-        starts_at_one=True,
-        is_judged=True,
-    ),
-    "pressure": Quantity(_pressure, PRESSURE, is_mean=True, is_judged=True),
+    "kinetic_energy": Quantity(starts_at_one=True, is_judged=True),
+    "temperature": Quantity(starts_at_one=True, is_judged=True),
+    "pressure": Quantity(is_mean=True, is_judged=True),
     "pressure_amplitude_1": Quantity(  # as in the source report
-        _pressure, PRESSURE, starts_at_one=True, is_mean=True, laws=("exponential",)
+        starts_at_one=True, is_mean=True, laws=("exponential",)
     ),
-    "local_pressure": Quantity(_in_windows(_local_pressures)),
-    "local_energy": Quantity(_in_windows(_local_energies)),
+    "local_pressure": Quantity(),
+    "local_energy": Quantity(),
 }
 """Every quantity that is fitted, by its name in the rows of ``snooker fit --json``."""
+
+
+class Decays(NamedTuple):
+    """How a quantity of the repeats falls, in units of its first value.
+
+    points : that are fitted, means over groups of collisions or over windows of time
+    origin : (*repeats*,) the time of the first value, s
+    time, value : (*repeats*, *rows*) s, and the values at rows of the curve
+    """
+
+    points: Points
+    origin: Array
+    time: Array
+    value: Array
+
 
 FURTHER = "temperature", "pressure_amplitude_1"  # only --all prints these
 
 SAMPLING = (
-    f"A fit uses at most {POINTS} points of a repeat, which stand for all its collisions. "
+    f"A fit uses at most {ROWS - 1} points of a repeat, which stand for all its collisions. "
     f'"Local" means averages over {WINDOWS} windows of time. '
     "The pressure is a mean since the start; for Haff's law its fit is A/(1 + αt). "
     f"Models: {'; '.join(f'{name} {model.formula}' for name, model in LAWS.items())}."
@@ -179,7 +134,7 @@ class Decay:
     elastic : whether no collision loses energy, so that nothing is fitted
     warm : the same if walls give energy
     fits : of each repeat
-    judged : gives the ranges in which the law is judged; and the fits of the repeats that count
+    ranges, judged : gives the ranges in which the law is judged; the fits of the repeats that count
     """
 
     quantity: str
@@ -191,13 +146,13 @@ class Decay:
     elastic: bool
     warm: bool
     fits: tuple[FitResult, ...]
-    judged: tuple[Callable[[], list[Range]], list[FitResult]] = field(compare=False, repr=False)
+    ranges: Callable[[], list[Range]] = field(compare=False, repr=False)
+    judged: tuple[FitResult, ...] = field(compare=False, repr=False)
 
     @cached_property
     def goodness(self) -> Goodness:
         """How well the law describes the logarithms; computed when it is first read."""
-        judged, fits = self.judged
-        return goodness(judged(), fits)
+        return goodness(self.ranges(), self.judged)
 
     @property
     def short(self) -> int:
@@ -233,31 +188,17 @@ def range_held(row: Mapping[str, Any]) -> str:
     return "–" if holds == "–" else f"{holds}/{end}"
 
 
-def reported_constant(trace: Trace) -> float:
-    """The source report's decay constant of the energy for a repeat (1/s), equations 6 and 7.
+def reported_constants(measured: Measurement) -> Array:
+    """The source report's decay constants of the energy, 1/s, by its equations 6 and 7.
 
-    The speed is `observables.mean_speed`, with its nan. nan also at CoR 0, and for unequal balls.
+    The speed is ``Measurement.collision_speed``. nan also at CoR 0, and for unequal balls.
     """
-    return float(reported_constants(trace.start, np.array([observables.mean_speed(trace)]))[0])
-
-
-def reported_constants(scene: Scene, speeds: Array) -> Array:
-    """`reported_constant` of repeats with these mean speeds of the balls, m/s; 1/s."""
+    scene, speeds = measured.scene, measured.collision_speed
     if scene.restitution == 0 or not (scene.equal_balls and scene.constant_laws):
         return np.full_like(speeds, math.nan)
     density = scene.number / scene.container.area
     path = theory.source_mean_free_path(density, float(scene.radii[0]))
     return theory.source_decay_constant(scene.restitution, path, speeds)
-
-
-def curve(trace: Trace, quantity: str) -> Curve:
-    """The decay of a quantity in a repeat, after each collision. Raises ``KeyError``."""
-    return QUANTITIES[quantity].course(trace)
-
-
-def repeat_fits(trace: Trace, quantity: str) -> dict[str, FitResult]:
-    """The fits of a quantity in a repeat, by law. Raises ``KeyError`` for an unknown quantity."""
-    return {decay.law: decay.fits[0] for decay in decays([trace], (quantity,))}
 
 
 def decays(
@@ -276,8 +217,8 @@ def decays(
 
 
 def measured_decays(
-    measured: Measurements,
-    quantities: Sequence[str] = tuple(QUANTITIES),
+    measured: Measurement,
+    quantities: Iterable[str] = tuple(QUANTITIES),
     since: float = 0.0,
     until: float = math.inf,
 ) -> list[Decay]:
@@ -287,60 +228,91 @@ def measured_decays(
     ended = Counter(StopReason(ending) for ending in measured.endings)
     result = []
     for name in quantities:
-        quantity, curves = QUANTITIES[name], _curves(measured, name, since, until)
+        quantity, falling = QUANTITIES[name], course(measured, name, since, until)
         held = quantity.starts_at_one and since == 0
-        samples = Samples(np.empty((0, 0)), np.empty((0, 0)), np.empty(0, np.int64))
-        if quantity.is_judged and not (elastic(scene) or scene.wall_law.gains):
-            time, logarithm = np.moveaxis(measured.samples[judged, quantity.column], 1, 0)
-            samples = Samples(time, logarithm, measured.numbers[judged, quantity.column])
-        judging = cache(partial(ranges, samples))  # for all laws once
+        judging = cache(partial(_ranges, falling, quantity.is_judged & judged, scene))
         for law in quantity.laws:
-            fits = _fits(curves, quantity, law, held, scene)
-            chosen = [fit for fit, counts in zip(fits, judged, strict=True) if counts]
-            over, walls = mean_over_repeats(fits), scene.container.has_wall
-            facts = held, over, ended, walls, elastic(scene), scene.wall_law.gains, tuple(fits)
-            result.append(Decay(name, law, *facts, (judging, chosen)))
+            fits = _fits(measured, falling, quantity, law, held)
+            result.append(
+                Decay(
+                    quantity=name,
+                    law=law,
+                    held=held,
+                    over_repeats=mean_over_repeats(fits),
+                    ended=ended,
+                    walls=scene.container.has_wall,
+                    elastic=elastic(scene),
+                    warm=scene.wall_law.gains,
+                    fits=tuple(fits),
+                    ranges=judging,  # for all laws once
+                    judged=tuple(compress(fits, judged)),
+                )
+            )
     return result
 
 
-def _curves(measured: Measurements, name: str, since: float, until: float) -> Curves:
-    """The points of the repeats that are fitted, of curves or of windows of time."""
-    quantity = QUANTITIES[name]
-    if quantity.column is None:
-        pressure = measured.windows.pressure(measured.scene)
-        firsts = pressure[np.arange(len(pressure)), np.argmax(pressure > 0, axis=1)]
-        value = pressure / np.where(firsts > 0, firsts, 1.0)[:, np.newaxis]
-        if name == "local_energy":
-            scale = np.where(measured.first_energy > 0, measured.first_energy, 1.0)
-            value = measured.windows.total_energy / scale[:, np.newaxis]
-        centres = np.arange(0.5, WINDOWS) / WINDOWS
-        time: Array = measured.time[:, np.newaxis] * centres
-        enough = (measured.collisions >= WINDOWS) & (measured.time > 0)
-        inside = enough[:, np.newaxis] & (time >= since) & (time <= until)
-        weight = np.where(inside, 1.0, 0.0)
-        first = time[np.arange(len(time)), np.argmax(inside, axis=1)]
+def course(measured: Measurement, name: str, since: float = 0.0, until: float = math.inf) -> Decays:
+    """The decay of a quantity in repeats that are measured between these times, s.
+
+    Raises ``KeyError`` for an unknown quantity.
+    """
+    if name.startswith("local"):
+        return _in_windows(measured, name, since, until)
+    curve, weight = measured.curve, measured.curve.weight
+    if QUANTITIES[name].is_mean:
+        begins, first = measured.settled.T
+        origin = np.maximum(begins, curve.time[:, 0])
+        value, means = curve.pressure, curve.group_pressure
+        weight = np.where(np.isnan(means), 0.0, weight)
     else:
-        weight, time, value = (measured.points[:, quantity.column, row] for row in range(3))
-        # The first sample is the curve's first row; a point may lie beside it.
-        first = measured.samples[:, quantity.column, 0, 0]
-    used = weight > 0
-    starts = np.cumsum([0, *used.sum(axis=1)])
-    rounding = COLLISION_ROUNDING * measured.collisions.astype(np.float64)
-    return Curves(starts, first, time[used], value[used], weight[used], rounding)
+        origin, first = curve.time[:, 0], measured.start_energy
+        value, means = curve.kinetic_energy, curve.group_kinetic
+        if name == "kinetic_energy":
+            first = measured.first_energy
+            value, means = curve.energy, means + curve.group_container
+    scale = np.where(first > 0, first, 1.0)[:, np.newaxis]
+    points = Points(curve.group_time, means / scale, weight)
+    return Decays(points, origin, curve.time, value / scale)
+
+
+def _in_windows(measured: Measurement, name: str, since: float, until: float) -> Decays:
+    """Means over the windows of time; of repeats with fewer collisions than windows nothing."""
+    if name == "local_energy":
+        value, first = measured.windows.total_energy, measured.first_energy
+    else:
+        value = measured.windows.pressure(measured.scene)
+        first = value[np.arange(len(value)), np.argmax(value > 0, axis=1)]
+    time = measured.time[:, np.newaxis] * (np.arange(0.5, WINDOWS) / WINDOWS)
+    enough = (measured.collisions >= WINDOWS) & (measured.time > 0)
+    inside = enough[:, np.newaxis] & (time >= since) & (time <= until)
+    value = value / np.where(first > 0, first, 1.0)[:, np.newaxis]
+    origin = time[np.arange(len(time)), np.argmax(inside, axis=1)]
+    return Decays(Points(time, value, inside.astype(np.float64)), origin, time, value)
+
+
+def _ranges(falling: Decays, judged: "NDArray[np.bool_]", scene: Scene) -> list[Range]:
+    """The ranges in which laws are judged on some repeats; none where nothing decays."""
+    if elastic(scene) or scene.wall_law.gains or not judged.any():
+        return []
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logarithm = np.log(falling.value[judged])
+    weight = falling.points.weight[judged]
+    end = np.minimum(weight.sum(axis=1, keepdims=True), 1.0)
+    return ranges(Samples(falling.time[judged], logarithm, np.hstack([weight, end])))
 
 
 def _fits(
-    curves: Curves, quantity: Quantity, law: str, held: bool, scene: Scene
+    measured: Measurement, falling: Decays, quantity: Quantity, law: str, held: bool
 ) -> list[FitResult]:
-    """The fits of a law to the curves of a quantity; a mean since the start has its mean model."""
-    model = LAWS[law]
+    """The fits of a law to the repeats; a mean since the start has its mean model."""
+    model, scene = LAWS[law], measured.scene
     if elastic(scene) or scene.wall_law.gains:
         why = WARM if scene.wall_law.gains else NO_LOSSES
-        return [FitResult(law, False, why, n, math.nan) for n in curves.numbers().tolist()]
+        return [FitResult(law, False, why, n, math.nan) for n in falling.points.numbers]
     name = (quantity.is_mean and model.mean_model) or law
-    return fit_all(
-        curves, name, amplitude=1.0 if held else None, start=0.0 if model.power else None
-    )
+    origin = np.zeros_like(falling.origin) if model.power else falling.origin
+    rounding = COLLISION_ROUNDING * measured.collisions.astype(np.float64)
+    return fit_all(falling.points, origin, rounding, name, 1.0 if held else None)
 
 
 def fit_notes(constants: Sequence[Decay]) -> list[Note]:

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from snooker_cli import theory
 from snooker_cli.analysis import observables
 from snooker_cli.analysis.decay import Note, reported_constants
-from snooker_cli.analysis.measurement import Measurements
+from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic
 from snooker_cli.containers import Box, Channel, Circle, Container
 from snooker_cli.formatting import listed
 from snooker_cli.laws import Constant, Sides
 from snooker_cli.scene import Scene
 from snooker_cli.theory import FINITE, IDEAL, INFINITE
-from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace
+from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -167,21 +167,21 @@ def independent_velocities(scene: Scene) -> int | None:
     return scene.number - 1 if known else None
 
 
-def floor(trace: Trace) -> float:
-    """Energy that conservation laws keep, over that at the start.
+def floors(measured: Measurement) -> Array:
+    """Energy that conservation laws keep in each repeat, over that at the start.
 
     A circle keeps the balls' angular momentum about its centre. This needs at least the energy of a
     rigid rotation, here with the places of the balls in the end. A periodic box keeps their
-    momentum. nan where nothing is kept (a box, a light circle).
+    momentum. nan where nothing is kept (a box, a light circle), and at rest.
     """
-    scene, container = trace.start, trace.start.container
-    if scene.kinetic_energy == 0:
-        return math.nan
+    scene, container = measured.scene, measured.scene.container
+    kept = np.full_like(measured.start_energy, math.nan)
     if not container.has_wall:
-        return drift_energy(scene) / scene.kinetic_energy
-    if not isinstance(container, Circle) or not _heavy(scene):
-        return math.nan
-    return observables.rotation_energy(trace) / scene.kinetic_energy
+        kept = measured.drift_energy
+    elif isinstance(container, Circle) and _heavy(scene):
+        kept = measured.rotation_energy
+    with np.errstate(invalid="ignore"):
+        return kept / measured.start_energy
 
 
 def _on_rings(scene: Scene) -> bool:
@@ -203,7 +203,7 @@ def _heavy(scene: Scene) -> bool:
 # Pressures, rates and speeds are means over the time after the relaxation.
 
 
-def pressures(measured: Measurements) -> Iterator[Row]:
+def pressures(measured: Measurement) -> Iterator[Row]:
     """Pressures: of an ideal gas, and of equal hard disks."""
     scene, relaxed = measured.scene, measured.relaxed
     pressure, warm = relaxed.pressure(scene), relaxed.kinetic_energy / scene.number
@@ -238,7 +238,7 @@ def pressures(measured: Measurements) -> Iterator[Row]:
         yield "PV/NT", published.source, virial, 1 + (published.ratio - 1) * met
 
 
-def rates(measured: Measurements) -> Iterator[Row]:
+def rates(measured: Measurement) -> Iterator[Row]:
     """Collision rates and the mean free path of equal balls."""
     scene, relaxed = measured.scene, measured.relaxed
     if not scene.equal_balls:
@@ -274,7 +274,7 @@ def rates(measured: Measurements) -> Iterator[Row]:
     yield "mean free path", "source report, 1/(√2 n 2πr)", path, source
 
 
-def cooling(measured: Measurements, constants: Mapping[tuple[str, str], Array]) -> Iterator[Row]:
+def cooling(measured: Measurement, constants: Mapping[tuple[str, str], Array]) -> Iterator[Row]:
     """Decay constants and the energy that is left, where a gas of equal balls loses energy.
 
     constants : the fitted constants of the repeats, 1/s, by quantity and law
@@ -285,7 +285,7 @@ def cooling(measured: Measurements, constants: Mapping[tuple[str, str], Array]) 
     if not scene.constant_laws:
         yield from _slower_cooling(measured)
         return
-    reported = reported_constants(scene, measured.collision_speed)
+    reported = reported_constants(measured)
     k, alpha = constants["kinetic_energy", "exponential"], constants["kinetic_energy", "haff"]
     yield "decay constant of energy", "source report, −2 ln e/τ", k, reported
     k = constants["pressure", "exponential"]
@@ -304,7 +304,7 @@ def cooling(measured: Measurements, constants: Mapping[tuple[str, str], Array]) 
     yield "energy left at the end", "by event count", left, by_events
 
 
-def _slower_cooling(measured: Measurements) -> Iterator[Row]:
+def _slower_cooling(measured: Measurement) -> Iterator[Row]:
     """The energy that is left where the restitution depends on speed, see `theory.mean_loss`.
 
     At the wall ½mv² of the normal speed has the density that T s has between balls of 2m.
@@ -355,7 +355,7 @@ def speed_laws(scene: Scene) -> list[SpeedLaw]:
     return laws
 
 
-def speeds(measured: Measurements) -> Iterator[Row]:
+def speeds(measured: Measurement) -> Iterator[Row]:
     """The mean speed of balls of one mass, and the kurtosis of speeds."""
     scene, relaxed = measured.scene, measured.relaxed
     laws, free = speed_laws(scene), independent_velocities(scene)

@@ -9,20 +9,20 @@ import json
 import logging
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from snooker_cli.analysis.comparison import measured_comparisons
-from snooker_cli.analysis.decay import Decay, Note, fit_notes, measured_decays
-from snooker_cli.analysis.measurement import WINDOWS, Measurements, measure, typical_pairs
+from snooker_cli.analysis.decay import QUANTITIES, Decay, Note, fit_notes, measured_decays
+from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure, typical_pairs
 from snooker_cli.analysis.steady_state import measured_part
 from snooker_cli.config import Point
 from snooker_cli.errors import RunError, UserError, error_text
 from snooker_cli.files import read_text, signature, sources_hash, write_text
 from snooker_cli.formatting import plain
+from snooker_cli.memory import MEMORY
 from snooker_cli.runs import Run
 from snooker_cli.runs.run import ANALYSIS, RepeatState, RepeatStatus
 from snooker_cli.runs.status import ending
@@ -36,6 +36,8 @@ Records: TypeAlias = list[dict[str, Any]]
 SOURCES = ("analysis/*.py", "engine/*.py", "*.py")  # they decide what an analysis finds
 
 BYTES_OF_POINT = 100_000  # of its results with up to 100 repeats; they take a fifth of it
+
+NOTHING: dict[str, Records] = {"rows": [], "notes": []}
 
 _log = logging.getLogger(__name__)
 
@@ -77,11 +79,15 @@ def fits(
     if end <= since:
         raise RunError(f"no repeat reaches {since:g} s; the longest ends at {end:.4g} s")
 
-    def made(traces: Iterator[Trace]) -> dict[str, Any]:
-        constants = measured_decays(measure(traces, since, until), since=since, until=until)
-        return {"fits": _fit_records(constants)}
-
-    return _joined(run, chosen, [_made(run, point, made, counting) for point in chosen], "fits")
+    entries = []
+    for point in chosen:
+        records = NOTHING
+        if present := run.present(point):
+            traces = _traces(run, point, present, counting)()
+            span = since, until
+            records = _fit_records(measured_decays(measure(traces, *span), QUANTITIES, *span))
+        entries.append({"fits": records})
+    return _joined(run, chosen, entries, "fits")
 
 
 def comparisons(
@@ -147,8 +153,7 @@ def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict
         except Exception:
             mine = False
         if not mine:
-            make = partial(_all_results, pairs=typical_pairs(_ended(statuses)))
-            entry = saved[name] = {"results": _made(run, point, make, counting)}
+            entry = saved[name] = {"results": _all_results(run, point, counting)}
             made[name] = origin
         entries.append(entry["results"])
     if made:
@@ -178,6 +183,20 @@ def _saved(path: Path, most: int) -> dict[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
+def measured(
+    run: Run, point: Point, repeats: Sequence[int], traces: Callable[[], Iterator[Trace]]
+) -> Measurement:
+    """The measurement of some repeats of a point, which stays in memory for the next analysis.
+
+    traces : gives these repeats, if they must be read
+    """
+    statuses = run.statuses(point.index)
+    there = [status for status in statuses if status.repeat in set(repeats)]
+    key = "measurement", point.index, *_fingerprints(there)
+    pairs = typical_pairs(_ended(statuses))
+    return MEMORY.get(key, lambda: measure(traces(), pairs=pairs), run)
+
+
 def _fingerprints(statuses: Sequence[RepeatStatus]) -> Iterator[str]:
     """What identifies the repeats that are there. Raises ``StoreError`` as reading them does."""
     for status in statuses:
@@ -193,33 +212,29 @@ def _ended(statuses: Sequence[RepeatStatus]) -> Iterator[tuple[int, bool]]:
             yield status.header.pair_events, status.header.stop.reason.complete
 
 
-def _made(
-    run: Run,
-    point: Point,
-    make: Callable[[Iterator[Trace]], dict[str, Any]],
-    counting: Counting,
-) -> dict[str, Any]:
-    """Results of a point; of an unfinished run, of the repeats that it has."""
+def _traces(
+    run: Run, point: Point, present: Sequence[int], counting: Counting
+) -> Callable[[], Iterator[Trace]]:
+    """Gives the repeats of a point, while something shows how many were read."""
+    label = f"point {point.index + 1} of {len(run.points)}"
+    return lambda: counting(run.traces(point, present), label, len(present))
+
+
+def _all_results(run: Run, point: Point, counting: Counting) -> dict[str, Any]:
+    """Fits, comparisons and table of a point; of an unfinished run, of the repeats that it has."""
     present = run.present(point)
     if not present:
-        nothing: dict[str, Any] = {"rows": [], "notes": []}
-        return {"fits": nothing, "comparisons": nothing, "table": {}}
-    label = f"point {point.index + 1} of {len(run.points)}"
-    return make(counting(run.traces(point, present), label, len(present)))
-
-
-def _all_results(traces: Iterator[Trace], pairs: float) -> dict[str, Any]:
-    """Fits, comparisons and table of a point with these `typical_pairs`."""
-    measured = measure(traces, pairs=pairs)
-    constants = measured_decays(measured)
-    compared, notes = measured_comparisons(measured, constants)
+        return {"fits": NOTHING, "comparisons": NOTHING, "table": {}}
+    measurement = measured(run, point, present, _traces(run, point, present, counting))
+    constants = measured_decays(measurement)
+    compared, notes = measured_comparisons(measurement, constants)
     return {
         "fits": _fit_records(constants),
         "comparisons": {
             "rows": [row.as_json() for row in compared],
             "notes": [note._asdict() for note in notes],
         },
-        "table": _columns(measured, constants),
+        "table": _columns(measurement, constants),
     }
 
 
@@ -228,7 +243,7 @@ def _fit_records(constants: Sequence[Decay]) -> dict[str, Records]:
     return {"rows": rows, "notes": [note._asdict() for note in fit_notes(constants)]}
 
 
-def _columns(measured: Measurements, constants: Sequence[Decay]) -> dict[str, list[Any]]:
+def _columns(measured: Measurement, constants: Sequence[Decay]) -> dict[str, list[Any]]:
     """The columns of ``Run.table`` of ``api`` that follow from the repeats."""
     fitted = {decay.law: decay.fits for decay in constants if decay.quantity == "kinetic_energy"}
     whole, scene = measured.whole, measured.scene

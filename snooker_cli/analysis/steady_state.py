@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from snooker_cli import theory
 from snooker_cli.analysis import observables, predictions
 from snooker_cli.analysis.decay import Note
-from snooker_cli.analysis.fitting import LEAST_PROBABILITY, equal_means
-from snooker_cli.analysis.measurement import MEANS, WINDOWS, Averages, Measurements
+from snooker_cli.analysis.goodness import LEAST_PROBABILITY, equal_means
+from snooker_cli.analysis.measurement import WINDOWS, Measurement
 from snooker_cli.analysis.predictions import GIVEN, NO_THEORY, Row
 from snooker_cli.containers import Channel, Circle
 from snooker_cli.formatting import probability, short, with_error
-from snooker_cli.laws import Constant, Law, Sides, Thermal
+from snooker_cli.laws import Constant, Driven, Law, Sides, Thermal
 from snooker_cli.scene import Scene
 from snooker_cli.theory import FINITE, IDEAL
 
@@ -80,7 +80,7 @@ def stationary_part(energies: Array, time: Array) -> StationaryPart:
     return StationaryPart(None, f"not stationary: {why}; make the run longer")
 
 
-def measured_part(measured: Measurements) -> StationaryPart:
+def measured_part(measured: Measurement) -> StationaryPart:
     """`stationary_part` of measured repeats."""
     complete = measured.complete
     return stationary_part(measured.windows.kinetic_energy[complete], measured.time[complete])
@@ -89,13 +89,6 @@ def measured_part(measured: Measurements) -> StationaryPart:
 def _chance(value: float) -> str:
     """``p = 0.05`` or ``p <0.001``."""
     return f"p {'' if value < 0.001 else '= '}{probability(value)}"
-
-
-def averages_from(windows: Averages, first: int) -> Averages:
-    """Averages over the windows from one on."""
-    columns = [column[:, first:] for column in windows]
-    means = [column.mean(axis=1) for column in columns[:MEANS]]
-    return Averages(*means, *(column.sum(axis=1) for column in columns[MEANS:]))
 
 
 def pooled_ratio(above: Array, below: Array) -> Array:
@@ -152,13 +145,13 @@ def _is_fluid(scene: Scene) -> bool:
     return fluid and scene.equal_balls
 
 
-def rows(measured: Measurements, first: int) -> Iterator[Row]:
+def rows(measured: Measurement, first: int) -> Iterator[Row]:
     """Means over the stationary part of complete repeats, beside theory.
 
     Theory is that of a uniform gas with Maxwell's speeds. Elastic balls in walls of one temperature
     are in equilibrium. Then theory also has the rate of hits for N balls in the container.
     """
-    scene, steady = measured.scene, averages_from(measured.windows, first)
+    scene, steady = measured.scene, measured.windows.since(first)
     number, container, radius = scene.number, scene.container, float(scene.radii[0])
     density, mass, equal = number / container.area, float(scene.masses[0]), scene.equal_balls
     temperatures, fluid = expected_temperatures(scene), _is_fluid(scene)
@@ -224,7 +217,7 @@ def _beside(
         yield quantity, model, measured, value * scale
 
 
-def notes(measured: Measurements, first: int) -> Iterator[Note]:
+def notes(measured: Measurement, first: int) -> Iterator[Note]:
     """What a reader of the rows from a window on has to know."""
     scene, parts = measured.scene, "T across/T along"
     yield Note("the kurtosis of speeds is 2 (1 + a2)", "kurtosis of speeds")
@@ -237,13 +230,13 @@ def notes(measured: Measurements, first: int) -> Iterator[Note]:
     if BALANCE in expected_temperatures(scene):
         text = f"{BALANCE}: for a uniform gas that loses little on the way across"
         yield Note(text, "temperature", BALANCE)
-    if np.all(np.isfinite(measured.rotation_energy)):
+    if isinstance(scene.wall_law, Driven) and np.all(np.isfinite(measured.rotation_energy)):
         yield Note(_rotation(measured, first))
 
 
-def _rotation(measured: Measurements, first: int) -> str:
+def _rotation(measured: Measurement, first: int) -> str:
     """A sentence on the share of the energy that a smooth driven circle keeps in a rotation."""
-    energy = averages_from(measured.windows, first).kinetic_energy
+    energy = measured.windows.since(first).kinetic_energy
     share, error = observables.mean_and_error(measured.rotation_energy / energy)
     if share < observables.ROUNDING:
         return "common rotation: none, and a smooth circle adds none"

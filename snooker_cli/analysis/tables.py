@@ -7,7 +7,8 @@ from typing import Any
 
 from snooker_cli.analysis.comparison import CHI_SQUARE
 from snooker_cli.analysis.decay import FURTHER, range_held
-from snooker_cli.analysis.fitting import ENOUGH_REPEATS, FEW_REPEATS, LAWS, holding
+from snooker_cli.analysis.fitting import LAWS
+from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FEW_REPEATS, holding
 from snooker_cli.analysis.predictions import GIVEN
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.formatting import point_label, probability, ratio, short, text_table, with_error

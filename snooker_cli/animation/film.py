@@ -6,8 +6,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.analysis.decay import repeat_fits
-from snooker_cli.analysis.observables import integrals, series
+from snooker_cli.analysis.decay import decays
+from snooker_cli.analysis.time_series import series
 from snooker_cli.engine import replay, replayed, simulate
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import printable
@@ -127,7 +127,7 @@ def film(
         last -= left_out
         end = float(events.time[last - 1])
     time, i, j = events.time[first:last], events.i[first:last], events.j[first:last]
-    haff = repeat_fits(trace, "kinetic_energy")["haff"]
+    (haff,) = (d.fits[0] for d in decays([trace], ("kinetic_energy",)) if d.law == "haff")
     # Later events are not needed, except the next one: a ball may bounce until it slides there.
     trace = replace(trace, events=events[: last + 1 if scene.slides else last], summary=None)
     columns, rows = series(trace), slice(first, last + 1)
@@ -139,7 +139,8 @@ def film(
         pressure_gain = _slide_forces(trace, slides)[rows] / scene.container.wall_length
         pressure_sum = columns.wall_impulse[rows] / scene.container.wall_length
     else:
-        moving = integrals(trace, columns.kinetic_energy, columns.time[rows])
+        flown = columns.kinetic_energy[:-1] * np.diff(columns.time)
+        moving = np.append(0.0, np.cumsum(flown))[rows]
         pressure_gain = energy / scene.container.area
         pressure_sum = (moving + columns.pair_virial[rows] / 2) / scene.container.area
     pressure_sum[0] += pressure_gain[0] * (since - columns.time[first])

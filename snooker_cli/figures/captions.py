@@ -8,8 +8,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis.decay import Decay, decays, early_endings
+from snooker_cli.analysis.decay import Decay, early_endings, measured_decays
+from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import standard_errors
+from snooker_cli.analysis.run_analysis import measured
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
@@ -17,7 +19,7 @@ from snooker_cli.figures.figure_data import (
     NEUTRAL,
     Array,
     Band,
-    Curve,
+    Course,
     FigureData,
     Layer,
     Line,
@@ -42,7 +44,6 @@ from snooker_cli.figures.selection import (
     varying,
 )
 from snooker_cli.formatting import with_error
-from snooker_cli.memory import MEMORY
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
@@ -136,7 +137,10 @@ class FigureBuilder:
         return max(states, least)
 
     def traces(self, point: Point) -> Iterator[Trace]:
-        """The selected repeats of a point that are there. Raises ``StoreError``."""
+        """The selected repeats of a point, for figures that need their states.
+
+        Raises ``StoreError``.
+        """
         repeats = self.repeats(point)
         number = len(self.run.points)
         where = f"point {point.index + 1:,} of {number:,}, " if number > 1 else ""
@@ -144,10 +148,13 @@ class FigureBuilder:
             self.reading(f"{self.fields['kind']}: {where}repeat {k:,} of {len(repeats):,}")
             yield trace
 
-    def energy_decays(self, point: Point, traces: Sequence[Trace]) -> list[Decay]:
-        """The decay of the energy of a point, over these repeats of it; several figures need it."""
-        key = "decays", tuple(self.repeats(point))
-        return MEMORY.get(key, lambda: decays(traces, ("kinetic_energy",)), traces[0])
+    def measured(self, point: Point) -> Measurement:
+        """The measurement of these repeats. Raises ``StoreError``."""
+        return measured(self.run, point, self.repeats(point), lambda: self.traces(point))
+
+    def energy_decays(self, point: Point) -> list[Decay]:
+        """The decay of the energy of a point, over these repeats of it."""
+        return measured_decays(self.measured(point), ("kinetic_energy",))
 
     def repeats(self, point: Point) -> list[int]:
         """The numbers of these repeats."""
@@ -223,18 +230,16 @@ class FigureBuilder:
         self,
         index: int,
         point: Point,
-        curves: Sequence[Curve],
+        curves: Sequence[Course],
         *,
-        steps: bool = True,
         logarithmic: bool = False,
         style: LineStyle = "series",
     ) -> None:
         """Add the curve of the first repeat as a line, and the band of all of them."""
         time, values = curves[0]
         kept = thinned(time)
-        line = Line(time[kept], values[kept], self.label(point), index, style, steps=steps)
-        self.lines.append(line)
-        self.bands += bands(curves, index, steps=steps, logarithmic=logarithmic)
+        self.lines.append(Line(time[kept], values[kept], self.label(point), index, style))
+        self.bands += bands(curves, index, logarithmic=logarithmic)
 
     def add_means(
         self, index: int, label: str | None, x: Array, rows: Array, style: LineStyle = "series"

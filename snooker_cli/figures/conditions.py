@@ -78,10 +78,8 @@ def _walls(point: Point) -> str:
 
 def _hot_sides(point: Point) -> str:
     law = point.experiment.wall_law
-    sides = (law.left, law.right) if isinstance(law, Sides) else (law,)
-    straight = point.experiment.container.shape_class.sides
-    if not straight or not any(side.gains for side in sides):
-        return "it needs a box or a channel whose left or right wall gives energy"
+    if not isinstance(law, Sides) or not (law.left.gains or law.right.gains):
+        return "it needs a box or a channel whose left or right wall alone gives energy"
     return "the conductivity is that of equal balls" if len(_species(point)) > 1 else ""
 
 

@@ -8,24 +8,11 @@ import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
-from snooker_cli.analysis.decay import QUANTITIES, curve, decays, reported_constant
-from snooker_cli.analysis.fitting import (
-    ENOUGH_REPEATS,
-    FEW_REPEATS,
-    LAWS,
-    LEAST_PROBABILITY,
-    fitted_curve,
-    holding,
-)
-from snooker_cli.analysis.observables import (
-    before_collapse,
-    energy_ratio,
-    mean_and_error,
-    meeting_temperature,
-    series,
-    so_far,
-    standard_errors,
-)
+from snooker_cli.analysis.decay import QUANTITIES, course, measured_decays, reported_constants
+from snooker_cli.analysis.fitting import LAWS, fitted_curve
+from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FEW_REPEATS, LEAST_PROBABILITY, holding
+from snooker_cli.analysis.measurement import Measurement
+from snooker_cli.analysis.observables import mean_and_error, meeting_temperature, standard_errors
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder
@@ -37,13 +24,11 @@ from snooker_cli.figures.figure_data import (
     LineStyle,
     Points,
     bands,
+    courses,
     legend_line,
-    thinned,
 )
 from snooker_cli.figures.selection import Selection, described
 from snooker_cli.formatting import short, with_error
-from snooker_cli.scene import Scene
-from snooker_cli.trace import Series, Trace
 
 RATE = "s⁻¹"
 
@@ -83,23 +68,26 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     (point,), known = build.points, QUANTITIES[quantity]
     number, chosen = build.repeats(point)[0], build.selection.repeat is not None
     build.selection = Selection(build.selection.where)  # the means are over all repeats
-    row, traces = build.repeats(point).index(number), list(build.traces(point))
-    fitted = decays(traces, (quantity,))
+    row, measured = build.repeats(point).index(number), build.measured(point)
+    fitted, falling = measured_decays(measured, (quantity,)), course(measured, quantity)
     if not any(decay.fits[row].converged for decay in fitted):
         raise FigureError(f"repeat {number} cannot be fitted: {fitted[0].fits[row].message}")
-    courses = [curve(trace, quantity) for trace in traces]
-    started = [(course.time, course.value) for course in courses if len(course.time) > 1]
+    begins = falling.origin.tolist()
+    drawn = [
+        (time[time >= begin], value[time >= begin])
+        for (time, value), begin in zip(courses(falling.time, falling.value), begins, strict=True)
+    ]
+    started = [pair for pair in drawn if len(pair[0]) > 1]
     log = min(values.min() for _, values in started) > 0  # an exponential is a straight line
     label = f"all {len(started)} repeats, {LOG_SPREAD if log else SPREAD}"
-    build.bands = bands(started, 0, label, steps=not known.is_mean, logarithmic=log)
-    kept = thinned(courses[row].time)
-    time, value = courses[row].time[kept], courses[row].value[kept]
+    build.bands = bands(started, 0, label, logarithmic=log)
+    time, value = drawn[row]
     label = f"simulation, repeat {number}"
     if build.bands and not chosen:
         (band,) = build.bands
         value = np.sqrt(band.low * band.high) if log else (band.low + band.high) / 2
         time, label = band.x, f"simulation, mean of {len(started)} repeats"
-    build.lines.append(Line(time, value, label, steps=not known.is_mean, broad=True))
+    build.lines.append(Line(time, value, label, broad=True))
     fine = np.linspace(time[0], time[-1], 300)
     numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": number, "fits": []}
     few = ""
@@ -129,13 +117,13 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     # An exponential leaves slower decays by many decades.
     least = min(values.min() for _, values in started) / 10 if log else 0.0
     lower = not log or any(line.y.min() < least for line in build.lines if isinstance(line, Line))
-    drawn, judged = float(time[-1]), [decay.goodness for decay in fitted]
-    later = max((good.judged_to for good in judged if good.degrees_of_freedom), default=drawn)
+    end, judged = float(time[-1]), [decay.goodness for decay in fitted]
+    later = max((good.judged_to for good in judged if good.degrees_of_freedom), default=end)
     short_curve = (
-        f" The curve ends at {short(drawn)} s; the laws are judged on the "
+        f" The curve ends at {short(end)} s; the laws are judged on the "
         f"{judged[0].judged_repeats} complete repeats."
     )
-    ends = short_curve * (later > drawn)
+    ends = short_curve * (later > end)
     return build.figure(
         f"Fits of each repeat, their mean: {build.results_text}.{ends}{few}",
         numbers=numbers,
@@ -148,12 +136,11 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     """The decay constants of the energy against the CoR; with the source report's k if wanted."""
     points = build.points
     for point in points:
-        traces = list(build.traces(point))
-        fitted = build.energy_decays(point, traces)
+        fitted = build.energy_decays(point)
         means = {LAWS[decay.law].key: decay.over_repeats for decay in fitted}
         constants = {key: (mean.value, mean.error) for key, mean in means.items()}
         if source:
-            constants["report_k"] = mean_and_error(np.array([*map(reported_constant, traces)]))
+            constants["report_k"] = mean_and_error(reported_constants(build.measured(point)))
         build.record(
             point,
             **constants,
@@ -270,15 +257,15 @@ def haff_time(build: FigureBuilder) -> FigureData:
 
 def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
     """The local decay of a point. Raises ``FigureError`` if it has too few collisions."""
-    traces = list(build.traces(point))
-    edges, rates, errors, left = _local_rates(traces)
-    rate = {decay.law: decay.over_repeats.value for decay in build.energy_decays(point, traces)}
+    measured = build.measured(point)
+    edges, rates, errors, left = _local_rates(measured)
+    rate = {decay.law: decay.over_repeats.value for decay in build.energy_decays(point)}
     k, alpha = rate["exponential"], rate["haff"]
     if not (math.isfinite(k) and math.isfinite(alpha)):
         raise FigureError("a point's repeats are too short to be fitted; run longer")
-    floor = float(np.mean([predictions.floor(trace) for trace in traces]))
+    floor = float(predictions.floors(measured).mean())
     laws = {"fitted": (alpha, 0.0)}
-    if (expected := predictions.haff_rate(traces[0].start)) is not None:
+    if (expected := predictions.haff_rate(measured.scene)) is not None:
         laws["theory"] = (expected, 0.0)
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)
@@ -298,24 +285,20 @@ def _mean_haff_rates(edges: Array, alpha: float, floor: float) -> Array:
     return np.asarray((logs[:, 0] - logs[:, 1]) / np.ptp(edges, axis=1))
 
 
-def _local_rates(traces: Sequence[Trace]) -> tuple[Array, Array, Array, float]:
+def _local_rates(measured: Measurement) -> tuple[Array, Array, Array, float]:
     """Edges of windows (*w*, 2), −d ln of the mean energy/dt there, its standard error (s⁻¹).
 
     Last, the mean energy ratio in the end. Windows with too few collisions are left out.
     """
-    end = min(trace.stop.time for trace in traces)
+    end, curve = float(measured.time.min()), measured.curve
     if end == 0:
         raise FigureError("a repeat has no length; run longer")
     edges = np.linspace(0.0, end, WINDOWS + 1)
-    table, collisions = [], np.zeros(WINDOWS)
-    for trace in traces:
-        columns = series(trace)
-        table.append(so_far(trace, energy_ratio(columns), edges))
-        counted = so_far(trace, columns.wall_events + columns.pair_events, edges)
-        collisions += np.diff(np.minimum(counted, before_collapse(trace).collisions))
-    energies = np.array(table)
+    energies = curve.at(edges, curve.energy / measured.first_energy[:, np.newaxis])
     if np.any(energies <= 0):
         raise FigureError("a repeat loses all of its energy, so it has no decay rate")
+    calm = measured.calm_events.sum(axis=1, keepdims=True)
+    collisions = np.diff(np.minimum(curve.at(edges, curve.events), calm)).sum(axis=0)
     good = collisions >= LEAST_COLLISIONS
     if np.count_nonzero(good) < 2:
         raise FigureError(
@@ -334,16 +317,13 @@ def event_decay(build: FigureBuilder) -> FigureData:
     """The energy against collisions, where kinetic theory has an exponential at any density."""
     floor_drawn = False
     for index, point in enumerate(build.points):
-        traces = list(build.traces(point))
-        scene = traces[0].start
-        calm = [before_collapse(trace) for trace in traces]
-        shortest = min(trace.collisions for trace in calm)
+        measured = build.measured(point)
+        scene, shortest = measured.scene, int(measured.calm_events.sum(axis=1).min())
         if shortest == 0:
             raise FigureError("a repeat has no collisions; run longer")
         counts = np.unique(np.linspace(0.0, shortest, COUNTS + 1).round())
-        rows = np.array([_against_counts(series(trace), scene, counts) for trace in calm])
-        energies, expected = rows[:, 0], rows[:, 1]
-        floors = np.array([predictions.floor(trace) for trace in traces])[:, None]
+        energies, expected, of_heat = _against_counts(measured, counts)
+        floors = predictions.floors(measured)[:, np.newaxis]
         x, final = counts / scene.number, mean_and_error(energies[:, -1])
         build.add_points(index, point, x, energies)
         floor, alone = float(floors.mean()), expected.mean(axis=0)
@@ -353,7 +333,7 @@ def event_decay(build: FigureBuilder) -> FigureData:
             build.lines.append(Line(x, alone, None, index, "solid"))
             nearest = alone
             if math.isfinite(floor):
-                nearest = above = (floors + (1 - floors) * rows[:, 2]).mean(axis=0)
+                nearest = above = (floors + (1 - floors) * of_heat).mean(axis=0)
                 record["theory_above_floor"] = above[-1]
                 if floor >= FLOOR_MATTERS * final[0]:
                     build.lines.append(Line(x, above, None, index, "dashed"))
@@ -372,18 +352,17 @@ def event_decay(build: FigureBuilder) -> FigureData:
     return build.figure(caption)
 
 
-def _against_counts(columns: Series, scene: Scene, counts: Array) -> tuple[Array, Array, Array]:
-    """A repeat's energy ratio after these collisions; the ratio expected from them.
+def _against_counts(measured: Measurement, counts: Array) -> tuple[Array, Array, Array]:
+    """Energy ratios (*repeats*, *n*) after these collisions; the ratios expected from them.
 
     Last, the ratio of the energy above the kept one: in a circle a component less shares it.
     """
-    events = columns.wall_events + columns.pair_events
-    # A summary's rows may share a count: the last of them counts.
-    last = np.append(events[1:] > events[:-1], True)
+    scene, curve = measured.scene, measured.curve
     ratio, wall, pairs = (
-        np.interp(counts, events[last], column[last])
-        for column in (energy_ratio(columns), columns.wall_events, columns.pair_events)
+        np.array([np.interp(counts, *row) for row in zip(curve.events, values, strict=True)])
+        for values in (curve.energy, curve.wall_events, curve.pair_events)
     )
+    ratio /= measured.first_energy[:, np.newaxis]
     shared = predictions.components(scene)
     free, above = (
         theory.energy_ratio_by_events(

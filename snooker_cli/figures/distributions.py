@@ -16,7 +16,6 @@ from snooker_cli.analysis.observables import (
     closest,
     mean_and_error,
     pair_distances,
-    reduced_speed_counts,
     standard_errors,
 )
 from snooker_cli.analysis.structure import measured
@@ -220,7 +219,7 @@ def speeds(build: FigureBuilder) -> FigureData:
     fixed = all(predictions.independent_velocities(scene) is not None for scene in starts)
     panel: list[Layer] = [Reference("y", 0.0)]
     for index, (point, scene) in enumerate(zip(build.points, starts, strict=True)):
-        rows = np.array([reduced_speed_counts(trace) for trace in build.traces(point)])
+        rows = build.measured(point).speeds
         counts, total = rows.sum(axis=0), float(rows.sum())
         if total < LEAST_SPEEDS:
             raise FigureError(

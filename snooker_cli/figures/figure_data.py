@@ -11,7 +11,7 @@ from snooker_cli.analysis.observables import instants
 from snooker_cli.formatting import plain
 
 Array: TypeAlias = NDArray[np.float64]
-Curve: TypeAlias = tuple[Array, Array]  # times (s) and values
+Course: TypeAlias = tuple[Array, Array]  # times (s) and values
 
 LineStyle: TypeAlias = Literal["series", "solid", "dashed", "dashdot", "dotted"]
 """A dash pattern; "series" is one of the series' own."""
@@ -132,36 +132,33 @@ COMMON_TIMES = 300  # times at which repeats are compared
 MOST_VERTICES = 1000  # vertices of a line at most
 
 
-def at_common_times(curves: Sequence[Curve], *, steps: bool = False) -> Curve:
-    """Times (*t*,) from the latest start to the earliest end, and the curves there (*n*, *t*).
+def courses(times: Array, values: Array) -> list[Course]:
+    """Each row of arrays (*repeats*, *rows*), without rows that repeat the last time."""
+    pairs = zip(times, values, strict=True)
+    later = [(np.append(True, np.diff(time) > 0), time, value) for time, value in pairs]
+    return [(time[rows], value[rows]) for rows, time, value in later]
 
-    steps : whether a curve stays as it is up to its next time; otherwise it is straight between
-    """
+
+def at_common_times(curves: Sequence[Course]) -> Course:
+    """Times (*t*,) from the latest start to the earliest end, and the curves there (*n*, *t*)."""
     first = max(float(time[0]) for time, _ in curves)
     last = min(float(time[-1]) for time, _ in curves)
     times = np.linspace(first, last, COMMON_TIMES)
-    rows = [
-        values[np.searchsorted(time, times, side="right") - 1]
-        if steps
-        else np.interp(times, time, values)
-        for time, values in curves
-    ]
-    return times, np.array(rows)
+    return times, np.array([np.interp(times, time, values) for time, values in curves])
 
 
 def bands(
-    curves: Sequence[Curve],
+    curves: Sequence[Course],
     series: int,
     label: str | None = None,
     *,
-    steps: bool,
     logarithmic: bool = False,
 ) -> list[Band]:
     """The band mean ± standard deviation of curves; none of one, or without a span of time.
 
     logarithmic : whether mean and deviation are those of ln y, which needs y > 0
     """
-    times, rows = at_common_times(curves, steps=steps)
+    times, rows = at_common_times(curves)
     if len(rows) < 2 or not times[-1] > times[0]:
         return []
     rows = np.log(rows) if logarithmic else rows

@@ -8,13 +8,8 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
 from snooker_cli.analysis.fitting import attraction, excluded_area
-from snooker_cli.analysis.observables import (
-    ideal_gas_ratio,
-    mean_and_error,
-    mean_pressure,
-    mean_temperature,
-    series,
-)
+from snooker_cli.analysis.measurement import Measurement
+from snooker_cli.analysis.observables import mean_and_error
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
@@ -207,15 +202,13 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
     ended_early, highest = 0, 0.0
     lossy = [point for point in build.points if gas(point) == "cooling"]
     for index, point in enumerate(build.points):
-        rows = []
-        for trace in build.traces(point):
-            ratio, mean = ideal_gas_ratio(trace), mean_temperature(trace)
-            end = float(series(trace).kinetic_energy[-1] / trace.start.number)
-            if not (ratio > 0 and end > 0):
-                raise FigureError("a repeat has no pressure or no energy left, so it has no ratio")
-            rows.append((mean, ratio, end, ratio * mean / end))
-            ended_early += not trace.stop.reason.complete
-        table = np.array(rows)
+        measured = build.measured(point)
+        mean, _, ratio = _means(measured)
+        end = measured.curve.kinetic_energy[:, -1] / measured.scene.number
+        if not np.all((ratio > 0) & (end > 0)):
+            raise FigureError("a repeat has no pressure or no energy left, so it has no ratio")
+        ended_early += int(np.count_nonzero(~measured.complete))
+        table = np.column_stack([mean, ratio, end, ratio * mean / end])
         highest = max(highest, float(table[:, [1, 3]].max()))
         if point in lossy:  # others have one temperature
             build.lines.append(Points(table[:, 2], table[:, 3], series=index, filled=False))
@@ -243,15 +236,20 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
     )
 
 
+def _means(measured: Measurement) -> tuple[Array, Array, Array]:
+    """Temperature (J), pressure (Pa m) and PV/NT of each repeat, means over its whole time."""
+    scene, whole = measured.scene, measured.whole
+    warm, pressure = whole.kinetic_energy / scene.number, whole.pressure(scene)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return warm, pressure, pressure * scene.container.area / whole.kinetic_energy
+
+
 def _gas_state(build: FigureBuilder, point: Point) -> _GasState:
     """A point's repeats. Raises ``FigureError`` if one has no collisions with the wall."""
-    rows = [
-        (mean_temperature(trace), mean_pressure(trace), ideal_gas_ratio(trace))
-        for trace in build.traces(point)
-    ]
-    warm, pressures, over_ideal = np.array(rows).T
-    if np.any(pressures == 0):
+    measured = build.measured(point)
+    warm, pressures, over_ideal = _means(measured)
+    if not np.all(pressures > 0):
         raise FigureError("a repeat has no collisions with the wall, so no pressure; run longer")
-    scene = build.start(point)
+    scene = measured.scene
     size, area = float(scene.radii[0]), scene.container.area
     return _GasState(point, scene, size, scene.number, warm.mean(), area, pressures, over_ideal)

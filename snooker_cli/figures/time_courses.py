@@ -1,25 +1,25 @@
 """Over time: energy, momentum, pressure, hexatic order, a2, species' temperatures, local energy."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis import observables, predictions, structure
-from snooker_cli.analysis.observables import energy_ratio, mean_and_error, series, time_means
-from snooker_cli.analysis.structure import measured
+from snooker_cli.analysis.measurement import Measurement
+from snooker_cli.analysis.observables import mean_and_error
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
     Array,
-    Curve,
+    Course,
     FigureData,
     Line,
     Reference,
     at_common_times,
+    courses,
     legend_line,
     more_than_a_decade,
 )
@@ -37,12 +37,13 @@ MORE = 1.05  # the axis of energies over their highest value
 
 def energy(build: FigureBuilder) -> FigureData:
     """Kinetic energy of balls and container over that at the start."""
-    courses = [
-        [(columns.time, energy_ratio(columns)) for columns in map(series, build.traces(point))]
-        for point in build.points
-    ]
-    log = more_than_a_decade(ratios for curves in courses for _, ratios in curves)
-    for index, (point, curves) in enumerate(zip(build.points, courses, strict=True)):
+    ratios_of = []
+    for point in build.points:
+        measured = build.measured(point)
+        first = np.where(measured.first_energy > 0, measured.first_energy, 1.0)
+        ratios_of.append(courses(measured.curve.time, measured.curve.energy / first[:, None]))
+    log = more_than_a_decade(ratios for curves in ratios_of for _, ratios in curves)
+    for index, (point, curves) in enumerate(zip(build.points, ratios_of, strict=True)):
         build.add_course(index, point, curves, logarithmic=log)
         build.record(
             point,
@@ -52,7 +53,7 @@ def energy(build: FigureBuilder) -> FigureData:
         )
     kept = [record["largest_deviation"] for record in build.records if record["elastic"]]
     caption = f"Elastic collisions keep the energy to {short(max(kept), 2)} of it." if kept else ""
-    top = max(float(ratios.max()) for curves in courses for _, ratios in curves)
+    top = max(float(ratios.max()) for curves in ratios_of for _, ratios in curves)
     limits = (None, None) if log else (0.0, MORE * max(top, 1.0))
     return build.figure(caption, logarithmic=log, y_limits=limits)
 
@@ -96,9 +97,9 @@ def pressure(build: FigureBuilder) -> FigureData:
             expected.append(value)
     top = max(expected, default=0.0)
     for index, point in enumerate(build.points):
-        curves = [_pressure(trace) for trace in build.traces(point)]
-        build.add_course(index, point, curves, steps=False)
-        top = max([top, *(observables.settled_top(*curve) for curve in curves)])
+        curves = _pressures(build.measured(point))
+        build.add_course(index, point, curves)
+        top = max([top, *(_settled_top(*curve) for curve in curves)])
         times, rows = at_common_times(curves)
         final = mean_and_error(rows[:, -1])
         build.record(point, with_error(*final, "Pa·m"), time=float(times[-1]), pressure=final)
@@ -111,7 +112,7 @@ def pressure(build: FigureBuilder) -> FigureData:
     )
 
 
-def _momentum(trace: Trace, name: str) -> Curve:
+def _momentum(trace: Trace, name: str) -> Course:
     """Times (s) and one component of the total momentum, kg m/s. Raises ``FigureError``."""
     scene, component = trace.start, "xy".index(name)
     states = observables.at_collisions(trace)
@@ -122,14 +123,21 @@ def _momentum(trace: Trace, name: str) -> Curve:
     return states.time, total
 
 
-def _pressure(trace: Trace) -> Curve:
+def _pressures(measured: Measurement) -> list[Course]:
     """Times (s) and mean pressures since the start (Pa·m): at first 0, without walls the ideal."""
-    scene = trace.start
-    time, values = observables.cumulative_pressure(trace, series(trace))
-    if not len(time):
+    scene, curve = measured.scene, measured.curve
+    if np.any(measured.time == 0):
         raise FigureError("nothing happens after the start of a repeat, so it has no pressure")
     first = 0.0 if scene.container.has_wall else scene.kinetic_energy / scene.container.area
-    return np.append(0.0, time), np.append(first, values)
+    return courses(curve.time, np.where(curve.time > 0, curve.pressure, first))
+
+
+def _settled_top(time: Array, values: Array) -> float:
+    """The largest value after the first tenth of the time: what an axis of a mean needs to show.
+
+    Before, a mean since the start is that of a few hits, and may be many times as large.
+    """
+    return float(np.max(values[time >= 0.1 * time[-1]]))
 
 
 # Means over the repeats of what the states have at even numbers of collisions.
@@ -141,37 +149,46 @@ SUMS, TRIANGLES = (40_000_000, 1700), (500_000, 25)
 balls that a state counts more, because Python needs some 0.2 ms for it."""
 
 
-def _courses(
-    build: FigureBuilder,
-    measure: Callable[[Trace, Array], Array],
-    cost: tuple[int, int] = SUMS,
+def _over_time(
+    build: FigureBuilder, observable: structure.Observable, cost: tuple[int, int] = SUMS
 ) -> Iterator[tuple[Point, Scene, Array, Array]]:
-    """Each point, its start, times (*t*,), s, and what ``measure`` gives there, (*n*, *t*, *k*).
+    """Each point, its start, times (*t*,), s, and an observable of the states, (*n*, *t*, *k*)."""
+    for point, times in _common_times(build, cost):
+        traces = build.traces(point)
+        rows = np.array([structure.measured(observable, trace, times) for trace in traces])
+        yield point, build.start(point), times, _known(rows.reshape(*rows.shape[:2], -1))
 
-    The times have even collision numbers of the first repeat, until the end of the shortest one.
+
+def _known(rows: Array) -> Array:
+    """Rows of repeats. Raises ``FigureError`` if nothing could be measured."""
+    if not np.any(np.isfinite(rows)):
+        raise FigureError("the balls are too few, or do not move; run more balls")
+    return rows
+
+
+def _common_times(build: FigureBuilder, cost: tuple[int, int]) -> Iterator[tuple[Point, Array]]:
+    """Times (*t*,), s, of each point at even collision numbers of the first repeat.
+
+    They end with the shortest repeat. Raises ``FigureError`` if nothing happens until then.
     """
     most, each = cost
     for point in build.points:
         count = build.states(point, TIMES, most, each=each, fewest=TIMES)
-        end, first = min(trace.stop.time for trace in build.traces(point)), build.traces(point)
-        columns = series(next(first))
-        events = columns.wall_events + columns.pair_events
-        # Between collisions: at one, two balls touch.
-        numbers = np.floor(np.linspace(0, np.interp(end, columns.time, events), count)) - 0.5
-        times = np.unique(np.minimum(np.interp(numbers, events, columns.time), end))
+        measured = build.measured(point)
+        time, events = measured.curve.time[0], measured.curve.events[0]
+        end = float(measured.time.min())
+        # The curve has its times between collisions: at one, two balls touch.
+        numbers = np.floor(np.linspace(0, np.interp(end, time, events), count))
+        times = np.unique(np.minimum(np.interp(numbers, events, time), end))
         if len(times) < 2:
             raise FigureError("nothing happens until the end of the shortest repeat; run longer")
-        rows = np.array([measure(trace, times) for trace in build.traces(point)])
-        if not np.any(np.isfinite(rows)):
-            raise FigureError("the balls are too few, or do not move; run more balls")
-        yield point, build.start(point), times, rows.reshape(*rows.shape[:2], -1)
+        yield point, times
 
 
 def hexatic_order(build: FigureBuilder) -> FigureData:
     """|⟨ψ6⟩| over time."""
-    measure = partial(measured, structure.hexatic_order)
-    courses = _courses(build, measure, TRIANGLES)
-    for index, (point, scene, times, rows) in enumerate(courses):
+    over_time = _over_time(build, structure.hexatic_order, TRIANGLES)
+    for index, (point, scene, times, rows) in enumerate(over_time):
         build.add_means(index, build.label(point), times, rows[..., 0])
         final = mean_and_error(rows[:, -1, 0])
         build.record(point, with_error(*final), final=final, balls=scene.number)
@@ -183,7 +200,7 @@ def hexatic_order(build: FigureBuilder) -> FigureData:
 
 def a2(build: FigureBuilder) -> FigureData:
     """a2 over time, with theory for balls of one type; of a mixture for each species."""
-    for point, scene, times, rows in _courses(build, _a2):
+    for point, scene, times, rows in _a2(build):
         names = [None] if scene.equal_balls else _names(scene)
         expected, known = None, not build.too_thin(scene)
         if known and scene.equal_balls and scene.constant_laws and 0 < scene.restitution < 1:
@@ -194,8 +211,7 @@ def a2(build: FigureBuilder) -> FigureData:
             if not np.isfinite(column).any():
                 continue
             label, index = ", ".join(filter(None, [build.label(point), name])), len(build.records)
-            middle = (times[1:] + times[:-1]) / 2 if scene.equal_balls else times
-            build.add_means(index, label or None, middle, column)
+            build.add_means(index, label or None, times, column)
             if expected is not None:
                 flat = np.array([expected, expected])
                 build.lines.append(Line(times[[0, -1]], flat, None, index, "dotted"))
@@ -211,9 +227,8 @@ def a2(build: FigureBuilder) -> FigureData:
 
 def species_temperature(build: FigureBuilder) -> FigureData:
     """Mean kinetic energy of each species over time."""
-    measure = partial(measured, structure.species_temperature)
     kept = gas(build.points[0]) != "cooling"  # the temperatures of one instant vary
-    for point, scene, times, rows in _courses(build, measure):
+    for point, scene, times, rows in _over_time(build, structure.species_temperature):
         names, start = _names(scene), len(times) // 2 if kept else -1
         means = rows[:, start:].mean(axis=1)
         for index, name in enumerate(names):
@@ -228,8 +243,7 @@ def species_temperature(build: FigureBuilder) -> FigureData:
 
 def local_energy(build: FigureBuilder) -> FigureData:
     """Energy of a ball relative to the local flow, and in total, over the total at the start."""
-    measure = partial(measured, _both_energies)
-    for index, (point, scene, times, rows) in enumerate(_courses(build, measure)):
+    for index, (point, scene, times, rows) in enumerate(_over_time(build, _both_energies)):
         ratios = rows / (scene.kinetic_energy / scene.number)
         build.add_means(index, build.label(point), times, ratios[..., 0], "solid")
         build.add_means(index, None, times, ratios[..., 1], "dotted")
@@ -248,11 +262,16 @@ def _both_energies(positions: Array, velocities: Array, scene: Scene) -> Array:
     return np.array([local, scene.kinetic_energy / scene.number])
 
 
-def _a2(trace: Trace, times: Array) -> Array:
-    """a2 of balls of one type as means between times, of a mixture at the times."""
-    if trace.start.equal_balls:
-        return time_means(trace, series(trace).energy_moment, times) / 2 - 1
-    return measured(structure.a2, trace, times)
+def _a2(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
+    """As of `_over_time`: of balls of one type means between times, of a mixture at the times."""
+    if not all(build.start(point).equal_balls for point in build.points):
+        yield from _over_time(build, structure.a2)
+        return
+    for point, times in _common_times(build, SUMS):
+        curve = build.measured(point).curve
+        moments = np.diff(curve.at(times, curve.energy_moment), axis=1) / np.diff(times)
+        middle = (times[1:] + times[:-1]) / 2
+        yield point, build.start(point), middle, _known(moments[..., np.newaxis] / 2 - 1)
 
 
 def _names(scene: Scene) -> list[str]:

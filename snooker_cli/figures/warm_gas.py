@@ -9,19 +9,8 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.analysis import predictions, steady_state
 from snooker_cli.analysis.measurement import WINDOWS
-from snooker_cli.analysis.observables import (
-    gained,
-    ideal_gas_ratio,
-    mean_and_error,
-    mean_temperature,
-    meeting_temperature,
-    series,
-    so_far,
-    standard_errors,
-    time_means,
-    virial_ratio,
-    wall_energies,
-)
+from snooker_cli.analysis.observables import mean_and_error, meeting_temperature, standard_errors
+from snooker_cli.analysis.time_series import Averages
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replayed
@@ -40,7 +29,6 @@ from snooker_cli.figures.figure_data import (
 from snooker_cli.figures.selection import gas, value_at, varying
 from snooker_cli.formatting import counted, short, with_error
 from snooker_cli.laws import Law, Sides, Thermal
-from snooker_cli.memory import MEMORY
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
@@ -70,26 +58,21 @@ class _Steady:
     def __init__(self, build: FigureBuilder) -> None:
         self.build = build
         warm = [point for point in build.points if gas(point) == "warm"]
-        self.firsts = {point.index: self._tested(point) for point in warm}
-
-    def _tested(self, point: Point) -> int | None:
-        """The first window of the stationary part, ``None`` if there is none."""
-        run, present = self.build.run, self.build.run.present(point)
-
-        def tested() -> steady_state.StationaryPart:
-            energies, ends = [], []
-            for trace in run.traces(point, present):
-                if trace.stop.reason.complete:
-                    edges = np.linspace(0.0, trace.stop.time, WINDOWS + 1)
-                    energies.append(time_means(trace, series(trace).kinetic_energy, edges))
-                    ends.append(trace.stop.time)
-            return steady_state.stationary_part(np.array(energies), np.array(ends))
-
-        return MEMORY.get(("stationary", point.index, *present), tested, run).first
+        self.firsts = {
+            point.index: steady_state.measured_part(build.measured(point)).first for point in warm
+        }
 
     def first(self, point: Point) -> int:
         """The first window of ``WINDOWS`` that counts."""
         return self.firsts.get(point.index) or WINDOWS // 2
+
+    def averages(self, point: Point) -> Averages:
+        """Averages over this part of the repeats of a point."""
+        return self.build.measured(point).windows.since(self.first(point))
+
+    def temperatures(self, point: Point) -> Array:
+        """Mean energies of a ball in this part, J; (*repeats*,)."""
+        return self.averages(point).kinetic_energy / self.build.start(point).number
 
     def traces(self, point: Point) -> Iterator[tuple[Trace, float]]:
         """The repeats of a point, and when the part begins in each, s."""
@@ -113,8 +96,7 @@ def stationary(build: FigureBuilder) -> FigureData:
     for index, group in enumerate(build.groups):
         rows, expected = [], []
         for point in group:
-            warm = [mean_temperature(*part) for part in steady.traces(point)]
-            rows.append(mean_and_error(np.array(warm)))
+            rows.append(mean_and_error(steady.temperatures(point)))
             theories = steady_state.expected_temperatures(build.start(point))
             law = next(iter(theories.values()), None)
             expected.append(math.nan if law is None else law)
@@ -180,7 +162,7 @@ def profiles(build: FigureBuilder) -> FigureData:
     steady, (point,) = _Steady(build), build.points
     edges, density, across, along = _profile(build, steady, BINS)
     scene, middles, temperature = build.start(point), _middles(edges), (across + along) / 2
-    warm = np.array([mean_temperature(*part) for part in steady.traces(point)])
+    warm = steady.temperatures(point)
     mean, circle = float(warm.mean()), isinstance(scene.container, Circle)
     columns = {
         "density": density / density.mean(),
@@ -234,23 +216,16 @@ def energy_balance(build: FigureBuilder) -> FigureData:
     """Energy that walls gave, that collisions took, and their difference, over time."""
     steady = _Steady(build)
     for index, point in enumerate(build.points):
-        end, lossy = min(t.stop.time for t in build.traces(point)), point.experiment.cor < 1
-        times, table, rates = np.linspace(0.0, end, TIMES), [], []
-        for trace, since in steady.traces(point):
-            columns, length = series(trace), trace.stop.time - since
-            assert columns.wall_energy is not None
-            assert columns.lost_energy is not None
-            lost = columns.lost_energy * lossy  # else only rounding is left
-            given, taken = (so_far(trace, sums, times) for sums in (columns.wall_energy, lost))
-            table.append((given, taken, given - taken))
-            rates.append(
-                [gained(trace, sums, since) / length for sums in (columns.wall_energy, lost)]
-            )
-        rows = np.moveaxis(np.array(table), 1, 0)
-        build.add_means(index, build.label(point), times, rows[0], "solid")
-        build.add_means(index, None, times, rows[1], "dashed")
-        build.add_means(index, None, times, rows[2], "dotted")
-        given_rate, taken_rate = map(mean_and_error, np.array(rates).T)
+        measured, lossy = build.measured(point), point.experiment.cor < 1
+        curve, part = measured.curve, steady.averages(point)
+        times = np.linspace(0.0, measured.time.min(), TIMES)
+        given = curve.at(times, curve.wall_energy)
+        taken = curve.at(times, curve.lost_energy) * lossy  # else only rounding is left
+        build.add_means(index, build.label(point), times, given, "solid")
+        build.add_means(index, None, times, taken, "dashed")
+        build.add_means(index, None, times, given - taken, "dotted")
+        given_rate = mean_and_error(part.wall_energy / part.length)
+        taken_rate = mean_and_error(part.lost_energy * lossy / part.length)
         build.record(point, given_rate=given_rate, taken_rate=taken_rate)
         units = with_error(*given_rate, "J/s"), with_error(*taken_rate, "J/s")
         build.result(build.label(point), " and ".join(units))
@@ -269,11 +244,9 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     walls, height = _walls(scene), scene.container.size[1]
     steady = _Steady(build)
     edges, density, across, along = _profile(build, steady, COARSE_BINS)
-    warm, through = (across + along) / 2, np.empty((0, 2))
-    for trace, since in steady.traces(point):
-        length = trace.stop.time - since
-        left, right = wall_energies(trace, np.array([since, trace.stop.time]))[0, :2]
-        through = np.vstack([through, np.array([left, -right]) / (height * length)])
+    warm, length = (across + along) / 2, steady.averages(point).length[:, np.newaxis]
+    given = build.measured(point).by_side[:, steady.first(point) :, :2].sum(axis=1)
+    through = given * (1, -1) / (height * length)
     if np.isnan(through).any():
         raise FigureError("a repeat has too many collisions for this figure; run a shorter one")
     size, mass = float(scene.radii[0]), float(scene.masses[0])
@@ -328,9 +301,10 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
     for index, group in enumerate(build.groups):
         rows, scenes = [], [build.start(point) for point in group]
         for point, scene in zip(group, scenes, strict=True):
-            measures = virial_ratio, ideal_gas_ratio, mean_temperature
-            table = np.array([[f(*part) for f in measures] for part in steady.traces(point)])
-            inner, outer, warm = map(mean_and_error, table.T)
+            part, warm = steady.averages(point), mean_and_error(steady.temperatures(point))
+            ideal = part.kinetic_energy / scene.container.area
+            inner = mean_and_error(1 + part.pair_virial / (2 * part.kinetic_energy * part.length))
+            outer = mean_and_error(part.pressure(scene) / ideal)
             packing, disks = scene.packing_fraction, predictions.disk_ratios(scene)
             # Without walls balls meet at a temperature of their own.
             met = meeting_temperature(scene.kinetic_energy, scene) * scene.number

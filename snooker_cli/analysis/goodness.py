@@ -1,0 +1,214 @@
+"""Whether a law describes the repeats of a point: Hotelling's tests of means over repeats."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snooker_cli.analysis.fitting import MODELS, MOST_STEPS, FitModel, FitResult
+
+Array: TypeAlias = NDArray[np.float64]
+
+LEAST_PROBABILITY = 0.01
+"""A law holds where deviations as large as those found have at least this probability."""
+
+ENOUGH_REPEATS = 20
+"""With fewer repeats it is not said that a law holds, only that it is not refused.
+
+The 200 repeats of the source report's scene refuse Haff's law. Of groups of 5 of them nearly all do
+not refuse it, of groups of 20 a third do not, of groups of 40 none.
+"""
+
+FEW_REPEATS = f"Fewer than {ENOUGH_REPEATS} repeats refuse only a law that is far off."
+"""What a reader of a law that few repeats do not refuse has to know."""
+
+MOST_WINDOWS = 20  # windows of a test at most, and ends of a range that are tried
+
+ROWS_IN_WINDOW = 10
+"""Rows of a repeat in a window of a test at least, so that its mean is nearly normal."""
+
+
+@dataclass(frozen=True)
+class Goodness:
+    """Whether a law describes the mean of ln y over repeats; what is not known is nan.
+
+    judged_repeats : number of repeats that are judged
+    judged_from, judged_to : the judged times (s), in which all these repeats have values
+    chi_squared_per_degree, degrees_of_freedom : F of Hotelling's test; if the law holds, its mean
+        over n repeats is (n − d)/(n − d − 2) with d degrees: 1 for many repeats, 3 for few
+    probability : that of a deviation at least as large if the law holds
+    holds_to : end of the longest range from ``judged_from`` in which the law holds (s)
+    end_over_fit, end_over_fit_error : y over its fit at ``judged_to``, the geometric mean, and its
+        standard error
+    """
+
+    judged_repeats: int
+    judged_from: float = math.nan
+    judged_to: float = math.nan
+    chi_squared_per_degree: float = math.nan
+    degrees_of_freedom: int = 0
+    probability: float = math.nan
+    holds_to: float = math.nan
+    end_over_fit: float = math.nan
+    end_over_fit_error: float = math.nan
+
+
+def holding(repeats: int) -> str:
+    """What a law does that this number of repeats do not refuse."""
+    return "holds" if repeats >= ENOUGH_REPEATS else "is not refused"
+
+
+class Samples(NamedTuple):
+    """Logarithms of a quantity at times of repeats, by which a law is judged.
+
+    time, logarithm : (*repeats*, *s*), s, increasing, and ln y; what is not finite is left out
+    weight : (*repeats*, *s*) collisions that a sample stands for; zero if there is no sample
+    """
+
+    time: Array
+    logarithm: Array
+    weight: Array
+
+
+@dataclass(frozen=True)
+class Range:
+    """Edges (*w* + 1,) of windows from the first judged time to an end, s, and ln y there.
+
+    logarithm : (*repeats*, *w* + 1)
+    """
+
+    edges: Array
+    logarithm: Array
+
+    @cached_property
+    def changes(self) -> tuple[Array, Array] | None:
+        """Means (*w*,) of the changes of ln y over the repeats, and what makes them independent.
+
+        The second, (*w*, *w*), turns deviations from the means into numbers of variance 1. None
+        without a test: for one window, and for repeats that differ by rounding.
+        """
+        return independent_changes(self.logarithm) if len(self.edges) > 2 else None
+
+
+def independent_changes(values: Array) -> tuple[Array, Array] | None:
+    """`Range.changes` of values (*repeats*, *w* + 1)."""
+    changes, count = np.diff(values, axis=1), len(values)
+    mean, spread = changes.mean(axis=0), changes.std(axis=0, ddof=1)
+    if not np.all(spread > 1e-9 * np.abs(mean)):
+        return None
+    shares, axes = np.linalg.eigh(np.atleast_2d(np.cov(changes / spread, rowvar=False)))
+    if shares[0] < 1e-9:
+        return None
+    return mean, axes * np.sqrt(count / shares) / spread[:, np.newaxis]
+
+
+def ranges(samples: Samples) -> list[Range]:
+    """The ranges in which a law is judged, the longest first; none for fewer than three repeats.
+
+    They have windows of equal numbers of collisions, all between the times that all repeats have.
+    """
+    time, logarithm, weight = samples
+    good = np.isfinite(logarithm) & (weight > 0)
+    count = len(good)
+    if count < 3 or min(good.sum(axis=1)) < 2:
+        return []
+    since = np.where(good, time, math.inf).min(axis=1).max()
+    until = np.where(good, time, -math.inf).max(axis=1).min()
+    inside = good & (time > since) & (time < until)
+    if not inside.any():
+        return []
+    order = np.argsort(time[inside])
+    inner, collisions = time[inside][order], np.cumsum(weight[inside][order])
+    edges = []
+    for share in np.arange(MOST_WINDOWS, 0, -1) / MOST_WINDOWS:
+        filled = int(share * collisions[-1] / (ROWS_IN_WINDOW * count))  # with enough rows
+        windows = max(1, min(MOST_WINDOWS, (count + 1) // 2, filled))
+        wanted = np.linspace(0, share, windows + 1) * collisions[-1]
+        edges.append(inner[np.minimum(np.searchsorted(collisions, wanted), len(inner) - 1)])
+        edges[-1][0], edges[-1][-1] = since, until if share == 1 else edges[-1][-1]
+    rows = zip(good, time, logarithm, strict=True)
+    every = np.concatenate(edges)
+    known = np.array([np.interp(every, own[here], values[here]) for here, own, values in rows])
+    parts = np.split(known, np.cumsum(list(map(len, edges)))[:-1], axis=1)
+    return [Range(*pair) for pair in zip(edges, parts, strict=True)]
+
+
+def goodness(judged: Sequence[Range], results: Sequence[FitResult]) -> Goodness:
+    """Judge a law on the mean over repeats of ln y, in standard errors over the repeats.
+
+    judged : `ranges` of the repeats
+    results : the fit of each repeat
+
+    Each range of time has the constant that fits it best. A test needs three repeats.
+    """
+    count = len(results)
+    if not judged:
+        return Goodness(count)
+    form, (since, until) = MODELS[results[0].model], judged[0].edges[[0, -1]].tolist()
+    degrees, chi_squared, probability = _deviation(judged[0], form)
+    holds = math.nan
+    if math.isfinite(probability):
+        tests = ((part.edges[-1], _deviation(part, form)[2]) for part in judged)
+        holds = next((float(end) for end, p in tests if p >= LEAST_PROBABILITY), since)
+    with np.errstate(all="ignore"):
+        fits = np.array([(fit.amplitude, fit.value * (until - fit.start)) for fit in results])
+        gaps = judged[0].logarithm[:, -1] - np.log(fits[:, 0] * form.curve(fits[:, 1]))
+        gaps = gaps[np.isfinite(gaps)]
+        ratio = float(np.exp(gaps.mean())) if gaps.size else math.nan
+    error = ratio * float(gaps.std(ddof=1)) / math.sqrt(gaps.size) if gaps.size > 1 else math.nan
+    numbers = since, until, chi_squared, degrees, probability
+    return Goodness(count, *numbers, holds, ratio, error)
+
+
+def _deviation(judged: Range, form: FitModel) -> tuple[int, float, float]:
+    """Degrees of freedom, χ² per degree and its probability in a range; nan without a test.
+
+    The changes of ln y in windows of equal numbers of rows have a covariance over the repeats. The
+    least χ² with this estimate is Hotelling's T², Ann. Math. Stat. 2, 360 (1931): with d degrees
+    and n repeats, T² (n − d)/((n − 1) d) has the F distribution of d and n − d degrees.
+    """
+    if judged.changes is None:
+        return 0, math.nan, math.nan
+    (mean, independent), times = judged.changes, judged.edges / judged.edges[-1]
+
+    def residuals(p: float) -> tuple[Array, Array]:
+        """The deviations at the variable p of a search, and their slopes."""
+        logarithm, slope = form.logarithm(p, times)
+        return (mean - np.diff(logarithm)) @ independent, -np.diff(slope) @ independent
+
+    with np.errstate(all="ignore"):
+        x = float(form.inverse(np.exp(mean.sum())))
+        best = math.log1p(x) if form.power else x
+        for _ in range(MOST_STEPS):  # the method of Gauss and Newton
+            here, slope = residuals(best)
+            step = float(slope @ here / (slope @ slope))
+            best -= step
+            if not abs(step) > 1e-9 * abs(best):
+                break
+        degrees, squares = len(mean) - 1, float(np.sum(residuals(best)[0] ** 2))
+    return degrees, *hotelling(squares, degrees, len(judged.logarithm))
+
+
+def hotelling(squares: float, degrees: int, count: int) -> tuple[float, float]:
+    """F of Hotelling's T² over `count` repeats, and the probability of a larger one."""
+    from scipy import special  # takes time to load
+
+    free = count - degrees
+    ratio = squares * free / ((count - 1) * degrees)
+    return ratio, float(special.fdtrc(degrees, free, ratio))
+
+
+def equal_means(values: Array) -> float:
+    """Probability of differences as large if the means of columns (*repeats*, *k*) are equal.
+
+    It is Hotelling's of the k − 1 successive differences; nan for repeats that differ by rounding.
+    """
+    changes = independent_changes(values)
+    if changes is None:
+        return math.nan
+    mean, independent = changes
+    return hotelling(float(np.sum((mean @ independent) ** 2)), len(mean), len(values))[1]
