@@ -36,6 +36,7 @@ from snooker_cli.errors import (
 )
 from snooker_cli.files import own_folder, write_text
 from snooker_cli.formatting import counted, plain, point_label
+from snooker_cli.laws import is_random
 from snooker_cli.pages.html_page import in_notebook
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import starting_state
@@ -623,6 +624,11 @@ def simulate(
     for name, limit in (("collisions", collisions), ("time", time)):
         if limit is not None and not (isinstance(limit, Real) and 0 < limit < math.inf):
             raise UserError(f"{name}={limit!r}: give a number above 0")
+    if is_random(scene.wall_law) and scene.wall_key is None:
+        problem = (
+            "a wall with a temperature draws random numbers, and the scene has no key for them"
+        )
+        raise UserError(problem, "give wall_key=0 or another whole number to `replace`")
     whole = None if collisions is None else math.ceil(collisions)
     try:
         return Repeat(engine.simulate(scene, collisions=whole, time=time, summary=summary))

@@ -129,17 +129,17 @@ def why_not(run: Run, name: str, repeat: int | None = None, **where: Any) -> str
 
 
 def around(band: Band, curves: list[tuple[Any, Any]], logarithmic: bool = False) -> None:
-    """Assert that a band is the mean ± standard deviation of curves that change in steps.
+    """Assert that a band is the mean ± standard deviation of curves, straight between points.
 
     logarithmic : whether these are of the logarithm
     """
     if logarithmic:
-        curves = [(time, np.log(column)) for time, column in curves]
         band = replace(band, low=np.log(band.low), high=np.log(band.high))
     assert band.x[0] == max(time[0] for time, _ in curves)
     assert band.x[-1] == min(time[-1] for time, _ in curves)
     for k in (0, 100, 299):
-        values = [column[np.flatnonzero(time <= band.x[k])[-1]] for time, column in curves]
+        values = [float(np.interp(band.x[k], time, column)) for time, column in curves]
+        values = np.log(values) if logarithmic else values
         mean, deviation = np.mean(values), np.std(values, ddof=1)
         # The mean of the ratios to a start of one is 1 there but for rounding.
         assert band.low[k] == pytest.approx(mean - deviation, rel=1e-12, abs=1e-15)

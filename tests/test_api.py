@@ -21,8 +21,7 @@ from repeating import content_hash
 
 import snooker_cli as snooker
 from snooker_cli import api
-from snooker_cli.analysis import observables
-from snooker_cli.analysis.decay import repeat_fits
+from snooker_cli.analysis.decay import decays
 from snooker_cli.config.yaml_document import document
 from snooker_cli.laws import Constant
 from snooker_cli.runs import progress
@@ -150,13 +149,18 @@ def test_the_table_has_a_row_for_each_repeat(run: snooker.Run) -> None:
     for row, repeat in enumerate(run):
         trace = repeat.trace
         assert table["time"][row] == repeat.stop.time
-        assert table["pressure"][row] == pytest.approx(observables.mean_pressure(trace))
-        assert table["temperature"][row] == pytest.approx(observables.mean_temperature(trace))
+        columns, wall = repeat.series(), trace.start.container.wall_length
+        pressure = columns.wall_impulse[-1] / (wall * trace.stop.time)
+        assert table["pressure"][row] == pytest.approx(pressure)
+        widths = np.diff(np.append(columns.time, trace.stop.time))
+        mean = np.sum(columns.kinetic_energy * widths) / trace.stop.time
+        assert table["temperature"][row] == pytest.approx(mean / trace.start.number)
         last = energy(None, trace.finish.velocities, trace.finish) + trace.finish.container_energy
         first = trace.start.kinetic_energy + trace.start.container_energy
         assert table["energy_ratio"][row] == pytest.approx(last / first)
         if row < 3:
-            assert table["alpha"][row] == repeat_fits(trace, "kinetic_energy")["haff"].value
+            alone = [found for found in decays([trace], ["kinetic_energy"]) if found.law == "haff"]
+            assert table["alpha"][row] == pytest.approx(alone[0].fits[0].value, rel=1e-12)
     assert np.isnan(table["k"][3:]).all()
 
 

@@ -79,6 +79,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "flint": ("validation",),
     "scipy": (
         "analysis.fitting",
+        "analysis.goodness",
         "analysis.structure",
         "report.explanations",
         "theory",
@@ -188,6 +189,12 @@ def test_only_the_classes_of_containers_know_shapes_by_their_word() -> None:
 def test_files_are_written_under_a_temporary_name() -> None:
     """So that a full disk or an interrupt leaves the older file."""
     assert not places(writes_in_place), "use files.atomic_write or files.write_text"
+
+
+def test_only_the_engine_has_kernels() -> None:
+    """Elsewhere arrays are enough, and nothing is compiled."""
+    users = {name for name, tree in TREES.items() for _, origin in imported(tree) if "jit" in origin}
+    assert {part_of(name) for name in users} == {"engine"}
 
 
 def test_no_file_name_occurs_twice() -> None:

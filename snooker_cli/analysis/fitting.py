@@ -138,6 +138,13 @@ def fit_all(
     Data that cannot be fitted give a result with converged=False and a message with the reason.
     Raises KeyError for an unknown model.
     """
+    with np.errstate(all="ignore"):
+        return _fitted(points, origin, rounding, model, amplitude)
+
+
+def _fitted(
+    points: Points, origin: Array, rounding: Array, model: str, amplitude: float | None
+) -> list[FitResult]:
     law, free = MODELS[model], amplitude is None
     used, numbers = points.weight > 0, points.numbers
     elapsed = np.where(used, points.time - origin[:, np.newaxis], 0.0)
@@ -159,8 +166,7 @@ def fit_all(
         scale = (largest[:, 0] if free else level)[sought]
         span = elapsed[sought].max(axis=1)
         scaled = elapsed[sought] / span[:, None], value[sought] / scale[:, None]
-        with np.errstate(all="ignore"):
-            found = _Search(law, free, *scaled, points.weight[sought]).result()
+        found = _Search(law, free, *scaled, points.weight[sought]).result()
         rate[sought], error[sought] = found[0] / span, found[1] / span
         height[sought] = found[2] * scale
         messages[sought] = np.where(found[3] > 0, DONE, UNSETTLED)

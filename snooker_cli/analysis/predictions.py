@@ -208,8 +208,7 @@ def pressures(measured: Measurement) -> Iterator[Row]:
     scene, relaxed = measured.scene, measured.relaxed
     pressure, warm = relaxed.pressure(scene), relaxed.kinetic_energy / scene.number
     ideal = theory.ideal_gas_pressure(scene.number, 1.0, scene.container.area)
-    ratio = pressure / (ideal * warm)
-    virial = 1 + relaxed.pair_virial / (2 * relaxed.kinetic_energy * relaxed.length)
+    ratio = relaxed.ideal_gas_ratio(scene)
     yield "pressure", IDEAL, pressure, ideal * warm
     yield "temperature", f"{IDEAL}, PV/N", warm, pressure / ideal
     yield "PV/NT", IDEAL, ratio, 1.0
@@ -232,10 +231,10 @@ def pressures(measured: Measurement) -> Iterator[Row]:
     for model, value in expected.items():
         yield "PV/NT", model, ratio, value
     for model, one in disks.items() if walls else ():
-        yield "PV/NT by the virial", model, virial, one.virial
+        yield "PV/NT by the virial", model, relaxed.virial_ratio, one.virial
     published = theory.published_ratio(scene.packing_fraction)
     if published is not None and elastic(scene) and not walls:
-        yield "PV/NT", published.source, virial, 1 + (published.ratio - 1) * met
+        yield "PV/NT", published.source, relaxed.virial_ratio, 1 + (published.ratio - 1) * met
 
 
 def rates(measured: Measurement) -> Iterator[Row]:

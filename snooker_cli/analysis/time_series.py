@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-ROWS = 128  # of a curve at most
+ROWS = 256  # of a curve at most
 
 SKIPPED_COLLISIONS = 50
 """Collisions before the pressure since the start is fitted, as in the source report."""
@@ -76,6 +76,17 @@ class Averages(NamedTuple):
                 return self.wall_impulse / (scene.container.wall_length * self.length)
             virial = self.pair_virial / (2 * self.length)
             return (self.kinetic_energy + virial) / scene.container.area
+
+    def ideal_gas_ratio(self, scene: Scene) -> Array:
+        """P V/(N T), with the temperature's mean; 1 for an ideal gas, nan at rest."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return self.pressure(scene) * scene.container.area / self.kinetic_energy
+
+    @property
+    def virial_ratio(self) -> Array:
+        """1 + ΣJd/(2 N T t): P V/(N T) of the balls, with any walls; nan at rest."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return 1 + self.pair_virial / (2 * self.kinetic_energy * self.length)
 
     def since(self, first: int) -> "Averages":
         """Averages over the spans from one on, which are equally long."""

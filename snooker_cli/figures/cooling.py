@@ -298,7 +298,8 @@ def _local_rates(measured: Measurement) -> tuple[Array, Array, Array, float]:
     if np.any(energies <= 0):
         raise FigureError("a repeat loses all of its energy, so it has no decay rate")
     calm = measured.calm_events.sum(axis=1, keepdims=True)
-    collisions = np.diff(np.minimum(curve.at(edges, curve.events), calm)).sum(axis=0)
+    counts = np.minimum(np.rint(curve.at(edges, curve.events)), calm)
+    collisions = np.diff(counts).sum(axis=0)
     good = collisions >= LEAST_COLLISIONS
     if np.count_nonzero(good) < 2:
         raise FigureError(

@@ -239,9 +239,8 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
 def _means(measured: Measurement) -> tuple[Array, Array, Array]:
     """Temperature (J), pressure (Pa m) and PV/NT of each repeat, means over its whole time."""
     scene, whole = measured.scene, measured.whole
-    warm, pressure = whole.kinetic_energy / scene.number, whole.pressure(scene)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return warm, pressure, pressure * scene.container.area / whole.kinetic_energy
+    warm = whole.kinetic_energy / scene.number
+    return warm, whole.pressure(scene), whole.ideal_gas_ratio(scene)
 
 
 def _gas_state(build: FigureBuilder, point: Point) -> _GasState:

@@ -178,8 +178,9 @@ def _common_times(build: FigureBuilder, cost: tuple[int, int]) -> Iterator[tuple
         time, events = measured.curve.time[0], measured.curve.events[0]
         end = float(measured.time.min())
         # The curve has its times between collisions: at one, two balls touch.
-        numbers = np.floor(np.linspace(0, np.interp(end, time, events), count))
-        times = np.unique(np.minimum(np.interp(numbers, events, time), end))
+        numbers = np.floor(np.linspace(0, np.interp(end, time, events) - 1, count))
+        between = np.minimum(np.interp(numbers[1:], events, time), end)
+        times = np.unique(np.append(0.0, between))
         if len(times) < 2:
             raise FigureError("nothing happens until the end of the shortest repeat; run longer")
         yield point, times

@@ -302,9 +302,8 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
         rows, scenes = [], [build.start(point) for point in group]
         for point, scene in zip(group, scenes, strict=True):
             part, warm = steady.averages(point), mean_and_error(steady.temperatures(point))
-            ideal = part.kinetic_energy / scene.container.area
-            inner = mean_and_error(1 + part.pair_virial / (2 * part.kinetic_energy * part.length))
-            outer = mean_and_error(part.pressure(scene) / ideal)
+            inner = mean_and_error(part.virial_ratio)
+            outer = mean_and_error(part.ideal_gas_ratio(scene))
             packing, disks = scene.packing_fraction, predictions.disk_ratios(scene)
             # Without walls balls meet at a temperature of their own.
             met = meeting_temperature(scene.kinetic_energy, scene) * scene.number

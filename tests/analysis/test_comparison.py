@@ -12,7 +12,7 @@ from scenes import gas
 from snooker_cli import containers, theory
 from snooker_cli.analysis import comparison, decay, predictions
 from snooker_cli.analysis.comparison import CHI_SQUARE, Comparison
-from snooker_cli.analysis.measurement import relaxed_at
+from snooker_cli.analysis.measurement import measure, relaxed_at
 from snooker_cli.analysis.observables import mean_and_error, reduced_speed_counts
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
@@ -173,7 +173,7 @@ def test_cooling_is_compared_with_the_reports_own_constant(cooling: list[Trace])
     assert predictions.EQUAL_SPEEDS in found[1]
     mixed = simulate(gas("circle", 19, 0.2, cor=0.9), collisions=200)  # with a Maxwellian's speeds
     assert predictions.EQUAL_SPEEDS not in compare([mixed])[1]
-    reported = np.mean([decay.reported_constant(trace) for trace in cooling])
+    reported = decay.reported_constants(measure(cooling)).mean()
     energy = row_of(found, "decay constant of energy", "source report, −2 ln e/τ")
     pressure = row_of(found, "decay constant of pressure", "source report, −ln e/τ")
     assert energy.predicted == pytest.approx(reported, rel=1e-12)
@@ -436,7 +436,7 @@ def test_a_periodic_gas_cools_by_haff_s_law() -> None:
 
 def test_floors_are_of_what_the_shape_conserves() -> None:
     def floor(scene: Scene) -> float:
-        return predictions.floor(simulate(scene, collisions=0, time=0.0))
+        return float(predictions.floors(measure([simulate(scene, collisions=0, time=0.0)]))[0])
 
     scene = gas("periodic", 64, 0.3)
     assert floor(scene) == pytest.approx(0, abs=1e-12)

@@ -20,27 +20,23 @@ from scenes import EPSILON, report_scene
 from scipy import optimize
 from single_fit import fit
 
-from snooker_cli.analysis.decay import (
-    QUANTITIES,
-    Curve,
-    Decay,
-    curve,
-    decays,
-    reported_constant,
-)
+from snooker_cli.analysis.decay import QUANTITIES, Decay, decays, reported_constants
 from snooker_cli.analysis.fitting import (
     LAWS,
     NOTHING_DECAYS,
-    Curves,
     FitResult,
+    Points,
     attraction,
     excluded_area,
     fit_all,
     fitted_curve,
     mean_over_repeats,
 )
-from snooker_cli.analysis.observables import mean_and_error
+from snooker_cli.analysis.measurement import WINDOWS, measure
+from snooker_cli.analysis.observables import INSTANT, mean_and_error
+from snooker_cli.analysis.time_series import SKIPPED_COLLISIONS, series
 from snooker_cli.engine import simulate
+from snooker_cli.trace import Trace
 
 pytestmark = pytest.mark.filterwarnings("error")
 STEADY = settings(derandomize=True, deadline=None)
@@ -276,23 +272,48 @@ def test_few_points_give_the_fit_of_all_collisions(quantity, collisions):
     The difference is a two-hundredth of the constant's standard deviation over repeats, some 5 %.
     """
     trace = simulate(report_scene(0, cor=0.85, container_mass=1e7), collisions=collisions)
-    whole = curve(trace, quantity)
+    time, value = course_of(trace, quantity)
     for decay in decays([trace], [quantity]):
         (found,) = decay.fits
-        assert found.points == len(whole.time)
-        exact = best_rate(whole, decay.held, EXACT[found.model], found.start, found.value)
+        assert found.points == len(time)
+        exact = best_rate(time, value, decay.held, EXACT[found.model], found.start, found.value)
         all_are_points = quantity.startswith("local")
         # Two sums of n terms are each rounded by n 2^-53 at most.
         rounding = collisions * 2.0**-52
         assert found.value == pytest.approx(exact, rel=rounding if all_are_points else 2.5e-4)
 
 
+def course_of(trace: Trace, quantity: str) -> tuple[np.ndarray, np.ndarray]:
+    """Times and values over the first: after the collisions of each instant, or in windows."""
+    columns, end, wall = series(trace), trace.stop.time, trace.start.container.wall_length
+    apart = np.append(np.diff(columns.time) > INSTANT * columns.time[1:], True)
+    columns = columns[apart]
+    energy, time = columns.kinetic_energy, columns.time
+    if quantity.startswith("pressure"):
+        late = columns.wall_events + columns.pair_events >= SKIPPED_COLLISIONS
+        time, value = time[late], (columns.wall_impulse[late] / (wall * time[late]))
+        return time, value / value[0]
+    if not quantity.startswith("local"):
+        energy = energy + columns.container_energy * (quantity == "kinetic_energy")
+        return time, energy / energy[0]
+    windows, first = measure([trace]).windows, float(energy[0])
+    value = windows.total_energy[0] / first
+    if quantity == "local_pressure":
+        value = windows.wall_impulse[0] / windows.wall_impulse[0, 0]
+    return (np.arange(WINDOWS) + 0.5) * end / WINDOWS, value
+
+
 def best_rate(
-    whole: Curve, is_held: bool, model: tuple[Callable[[Any], Any], ...], start: float, near: float
+    time: np.ndarray,
+    value: np.ndarray,
+    is_held: bool,
+    model: tuple[Callable[[Any], Any], ...],
+    start: float,
+    near: float,
 ) -> float:
     """The rate near a given one where the sum of squares has no slope, with 40 digits."""
     with ctx.workdps(40):
-        t, y = [arb(time) - start for time in whole.time.tolist()], whole.value.tolist()
+        t, y = [arb(at) - start for at in time.tolist()], value.tolist()
 
         def slope(rate):
             shape, slopes = ([part(rate * time) for time in t] for part in model)
@@ -315,21 +336,29 @@ def test_many_curves_are_fitted_as_each_is_alone():
     rng = np.random.default_rng(8)
     lengths = [40, 2, 9000, 0, 300]
     curves = [
-        (t, np.exp(-t) + 0.01 * rng.normal(size=t.size), 0.0)
+        (t, np.exp(-t) + 0.01 * rng.normal(size=t.size))
         for t in (np.linspace(0, 1 + row, length) for row, length in enumerate(lengths))
     ]
-    curves.append((np.linspace(0, 1, 9), np.ones(9), 0.0))
-    for alone, together in zip(curves, fit_all(Curves.of(curves)), strict=True):
-        assert repr(together) == repr(fit(*alone[:2]))
+    curves.append((np.linspace(0, 1, 9), np.ones(9)))
+    time, value, weight = np.zeros((3, len(curves), 9000))
+    for row, (t, y) in enumerate(curves):
+        time[row, : t.size], value[row, : t.size], weight[row, : t.size] = t, y, 1.0
+    for law in LAWS:
+        results = fit_all(Points(time, value, weight), np.zeros(6), np.zeros(6), law)
+        for (t, y), found in zip(curves, results, strict=True):
+            alone = fit(t, y, law, start=0.0)
+            assert (found.converged, found.message) == (alone.converged, alone.message)
+            # Sums of other lengths are rounded otherwise.
+            assert found.value == pytest.approx(alone.value, rel=1e-9, nan_ok=True)
+            assert found.error == pytest.approx(alone.error, rel=1e-9, nan_ok=True)
 
 
 def test_a_weight_is_a_number_of_equal_points():
     t = np.linspace(0, 3, 40)
     y, weight = np.exp(-t) + 0.1 * np.sin(9 * t), np.arange(40.0) % 3 + 1
-    weighted = Curves.of([(t, y, 0.0)])._replace(weight=weight)
     for law in LAWS:
         repeated = fit(np.repeat(t, weight.astype(int)), np.repeat(y, weight.astype(int)), law)
-        (found,) = fit_all(weighted, law)
+        found = fit(t, y, law, weight=weight)
         assert found.points == repeated.points
         assert found.value == pytest.approx(repeated.value, rel=1e-12)
         assert found.error == pytest.approx(repeated.error, rel=1e-12)
@@ -390,7 +419,7 @@ def table() -> dict[str, dict[str, Any]]:
         traces = [simulate(scene, collisions=500, summary=summary) for scene in scenes]
         for decay in decays(traces):
             found[f"{record}, {decay.quantity}, {decay.law}"] = numbers(decay)
-        constants = [reported_constant(trace) for trace in traces]
+        constants = reported_constants(measure(traces)).tolist()
         found[f"{record}, the report's constant"] = {"value": constants}
     return found
 

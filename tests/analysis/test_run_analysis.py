@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from hashlib import sha256
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from repeating import batches_of, file_of
 
 from snooker_cli.analysis import run_analysis
 from snooker_cli.errors import RunError
+from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.files import user_key
 from snooker_cli.runs import Run
 from snooker_cli.runs.run import ANALYSIS
@@ -42,7 +44,16 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
     measure = run_analysis.measure
     monkeypatch.setattr(run_analysis, "measure", counted)
+    # No measurement stays in memory, as in another command.
+    forgetful = SimpleNamespace(get=lambda _key, make, _owner: make())
+    monkeypatch.setattr(run_analysis, "MEMORY", forgetful)
     return numbers
+
+
+def test_fits_and_figures_measure_a_point_once(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_analysis.fits(run)
+    monkeypatch.setattr(run_analysis, "measure", None)
+    assert FIGURES["energy"].make(run, Selection()).numbers["points"]
 
 
 @pytest.mark.parametrize("first", KINDS)

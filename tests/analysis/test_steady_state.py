@@ -16,7 +16,7 @@ import snooker_cli as snooker
 from snooker_cli.analysis import steady_state
 from snooker_cli.analysis.comparison import Comparison, compare
 from snooker_cli.analysis.decay import WARM, decays, fit_notes
-from snooker_cli.analysis.fitting import equal_means
+from snooker_cli.analysis.goodness import equal_means
 from snooker_cli.analysis.measurement import WINDOWS, measure
 from snooker_cli.analysis.observables import wall_energies
 from snooker_cli.analysis.predictions import NO_THEORY
@@ -162,7 +162,7 @@ def test_a_driven_gas_has_the_temperature_of_the_balance(
 ) -> None:
     """Little is lost on the way across: less than a collision between hits of a wall."""
     scene = gas("circle", balls, packing, cor=cor)
-    (warm,) = steady_state.expected_temperatures(replace(scene, wall_law=law)).values()
+    (warm,) = steady_state.expected_temperatures(replace(scene, wall_law=law, wall_key=0)).values()
     scene = replace(scene, velocities=scene.velocities * math.sqrt(2 * warm) / 10)
     rows, _ = compare(repeats_of(scene, law, 16, collisions=60_000))
     found = row(rows, "temperature", steady_state.BALANCE)
@@ -244,7 +244,8 @@ def test_each_side_of_a_box_has_its_energy() -> None:
         x, y = replay(trace, [time]).positions[0, ball]
         side = int(x > 0) if abs(abs(x) - 19) < 1e-9 else 2 + int(y > 0)
         expected[int(time > end / 2), side] += gains[event]
-    found = wall_energies(trace, np.array([0.0, end / 2, end]))
+    energy = series(trace).kinetic_energy
+    found = wall_energies(trace, energy, np.array([0.0, end / 2, end]))
     assert found == pytest.approx(expected, rel=1e-12, abs=1e-9)
     assert found[:, 1].max() < 0 < found[:, 2].min()
     assert abs(found[:, 3]).max() < 1e-9
@@ -267,7 +268,7 @@ def test_a_wall_with_one_temperature_on_some_sides() -> None:
         (Sides(warm, Thermal(50.0), elastic, elastic), None),
         (Driven(1.0, 2.0), None),
     ):
-        assert steady_state.wall_temperature(replace(scene, wall_law=law)) == wanted
+        assert steady_state.wall_temperature(replace(scene, wall_law=law, wall_key=0)) == wanted
 
 
 # Other analyses
@@ -282,7 +283,7 @@ def test_a_warm_gas_has_no_decay_constants(driven: list[Trace]) -> None:
 def test_averages_over_windows_are_those_over_the_part(driven: list[Trace]) -> None:
     """The means of windows, and their gains, are those from the start of the first to the end."""
     measured = measure(driven[:2])
-    steady = steady_state.averages_from(measured.windows, 8)
+    steady = measured.windows.since(8)
     for repeat, trace in enumerate(driven[:2]):
         columns, since = series(trace), 0.4 * trace.stop.time
         first = np.searchsorted(columns.time, since, side="right") - 1

@@ -14,6 +14,7 @@ from scipy.spatial import Delaunay
 
 from snooker_cli import engine
 from snooker_cli.analysis import observables, structure
+from snooker_cli.analysis.time_series import series
 from snooker_cli.containers import Box, Circle, Container, PeriodicBox
 from snooker_cli.scene import Scene
 
@@ -179,12 +180,11 @@ def test_an_observable_is_measured_at_each_time() -> None:
     seen = structure.measured(lambda x, v, at: at.container_position, trace, times)
     assert np.ptp(seen, axis=0).min() > 0.01
     energies = structure.measured(lambda x, v, at: at.kinetic_energy, trace, times)
-    series = observables.series(trace)
-    np.testing.assert_allclose(
-        energies, observables.so_far(trace, series.kinetic_energy, times), rtol=1e-12
-    )
+    columns = series(trace)
+    rows = np.searchsorted(columns.time, times, side="right") - 1
+    np.testing.assert_allclose(energies, columns.kinetic_energy[rows], rtol=1e-12)
     a2 = structure.measured(structure.a2, trace, times)
-    moments = observables.so_far(trace, series.energy_moment, times)
+    moments = columns.energy_moment[rows]
     np.testing.assert_allclose(a2[:, 0], moments / 2 - 1, rtol=1e-12, atol=1e-12)
     g = structure.measured(structure.pair_correlation, trace, times)
     assert g.shape == (7, len(structure.distance_edges(trace.start)) - 1)

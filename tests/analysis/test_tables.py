@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from snooker_cli.analysis.fitting import ENOUGH_REPEATS
+from snooker_cli.analysis.goodness import ENOUGH_REPEATS
 from snooker_cli.analysis.tables import few_repeats, finding, overview
 
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scenes import EPSILON, NEIGHBOURS, lone_bouncer, report_scene, scene_of, trap_sums
 
-from snooker_cli.analysis.observables import cumulative_pressure, so_far, total_angular_momentum
+from snooker_cli.analysis.measurement import measure
+from snooker_cli.analysis.observables import total_angular_momentum
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
@@ -73,11 +74,8 @@ def test_it_presses(lone):
     expected = lone.events.impulse.sum() + pressing
     assert columns.time[-1] == 30.0
     assert columns.wall_impulse[-1] == pytest.approx(expected, rel=1e-13)
-    half = so_far(lone, columns.wall_impulse, np.array([30.0 - slid / 2]))
-    assert half[0] == pytest.approx(expected - pressing / 2, rel=1e-13)
-    time, pressure = cumulative_pressure(lone, columns)
-    assert pressure[-1] == pytest.approx(expected / (2 * math.pi * 10.0 * 30.0), rel=1e-13)
-    assert time[-1] == 30.0
+    pressure = measure([lone]).whole.pressure(lone.start)
+    assert pressure[0] == pytest.approx(expected / (2 * math.pi * 10.0 * 30.0), rel=1e-13)
 
 
 def test_how_it_ends(lone):

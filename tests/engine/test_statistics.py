@@ -16,8 +16,7 @@ from scipy import stats
 from single_fit import fit
 
 from snooker_cli.analysis.decay import decays
-from snooker_cli.analysis.observables import energy_ratio, series
-from snooker_cli.engine import replay, simulate
+from snooker_cli.engine import replay, series, simulate
 from snooker_cli.trace import CONTAINER, StopReason, Trace
 
 N, R, SPEED = 37, 10.0, 10.0
@@ -124,7 +123,8 @@ def haff_constant(traces: list[Trace]) -> float:
     """Alpha of their mean: E0/(1 + alpha t)^2 fitted to the means of t and E after each event."""
     found = [series(trace) for trace in traces]
     times = np.mean([each.time for each in found], axis=0)
-    ratios = np.mean([energy_ratio(each) for each in found], axis=0)
+    energies = [each.kinetic_energy + each.container_energy for each in found]
+    ratios = np.mean([energy / energy[0] for energy in energies], axis=0)
     return fit(times, ratios, "haff", amplitude=1.0, start=0.0).value
 
 

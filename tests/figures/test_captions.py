@@ -34,7 +34,7 @@ def test_captions_describe_the_scene_and_its_repeats(decaying: Run, tmp_path: Pa
     scene = "Scene: N = 19, r = 1 m, v₀ = 10 m/s, R = 10 m, CoR 0.8, wall CoR 1; "
     one = shown(decaying, "energy", repeat=2, cor=0.8).caption
     assert one.endswith(scene + "repeat 2 of 3, 200 collisions: complete.")
-    several = shown(decaying, "speeds", cor=0.8).caption
+    several = shown(decaying, "energy", cor=0.8).caption
     assert several.endswith(scene + "3 repeats, 200 collisions: all complete.")
     mixture = "balls=[{count: 9, radius: 0.6, speed: 10}, {count: 4, radius: 0.9, speed: 10}]"
     run = made(tmp_path / "mixture", mixture, "sweep={}", "collisions=50", text=BOX)

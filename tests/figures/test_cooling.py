@@ -10,12 +10,13 @@ import pytest
 from figure_runs import around, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
-from snooker_cli.analysis.decay import curve, decays
+from snooker_cli.analysis.decay import course, decays
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
+from snooker_cli.analysis.measurement import measure
 from snooker_cli.engine import series
 from snooker_cli.figures import Line, Points
 from snooker_cli.figures.captions import LOG_SPREAD
-from snooker_cli.figures.figure_data import Band, at_common_times
+from snooker_cli.figures.figure_data import Band, courses
 from snooker_cli.formatting import with_error
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
@@ -43,9 +44,15 @@ def test_fits_are_those_of_the_repeat_and_of_all(
     decaying: Run, name: str, quantity: str, symbol: str
 ) -> None:
     found = shown(decaying, name, repeat=1, cor=0.8)
-    curves = [curve(trace, quantity) for trace in traces(decaying, 0)]
+    falling = course(measure(traces(decaying, 0)), quantity)
+    pairs = [
+        (time[time >= begin], value[time >= begin])
+        for (time, value), begin in zip(
+            courses(falling.time, falling.value), falling.origin, strict=True
+        )
+    ]
     data, *lines = layers(found, Line)
-    assert data.y.tolist() == curves[1].value.tolist()
+    assert data.y.tolist() == pairs[1][1].tolist()
     judged = decays(traces(decaying, 0), [quantity])
     for decay, line in zip(judged, lines, strict=True):
         law, results, over = decay.law, decay.fits, decay.over_repeats
@@ -61,10 +68,6 @@ def test_fits_are_those_of_the_repeat_and_of_all(
         assert line.label == f"{model.label}, mean of 3 repeats: {sign} = {averaged}"
         assert f"{sign} = {averaged}, " in found.caption
     (band,) = layers(found, Band)
-    pairs = [(repeat_curve.time, repeat_curve.value) for repeat_curve in curves]
-    if quantity == "pressure":
-        times, rows = at_common_times(pairs)
-        pairs = [(times, row) for row in rows]
     values = np.concatenate([row for _, row in pairs])
     assert found.y_log
     assert band.label == f"all 3 repeats, {LOG_SPREAD}"
@@ -101,9 +104,9 @@ def test_local_rates_and_the_forms_of_haffs_law(decaying: Run) -> None:
     end = min(trace.stop.time for trace in traces(decaying, 0))
     assert points.x[0] + points.x[-1] == pytest.approx(end, rel=1e-13)
     edges = [0.0, end / 14]
+    curve = measure(traces(decaying, 0)).curve
     energies = [
-        [columns.kinetic_energy[np.flatnonzero(columns.time <= edge)[-1]] for edge in edges]
-        for columns in (series(trace) for trace in traces(decaying, 0))
+        np.interp(edges, *course) for course in zip(curve.time, curve.kinetic_energy, strict=True)
     ]
     before, after = np.mean(energies, axis=0)
     assert points.y[0] == pytest.approx(math.log(before / after) / (end / 14), rel=1e-6)

@@ -9,7 +9,8 @@ import pytest
 from figure_runs import ADRIFT, layers, made, shown, traces
 
 from snooker_cli import theory
-from snooker_cli.analysis import observables, predictions
+from snooker_cli.analysis import predictions
+from snooker_cli.analysis.measurement import measure, pairs_of
 from snooker_cli.engine import replay
 from snooker_cli.figures import (
     FIGURES,
@@ -93,7 +94,8 @@ def test_speeds_in_metres_if_elastic(warm: Run) -> None:
         widths = np.diff(histogram.x)
         assert widths[1:] == pytest.approx(SPEED_BIN * speed, rel=1e-13)
         assert np.sum(histogram.y[:-1] * widths) == pytest.approx(1, abs=1e-12)
-    shares = [observables.reduced_speed_counts(trace) for trace in traces(warm, 3)]
+    repeats = traces(warm, 3)
+    shares = measure(repeats, pairs=pairs_of(repeats)).speeds
     cdf = theory.fixed_energy_speed_cdf(histograms(found)[0].x[[4, 5]], 19, 12.5)
     _, residuals, *_ = found.panel
     assert isinstance(residuals, Points)

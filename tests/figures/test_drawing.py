@@ -63,6 +63,7 @@ def figures(
         "pressure-number": (made(folder / "many", *ELASTIC, "balls.rings=1,2,3"), {}),
         "temperature-ratio": (warm, {"balls.speed": 10.0}),
         "van-der-waals": (wide, {}),
+        "speeds": (warm, {}),
         "species-temperature": (made(folder / "mixture", text=MIXTURE), {}),
         "stationary": (driven, {}),
         "equation-of-state": (driven, {}),

@@ -10,7 +10,7 @@ import pytest
 from figure_runs import PERIODIC, in_circle, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
-from snooker_cli.analysis.observables import ideal_gas_ratio
+from snooker_cli.analysis.measurement import measure
 from snooker_cli.engine import series
 from snooker_cli.figures import Line, Points, Reference
 from snooker_cli.formatting import with_error
@@ -100,7 +100,8 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
     (points,) = layers(found, Points)
     disk, area = math.pi * 0.36, 600
     for k, state in enumerate(found.numbers["points"]):
-        ratios = [ideal_gas_ratio(trace) for trace in traces(run, k)]
+        repeats = traces(run, k)
+        ratios = measure(repeats).whole.ideal_gas_ratio(repeats[0].start)
         assert points.y[k] == pytest.approx(np.mean(ratios), rel=1e-12)
         excluded = (1 - 1 / points.y[k]) * area / state["number"] / disk
         assert state["excluded_disks"] == pytest.approx(excluded, rel=1e-10)

@@ -9,11 +9,12 @@ import pytest
 from figure_runs import around, in_circle, layers, shown, traces, why_not
 
 from snooker_cli.analysis import structure
+from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.engine import replay, series
 from snooker_cli.figures import Line, Reference
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
-from snooker_cli.figures.figure_data import Band
+from snooker_cli.figures.figure_data import Band, courses
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON
 
@@ -27,12 +28,12 @@ def test_energy_of_one_repeat_and_of_all(decaying: Run) -> None:
     assert f"bands: {LOG_SPREAD}." in found.caption
     assert found.y_log  # at CoR 0.8 less than a tenth is left
     for index, (line, band) in enumerate(zip(lines, layers(found, Band)[:-1], strict=True)):
-        curves = []
-        for trace in traces(decaying, index):
-            columns = series(trace)
-            total = columns.kinetic_energy + columns.container_energy
-            curves.append((columns.time, total / total[0]))
+        curve = measure(traces(decaying, index)).curve
+        curves = courses(curve.time, curve.energy / curve.energy[:, :1])
         assert [line.x.tolist(), line.y.tolist()] == [column.tolist() for column in curves[0]]
+        first = series(traces(decaying, index)[0])
+        total = first.kinetic_energy + first.container_energy
+        assert line.y[-1] == total[-1] / total[0]
         around(band, curves, found.y_log)
         assert band.series == index
         worst = max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves)
@@ -70,14 +71,13 @@ def test_momentum_is_summed_from_the_states(decaying: Run, component: int, kind:
 
 def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
     found = shown(decaying, "pressure", cor=1.0)
-    curves = []
-    for trace in traces(decaying, 2):
-        columns = series(trace)
-        time = columns.time[1:]
-        curves.append((time, columns.wall_impulse[1:] / (20 * math.pi * time)))
+    curve = measure(traces(decaying, 2)).curve
+    curves = courses(curve.time, np.nan_to_num(curve.pressure))
     line, _ = layers(found, Line)
-    assert (line.x[0], line.y[0]) == (0.0, 0.0)
-    assert line.y[1:] == pytest.approx(curves[0][1], rel=1e-15)
+    assert [line.x.tolist(), line.y.tolist()] == [column.tolist() for column in curves[0]]
+    columns = series(traces(decaying, 2)[0])
+    at_end = columns.wall_impulse[-1] / (20 * math.pi * columns.time[-1])
+    assert line.y[-1] == pytest.approx(at_end, rel=1e-15)
     end = min(time[-1] for time, _ in curves)
     final = np.array([np.interp(end, *curve) for curve in curves])
     (point,) = found.numbers["points"]

@@ -11,7 +11,8 @@ from scipy import optimize
 from source_scene import CIRCLE, DENSITY, SIMULATED, N, R, T, digits, packing
 
 from snooker_cli import containers, theory
-from snooker_cli.analysis.observables import mean_and_error, virial_ratio
+from snooker_cli.analysis.measurement import measure
+from snooker_cli.analysis.observables import mean_and_error
 from snooker_cli.containers import Box, Circle, PeriodicBox
 from snooker_cli.engine import simulate
 
@@ -159,13 +160,11 @@ def change_of_log_variance(
 )
 def test_the_state_is_as_accurate_as_it_states(shape, number, packing, aspect, allowed):
     """The virial of simulations, whose own error is below 1 % (16 starts)."""
-    found = []
-    for seed in range(16):
-        scene = gas(shape, number, packing, aspect=aspect, seed=seed)
-        found.append(virial_ratio(simulate(scene, collisions=20_000)))
-    mean, error = mean_and_error(np.array(found))
+    scenes = [gas(shape, number, packing, aspect=aspect, seed=seed) for seed in range(16)]
+    traces = [simulate(scene, collisions=20_000) for scene in scenes]
+    mean, error = mean_and_error(measure(traces).whole.virial_ratio)
     assert error < 0.01 * mean
-    state = theory.fluid_state(number, 50.0, 1.0, scene.container)
+    state = theory.fluid_state(number, 50.0, 1.0, scenes[0].container)
     assert state.virial_ratio == pytest.approx(mean, abs=allowed * mean + 4 * error)
 
 
