@@ -20,6 +20,8 @@ Array: TypeAlias = NDArray[np.float64]
 NOTHING_DECAYS = "The values are equal but for rounding, so nothing decays."
 
 MOST_STEPS = 100
+TOGETHER = 256  # curves that are fitted at once, so that their arrays stay in the cache
+
 CURVE_ROUNDING = 4 * EPSILON  # relative change of a curve that is only rounding
 
 
@@ -138,8 +140,13 @@ def fit_all(
     Data that cannot be fitted give a result with converged=False and a message with the reason.
     Raises KeyError for an unknown model.
     """
+    results: list[FitResult] = []
     with np.errstate(all="ignore"):
-        return _fitted(points, origin, rounding, model, amplitude)
+        for k in range(0, len(origin), TOGETHER):
+            rows = slice(k, k + TOGETHER)
+            some = Points(*(column[rows] for column in points))
+            results += _fitted(some, origin[rows], rounding[rows], model, amplitude)
+    return results
 
 
 def _fitted(
@@ -151,7 +158,7 @@ def _fitted(
     value = np.where(used, points.value, 0.0)
     first = value[np.arange(len(value)), np.argmax(used, axis=1)]
     level = first if amplitude is None else np.full(len(value), amplitude)
-    changes = np.max(np.abs(value - level[:, np.newaxis]) * used, axis=1, initial=0.0)
+    changes = np.abs(np.where(used, value, level[:, np.newaxis]) - level[:, np.newaxis]).max(axis=1)
     few = used.sum(axis=1) < 2 + free
     flat = changes <= rounding * np.abs(level)
     messages = np.where(level == 0, ALL_ZERO, NOTHING_DECAYS).astype(object)
@@ -204,8 +211,10 @@ class _Search:
     """
 
     def __init__(self, law: FitModel, free: bool, s: Array, y: Array, w: Array) -> None:
-        self.law, self.free, self.s, self.y, self.w = law, free, s, y, w
-        self.least = CURVE_ROUNDING * np.sqrt(_dot(w, y * y))
+        self.law, self.free, self.s, self.values, self.w = law, free, s, y, w
+        self.root = np.sqrt(w)
+        self.y = y * self.root
+        self.least = CURVE_ROUNDING * np.sqrt(_dot(self.y, self.y))
 
     def result(self) -> tuple[Array, Array, Array, Array]:
         """Rate, its standard error, A, and 1 where the search settled, else 0; (*curves*,) each."""
@@ -241,32 +250,41 @@ class _Search:
     def _sums(self, p: Array, active: "NDArray[np.bool_] | None" = None) -> _Sums:
         """The sums at p; of curves that are still active, because most settle early."""
         if active is None or active.all():
-            return self._of(p, self.s, self.y, self.w)
+            return self._of(p, self.s, self.y, self.root)
         sums = np.full((4, len(p)), math.nan)
-        sums[:, active] = self._of(p[active], self.s[active], self.y[active], self.w[active])
+        some = (column[active] for column in (p, self.s, self.y, self.root))
+        sums[:, active] = self._of(*some)
         return _Sums(*sums)
 
-    def _of(self, p: Array, s: Array, y: Array, w: Array) -> _Sums:
+    def _of(self, p: Array, s: Array, y: Array, root: Array) -> _Sums:
+        """The sums of curves; values and laws are multiplied by the roots of the weights."""
         power, (rate, rate_slope) = self.law.power, self._rate(p)
         if power:
-            base = 1.0 / (1.0 + rate[:, np.newaxis] * s)
-            shape = base if power == 1 else base * base
-            slope = shape * base * s
+            base = s * rate[:, np.newaxis]
+            base += 1.0
+            np.divide(1.0, base, out=base)
+            shape = base * root
+            if power > 1:
+                shape *= base
+            slope = base
+            slope *= shape
+            slope *= s
             slope *= -power * rate_slope[:, np.newaxis]
         else:
-            shape = np.exp(-rate[:, np.newaxis] * s)
-            slope = -shape * s
-        height, weighted = np.ones_like(p), w * shape
+            shape = np.exp(s * -rate[:, np.newaxis])
+            shape *= root
+            slope = shape * s
+            np.negative(slope, out=slope)
+        height = np.ones_like(p)
         if self.free:
-            alone = _dot(weighted, shape)
-            height = _dot(weighted, y) / alone
-            slope -= (_dot(weighted, slope) / alone)[:, np.newaxis] * shape
-        rest = height[:, np.newaxis] * shape
-        rest -= y
-        slope *= height[:, np.newaxis]
-        changed = w * slope
-        along, square = _dot(changed, rest), _dot(changed, slope)
-        return _Sums(_dot(w * rest, rest), -along / square, square, height)
+            alone = _dot(shape, shape)
+            height = _dot(shape, y) / alone
+            slope -= shape * (_dot(shape, slope) / alone)[:, np.newaxis]
+            shape *= height[:, np.newaxis]
+            slope *= height[:, np.newaxis]
+        shape -= y  # now the residuals
+        along, square = _dot(slope, shape), _dot(slope, slope)
+        return _Sums(_dot(shape, shape), -along / square, square, height)
 
     def _first_guess(self) -> Array:
         """Start of the search: a straight line b + q s through the positive points' x, weighted.
@@ -274,8 +292,8 @@ class _Search:
         x is where g has the value y, and its weight the square of dg/dx there. Where g(b + q s) is
         nearly A g(r s), r is the logarithmic slope there over that at zero.
         """
-        power, positive = self.law.power, self.y > 0
-        y, s = np.where(positive, self.y, 1.0), self.s
+        power, positive = self.law.power, self.values > 0
+        y, s = np.where(positive, self.values, 1.0), self.s
         x = self.law.inverse(y)
         weight = self.w * positive * (power**2 * y ** (2 + 2 / power) if power else y * y)
         middle = level = np.zeros((len(y), 1))  # where the amplitude is held: x = 0 at time zero
