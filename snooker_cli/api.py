@@ -176,7 +176,7 @@ class Repeat:
         from snooker_cli.analysis import structure
 
         batches = self._replayed(lambda: engine.replayed(self.trace, np.atleast_1d(times)))
-        values = (structure.values(observable, self.scene, states) for states in batches)
+        values = (structure.of_states(observable, self.scene, states) for states in batches)
         return np.array(list(chain.from_iterable(values)))
 
     def state(self, time: float) -> Scene:

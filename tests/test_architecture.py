@@ -193,7 +193,9 @@ def test_files_are_written_under_a_temporary_name() -> None:
 
 def test_only_the_engine_has_kernels() -> None:
     """Elsewhere arrays are enough, and nothing is compiled."""
-    users = {name for name, tree in TREES.items() for _, origin in imported(tree) if "jit" in origin}
+    users = {
+        name for name, tree in TREES.items() for _, origin in imported(tree) if "jit" in origin
+    }
     assert {part_of(name) for name in users} == {"engine"}
 
 

@@ -14,8 +14,8 @@ from snooker_cli.analysis import observables, predictions, steady_state
 from snooker_cli.analysis.decay import (
     Decay,
     Note,
+    decays_of,
     early_notes,
-    measured_decays,
 )
 from snooker_cli.analysis.measurement import (
     LEAST_RELAXING,
@@ -72,14 +72,14 @@ class Comparison:
 
 
 def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[Note]]:
-    """`measured_comparisons` of repeats."""
+    """`comparisons_of` of repeats."""
     repeats = list(traces)
-    measured = measure(repeats, pairs=pairs_of(repeats))
-    return measured_comparisons(measured, measured_decays(measured))
+    measurement = measure(repeats, pairs=pairs_of(repeats))
+    return comparisons_of(measurement, decays_of(measurement))
 
 
-def measured_comparisons(
-    measured: Measurement, constants: Sequence[Decay]
+def comparisons_of(
+    measurement: Measurement, constants: Sequence[Decay]
 ) -> tuple[list[Comparison], list[Note]]:
     """A point's repeats beside every theory that applies, and notes for a reader.
 
@@ -87,12 +87,12 @@ def measured_comparisons(
 
     Pressures, rates and speeds are those of the part of each repeat after its relaxation.
     """
-    ended, scene = Counter(map(StopReason, measured.endings)), measured.scene
+    ended, scene = Counter(map(StopReason, measurement.endings)), measurement.scene
     notes, total = early_notes(ended), ended.total()
     if scene.wall_law.gains:
-        return _in_steady_state(measured, notes)
-    moved = measured.collisions > 0
-    moving = measured.chosen(moved)
+        return _in_steady_state(measurement, notes)
+    moved = measurement.collisions > 0
+    moving = measurement.chosen(moved)
     relaxed = moving.chosen(np.isfinite(moving.relaxed.length))
     used, settled = len(moving.time), len(relaxed.time)
     if used < total:
@@ -102,7 +102,7 @@ def measured_comparisons(
         return [], notes
     if scene.number > 1:
         notes.append(
-            Note(_relaxation(measured, used - settled), ", ".join((*EQUILIBRIUM, CHI_SQUARE)))
+            Note(_relaxation(measurement, used - settled), ", ".join((*EQUILIBRIUM, CHI_SQUARE)))
         )
     notes += predictions.notes(scene)
     fitted = {
@@ -122,41 +122,42 @@ def measured_comparisons(
         none = math.nan, math.nan, math.nan, math.nan
         comparisons.append(Comparison("L/L_c", "critical length", ratio, *none, used))
         notes.append(Note(f"L/L_c: {theory.CRITICAL}", "L/L_c"))
-    return _of_repeats(comparisons, measured), notes
+    return _of_repeats(comparisons, measurement), notes
 
 
-def _relaxation(measured: Measurement, short: int) -> str:
+def _relaxation(measurement: Measurement, short: int) -> str:
     """The sentence on the relaxation; short : the number of repeats without a part after it."""
-    what, number = "pressures, rates and speeds", measured.scene.number
-    if measured.skipped is None:
-        pairs = typical_pairs(zip(measured.events[:, 1], measured.complete, strict=True))
+    what, number = "pressures, rates and speeds", measurement.scene.number
+    if measurement.skipped is None:
+        pairs = typical_pairs(zip(measurement.events[:, 1], measurement.complete, strict=True))
         needed = 2 * relaxing(number, LEAST_RELAXING)
         have = f"the repeats have {math.floor(pairs)} ball-ball collisions on average"
         return f"{what} are missing: {have}, and the relaxation needs {needed}; make the run longer"
-    of_all = f"; left out: {short} of {len(measured.time)} repeats, which are too short"
-    skip = f"skip the first {measured.skipped} ball-ball collisions of each repeat (relaxation)"
+    of_all = f"; left out: {short} of {len(measurement.time)} repeats, which are too short"
+    skip = f"skip the first {measurement.skipped} ball-ball collisions of each repeat (relaxation)"
     return f"{what} {skip}{of_all * (short > 0)}"
 
 
 def _in_steady_state(
-    measured: Measurement, notes: list[Note]
+    measurement: Measurement, notes: list[Note]
 ) -> tuple[list[Comparison], list[Note]]:
     """The comparisons of a gas that walls keep warm: in its stationary part, if there is one."""
-    part = steady_state.measured_part(measured)
+    part = steady_state.stationary_part_of(measurement)
     notes = [*notes, Note(part.note)]
     if part.first is None:
         return [], notes
-    complete = measured.chosen(measured.complete)
+    complete = measurement.chosen(measurement.complete)
     with np.errstate(divide="ignore", invalid="ignore"):
         rows = steady_state.rows(complete, part.first)
         comparisons = list(_compared(rows, len(complete.time), notes))
-    return _of_repeats(comparisons, measured), [*notes, *steady_state.notes(complete, part.first)]
+    notes += steady_state.notes(complete, part.first)
+    return _of_repeats(comparisons, measurement), notes
 
 
-def _of_repeats(comparisons: Iterable[Comparison], measured: Measurement) -> list[Comparison]:
+def _of_repeats(comparisons: Iterable[Comparison], measurement: Measurement) -> list[Comparison]:
     """The rows with the numbers of repeats of their point."""
-    complete = int(np.count_nonzero(measured.complete))
-    total = len(measured.time)
+    complete = int(np.count_nonzero(measurement.complete))
+    total = len(measurement.time)
     return [replace(row, complete=complete, simulated=total) for row in comparisons]
 
 

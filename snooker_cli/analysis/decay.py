@@ -188,12 +188,12 @@ def range_held(row: Mapping[str, Any]) -> str:
     return "–" if holds == "–" else f"{holds}/{end}"
 
 
-def reported_constants(measured: Measurement) -> Array:
+def reported_constants(measurement: Measurement) -> Array:
     """The source report's decay constants of the energy, 1/s, by its equations 6 and 7.
 
     The speed is ``Measurement.collision_speed``. nan also at CoR 0, and for unequal balls.
     """
-    scene, speeds = measured.scene, measured.collision_speed
+    scene, speeds = measurement.scene, measurement.collision_speed
     if scene.restitution == 0 or not (scene.equal_balls and scene.constant_laws):
         return np.full_like(speeds, math.nan)
     density = scene.number / scene.container.area
@@ -213,26 +213,26 @@ def decays(
     Laws are judged on complete repeats, if there are three or more, else on all.
     Raises ``KeyError`` for an unknown quantity.
     """
-    return measured_decays(measure(traces, since, until), quantities, since, until)
+    return decays_of(measure(traces, since, until), quantities, since, until)
 
 
-def measured_decays(
-    measured: Measurement,
+def decays_of(
+    measurement: Measurement,
     quantities: Iterable[str] = tuple(QUANTITIES),
     since: float = 0.0,
     until: float = math.inf,
 ) -> list[Decay]:
     """`decays` of repeats that are measured between the same times."""
-    scene, complete = measured.scene, measured.complete
+    scene, complete = measurement.scene, measurement.complete
     judged = complete if np.count_nonzero(complete) > 2 else np.ones_like(complete)
-    ended = Counter(StopReason(ending) for ending in measured.endings)
+    ended = Counter(StopReason(ending) for ending in measurement.endings)
     result = []
     for name in quantities:
-        quantity, falling = QUANTITIES[name], course(measured, name, since, until)
+        quantity, falling = QUANTITIES[name], course(measurement, name, since, until)
         held = quantity.starts_at_one and since == 0
         judging = cache(partial(_ranges, falling, quantity.is_judged & judged, scene))
         for law in quantity.laws:
-            fits = _fits(measured, falling, quantity, law, held)
+            fits = _fits(measurement, falling, quantity, law, held)
             result.append(
                 Decay(
                     quantity=name,
@@ -251,39 +251,41 @@ def measured_decays(
     return result
 
 
-def course(measured: Measurement, name: str, since: float = 0.0, until: float = math.inf) -> Decays:
+def course(
+    measurement: Measurement, name: str, since: float = 0.0, until: float = math.inf
+) -> Decays:
     """The decay of a quantity in repeats that are measured between these times, s.
 
     Raises ``KeyError`` for an unknown quantity.
     """
     if name.startswith("local"):
-        return _in_windows(measured, name, since, until)
-    curve, weight = measured.curve, measured.curve.weight
+        return _in_windows(measurement, name, since, until)
+    curve, weight = measurement.curve, measurement.curve.weight
     if QUANTITIES[name].is_mean:
-        begins, first = measured.settled.T
+        begins, first = measurement.settled.T
         origin = np.maximum(begins, curve.time[:, 0])
         value, means = curve.pressure, curve.group_pressure
         weight = np.where(np.isnan(means), 0.0, weight)
     else:
-        origin, first = curve.time[:, 0], measured.start_energy
+        origin, first = curve.time[:, 0], measurement.start_energy
         value, means = curve.kinetic_energy, curve.group_kinetic
         if name == "kinetic_energy":
-            first = measured.first_energy
+            first = measurement.first_energy
             value, means = curve.energy, means + curve.group_container
     scale = np.where(first > 0, first, 1.0)[:, np.newaxis]
     points = Points(curve.group_time, means / scale, weight)
     return Decays(points, origin, curve.time, value / scale)
 
 
-def _in_windows(measured: Measurement, name: str, since: float, until: float) -> Decays:
+def _in_windows(measurement: Measurement, name: str, since: float, until: float) -> Decays:
     """Means over the windows of time; of repeats with fewer collisions than windows nothing."""
     if name == "local_energy":
-        value, first = measured.windows.total_energy, measured.first_energy
+        value, first = measurement.windows.total_energy, measurement.first_energy
     else:
-        value = measured.windows.pressure(measured.scene)
+        value = measurement.windows.pressure(measurement.scene)
         first = value[np.arange(len(value)), np.argmax(value > 0, axis=1)]
-    time = measured.time[:, np.newaxis] * (np.arange(0.5, WINDOWS) / WINDOWS)
-    enough = (measured.collisions >= WINDOWS) & (measured.time > 0)
+    time = measurement.time[:, np.newaxis] * (np.arange(0.5, WINDOWS) / WINDOWS)
+    enough = (measurement.collisions >= WINDOWS) & (measurement.time > 0)
     inside = enough[:, np.newaxis] & (time >= since) & (time <= until)
     value = value / np.where(first > 0, first, 1.0)[:, np.newaxis]
     origin = time[np.arange(len(time)), np.argmax(inside, axis=1)]
@@ -302,16 +304,16 @@ def _ranges(falling: Decays, judged: "NDArray[np.bool_]", scene: Scene) -> list[
 
 
 def _fits(
-    measured: Measurement, falling: Decays, quantity: Quantity, law: str, held: bool
+    measurement: Measurement, falling: Decays, quantity: Quantity, law: str, held: bool
 ) -> list[FitResult]:
     """The fits of a law to the repeats; a mean since the start has its mean model."""
-    model, scene = LAWS[law], measured.scene
+    model, scene = LAWS[law], measurement.scene
     if elastic(scene) or scene.wall_law.gains:
         why = WARM if scene.wall_law.gains else NO_LOSSES
         return [FitResult(law, False, why, n, math.nan) for n in falling.points.numbers]
     name = (quantity.is_mean and model.mean_model) or law
     origin = np.zeros_like(falling.origin) if model.power else falling.origin
-    rounding = COLLISION_ROUNDING * measured.collisions.astype(np.float64)
+    rounding = COLLISION_ROUNDING * measurement.collisions.astype(np.float64)
     return fit_all(falling.points, origin, rounding, name, 1.0 if held else None)
 
 

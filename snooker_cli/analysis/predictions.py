@@ -167,21 +167,21 @@ def independent_velocities(scene: Scene) -> int | None:
     return scene.number - 1 if known else None
 
 
-def floors(measured: Measurement) -> Array:
+def floors(measurement: Measurement) -> Array:
     """Energy that conservation laws keep in each repeat, over that at the start.
 
     A circle keeps the balls' angular momentum about its centre. This needs at least the energy of a
     rigid rotation, here with the places of the balls in the end. A periodic box keeps their
     momentum. nan where nothing is kept (a box, a light circle), and at rest.
     """
-    scene, container = measured.scene, measured.scene.container
-    kept = np.full_like(measured.start_energy, math.nan)
+    scene, container = measurement.scene, measurement.scene.container
+    kept = np.full_like(measurement.start_energy, math.nan)
     if not container.has_wall:
-        kept = measured.drift_energy
+        kept = measurement.drift_energy
     elif isinstance(container, Circle) and _heavy(scene):
-        kept = measured.rotation_energy
+        kept = measurement.rotation_energy
     with np.errstate(invalid="ignore"):
-        return kept / measured.start_energy
+        return kept / measurement.start_energy
 
 
 def _on_rings(scene: Scene) -> bool:
@@ -203,9 +203,9 @@ def _heavy(scene: Scene) -> bool:
 # Pressures, rates and speeds are means over the time after the relaxation.
 
 
-def pressures(measured: Measurement) -> Iterator[Row]:
+def pressures(measurement: Measurement) -> Iterator[Row]:
     """Pressures: of an ideal gas, and of equal hard disks."""
-    scene, relaxed = measured.scene, measured.relaxed
+    scene, relaxed = measurement.scene, measurement.relaxed
     pressure, warm = relaxed.pressure(scene), relaxed.kinetic_energy / scene.number
     ideal = theory.ideal_gas_pressure(scene.number, 1.0, scene.container.area)
     ratio = relaxed.ideal_gas_ratio(scene)
@@ -237,9 +237,9 @@ def pressures(measured: Measurement) -> Iterator[Row]:
         yield "PV/NT", published.source, relaxed.virial_ratio, 1 + (published.ratio - 1) * met
 
 
-def rates(measured: Measurement) -> Iterator[Row]:
+def rates(measurement: Measurement) -> Iterator[Row]:
     """Collision rates and the mean free path of equal balls."""
-    scene, relaxed = measured.scene, measured.relaxed
+    scene, relaxed = measurement.scene, measurement.relaxed
     if not scene.equal_balls:
         return
     enskog, number, container = scene_rates(scene, 1.0), scene.number, scene.container
@@ -273,42 +273,42 @@ def rates(measured: Measurement) -> Iterator[Row]:
     yield "mean free path", "source report, 1/(√2 n 2πr)", path, source
 
 
-def cooling(measured: Measurement, constants: Mapping[tuple[str, str], Array]) -> Iterator[Row]:
+def cooling(measurement: Measurement, constants: Mapping[tuple[str, str], Array]) -> Iterator[Row]:
     """Decay constants and the energy that is left, where a gas of equal balls loses energy.
 
     constants : the fitted constants of the repeats, 1/s, by quantity and law
     """
-    scene = measured.scene
+    scene = measurement.scene
     if elastic(scene) or scene.number == 1 or not scene.equal_balls:
         return
     if not scene.constant_laws:
-        yield from _slower_cooling(measured)
+        yield from _slower_cooling(measurement)
         return
-    reported = reported_constants(measured)
+    reported = reported_constants(measurement)
     k, alpha = constants["kinetic_energy", "exponential"], constants["kinetic_energy", "haff"]
     yield "decay constant of energy", "source report, −2 ln e/τ", k, reported
     k = constants["pressure", "exponential"]
     yield "decay constant of pressure", "source report, −ln e/τ", k, reported / 2
-    drift = 0.0 if scene.container.has_wall else measured.drift_energy
-    heat = (measured.start_energy - drift) / (components(scene) / 2)
+    drift = 0.0 if scene.container.has_wall else measurement.drift_energy
+    heat = (measurement.start_energy - drift) / (components(scene) / 2)
     root = np.sqrt(heat / observables.meeting_temperature(scene.kinetic_energy, scene))
     if (expected := haff_rate(scene)) is not None:
         yield "Haff's α", "Enskog rates at the start", alpha, expected * root
     if (expected := finite_haff_rate(scene)) is not None:
         yield "Haff's α", FINITE, alpha, expected * root
-    left = measured.calm_energy / measured.first_energy
-    walls, pairs = (events.astype(np.float64) for events in measured.calm_events.T)
+    left = measurement.calm_energy / measurement.first_energy
+    walls, pairs = (events.astype(np.float64) for events in measurement.calm_events.T)
     shares = scene.restitution, pairs, scene.wall_restitution, walls
     by_events = theory.energy_ratio_by_events(components(scene), *shares)
     yield "energy left at the end", "by event count", left, by_events
 
 
-def _slower_cooling(measured: Measurement) -> Iterator[Row]:
+def _slower_cooling(measurement: Measurement) -> Iterator[Row]:
     """The energy that is left where the restitution depends on speed, see `theory.mean_loss`.
 
     At the wall ½mv² of the normal speed has the density that T s has between balls of 2m.
     """
-    scene, mass = measured.scene, float(measured.scene.masses[0])
+    scene, mass = measurement.scene, float(measurement.scene.masses[0])
     pair_law, wall_law = scene.pair_law, scene.wall_law
     if (enskog := scene_rates(scene, 1.0)) is None or isinstance(wall_law, Sides):
         return
@@ -319,11 +319,11 @@ def _slower_cooling(measured: Measurement) -> Iterator[Row]:
         wall = theory.mean_loss(wall_law, warm, 2 * mass) * enskog.wall
         return np.asarray((between + wall) * np.sqrt(warm))
 
-    drift = 0.0 if scene.container.has_wall else measured.drift_energy
-    first = (measured.start_energy - drift) / (components(scene) / 2)
-    left = theory.cooled_temperature(first, measured.time, rate) / first
-    kept = drift / measured.first_energy
-    ratio = measured.calm_energy / measured.first_energy
+    drift = 0.0 if scene.container.has_wall else measurement.drift_energy
+    first = (measurement.start_energy - drift) / (components(scene) / 2)
+    left = theory.cooled_temperature(first, measurement.time, rate) / first
+    kept = drift / measurement.first_energy
+    ratio = measurement.calm_energy / measurement.first_energy
     yield "energy left at the end", "Enskog rates, e(v)", ratio, kept + (1 - kept) * left
 
 
@@ -354,9 +354,9 @@ def speed_laws(scene: Scene) -> list[SpeedLaw]:
     return laws
 
 
-def speeds(measured: Measurement) -> Iterator[Row]:
+def speeds(measurement: Measurement) -> Iterator[Row]:
     """The mean speed of balls of one mass, and the kurtosis of speeds."""
-    scene, relaxed = measured.scene, measured.relaxed
+    scene, relaxed = measurement.scene, measurement.relaxed
     laws, free = speed_laws(scene), independent_velocities(scene)
     if laws and np.ptp(scene.masses) == 0:
         mass, root = float(scene.masses[0]), relaxed.root_energy / math.sqrt(scene.number)

@@ -14,10 +14,10 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from snooker_cli.analysis.comparison import measured_comparisons
-from snooker_cli.analysis.decay import QUANTITIES, Decay, Note, fit_notes, measured_decays
+from snooker_cli.analysis.comparison import comparisons_of
+from snooker_cli.analysis.decay import QUANTITIES, Decay, Note, decays_of, fit_notes
 from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure, typical_pairs
-from snooker_cli.analysis.steady_state import measured_part
+from snooker_cli.analysis.steady_state import stationary_part_of
 from snooker_cli.config import Point
 from snooker_cli.errors import RunError, UserError, error_text
 from snooker_cli.files import read_text, signature, sources_hash, write_text
@@ -85,7 +85,7 @@ def fits(
         if present := run.present(point):
             traces = _traces(run, point, present, counting)()
             span = since, until
-            records = _fit_records(measured_decays(measure(traces, *span), QUANTITIES, *span))
+            records = _fit_records(decays_of(measure(traces, *span), QUANTITIES, *span))
         entries.append({"fits": records})
     return _joined(run, chosen, entries, "fits")
 
@@ -183,7 +183,7 @@ def _saved(path: Path, most: int) -> dict[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
-def measured(
+def measurement_of(
     run: Run, point: Point, repeats: Sequence[int], traces: Callable[[], Iterator[Trace]]
 ) -> Measurement:
     """The measurement of some repeats of a point, which stays in memory for the next analysis.
@@ -225,9 +225,9 @@ def _all_results(run: Run, point: Point, counting: Counting) -> dict[str, Any]:
     present = run.present(point)
     if not present:
         return {"fits": NOTHING, "comparisons": NOTHING, "table": {}}
-    measurement = measured(run, point, present, _traces(run, point, present, counting))
-    constants = measured_decays(measurement)
-    compared, notes = measured_comparisons(measurement, constants)
+    measurement = measurement_of(run, point, present, _traces(run, point, present, counting))
+    constants = decays_of(measurement)
+    compared, notes = comparisons_of(measurement, constants)
     return {
         "fits": _fit_records(constants),
         "comparisons": {
@@ -243,26 +243,26 @@ def _fit_records(constants: Sequence[Decay]) -> dict[str, Records]:
     return {"rows": rows, "notes": [note._asdict() for note in fit_notes(constants)]}
 
 
-def _columns(measured: Measurement, constants: Sequence[Decay]) -> dict[str, list[Any]]:
+def _columns(measurement: Measurement, constants: Sequence[Decay]) -> dict[str, list[Any]]:
     """The columns of ``Run.table`` of ``api`` that follow from the repeats."""
     fitted = {decay.law: decay.fits for decay in constants if decay.quantity == "kinetic_energy"}
-    whole, scene = measured.whole, measured.scene
+    whole, scene = measurement.whole, measurement.scene
     lasts = whole.length > 0  # or else the mean over its time is what it starts with
-    energy = np.where(lasts, whole.kinetic_energy, measured.start_energy)
-    speed = np.where(lasts | (measured.start_energy > 0), whole.mean_speed, 0.0)
+    energy = np.where(lasts, whole.kinetic_energy, measurement.start_energy)
+    speed = np.where(lasts | (measurement.start_energy > 0), whole.mean_speed, 0.0)
     pressure = np.where(lasts, whole.pressure(scene), 0.0)
     with np.errstate(invalid="ignore"):  # nothing may move at all
-        ratio = measured.last_energy / measured.first_energy
+        ratio = measurement.last_energy / measurement.first_energy
     begins = np.full_like(whole.length, math.nan)
-    if scene.wall_law.gains and (first := measured_part(measured).first) is not None:
-        begins[measured.complete] = first / WINDOWS * measured.time[measured.complete]
+    if scene.wall_law.gains and (first := stationary_part_of(measurement).first) is not None:
+        begins[measurement.complete] = first / WINDOWS * measurement.time[measurement.complete]
     columns = {
-        "ending": [ending(StopReason(name)) for name in measured.endings],
-        "complete": measured.complete,
-        "collisions": measured.collisions,
-        "wall_collisions": measured.events[:, 0],
-        "pair_collisions": measured.events[:, 1],
-        "time": measured.time,
+        "ending": [ending(StopReason(name)) for name in measurement.endings],
+        "complete": measurement.complete,
+        "collisions": measurement.collisions,
+        "wall_collisions": measurement.events[:, 0],
+        "pair_collisions": measurement.events[:, 1],
+        "time": measurement.time,
         "temperature": energy / scene.number,
         "pressure": pressure,
         "mean_speed": speed,

@@ -80,10 +80,10 @@ def stationary_part(energies: Array, time: Array) -> StationaryPart:
     return StationaryPart(None, f"not stationary: {why}; make the run longer")
 
 
-def measured_part(measured: Measurement) -> StationaryPart:
+def stationary_part_of(measurement: Measurement) -> StationaryPart:
     """`stationary_part` of measured repeats."""
-    complete = measured.complete
-    return stationary_part(measured.windows.kinetic_energy[complete], measured.time[complete])
+    complete = measurement.complete
+    return stationary_part(measurement.windows.kinetic_energy[complete], measurement.time[complete])
 
 
 def _chance(value: float) -> str:
@@ -145,13 +145,13 @@ def _is_fluid(scene: Scene) -> bool:
     return fluid and scene.equal_balls
 
 
-def rows(measured: Measurement, first: int) -> Iterator[Row]:
+def rows(measurement: Measurement, first: int) -> Iterator[Row]:
     """Means over the stationary part of complete repeats, beside theory.
 
     Theory is that of a uniform gas with Maxwell's speeds. Elastic balls in walls of one temperature
     are in equilibrium. Then theory also has the rate of hits for N balls in the container.
     """
-    scene, steady = measured.scene, measured.windows.since(first)
+    scene, steady = measurement.scene, measurement.windows.since(first)
     number, container, radius = scene.number, scene.container, float(scene.radii[0])
     density, mass, equal = number / container.area, float(scene.masses[0]), scene.equal_balls
     temperatures, fluid = expected_temperatures(scene), _is_fluid(scene)
@@ -200,11 +200,11 @@ def rows(measured: Measurement, first: int) -> Iterator[Row]:
         square = energy.mean() * (2 * energy - energy.mean())  # to first order, E² of the mean E
         kurtosis = pooled_ratio(steady.squares, square)
         yield "kurtosis of speeds", "Maxwell-Boltzmann", kurtosis, 2.0
-    for side, given in zip(container.sides, np.moveaxis(measured.by_side, 2, 0), strict=True):
+    for side, given in zip(container.sides, np.moveaxis(measurement.by_side, 2, 0), strict=True):
         if np.all(np.isfinite(given)):
             gains = given[:, first:].sum(axis=1) / length
             yield f"energy from the {side} wall", NO_THEORY, gains, math.nan
-    across = measured.across[:, first:].mean(axis=1)
+    across = measurement.across[:, first:].mean(axis=1)
     if np.all(np.isfinite(across)):
         yield "T across/T along", "equal parts", pooled_ratio(across, 1 - across), 1.0
 
@@ -217,11 +217,11 @@ def _beside(
         yield quantity, model, measured, value * scale
 
 
-def notes(measured: Measurement, first: int) -> Iterator[Note]:
+def notes(measurement: Measurement, first: int) -> Iterator[Note]:
     """What a reader of the rows from a window on has to know."""
-    scene, parts = measured.scene, "T across/T along"
+    scene, parts = measurement.scene, "T across/T along"
     yield Note("the kurtosis of speeds is 2 (1 + a2)", "kurtosis of speeds")
-    if np.all(np.isfinite(measured.across)):
+    if np.all(np.isfinite(measurement.across)):
         across = "the radius" if isinstance(scene.container, Circle) else "x"
         yield Note(f"{parts}: motion along {across}, over the rest", parts)
     else:
@@ -230,14 +230,14 @@ def notes(measured: Measurement, first: int) -> Iterator[Note]:
     if BALANCE in expected_temperatures(scene):
         text = f"{BALANCE}: for a uniform gas that loses little on the way across"
         yield Note(text, "temperature", BALANCE)
-    if isinstance(scene.wall_law, Driven) and np.all(np.isfinite(measured.rotation_energy)):
-        yield Note(_rotation(measured, first))
+    if isinstance(scene.wall_law, Driven) and np.all(np.isfinite(measurement.rotation_energy)):
+        yield Note(_rotation(measurement, first))
 
 
-def _rotation(measured: Measurement, first: int) -> str:
+def _rotation(measurement: Measurement, first: int) -> str:
     """A sentence on the share of the energy that a smooth driven circle keeps in a rotation."""
-    energy = measured.windows.since(first).kinetic_energy
-    share, error = observables.mean_and_error(measured.rotation_energy / energy)
+    energy = measurement.windows.since(first).kinetic_energy
+    share, error = observables.mean_and_error(measurement.rotation_energy / energy)
     if share < observables.ROUNDING:
         return "common rotation: none, and a smooth circle adds none"
     part = f"{with_error(100 * share, 100 * error)} % of the energy"

@@ -1,7 +1,7 @@
 """Positions and velocities at one time -> pair correlation, hexatic order, a2, energy of heat.
 
 An observable is a function of (positions, velocities, scene): (*N*, 2) arrays, m and m/s, and the
-scene at that time. `measured` follows one over time. Positions are those of the scene's container,
+scene at that time. `over_time` follows one. Positions are those of the scene's container,
 in a periodic box of the images inside it.
 """
 
@@ -36,13 +36,13 @@ NEARBY = 4.0  # mean spacings from a periodic box, up to which images are triang
 ROWS = 1024  # balls whose rings are computed at once, which limits the memory
 
 
-def measured(function: Observable, trace: Trace, times: Array) -> Array:
+def over_time(function: Observable, trace: Trace, times: Array) -> Array:
     """An observable at times (*t*,), s; (*t*, ...). Raises ``ValueError`` as ``replay`` does."""
-    found = (values(function, trace.start, states) for states in replayed(trace, times))
+    found = (of_states(function, trace.start, states) for states in replayed(trace, times))
     return np.array(list(chain.from_iterable(found)), dtype=np.float64)
 
 
-def values(function: Observable, start: Scene, states: States) -> Iterator[Any]:
+def of_states(function: Observable, start: Scene, states: States) -> Iterator[Any]:
     """An observable of each state of a repeat that began with ``start``."""
     columns = states.positions, states.velocities
     centres = states.container_positions, states.container_velocities

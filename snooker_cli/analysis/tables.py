@@ -27,24 +27,24 @@ PAIRED = (
 """What a reader of the errors of comparisons has to know."""
 
 
-def usual(rows: Records) -> Records:
+def main_rows(rows: Records) -> Records:
     """Rows or notes that are printed without ``--all``."""
     known = [row for row in rows if not row["model"].startswith("source report")]
     return [row for row in known if row["quantity"] not in FURTHER or "amplitude" not in row]
 
 
-def named(rows: Records, field: str, parts: Sequence[str]) -> Records:
+def rows_with(rows: Records, field: str, parts: Sequence[str]) -> Records:
     """Rows or notes with one of these parts in a name of files or tables, or without a name."""
 
     def has_part(row: Mapping[str, Any]) -> bool:
         """With its unit, as tables have it."""
-        name = f"{row[field]} {shown_name(row[field])}, {row.get('unit', '')}".lower()
+        name = f"{row[field]} {short_name(row[field])}, {row.get('unit', '')}".lower()
         return any(part.lower() in name for part in parts)
 
     return [row for row in rows if not row[field] or has_part(row)]
 
 
-def shown_name(name: str) -> str:
+def short_name(name: str) -> str:
     """The name of a quantity or a model in tables."""
     name = name.replace("_amplitude_1", "").replace(CHI_SQUARE, "χ²/dof of speeds")
     return re.sub(" of a ball| at the (end|start)", "", re.sub("(?<=[a-z])_", " ", name))
@@ -76,7 +76,7 @@ def point_heading(row: dict[str, Any]) -> str:
 def fit_cells(row: dict[str, Any], every: bool = False) -> list[str]:
     """A row of ``fits`` under ``FIT_COLUMNS``; `every` adds ``MORE_FIT_COLUMNS``."""
     cells = [
-        shown_name(row["quantity"]),
+        short_name(row["quantity"]),
         row["model"],
         "1" if row["amplitude"] == "fixed at 1" else "free",
         with_error(row["value"], row["error"]),
@@ -99,7 +99,7 @@ def compare_cells(row: dict[str, Any], every: bool = False) -> list[str]:
     shows_error = every or row["predicted"] is None  # else the difference has one
     quantity, model = row["quantity"], row["model"]
     if not every:
-        quantity, model = shown_name(quantity), shown_name(model)
+        quantity, model = short_name(quantity), short_name(model)
     return [
         quantity + ("" if row["unit"] == "1" else f", {row['unit']}"),
         model,

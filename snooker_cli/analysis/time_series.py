@@ -309,7 +309,7 @@ class Collisions:
         """A column of all rows, just after these collisions."""
         values = self.rows.columns[column]
         if self.rows.all_held:
-            return values
+            return np.asarray(values)
         before = np.append(values[:1], values[:-1])
         return np.asarray(np.where(self.part < 1, before + self.part * (values - before), values))
 
@@ -415,7 +415,7 @@ class Collisions:
         inside = row <= self.last
         row = np.where(inside, row, 0)
         pairs = np.column_stack([self.time[row], pressures[row]])
-        return np.where(inside[:, np.newaxis], pairs, math.nan)
+        return np.asarray(np.where(inside[:, np.newaxis], pairs, math.nan))
 
     def mean_speed(self) -> Array:
         """`Measurement.collision_speed`."""

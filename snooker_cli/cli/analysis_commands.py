@@ -11,7 +11,14 @@ from typing import Annotated
 
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import RunAnalysis, comparisons, fits
-from snooker_cli.analysis.tables import PAIRED, named, note_lines, shown_name, table_lines, usual
+from snooker_cli.analysis.tables import (
+    PAIRED,
+    main_rows,
+    note_lines,
+    rows_with,
+    short_name,
+    table_lines,
+)
 from snooker_cli.cli.options import RUN, AsJson, Names, RunName, Where, conditions, flag, option
 from snooker_cli.cli.output import make_folder, make_own_folder, print_line, print_result
 from snooker_cli.cli.run_command import run as simulate
@@ -99,16 +106,16 @@ def _print_analysis(
     analysis = analyse(run, points=points, counting=counting)
     rows, notes = analysis.rows, analysis.notes
     for field, parts in {"quantity": quantity or [""], "model": model or [""]}.items():
-        names = dict.fromkeys(f"'{shown_name(row[field])}'" for row in rows)  # some have commas
+        names = dict.fromkeys(f"'{short_name(row[field])}'" for row in rows)  # some have commas
         for part in parts:
-            if names and not named(rows, field, [part]):
+            if names and not rows_with(rows, field, [part]):
                 problem = f"--{field} {part}: no {field} contains this"
                 raise UserError(f"{problem}; there are {listed([*names])}")
-        rows, notes = named(rows, field, parts), named(notes, field, parts)
-    lines = table_lines(rows if every else usual(rows) or rows, every, brief)
+        rows, notes = rows_with(rows, field, parts), rows_with(notes, field, parts)
+    lines = table_lines(rows if every else main_rows(rows) or rows, every, brief)
     if where or quantity or model or not lines:
         footer = []
-    below = [*footer, *note_lines(notes if every else usual(notes), len(points))]
+    below = [*footer, *note_lines(notes if every else main_rows(notes), len(points))]
     missing = unfinished(run, selection) if brief else ""  # else it is among the notes
     if missing:
         notice(f"{missing}; run the config again for the rest")

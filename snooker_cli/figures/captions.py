@@ -8,10 +8,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis.decay import Decay, early_endings, measured_decays
+from snooker_cli.analysis.decay import Decay, decays_of, early_endings
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import standard_errors
-from snooker_cli.analysis.run_analysis import measured
+from snooker_cli.analysis.run_analysis import measurement_of
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
@@ -148,13 +148,13 @@ class FigureBuilder:
             self.reading(f"{self.fields['kind']}: {where}repeat {k:,} of {len(repeats):,}")
             yield trace
 
-    def measured(self, point: Point) -> Measurement:
+    def measurement(self, point: Point) -> Measurement:
         """The measurement of these repeats. Raises ``StoreError``."""
-        return measured(self.run, point, self.repeats(point), lambda: self.traces(point))
+        return measurement_of(self.run, point, self.repeats(point), lambda: self.traces(point))
 
     def energy_decays(self, point: Point) -> list[Decay]:
         """The decay of the energy of a point, over these repeats of it."""
-        return measured_decays(self.measured(point), ("kinetic_energy",))
+        return decays_of(self.measurement(point), ("kinetic_energy",))
 
     def repeats(self, point: Point) -> list[int]:
         """The numbers of these repeats."""

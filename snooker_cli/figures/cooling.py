@@ -8,7 +8,7 @@ import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
-from snooker_cli.analysis.decay import QUANTITIES, course, measured_decays, reported_constants
+from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_constants
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FEW_REPEATS, LEAST_PROBABILITY, holding
 from snooker_cli.analysis.measurement import Measurement
@@ -68,8 +68,8 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     (point,), known = build.points, QUANTITIES[quantity]
     number, chosen = build.repeats(point)[0], build.selection.repeat is not None
     build.selection = Selection(build.selection.where)  # the means are over all repeats
-    row, measured = build.repeats(point).index(number), build.measured(point)
-    fitted, falling = measured_decays(measured, (quantity,)), course(measured, quantity)
+    row, measurement = build.repeats(point).index(number), build.measurement(point)
+    fitted, falling = decays_of(measurement, (quantity,)), course(measurement, quantity)
     if not any(decay.fits[row].converged for decay in fitted):
         raise FigureError(f"repeat {number} cannot be fitted: {fitted[0].fits[row].message}")
     begins = falling.origin.tolist()
@@ -140,7 +140,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
         means = {LAWS[decay.law].key: decay.over_repeats for decay in fitted}
         constants = {key: (mean.value, mean.error) for key, mean in means.items()}
         if source:
-            constants["report_k"] = mean_and_error(reported_constants(build.measured(point)))
+            constants["report_k"] = mean_and_error(reported_constants(build.measurement(point)))
         build.record(
             point,
             **constants,
@@ -257,15 +257,15 @@ def haff_time(build: FigureBuilder) -> FigureData:
 
 def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
     """The local decay of a point. Raises ``FigureError`` if it has too few collisions."""
-    measured = build.measured(point)
-    edges, rates, errors, left = _local_rates(measured)
+    measurement = build.measurement(point)
+    edges, rates, errors, left = _local_rates(measurement)
     rate = {decay.law: decay.over_repeats.value for decay in build.energy_decays(point)}
     k, alpha = rate["exponential"], rate["haff"]
     if not (math.isfinite(k) and math.isfinite(alpha)):
         raise FigureError("a point's repeats are too short to be fitted; run longer")
-    floor = float(predictions.floors(measured).mean())
+    floor = float(predictions.floors(measurement).mean())
     laws = {"fitted": (alpha, 0.0)}
-    if (expected := predictions.haff_rate(measured.scene)) is not None:
+    if (expected := predictions.haff_rate(measurement.scene)) is not None:
         laws["theory"] = (expected, 0.0)
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)
@@ -285,19 +285,19 @@ def _mean_haff_rates(edges: Array, alpha: float, floor: float) -> Array:
     return np.asarray((logs[:, 0] - logs[:, 1]) / np.ptp(edges, axis=1))
 
 
-def _local_rates(measured: Measurement) -> tuple[Array, Array, Array, float]:
+def _local_rates(measurement: Measurement) -> tuple[Array, Array, Array, float]:
     """Edges of windows (*w*, 2), −d ln of the mean energy/dt there, its standard error (s⁻¹).
 
     Last, the mean energy ratio in the end. Windows with too few collisions are left out.
     """
-    end, curve = float(measured.time.min()), measured.curve
+    end, curve = float(measurement.time.min()), measurement.curve
     if end == 0:
         raise FigureError("a repeat has no length; run longer")
     edges = np.linspace(0.0, end, WINDOWS + 1)
-    energies = curve.at(edges, curve.energy / measured.first_energy[:, np.newaxis])
+    energies = curve.at(edges, curve.energy / measurement.first_energy[:, np.newaxis])
     if np.any(energies <= 0):
         raise FigureError("a repeat loses all of its energy, so it has no decay rate")
-    calm = measured.calm_events.sum(axis=1, keepdims=True)
+    calm = measurement.calm_events.sum(axis=1, keepdims=True)
     counts = np.minimum(np.rint(curve.at(edges, curve.events)), calm)
     collisions = np.diff(counts).sum(axis=0)
     good = collisions >= LEAST_COLLISIONS
@@ -318,13 +318,13 @@ def event_decay(build: FigureBuilder) -> FigureData:
     """The energy against collisions, where kinetic theory has an exponential at any density."""
     floor_drawn = False
     for index, point in enumerate(build.points):
-        measured = build.measured(point)
-        scene, shortest = measured.scene, int(measured.calm_events.sum(axis=1).min())
+        measurement = build.measurement(point)
+        scene, shortest = measurement.scene, int(measurement.calm_events.sum(axis=1).min())
         if shortest == 0:
             raise FigureError("a repeat has no collisions; run longer")
         counts = np.unique(np.linspace(0.0, shortest, COUNTS + 1).round())
-        energies, expected, of_heat = _against_counts(measured, counts)
-        floors = predictions.floors(measured)[:, np.newaxis]
+        energies, expected, of_heat = _against_counts(measurement, counts)
+        floors = predictions.floors(measurement)[:, np.newaxis]
         x, final = counts / scene.number, mean_and_error(energies[:, -1])
         build.add_points(index, point, x, energies)
         floor, alone = float(floors.mean()), expected.mean(axis=0)
@@ -353,17 +353,17 @@ def event_decay(build: FigureBuilder) -> FigureData:
     return build.figure(caption)
 
 
-def _against_counts(measured: Measurement, counts: Array) -> tuple[Array, Array, Array]:
+def _against_counts(measurement: Measurement, counts: Array) -> tuple[Array, Array, Array]:
     """Energy ratios (*repeats*, *n*) after these collisions; the ratios expected from them.
 
     Last, the ratio of the energy above the kept one: in a circle a component less shares it.
     """
-    scene, curve = measured.scene, measured.curve
+    scene, curve = measurement.scene, measurement.curve
     ratio, wall, pairs = (
         np.array([np.interp(counts, *row) for row in zip(curve.events, values, strict=True)])
         for values in (curve.energy, curve.wall_events, curve.pair_events)
     )
-    ratio /= measured.first_energy[:, np.newaxis]
+    ratio /= measurement.first_energy[:, np.newaxis]
     shared = predictions.components(scene)
     free, above = (
         theory.energy_ratio_by_events(

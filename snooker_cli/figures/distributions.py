@@ -18,7 +18,7 @@ from snooker_cli.analysis.observables import (
     pair_distances,
     standard_errors,
 )
-from snooker_cli.analysis.structure import measured
+from snooker_cli.analysis.structure import over_time
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
@@ -169,7 +169,7 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         g = partial(structure.pair_correlation, edges=edges)
         rows = np.array(
             [
-                measured(g, trace, parts * trace.stop.time).mean(axis=0)
+                over_time(g, trace, parts * trace.stop.time).mean(axis=0)
                 for trace in build.traces(point)
             ]
         )
@@ -219,7 +219,7 @@ def speeds(build: FigureBuilder) -> FigureData:
     fixed = all(predictions.independent_velocities(scene) is not None for scene in starts)
     panel: list[Layer] = [Reference("y", 0.0)]
     for index, (point, scene) in enumerate(zip(build.points, starts, strict=True)):
-        rows = build.measured(point).speeds
+        rows = build.measurement(point).speeds
         counts, total = rows.sum(axis=0), float(rows.sum())
         if total < LEAST_SPEEDS:
             raise FigureError(

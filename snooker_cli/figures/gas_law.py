@@ -202,12 +202,12 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
     ended_early, highest = 0, 0.0
     lossy = [point for point in build.points if gas(point) == "cooling"]
     for index, point in enumerate(build.points):
-        measured = build.measured(point)
-        mean, _, ratio = _means(measured)
-        end = measured.curve.kinetic_energy[:, -1] / measured.scene.number
+        measurement = build.measurement(point)
+        mean, _, ratio = _means(measurement)
+        end = measurement.curve.kinetic_energy[:, -1] / measurement.scene.number
         if not np.all((ratio > 0) & (end > 0)):
             raise FigureError("a repeat has no pressure or no energy left, so it has no ratio")
-        ended_early += int(np.count_nonzero(~measured.complete))
+        ended_early += int(np.count_nonzero(~measurement.complete))
         table = np.column_stack([mean, ratio, end, ratio * mean / end])
         highest = max(highest, float(table[:, [1, 3]].max()))
         if point in lossy:  # others have one temperature
@@ -236,19 +236,19 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
     )
 
 
-def _means(measured: Measurement) -> tuple[Array, Array, Array]:
+def _means(measurement: Measurement) -> tuple[Array, Array, Array]:
     """Temperature (J), pressure (Pa m) and PV/NT of each repeat, means over its whole time."""
-    scene, whole = measured.scene, measured.whole
+    scene, whole = measurement.scene, measurement.whole
     warm = whole.kinetic_energy / scene.number
     return warm, whole.pressure(scene), whole.ideal_gas_ratio(scene)
 
 
 def _gas_state(build: FigureBuilder, point: Point) -> _GasState:
     """A point's repeats. Raises ``FigureError`` if one has no collisions with the wall."""
-    measured = build.measured(point)
-    warm, pressures, over_ideal = _means(measured)
+    measurement = build.measurement(point)
+    warm, pressures, over_ideal = _means(measurement)
     if not np.all(pressures > 0):
         raise FigureError("a repeat has no collisions with the wall, so no pressure; run longer")
-    scene = measured.scene
+    scene = measurement.scene
     size, area = float(scene.radii[0]), scene.container.area
     return _GasState(point, scene, size, scene.number, warm.mean(), area, pressures, over_ideal)

@@ -39,9 +39,9 @@ def energy(build: FigureBuilder) -> FigureData:
     """Kinetic energy of balls and container over that at the start."""
     ratios_of = []
     for point in build.points:
-        measured = build.measured(point)
-        first = np.where(measured.first_energy > 0, measured.first_energy, 1.0)
-        ratios_of.append(courses(measured.curve.time, measured.curve.energy / first[:, None]))
+        measurement = build.measurement(point)
+        first = np.where(measurement.first_energy > 0, measurement.first_energy, 1.0)
+        ratios_of.append(courses(measurement.curve.time, measurement.curve.energy / first[:, None]))
     log = more_than_a_decade(ratios for curves in ratios_of for _, ratios in curves)
     for index, (point, curves) in enumerate(zip(build.points, ratios_of, strict=True)):
         build.add_course(index, point, curves, logarithmic=log)
@@ -97,7 +97,7 @@ def pressure(build: FigureBuilder) -> FigureData:
             expected.append(value)
     top = max(expected, default=0.0)
     for index, point in enumerate(build.points):
-        curves = _pressures(build.measured(point))
+        curves = _pressures(build.measurement(point))
         build.add_course(index, point, curves)
         top = max([top, *(_settled_top(*curve) for curve in curves)])
         times, rows = at_common_times(curves)
@@ -123,10 +123,10 @@ def _momentum(trace: Trace, name: str) -> Course:
     return states.time, total
 
 
-def _pressures(measured: Measurement) -> list[Course]:
+def _pressures(measurement: Measurement) -> list[Course]:
     """Times (s) and mean pressures since the start (Pa·m): at first 0, without walls the ideal."""
-    scene, curve = measured.scene, measured.curve
-    if np.any(measured.time == 0):
+    scene, curve = measurement.scene, measurement.curve
+    if np.any(measurement.time == 0):
         raise FigureError("nothing happens after the start of a repeat, so it has no pressure")
     first = 0.0 if scene.container.has_wall else scene.kinetic_energy / scene.container.area
     return courses(curve.time, np.where(curve.time > 0, curve.pressure, first))
@@ -155,7 +155,7 @@ def _over_time(
     """Each point, its start, times (*t*,), s, and an observable of the states, (*n*, *t*, *k*)."""
     for point, times in _common_times(build, cost):
         traces = build.traces(point)
-        rows = np.array([structure.measured(observable, trace, times) for trace in traces])
+        rows = np.array([structure.over_time(observable, trace, times) for trace in traces])
         yield point, build.start(point), times, _known(rows.reshape(*rows.shape[:2], -1))
 
 
@@ -174,9 +174,9 @@ def _common_times(build: FigureBuilder, cost: tuple[int, int]) -> Iterator[tuple
     most, each = cost
     for point in build.points:
         count = build.states(point, TIMES, most, each=each, fewest=TIMES)
-        measured = build.measured(point)
-        time, events = measured.curve.time[0], measured.curve.events[0]
-        end = float(measured.time.min())
+        measurement = build.measurement(point)
+        time, events = measurement.curve.time[0], measurement.curve.events[0]
+        end = float(measurement.time.min())
         # The curve has its times between collisions: at one, two balls touch.
         numbers = np.floor(np.linspace(0, np.interp(end, time, events) - 1, count))
         between = np.minimum(np.interp(numbers[1:], events, time), end)
@@ -269,7 +269,7 @@ def _a2(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
         yield from _over_time(build, structure.a2)
         return
     for point, times in _common_times(build, SUMS):
-        curve = build.measured(point).curve
+        curve = build.measurement(point).curve
         moments = np.diff(curve.at(times, curve.energy_moment), axis=1) / np.diff(times)
         middle = (times[1:] + times[:-1]) / 2
         yield point, build.start(point), middle, _known(moments[..., np.newaxis] / 2 - 1)

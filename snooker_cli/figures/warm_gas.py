@@ -59,7 +59,8 @@ class _Steady:
         self.build = build
         warm = [point for point in build.points if gas(point) == "warm"]
         self.firsts = {
-            point.index: steady_state.measured_part(build.measured(point)).first for point in warm
+            point.index: steady_state.stationary_part_of(build.measurement(point)).first
+            for point in warm
         }
 
     def first(self, point: Point) -> int:
@@ -68,7 +69,7 @@ class _Steady:
 
     def averages(self, point: Point) -> Averages:
         """Averages over this part of the repeats of a point."""
-        return self.build.measured(point).windows.since(self.first(point))
+        return self.build.measurement(point).windows.since(self.first(point))
 
     def temperatures(self, point: Point) -> Array:
         """Mean energies of a ball in this part, J; (*repeats*,)."""
@@ -216,9 +217,9 @@ def energy_balance(build: FigureBuilder) -> FigureData:
     """Energy that walls gave, that collisions took, and their difference, over time."""
     steady = _Steady(build)
     for index, point in enumerate(build.points):
-        measured, lossy = build.measured(point), point.experiment.cor < 1
-        curve, part = measured.curve, steady.averages(point)
-        times = np.linspace(0.0, measured.time.min(), TIMES)
+        measurement, lossy = build.measurement(point), point.experiment.cor < 1
+        curve, part = measurement.curve, steady.averages(point)
+        times = np.linspace(0.0, measurement.time.min(), TIMES)
         given = curve.at(times, curve.wall_energy)
         taken = curve.at(times, curve.lost_energy) * lossy  # else only rounding is left
         build.add_means(index, build.label(point), times, given, "solid")
@@ -245,7 +246,7 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     steady = _Steady(build)
     edges, density, across, along = _profile(build, steady, COARSE_BINS)
     warm, length = (across + along) / 2, steady.averages(point).length[:, np.newaxis]
-    given = build.measured(point).by_side[:, steady.first(point) :, :2].sum(axis=1)
+    given = build.measurement(point).by_side[:, steady.first(point) :, :2].sum(axis=1)
     through = given * (1, -1) / (height * length)
     if np.isnan(through).any():
         raise FigureError("a repeat has too many collisions for this figure; run a shorter one")

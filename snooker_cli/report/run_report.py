@@ -153,8 +153,8 @@ def _cells(
     run: Run, shown: Sequence[Point], analysis: RunAnalysis, cells: Callable[..., list[str]]
 ) -> dict[str, Any]:
     """The rows of an analysis at the points that are shown, with their headings, and its notes."""
-    rows = [row for row in _of(shown, tables.usual(analysis.rows)) if not row.get("elastic")]
-    notes = [note for note in tables.usual(analysis.notes) if "ended early" not in note["note"]]
+    rows = [row for row in _of(shown, tables.main_rows(analysis.rows)) if not row.get("elastic")]
+    notes = [note for note in tables.main_rows(analysis.notes) if "ended early" not in note["note"]]
     lines = tables.note_lines(notes, len(run.points))
     table = [(tables.point_heading(row), cells(row)) for row in rows]
     return {"rows": table, "notes": [line.rstrip(".") for line in lines]}

@@ -94,7 +94,7 @@ def test_the_stationary_part_begins_after_the_approach() -> None:
 def test_what_the_test_lacks_is_a_sentence(thermal: list[Trace]) -> None:
     measured = measure(thermal[:6])
     early = np.where(np.arange(6) < 2, StopReason.COLLAPSE.value, measured.endings)
-    few = steady_state.measured_part(replace(measured, endings=early))
+    few = steady_state.stationary_part_of(replace(measured, endings=early))
     assert few.note == (
         "the stationary part is not known: the test needs 5 complete repeats, and 4 are there"
     )
@@ -193,7 +193,7 @@ def test_a_driven_circle_keeps_the_common_rotation(driven: list[Trace]) -> None:
     def sentences(traces: list[Trace]) -> list[str]:
         return [note.note for note in compare(traces)[1] if note.note.startswith("common rotation")]
 
-    part, shares = steady_state.measured_part(measure(driven)), []
+    part, shares = steady_state.stationary_part_of(measure(driven)), []
     energies = measure(driven).windows.kinetic_energy[:, part.first :].mean(axis=1)
     for trace, energy in zip(driven, energies, strict=True):
         (x, y), (u, v) = trace.finish.positions.T, trace.finish.velocities.T

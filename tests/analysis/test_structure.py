@@ -177,16 +177,16 @@ def test_an_observable_is_measured_at_each_time() -> None:
     """In a container that moves, places are those seen from its centre."""
     trace = engine.simulate(report_scene(container_mass=50.0), collisions=200)
     times = np.linspace(0, trace.stop.time, 7)
-    seen = structure.measured(lambda x, v, at: at.container_position, trace, times)
+    seen = structure.over_time(lambda x, v, at: at.container_position, trace, times)
     assert np.ptp(seen, axis=0).min() > 0.01
-    energies = structure.measured(lambda x, v, at: at.kinetic_energy, trace, times)
+    energies = structure.over_time(lambda x, v, at: at.kinetic_energy, trace, times)
     columns = series(trace)
     rows = np.searchsorted(columns.time, times, side="right") - 1
     np.testing.assert_allclose(energies, columns.kinetic_energy[rows], rtol=1e-12)
-    a2 = structure.measured(structure.a2, trace, times)
+    a2 = structure.over_time(structure.a2, trace, times)
     moments = columns.energy_moment[rows]
     np.testing.assert_allclose(a2[:, 0], moments / 2 - 1, rtol=1e-12, atol=1e-12)
-    g = structure.measured(structure.pair_correlation, trace, times)
+    g = structure.over_time(structure.pair_correlation, trace, times)
     assert g.shape == (7, len(structure.distance_edges(trace.start)) - 1)
     edges = structure.distance_edges(trace.start)[1:]
     assert np.all(g[:, edges < 1.99] == 0)

@@ -102,7 +102,7 @@ def test_times_end_with_the_shortest_repeat_and_begin_at_zero(periodic: Run) -> 
     assert 0.97 * shortest < line.x[-1] < shortest
     # No time is that of a collision, where two balls touch.
     assert not np.any(np.isin(line.x, series(repeats[0]).time[1:]))
-    rows = [structure.measured(structure.hexatic_order, one, line.x[[20]]) for one in repeats]
+    rows = [structure.over_time(structure.hexatic_order, one, line.x[[20]]) for one in repeats]
     assert line.y[20] == pytest.approx(float(np.mean(rows)), rel=1e-12)
     (band, _) = layers(found, Band)
     error = float(standard_errors(np.array(rows))[0])

@@ -19,7 +19,7 @@ from pypdf import PdfReader
 
 from snooker_cli.analysis.decay import NO_LOSSES
 from snooker_cli.analysis.run_analysis import fits
-from snooker_cli.analysis.tables import fit_cells, point_heading, usual
+from snooker_cli.analysis.tables import fit_cells, main_rows, point_heading
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection
@@ -105,7 +105,7 @@ def test_its_tables_are_the_rows_of_the_commands(small: Path, finished_run: Run)
         [html.unescape(cell).strip() for cell in re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row)]
         for row in ROW.findall(page(small))
     ]
-    expected = [row for row in usual(fits(finished_run).rows) if not row["elastic"]]
+    expected = [row for row in main_rows(fits(finished_run).rows) if not row["elastic"]]
     assert len(expected) > 3
     heading = [point_heading(expected[0])]
     first = rows.index(heading) + 1
