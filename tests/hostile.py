@@ -16,6 +16,7 @@ import numpy as np
 
 from snooker_cli import store
 from snooker_cli.store import file_format as layout
+from snooker_cli.store.hdf5 import ROWS
 from snooker_cli.trace import SERIES_UNITS, Stop, Trace
 
 Damage = Callable[[Path], object]
@@ -170,8 +171,10 @@ def dataset(name: str, make: Make) -> Damage:
     """Makes a dataset anew, by a function that also gets the number of its rows."""
 
     def change(file: h5py.File) -> None:
-        unit, rows = dict(file[name].attrs), file[name].size
-        del file[name]
+        unit, rows = {}, 450
+        if name in file:
+            unit, rows = dict(file[name].attrs), file[name].size
+            del file[name]
         make(file, name, rows)
         file[name].attrs.update(unit)
 
@@ -186,28 +189,35 @@ def declared(number: int | None, chunk: int | None) -> Make:
     return lambda file, name, rows: file.create_dataset(name, (number or rows,), "f8", **options)
 
 
-def bomb(name: str) -> Damage:
-    """A dataset in a chunk of 1.6 MB that unpacks to 1.6 GB."""
+def zeros(number: int) -> Make:
+    """A dataset of this many zeros, of which 500 take a byte."""
 
-    def change(file: h5py.File) -> None:
-        rows = file.pop(name).shape[0] if name in file else 450
-        declared(rows, rows)(file, name, rows)
-        deflate = zlib.compressobj(9, wbits=-zlib.MAX_WBITS)
-        piece = deflate.compress(bytes(1 << 24)) + deflate.flush(zlib.Z_FULL_FLUSH)
-        file[name].id.write_direct_chunk((0,), b"\x78\x01" + 100 * piece)
+    def make(file: h5py.File, name: str, _rows: int) -> None:
+        declared(number, ROWS)(file, name, number)
+        for start in range(0, number, ROWS):
+            file[name].id.write_direct_chunk((start,), zlib.compress(bytes(8 * ROWS)))
 
-    return edited(change)
+    return make
 
 
-def garbled(name: str) -> Damage:
-    """A dataset in a chunk that cannot be unpacked."""
+def chunk(content: bytes, number: int | None = None) -> Make:
+    """A dataset in one chunk with this content."""
 
-    def change(file: h5py.File) -> None:
-        rows = file.pop(name).shape[0]
-        declared(rows, rows)(file, name, rows)
-        file[name].id.write_direct_chunk((0,), b"\x78\x01" + bytes(range(255, 0, -1)))
+    def make(file: h5py.File, name: str, rows: int) -> None:
+        declared(number or rows, number or rows)(file, name, rows)
+        file[name].id.write_direct_chunk((0,), content)
 
-    return edited(change)
+    return make
+
+
+def bomb() -> bytes:
+    """1.6 MB that unpack to 1.6 GB."""
+    deflate = zlib.compressobj(9, wbits=-zlib.MAX_WBITS)
+    piece = deflate.compress(bytes(1 << 24)) + deflate.flush(zlib.Z_FULL_FLUSH)
+    return b"\x78\x01" + 100 * piece
+
+
+BOMB, SHORT = bomb(), zlib.compress(bytes(8))
 
 
 def filled(values: Callable[[int], Any]) -> Make:
@@ -331,8 +341,6 @@ REFUSED: dict[str, dict[str, Damage]] = {
         "back": parameter("rows", lambda ends: ends[[0, 2, 1, 3]]),
         "beyond": parameter("rows", lambda ends: np.append(ends[:-1], 10**15)),
         "one time less": dataset(TIME, one_less),
-        "many chunks of one row": dataset(TIME, declared(3 * 10**7, 1)),
-        "many rows": dataset(TIME, declared(5 * 10**8, 5 * 10**8)),
     },
     "wrong lengths of the columns": {"one less": dataset(f"{layout.IMPULSE}/value", one_less)},
     "has neither numbers nor text of fixed length": {
@@ -352,6 +360,7 @@ REFUSED: dict[str, dict[str, Damage]] = {
             TIME, lambda file, name, rows: file.create_dataset(name, (rows,), "f8", scaleoffset=3)
         ),
         "chunks of one row": dataset(TIME, declared(None, 1)),
+        "many chunks of one row": dataset(TIME, declared(3 * 10**7, 1)),
         "large chunk": dataset(TIME, declared(None, 5 * 10**8)),
     },
     "wrong number of collisions": {
@@ -365,10 +374,16 @@ REFUSED: dict[str, dict[str, Damage]] = {
     "too many links": {
         "groups": edited(lambda file: [file.create_group(f"g{number}") for number in range(1100)])
     },
-    "a group with two names": {
-        "a circle": edited(lambda file: file.__setitem__("particles/again", file["particles"]))
+    "has a chunk that is missing": {
+        "one": dataset(TIME, declared(None, ROWS)),
+        "of many rows": dataset(TIME, declared(5 * 10**8, 5 * 10**8)),
+        "each": dataset(TIME, declared(5 * 10**8, ROWS)),
     },
-    "a chunk has another size than it declares": {"a bomb": bomb(TIME)},
+    "it unpacks to more than": {"zeros": dataset(TIME, zeros(8 * 10**7))},
+    "a chunk has another size than it declares": {
+        "a bomb": dataset(TIME, chunk(BOMB)),
+        "too short": dataset(TIME, chunk(SHORT)),
+    },
     " bytes, and ": {
         "wide text": dataset(
             layout.ENDINGS, lambda file, name, _: file.create_dataset(name, (3,), "S1000000000")
@@ -399,10 +414,13 @@ OTHERS: dict[str, Damage] = {
     "version: text": attribute("schema_version", ESCAPES),
     "scene: deep": attribute("scene", DEEP),
     "scene: bytes": attribute("scene", np.bytes_(b"\xff\x1b")),
-    "storage: no deflate stream": garbled(TIME),
+    "storage: no deflate stream": dataset(TIME, chunk(b"\x78\x01" + bytes(range(255, 0, -1)))),
     "storage: lost link": linked(h5py.SoftLink("/nowhere")),
     "storage: 4e8 repeats": dataset(layout.REPEATS, declared(4 * 10**8, 1000)),
     "storage: no array": dataset(TIME, filled(lambda _: 1.0)),
+    "unread: a circle of groups": edited(
+        lambda file: file.__setitem__("particles/again", file["particles"])
+    ),
     "file: noise": text(bytes(range(256)) * 40),
     "file: most of it": cut(0.95),
     "file: a folder": folder,
@@ -444,7 +462,7 @@ KINDS: dict[str, dict[str, Damage]] = {
         "speed_histogram: negative": trace("summary.speed_histogram", -1, -1),
         "one time": summary("time", filled(lambda _: [0.0])),
         "1e15 times": summary("time", declared(10**15, 65536)),
-        "a bomb": bomb(f"{layout.SUMMARY}/time/value"),
+        "a bomb": summary("time", chunk(BOMB)),
         "counts in one column": summary("speed_histogram", declared(450, None)),
         "a box": rules(shape="box"),
     },
@@ -472,7 +490,8 @@ CHECKPOINTS: dict[str, Damage] = {
     "indices": edited(with_large_indices),
     "a number as hash": attribute("content", 1, layout.CHECKPOINT),
     "nothing": edited(lambda file: file[layout.CHECKPOINT].clear()),
-    "a bomb": bomb(f"{layout.CHECKPOINT}/bomb"),
+    "a bomb": dataset(f"{layout.CHECKPOINT}/bomb", chunk(BOMB)),
+    "too short": dataset(f"{layout.CHECKPOINT}/short", chunk(SHORT, 4_000_000)),
 }
 """Damages of a file with a checkpoint; its hash, which needs the user's key, stays."""
 

@@ -27,7 +27,7 @@ from snooker_cli.trace import SERIES_UNITS
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")  # NumPy's, which a user would see
 
 REPEATS = Path("point-0000") / "repeats-0000-0002.h5"
-SOUND = ("stop: message", "provenance: command", "provenance: config", "far", "fast")
+SOUND = ("stop: message", "provenance: command", "provenance: config", "far", "fast", "unread")
 """Names of what `verify` need not blame: text that is only shown or never read, and large numbers.
 """
 

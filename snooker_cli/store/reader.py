@@ -42,6 +42,18 @@ LOCKED = (
 )
 """The reason and the advice for a file that another program may be changing."""
 
+HEADERS = [
+    name.encode()
+    for name in (
+        layout.PARAMETERS,
+        layout.REPEATS,
+        layout.CONTENTS,
+        layout.PROVENANCE,
+        layout.ENDINGS,
+    )
+]
+"""Where headers are."""
+
 EVENTS_AT_A_TIME = 1 << 20  # events that are read at a time where they are not kept
 
 SUMMARY_ROWS = 10_000  # of a repeat, at most; the engine makes fewer
@@ -83,7 +95,7 @@ def check(path: Path) -> list[RepeatHeader]:
 
 def read_headers(path: Path) -> list[RepeatHeader]:
     """Read the headers of a file's repeats without checking the content. Raises ``StoreError``."""
-    with _opened(path) as file:
+    with _opened(path, only_headers=True) as file:
         return _headers(file, path)
 
 
@@ -144,13 +156,13 @@ def read_last_events(
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[h5py.File]:
-    """A batch's file. Raises ``StoreError``."""
+def _opened(path: Path, *, only_headers: bool = False) -> Iterator[h5py.File]:
+    """A batch's file whose objects are checked, or those of its headers. Raises ``StoreError``."""
     try:
         if path.exists() and not path.is_file():
             raise OSError("not a file")
         with h5py.File(path, locking=False) as file:  # once in its place, it never changes
-            hdf5.check_links(file)
+            names = hdf5.check_links(file)
             version = _parameter(file, "schema_version")
             if version != layout.SCHEMA_VERSION:
                 raise StoreError(
@@ -159,6 +171,9 @@ def _opened(path: Path) -> Iterator[h5py.File]:
                     f"version {layout.SCHEMA_VERSION}",
                     "run it again",
                 )
+            hdf5.check_objects(
+                file, HEADERS if only_headers else names, sparse=f"{layout.RESIDUAL}/value"
+            )
             yield file
     except FileNotFoundError:
         raise AbsentError(
@@ -247,7 +262,6 @@ def _checked(
     file: h5py.File, path: Path, wanted: Collection[int] | None, *, keep_events: bool
 ) -> Iterator[tuple[Trace, RepeatHeader]]:
     """Repeats whose content has the hash that was written, with or without their events."""
-    hdf5.check_types(file)
     headers = _headers(file, path)
     rows = _rows(file, headers)
     chosen = [k for k, header in enumerate(headers) if wanted is None or header.repeat in wanted]
@@ -472,13 +486,13 @@ class EventReader:
     def _checked_block(self, rows: slice) -> Events:
         """The events in these rows. Raises ``ValueError`` for values that no event has."""
 
-        def column(path: str, dtype: Any = np.float64, sparse: bool = False) -> NDArray[Any]:
-            return hdf5.read_rows(self._file, f"{path}/value", dtype, rows, sparse)
+        def column(path: str, dtype: Any = np.float64) -> NDArray[Any]:
+            return hdf5.read_rows(self._file, f"{path}/value", dtype, rows)
 
         i, j = np.ascontiguousarray(column(layout.COLLISIONS, np.int32)[:, 0].T)
         time, impulse, residual = column(layout.TIME), column(layout.IMPULSE), None
         if layout.RESIDUAL in self._paths:
-            residual = column(layout.RESIDUAL, sparse=True)
+            residual = column(layout.RESIDUAL)
             rounding = 2 * EPSILON * np.abs(time)
             _require(np.all(np.abs(residual) <= rounding), "residual of a time")
         if len(time):
