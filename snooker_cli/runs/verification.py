@@ -44,10 +44,10 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
         )
     if not replay:
         for point in run.points:
-            yield from run.best(point.index, _checked(run, point.index))
+            yield from run.best(point.index, _checked_statuses(run, point.index))
         return
     # All files are read first: simulations need no limit of memory.
-    checked = [[*_checked(run, point.index)] for point in run.points]
+    checked = [[*_checked_statuses(run, point.index)] for point in run.points]
     cancelled = threading.Event()
     with ThreadExecutor(workers, cancelled) as threads:
         try:
@@ -58,7 +58,7 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
             cancelled.set()
 
 
-def _checked(run: Run, point: int) -> Iterator[RepeatStatus]:
+def _checked_statuses(run: Run, point: int) -> Iterator[RepeatStatus]:
     """The status of each repeat in each file of a point: unusable if it is not of the config."""
     for path in run.batches(point):
         for status in run.file_statuses(path, check=check):
