@@ -17,6 +17,7 @@ import numpy as np
 from snooker_cli import store
 from snooker_cli.store import file_format as layout
 from snooker_cli.store.hdf5 import ROWS
+from snooker_cli.store.reader import GROWING
 from snooker_cli.trace import SERIES_UNITS, Stop, Trace
 
 Damage = Callable[[Path], object]
@@ -296,21 +297,20 @@ REFUSED: dict[str, dict[str, Damage]] = {
         **{f"j = {value}": event("j", value) for value in (LARGE, 7, -2, -3)},
     },
     "wrong order of the times": {f"{value}": event("time", value) for value in WRONG},
-    "wrong impulse": {f"{value}": event("impulse", value) for value in WRONG},
+    "wrong impulse": {
+        **{f"{value}": event("impulse", value) for value in WRONG},
+        "all at rest": trace("start.velocities finish.velocities", np.zeros((7, 2))),
+    },
     "wrong residual": {f"{value}": residual(value) for value in (np.nan, 1e149)},
     "squares of speed times distance": {"fast": scene("velocities", 1e200, 0)},
     "wrong place of a ball": {
         **{f"at {value}": scene("positions", value, 0) for value in (np.nan, 1e3, 1e300)},
         "at the finish": trace("finish.positions", 1e20, 0),
-        "container": trace("finish.container_position", np.nan, 0),
+        **{f"container {x}": trace("finish.container_position", x, 0) for x in (np.nan, 1e20)},
     },
     "wrong speed of a ball": {"at the finish": trace("finish.velocities", np.nan, 0)},
-    "wrong place of the container": {"far": trace("finish.container_position", 1e20, 0)},
     "wrong speed of the container": {
-        "all at rest": trace("start.velocities finish.velocities", np.zeros((7, 2))),
-        "away": scene("container_position", 1.0, 0),
-        "moves, though it is fixed": fixed_and_moving(),
-        "at the finish": trace("finish.container_velocity", np.nan, 0),
+        "at the finish": trace("finish.container_velocity", np.nan, 0)
     },
     "wrong radius, mass or length": {
         f"{name} {value}": scene(name, value, 0)
@@ -325,6 +325,7 @@ REFUSED: dict[str, dict[str, Damage]] = {
     "wrong rules": {"slides": rules(slides=True), "all slide": scene("slides", True)},
     "wrong number of events": {
         "too few": trace("wall_events", 0),
+        "too many": trace("wall_events", 10**9),
         "none at the wall": ending(wall_events=0, pair_events=150),
     },
     "wrong ending": {
@@ -363,10 +364,6 @@ REFUSED: dict[str, dict[str, Damage]] = {
         "many chunks of one row": dataset(TIME, declared(3 * 10**7, 1)),
         "large chunk": dataset(TIME, declared(None, 5 * 10**8)),
     },
-    "wrong number of collisions": {
-        "more than its config allows": provenance(config='{"collisions": 149}'),
-        "too many": trace("wall_events", 10**9),
-    },
     "it has a link to another place": {
         "soft": linked(h5py.SoftLink("/observables/impulse/value")),
         "external": linked(h5py.ExternalLink("/etc/passwd", "/data")),
@@ -395,6 +392,8 @@ REFUSED: dict[str, dict[str, Damage]] = {
 OTHERS: dict[str, Damage] = {
     "far: all times × 1e20": times(1e20),
     "fast: 1e150 m/s": scene("velocities", 1e150, 0),
+    "container: away": scene("container_position", 1.0, 0),
+    "container: moves, though it is fixed": fixed_and_moving(),
     "rule: a box": rules(shape="box"),
     "stop: balls": trace("stop.balls", (10**30,)),
     "stop: reason": ending(reason=ESCAPES),
@@ -406,6 +405,8 @@ OTHERS: dict[str, Damage] = {
     "repeats: large": parameter("repeat", np.array([-1, 1, 2**62])),
     "provenance: command": provenance(command=ESCAPES),
     "provenance: config": provenance(config='{"collisions": 1000000000000000}'),
+    "provenance: config of another": provenance(config='{"collisions": 149}'),
+    "provenance: config of nothing": provenance(config=ESCAPES),
     "provenance: digest": provenance(digest=ESCAPES),
     "provenance: point": provenance(point="0"),
     "provenance: engine version": provenance(engine_version=10**30),
@@ -454,10 +455,7 @@ KINDS: dict[str, dict[str, Damage]] = {
             for name in SERIES_UNITS
             for value in WRONG
         },
-        **{
-            f"last {name}: 0": trace(f"summary.series.{name}", 0.0, -1)
-            for name in ("time", "wall_impulse", "pair_virial", "wall_events", "pair_events")
-        },
+        **{f"last {name}: 0": trace(f"summary.series.{name}", 0.0, -1) for name in GROWING},
         "first kinetic_energy": trace("summary.series.kinetic_energy", 0.0, 0),
         "speed_histogram: negative": trace("summary.speed_histogram", -1, -1),
         "one time": summary("time", filled(lambda _: [0.0])),
