@@ -456,7 +456,7 @@ KINDS: dict[str, dict[str, Damage]] = {
             for value in WRONG
         },
         **{f"last {name}: 0": trace(f"summary.series.{name}", 0.0, -1) for name in GROWING},
-        "first kinetic_energy": trace("summary.series.kinetic_energy", 0.0, 0),
+        "kinetic_energy: none at first": trace("summary.series.kinetic_energy", 0.0, 0),
         "speed_histogram: negative": trace("summary.speed_histogram", -1, -1),
         "one time": summary("time", filled(lambda _: [0.0])),
         "1e15 times": summary("time", declared(10**15, 65536)),

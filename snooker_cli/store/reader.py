@@ -324,6 +324,8 @@ def _check_summary(summary: Summary, trace: Trace, energy: float) -> None:
         if name in GROWING:
             sound = sound and np.all(values[1:] >= (1 - SUM_ROUNDING) * values[:-1])
         _require(sound, f"{name} of a summary")
+    first = summary.series.kinetic_energy[0]  # by which others are divided
+    _require(2 * first >= trace.start.kinetic_energy, "kinetic_energy of a summary")
     in_range = counts.min() >= 0 and counts.max() <= trace.start.number
     _require(in_range, "speed_histogram of a summary")
 
