@@ -16,6 +16,8 @@ import numpy as np
 
 from snooker_cli import store
 from snooker_cli.store import file_format as layout
+from snooker_cli.store.hdf5 import ROWS
+from snooker_cli.store.reader import GROWING
 from snooker_cli.trace import SERIES_UNITS, Stop, Trace
 
 Damage = Callable[[Path], object]
@@ -170,8 +172,10 @@ def dataset(name: str, make: Make) -> Damage:
     """Makes a dataset anew, by a function that also gets the number of its rows."""
 
     def change(file: h5py.File) -> None:
-        unit, rows = dict(file[name].attrs), file[name].size
-        del file[name]
+        unit, rows = {}, 450
+        if name in file:
+            unit, rows = dict(file[name].attrs), file[name].size
+            del file[name]
         make(file, name, rows)
         file[name].attrs.update(unit)
 
@@ -186,28 +190,35 @@ def declared(number: int | None, chunk: int | None) -> Make:
     return lambda file, name, rows: file.create_dataset(name, (number or rows,), "f8", **options)
 
 
-def bomb(name: str) -> Damage:
-    """A dataset in a chunk of 1.6 MB that unpacks to 1.6 GB."""
+def zeros(number: int) -> Make:
+    """A dataset of this many zeros, of which 500 take a byte."""
 
-    def change(file: h5py.File) -> None:
-        rows = file.pop(name).shape[0] if name in file else 450
-        declared(rows, rows)(file, name, rows)
-        deflate = zlib.compressobj(9, wbits=-zlib.MAX_WBITS)
-        piece = deflate.compress(bytes(1 << 24)) + deflate.flush(zlib.Z_FULL_FLUSH)
-        file[name].id.write_direct_chunk((0,), b"\x78\x01" + 100 * piece)
+    def make(file: h5py.File, name: str, _rows: int) -> None:
+        declared(number, ROWS)(file, name, number)
+        for start in range(0, number, ROWS):
+            file[name].id.write_direct_chunk((start,), zlib.compress(bytes(8 * ROWS)))
 
-    return edited(change)
+    return make
 
 
-def garbled(name: str) -> Damage:
-    """A dataset in a chunk that cannot be unpacked."""
+def chunk(content: bytes, number: int | None = None) -> Make:
+    """A dataset in one chunk with this content."""
 
-    def change(file: h5py.File) -> None:
-        rows = file.pop(name).shape[0]
-        declared(rows, rows)(file, name, rows)
-        file[name].id.write_direct_chunk((0,), b"\x78\x01" + bytes(range(255, 0, -1)))
+    def make(file: h5py.File, name: str, rows: int) -> None:
+        declared(number or rows, number or rows)(file, name, rows)
+        file[name].id.write_direct_chunk((0,), content)
 
-    return edited(change)
+    return make
+
+
+def bomb() -> bytes:
+    """1.6 MB that unpack to 1.6 GB."""
+    deflate = zlib.compressobj(9, wbits=-zlib.MAX_WBITS)
+    piece = deflate.compress(bytes(1 << 24)) + deflate.flush(zlib.Z_FULL_FLUSH)
+    return b"\x78\x01" + 100 * piece
+
+
+BOMB, SHORT = bomb(), zlib.compress(bytes(8))
 
 
 def filled(values: Callable[[int], Any]) -> Make:
@@ -286,21 +297,20 @@ REFUSED: dict[str, dict[str, Damage]] = {
         **{f"j = {value}": event("j", value) for value in (LARGE, 7, -2, -3)},
     },
     "wrong order of the times": {f"{value}": event("time", value) for value in WRONG},
-    "wrong impulse": {f"{value}": event("impulse", value) for value in WRONG},
+    "wrong impulse": {
+        **{f"{value}": event("impulse", value) for value in WRONG},
+        "all at rest": trace("start.velocities finish.velocities", np.zeros((7, 2))),
+    },
     "wrong residual": {f"{value}": residual(value) for value in (np.nan, 1e149)},
     "squares of speed times distance": {"fast": scene("velocities", 1e200, 0)},
     "wrong place of a ball": {
         **{f"at {value}": scene("positions", value, 0) for value in (np.nan, 1e3, 1e300)},
         "at the finish": trace("finish.positions", 1e20, 0),
-        "container": trace("finish.container_position", np.nan, 0),
+        **{f"container {x}": trace("finish.container_position", x, 0) for x in (np.nan, 1e20)},
     },
     "wrong speed of a ball": {"at the finish": trace("finish.velocities", np.nan, 0)},
-    "wrong place of the container": {"far": trace("finish.container_position", 1e20, 0)},
     "wrong speed of the container": {
-        "all at rest": trace("start.velocities finish.velocities", np.zeros((7, 2))),
-        "away": scene("container_position", 1.0, 0),
-        "moves, though it is fixed": fixed_and_moving(),
-        "at the finish": trace("finish.container_velocity", np.nan, 0),
+        "at the finish": trace("finish.container_velocity", np.nan, 0)
     },
     "wrong radius, mass or length": {
         f"{name} {value}": scene(name, value, 0)
@@ -315,6 +325,7 @@ REFUSED: dict[str, dict[str, Damage]] = {
     "wrong rules": {"slides": rules(slides=True), "all slide": scene("slides", True)},
     "wrong number of events": {
         "too few": trace("wall_events", 0),
+        "too many": trace("wall_events", 10**9),
         "none at the wall": ending(wall_events=0, pair_events=150),
     },
     "wrong ending": {
@@ -331,8 +342,6 @@ REFUSED: dict[str, dict[str, Damage]] = {
         "back": parameter("rows", lambda ends: ends[[0, 2, 1, 3]]),
         "beyond": parameter("rows", lambda ends: np.append(ends[:-1], 10**15)),
         "one time less": dataset(TIME, one_less),
-        "many chunks of one row": dataset(TIME, declared(3 * 10**7, 1)),
-        "many rows": dataset(TIME, declared(5 * 10**8, 5 * 10**8)),
     },
     "wrong lengths of the columns": {"one less": dataset(f"{layout.IMPULSE}/value", one_less)},
     "has neither numbers nor text of fixed length": {
@@ -352,11 +361,8 @@ REFUSED: dict[str, dict[str, Damage]] = {
             TIME, lambda file, name, rows: file.create_dataset(name, (rows,), "f8", scaleoffset=3)
         ),
         "chunks of one row": dataset(TIME, declared(None, 1)),
+        "many chunks of one row": dataset(TIME, declared(3 * 10**7, 1)),
         "large chunk": dataset(TIME, declared(None, 5 * 10**8)),
-    },
-    "wrong number of collisions": {
-        "more than its config allows": provenance(config='{"collisions": 149}'),
-        "too many": trace("wall_events", 10**9),
     },
     "it has a link to another place": {
         "soft": linked(h5py.SoftLink("/observables/impulse/value")),
@@ -365,10 +371,16 @@ REFUSED: dict[str, dict[str, Damage]] = {
     "too many links": {
         "groups": edited(lambda file: [file.create_group(f"g{number}") for number in range(1100)])
     },
-    "a group with two names": {
-        "a circle": edited(lambda file: file.__setitem__("particles/again", file["particles"]))
+    "has a chunk that is missing": {
+        "one": dataset(TIME, declared(None, ROWS)),
+        "of many rows": dataset(TIME, declared(5 * 10**8, 5 * 10**8)),
+        "each": dataset(TIME, declared(5 * 10**8, ROWS)),
     },
-    "a chunk has another size than it declares": {"a bomb": bomb(TIME)},
+    "it unpacks to more than": {"zeros": dataset(TIME, zeros(8 * 10**7))},
+    "a chunk has another size than it declares": {
+        "a bomb": dataset(TIME, chunk(BOMB)),
+        "too short": dataset(TIME, chunk(SHORT)),
+    },
     " bytes, and ": {
         "wide text": dataset(
             layout.ENDINGS, lambda file, name, _: file.create_dataset(name, (3,), "S1000000000")
@@ -380,6 +392,8 @@ REFUSED: dict[str, dict[str, Damage]] = {
 OTHERS: dict[str, Damage] = {
     "far: all times × 1e20": times(1e20),
     "fast: 1e150 m/s": scene("velocities", 1e150, 0),
+    "container: away": scene("container_position", 1.0, 0),
+    "container: moves, though it is fixed": fixed_and_moving(),
     "rule: a box": rules(shape="box"),
     "stop: balls": trace("stop.balls", (10**30,)),
     "stop: reason": ending(reason=ESCAPES),
@@ -391,6 +405,8 @@ OTHERS: dict[str, Damage] = {
     "repeats: large": parameter("repeat", np.array([-1, 1, 2**62])),
     "provenance: command": provenance(command=ESCAPES),
     "provenance: config": provenance(config='{"collisions": 1000000000000000}'),
+    "provenance: config of another": provenance(config='{"collisions": 149}'),
+    "provenance: config of nothing": provenance(config=ESCAPES),
     "provenance: digest": provenance(digest=ESCAPES),
     "provenance: point": provenance(point="0"),
     "provenance: engine version": provenance(engine_version=10**30),
@@ -399,10 +415,13 @@ OTHERS: dict[str, Damage] = {
     "version: text": attribute("schema_version", ESCAPES),
     "scene: deep": attribute("scene", DEEP),
     "scene: bytes": attribute("scene", np.bytes_(b"\xff\x1b")),
-    "storage: no deflate stream": garbled(TIME),
+    "storage: no deflate stream": dataset(TIME, chunk(b"\x78\x01" + bytes(range(255, 0, -1)))),
     "storage: lost link": linked(h5py.SoftLink("/nowhere")),
     "storage: 4e8 repeats": dataset(layout.REPEATS, declared(4 * 10**8, 1000)),
     "storage: no array": dataset(TIME, filled(lambda _: 1.0)),
+    "unread: a circle of groups": edited(
+        lambda file: file.__setitem__("particles/again", file["particles"])
+    ),
     "file: noise": text(bytes(range(256)) * 40),
     "file: most of it": cut(0.95),
     "file: a folder": folder,
@@ -436,15 +455,12 @@ KINDS: dict[str, dict[str, Damage]] = {
             for name in SERIES_UNITS
             for value in WRONG
         },
-        **{
-            f"last {name}: 0": trace(f"summary.series.{name}", 0.0, -1)
-            for name in ("time", "wall_impulse", "pair_virial", "wall_events", "pair_events")
-        },
-        "first kinetic_energy": trace("summary.series.kinetic_energy", 0.0, 0),
+        **{f"last {name}: 0": trace(f"summary.series.{name}", 0.0, -1) for name in GROWING},
+        "kinetic_energy: none at first": trace("summary.series.kinetic_energy", 0.0, 0),
         "speed_histogram: negative": trace("summary.speed_histogram", -1, -1),
         "one time": summary("time", filled(lambda _: [0.0])),
         "1e15 times": summary("time", declared(10**15, 65536)),
-        "a bomb": bomb(f"{layout.SUMMARY}/time/value"),
+        "a bomb": summary("time", chunk(BOMB)),
         "counts in one column": summary("speed_histogram", declared(450, None)),
         "a box": rules(shape="box"),
     },
@@ -472,7 +488,8 @@ CHECKPOINTS: dict[str, Damage] = {
     "indices": edited(with_large_indices),
     "a number as hash": attribute("content", 1, layout.CHECKPOINT),
     "nothing": edited(lambda file: file[layout.CHECKPOINT].clear()),
-    "a bomb": bomb(f"{layout.CHECKPOINT}/bomb"),
+    "a bomb": dataset(f"{layout.CHECKPOINT}/bomb", chunk(BOMB)),
+    "too short": dataset(f"{layout.CHECKPOINT}/short", chunk(SHORT, 4_000_000)),
 }
 """Damages of a file with a checkpoint; its hash, which needs the user's key, stays."""
 

@@ -27,9 +27,11 @@ from snooker_cli.trace import SERIES_UNITS
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")  # NumPy's, which a user would see
 
 REPEATS = Path("point-0000") / "repeats-0000-0002.h5"
-SOUND = ("stop: message", "provenance: command", "provenance: config", "far", "fast")
-"""Names of what `verify` need not blame: text that is only shown or never read, and large numbers.
-"""
+SOUND = (
+    *("stop: message", "provenance: command", "provenance: config"),
+    *("far", "fast", "unread", "file: 200 GB"),
+)
+"""Names of what `verify` need not blame: what is only shown or never read, and large numbers."""
 
 SHARE = 24
 """Of all files, each command is tried on one in 24, and on all in long tests."""
@@ -98,7 +100,7 @@ def test_reading_refuses_a_summary_for_what_is_wrong(warm: Run, tmp_path: Path) 
     """The reason has the name of the wrong column."""
     names = [*SERIES_UNITS, "speed_histogram"]
     columns = {key: d for key, d in hostile.KINDS["summary"].items() if key.split(": ")[0] in names}
-    assert len(columns) == 4 * len(SERIES_UNITS) + 1
+    assert len(columns) == 4 * len(SERIES_UNITS) + 2
     path = Path(shutil.copy(warm.batches(0)[0], tmp_path))
     for key in hostile.damaged(path, columns):
         column = key.partition(":")[0]

@@ -17,7 +17,7 @@ COMMANDS = {
     "run": ("run_command", "Simulate all points and repeats of CONFIG and store them."),
     "ls": ("status_commands", "List the runs in DIR and the state of their repeats."),
     "show": ("status_commands", "Show the state of RUN: points, ends of repeats, files."),
-    "verify": ("status_commands", "Read and check every file of RUN, in other processes."),
+    "verify": ("status_commands", "Read and check every file of RUN."),
     "fit": ("analysis_commands", "Fit decay constants of energy, temperature and pressure."),
     "compare": ("analysis_commands", "Compare the results of RUN with theory."),
     "plot": ("figure_commands", "Draw figures of RUN as SVG, PNG and JSON."),

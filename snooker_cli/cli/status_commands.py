@@ -198,13 +198,11 @@ def verify(
     jobs: Jobs = None,
     as_json: AsJson = False,
 ) -> None:
-    """Read and check every file of RUN, in other processes.
+    """Read and check every file of RUN.
 
     The check covers the hash of the content, and whether the file has the run's config and starts
-    as the config says. A file may
-    crash a process or take too much time or memory. A line is printed for each bad file, and the
-    exit code is then 1. Missing, interrupted and too short
-    repeats are reported, but they are no error.
+    as the config says. A line is printed for each bad file, and the exit code is then 1. Missing,
+    interrupted and too short repeats are reported, but they are no error.
 
     --exact reads no other files than those of one repeat of each point, and computes it again with
     intervals that contain the true numbers. The result is the number of events that are certainly

@@ -29,7 +29,7 @@ FIGURES = "figures"  # the folder where ``plot`` saves them
 REMEMBERED_SIZE = 32_000_000  # bytes of a file up to which its repeats stay in memory
 REPLACES = "run the config again, which replaces it"
 
-Check = Callable[[Path], list[RepeatHeader]]  # ``store.check``, or the same in a child process
+Check = Callable[[Path], list[RepeatHeader]]  # ``store.check``, or the same with a limit of memory
 
 FIGURE_KEYS = {"kind", "title", "caption", "numbers", "layers"}  # in the JSON beside a figure
 

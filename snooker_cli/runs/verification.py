@@ -1,19 +1,13 @@
 """Verify a run: read every file, check its hash and origin, and simulate it again on request."""
 
 import json
-import signal
 import sys
 import threading
-import time
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, ExitStack, suppress
+from contextlib import contextmanager
 from dataclasses import replace
-from itertools import chain
-from multiprocessing import get_context
-from multiprocessing.connection import Connection
+from functools import partial
 from pathlib import Path
-from queue import SimpleQueue
-from typing import Any
 
 from snooker_cli import store
 from snooker_cli.config import Experiment, validated
@@ -28,10 +22,7 @@ from snooker_cli.trace import StopReason
 if sys.platform != "win32":
     import resource
 
-SECONDS, BYTES_PER_SECOND = 20, 1e6  # processor time for a file; most take a hundredth of it
-MEMORY, MEMORY_PER_BYTE = 1.2e9, 8  # bytes for a process and a file; the libraries take 2e8
-
-NO_CRASH = ("SIGHUP", "SIGINT", "SIGKILL", "SIGTERM")  # ends of a process that no file causes
+MEMORY, MEMORY_PER_BYTE = 10**9, 8  # that reading a file may take, and more for each of its bytes
 
 ADVICE = "delete it and run again"
 
@@ -39,11 +30,9 @@ ADVICE = "delete it and run again"
 def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
     """The status of each repeat, as they come; every file is read and checked, and its scene too.
 
-    Child processes read the files, because a stranger's file may crash or fill what reads it.
-
     replay : simulate each repeat again, with the same limits, and compare all bits of
         start, events or summary, finish and ending, in bounded memory
-    workers : threads
+    workers : threads that simulate
 
     Raises ``RunError`` for a replay of another engine version's results.
     """
@@ -53,43 +42,73 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
             f"snooker, of version {ENGINE_VERSION}, cannot simulate again",
             "verify it without --replay",
         )
+    if not replay:
+        for point in run.points:
+            yield from run.best(point.index, _checked_statuses(run, point.index))
+        return
+    # All files are read first: simulations need no limit of memory.
+    checked = [[*_checked_statuses(run, point.index)] for point in run.points]
     cancelled = threading.Event()
-    # Each thread takes an idle checker for one file, so there are never more than ``workers``.
-    idle: SimpleQueue[IsolatedChecker] = SimpleQueue()
-
-    def verified(path: Path) -> list[RepeatStatus]:
-        checker = idle.get()
+    with ThreadExecutor(workers, cancelled) as threads:
         try:
-            statuses = run.file_statuses(path, check=checker.check)
-        finally:
-            idle.put(checker)
-        return [_verified(run, status, replay, cancelled) for status in statuses]
-
-    with ThreadExecutor(workers, cancelled) as threads, ExitStack() as checkers:
-        for _ in range(workers):
-            idle.put(checkers.enter_context(IsolatedChecker()))
-        try:
-            for point in run.points:
-                statuses = threads.results(verified, run.batches(point.index))
-                yield from run.best(point.index, chain.from_iterable(statuses))
+            for point, statuses in zip(run.points, checked, strict=True):
+                again = threads.results(partial(_replayed, run, cancelled), statuses)
+                yield from run.best(point.index, again)
         finally:
             cancelled.set()
 
 
-def _verified(
-    run: Run, status: RepeatStatus, replay: bool, cancelled: threading.Event
-) -> RepeatStatus:
-    """A repeat's status: unusable if its rules are not the config's, or a replay differs."""
-    header = status.header
-    if header is None or status.state is RepeatState.UNUSABLE:
-        return status
-    reason = origin_fault(run, header)
-    if not reason and replay and not _is_repeatable(run, header, cancelled):
-        reason = f"simulating repeat {status.repeat} again gives other bits"
+def _checked_statuses(run: Run, point: int) -> Iterator[RepeatStatus]:
+    """The status of each repeat in each file of a point: unusable if it is not of the config."""
+    for path in run.batches(point):
+        for status in run.file_statuses(path, check=check):
+            header = _usable(status)
+            yield _refused(status, origin_fault(run, header)) if header else status
+
+
+def check(path: Path) -> list[store.RepeatHeader]:
+    """As ``store.check``, but a file may not fill the memory. Raises ``StoreError``."""
+    size = (store.file_info(path) or (0, 0))[0]
+    with limited_memory(MEMORY + MEMORY_PER_BYTE * size):
+        return store.check(path)
+
+
+@contextmanager
+def limited_memory(more: int) -> Iterator[None]:
+    """Inside, this process may take so many bytes more: beyond, ``MemoryError``. On Linux only."""
+    statistics = Path("/proc/self/statm")
+    if sys.platform == "win32" or not statistics.exists():
+        yield
+        return
+    data = int(statistics.read_text().split()[5]) * resource.getpagesize()
+    before, most = resource.getrlimit(resource.RLIMIT_DATA)
+    limits = [limit for limit in (before, most) if limit != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_DATA, (min([data + more, *limits]), most))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_DATA, (before, most))
+
+
+def _usable(status: RepeatStatus) -> store.RepeatHeader | None:
+    """The header of a repeat, unless its file cannot be used."""
+    return None if status.state is RepeatState.UNUSABLE else status.header
+
+
+def _refused(status: RepeatStatus, reason: str) -> RepeatStatus:
+    """The status, unusable if there is a reason."""
     if not reason:
         return status
     error = StoreError(status.path, reason, ADVICE)
     return status._replace(state=RepeatState.UNUSABLE, error=error)
+
+
+def _replayed(run: Run, cancelled: threading.Event, status: RepeatStatus) -> RepeatStatus:
+    """The status: unusable if simulating the repeat again gives other bits."""
+    header = _usable(status)
+    if header is None or _is_repeatable(run, header, cancelled):
+        return status
+    return _refused(status, f"simulating repeat {status.repeat} again gives other bits")
 
 
 def origin_fault(run: Run, header: store.RepeatHeader) -> str:
@@ -150,86 +169,3 @@ def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Ev
     if interrupted or ends[0] == ends[1]:
         again = replace(again, stop=header.stop)
     return fingerprint.content(again) == header.fingerprint or cancelled.is_set()
-
-
-class IsolatedChecker(AbstractContextManager["IsolatedChecker"]):
-    """Checks files one after the other in a child process; a new one begins after a crash."""
-
-    _process: Any = None
-
-    def __exit__(self, *_error: object) -> None:
-        if self._process is not None:
-            self._process.kill()
-
-    def check(self, path: Path) -> list[store.RepeatHeader]:
-        """As ``store.check``. Raises ``StoreError`` also for a file that ends the process.
-
-        Raises ``RunError`` if no process can begin.
-        """
-        if self._process is None:
-            context = get_context("spawn")  # a fork would copy locks that other threads hold
-            self._files, there = context.Pipe()
-            process = context.Process(target=_check_files, args=(there,), daemon=True)
-            problem = "no process to check files can begin", "close other programs"
-            try:
-                process.start()
-            except OSError:
-                raise RunError(*problem) from None
-            self._process = process
-            there.close()
-            if self._answer() is not None:
-                raise RunError(*problem)
-        size = (store.file_info(path) or (0, 0))[0]
-        seconds = int(SECONDS + size / BYTES_PER_SECOND)
-        with suppress(OSError):
-            self._files.send((path, seconds, int(MEMORY + MEMORY_PER_BYTE * size)))
-        answer = self._answer()
-        if isinstance(answer, int):
-            how = f"ends its process (exit code {answer})"
-            if answer < 0:
-                name = signal.Signals(-answer).name
-                if name in NO_CRASH:
-                    raise RunError(
-                        f"{path}: the system ended the process that read this file, perhaps for "
-                        "lack of memory",
-                        "run the same command again, with fewer --jobs",
-                    )
-                how = f"takes longer than {seconds} s" if name == "SIGXCPU" else f"crashes ({name})"
-            answer = StoreError(path, f"reading it {how}", ADVICE)
-        if isinstance(answer, StoreError):
-            raise answer
-        return list(answer)
-
-    def _answer(self) -> Any:
-        """What the process sends, or its exit code after it has ended."""
-        try:
-            return self._files.recv()
-        except (EOFError, OSError):
-            self._process.join()
-            code, self._process = self._process.exitcode, None
-            return code
-
-
-def _check_files(files: Connection) -> None:
-    """Answer each path with the headers of its file or an error, until the parent ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent
-    files.send(None)
-    with suppress(EOFError, OSError):
-        while True:
-            path, seconds, memory = files.recv()
-            if sys.platform != "win32":
-                _limit(resource.RLIMIT_CPU, int(time.process_time()) + seconds)
-                _limit(resource.RLIMIT_DATA, memory)
-                _limit(resource.RLIMIT_CORE, 0)
-            try:
-                files.send(store.check(path))
-            except StoreError as error:
-                files.send(error)
-
-
-def _limit(name: int, limit: int) -> None:
-    """Give this process at most so much of a resource, or what the system allows."""
-    if sys.platform != "win32":
-        _, most = resource.getrlimit(name)
-        limit = limit if most == resource.RLIM_INFINITY else min(limit, most)
-        resource.setrlimit(name, (limit, most))

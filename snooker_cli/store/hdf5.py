@@ -1,9 +1,9 @@
-"""HDF5 through h5py: open and check files, and pack chunks while other threads run."""
+"""HDF5 through h5py: open and check files, read and write datasets."""
 
 import io
 import math
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache, lru_cache
 from itertools import count
@@ -22,12 +22,12 @@ UNWRITABLE = (OSError, RuntimeError)  # what h5py raises for a file that cannot 
 MOST_LINKS = 1000  # names in a file. snooker writes fewer than 100.
 TYPES = (h5t.TypeIntegerID, h5t.TypeFloatID, h5t.TypeStringID, h5t.TypeReferenceID, h5t.TypeEnumID)
 ROWS = 65536  # in a chunk of a dataset that is not written at once
-INFLATION = 1032  # the most bytes that deflate makes of one byte, https://zlib.net/zlib_tech.html
-
-ZLIB_HEADER = b"\x78\x01"  # of a zlib stream, RFC 1950
-LAST_BLOCK = b"\x03\x00"  # the empty one at the end of deflate's blocks
-NOISE_SAMPLE = 4096  # bytes that are looked at to judge whether a column is noise
+FILTERS = [h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE]  # of all chunks
 SMALL = 1024  # bytes of a dataset up to which it is stored in its header
+
+UNPACKED, UNPACKED_PER_BYTE = 1 << 28, 300
+"""The most bytes that a file unpacks to, and more for each of its own bytes. The collisions of a
+single ball that bounces at equal intervals need 250 for each."""
 
 
 class _Unfailing(io.FileIO):
@@ -77,33 +77,39 @@ def is_marked(path: Path) -> bool:
     return False
 
 
-def check_links(file: h5py.File) -> None:
-    """Raise ``ValueError`` for links that lead out of the file, and for too many links."""
+def check_links(file: h5py.File) -> list[bytes]:
+    """One name of each object. Raises ``ValueError`` for links out of the file and for too many."""
+    names: dict[int, bytes] = {}
     numbers = count(1)
 
-    def is_wrong(_name: bytes, link: Any) -> bool | None:  # None: visit goes on
+    def is_wrong(name: bytes, link: Any) -> bool | None:  # None: visit goes on
+        names.setdefault(link.u, name)  # of a hard link this is the object's address
         return link.type != h5l.TYPE_HARD or next(numbers) > MOST_LINKS or None
 
     if file.id.links.visit(is_wrong, info=True):
         raise ValueError("it has a link to another place, or too many links")
+    return [b".", *names.values()]
 
 
-def check_types(file: h5py.File) -> None:
-    """Open all objects and attributes, and raise ``ValueError`` for types that no file has.
+def check_objects(file: h5py.File, names: Iterable[bytes], sparse: str) -> None:
+    """Open all objects and attributes, and raise ``ValueError`` for what no file has.
 
-    HDF5 may crash on damaged values of variable length, so types come before values.
+    This comes before any value is read: HDF5 may crash on damaged values of variable length, and a
+    small file may declare datasets that fill the memory.
+
+    names : of the objects
+    sparse : the dataset some of whose chunks may be missing
     """
-    names = [b"."]
-    file.id.links.visit(names.append)
+    size, most = 0, UNPACKED + UNPACKED_PER_BYTE * file.id.get_filesize()
     for name in names:
         item = h5o.open(file.id, name)
-        if isinstance(item, h5g.GroupID):
-            if h5o.get_info(item).rc > 1:
-                raise ValueError("it has a group with two names")
-        elif not isinstance(item, h5d.DatasetID):
-            raise ValueError("it has an object that is neither a group nor a dataset")
-        else:
+        if isinstance(item, h5d.DatasetID):
             _check_type(item.get_type(), name)
+            size += _unpacked_size(item, name.decode(), sparse)
+            if size > most:
+                raise ValueError(f"it unpacks to more than {most:,} bytes")
+        elif not isinstance(item, h5g.GroupID):
+            raise ValueError("it has an object that is neither a group nor a dataset")
         for index in range(h5a.get_num_attrs(item)):
             _check_type(h5a.open(item, index=index).get_type(), name)
 
@@ -115,6 +121,31 @@ def _check_type(kind: Any, name: bytes) -> None:
     ):
         where = name.decode("utf-8", "replace")
         raise ValueError(f"{where} has neither numbers nor text of fixed length")
+
+
+def _unpacked_size(data: Any, path: str, sparse: str) -> int:
+    """The most bytes that a dataset takes in memory.
+
+    Raises ``ValueError`` for one that is stored in another way than snooker does it, or whose bytes
+    are not there.
+    """
+    settings, shape = data.get_create_plist(), data.shape
+    filters = [settings.get_filter(k)[0] for k in range(settings.get_nfilters())]
+    size = math.prod(shape) * data.get_type().get_size()
+    if settings.get_layout() == h5d.CHUNKED:
+        chunk, *rest = settings.get_chunk()
+        known = chunk in (shape[0], ROWS) and rest == [*shape[1:]] and filters == FILTERS
+        if known and path != sparse and data.get_num_chunks() < math.ceil(shape[0] / chunk):
+            raise ValueError(f"{path} has a chunk that is missing")
+        size = math.prod(shape) * max(data.get_type().get_size(), 8)  # counts are read as int64
+    else:
+        known = settings.get_layout() in (h5d.COMPACT, h5d.CONTIGUOUS) and not filters
+        stored = data.get_storage_size()
+        if known and size > stored:
+            raise ValueError(f"{path} needs {size:,} bytes, and {stored:,} are stored")
+    if not known or settings.get_external_count():
+        raise ValueError(f"{path} is stored in a way that snooker does not use")
+    return int(size)
 
 
 # h5py's objects for datasets and attributes take three times as long as its low-level calls.
@@ -139,77 +170,47 @@ def read_attribute(file: h5py.File, path: str, name: str) -> Any:
 
 
 def read_rows(
-    file: h5py.File,
-    path: str,
-    dtype: Any = np.float64,
-    rows: slice = slice(None),
-    sparse: bool = False,
+    file: h5py.File, path: str, dtype: Any = np.float64, rows: slice = slice(None)
 ) -> NDArray[Any]:
     """A dataset, or some of its rows, as an array of this type; with ``None``, of its own.
 
-    sparse : whether some of its chunks may be missing
-
-    Raises ``ValueError``, before any memory is taken, for a dataset that is stored in another way
-    than snooker does it, or whose bytes are not there.
+    Raises ``ValueError`` for other types, and for a chunk that has another size than it declares.
     """
     data = h5d.open(file.id, path.encode())
-    settings, stored = data.get_create_plist(), data.get_storage_size()
-    filters = [settings.get_filter(k)[0] for k in range(settings.get_nfilters())]
-    layout, declared, most = settings.get_layout(), math.prod(data.shape), stored
-    expected = []
-    known = layout in (h5d.CHUNKED, h5d.COMPACT, h5d.CONTIGUOUS)
-    if layout == h5d.CHUNKED:
-        expected, most = [h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE], INFLATION * stored
-        chunk, *rest = settings.get_chunk()
-        known = chunk in (data.shape[0], ROWS) and rest == [*data.shape[1:]]
-        size = chunk * math.prod(rest)
-        declared = size if sparse else max(declared, size)
-    if not known or settings.get_external_count() or filters != expected:
-        raise ValueError(f"{path} is stored in a way that snooker does not use")
-    size = declared * data.get_type().get_size()
-    if size > most or stored > file.id.get_filesize():
-        raise ValueError(f"{path} needs {size:,} bytes, and {stored:,} are stored")
-    kind = data.dtype
+    kind, space = data.dtype, data.get_space()
     dtype = np.dtype(kind if dtype is None else dtype)
     if kind.kind not in "biufS" or not np.can_cast(kind, dtype, "same_kind"):
         raise ValueError(f"{path} has neither numbers of its type nor text of fixed length")
-    if layout == h5d.CHUNKED:
-        return _unpacked(data, chunk, rows, dtype, sparse)
-    values = np.empty(data.shape, dtype)
-    data.read(h5s.ALL, h5s.ALL, values, native(dtype))
-    return values[rows] if data.shape else values
+    if not data.shape:
+        values = np.empty((), dtype)
+        data.read(h5s.ALL, h5s.ALL, values, native(dtype))
+        return values
+    first, last, _ = rows.indices(data.shape[0])
+    rest = data.shape[1:]
+    values = np.empty((last - first, *rest), dtype)
+    if values.size:
+        if data.get_create_plist().get_layout() == h5d.CHUNKED:
+            _check_chunks(data, first, last)
+        space.select_hyperslab((first, *(0 for _ in rest)), values.shape)
+        data.read(h5s.create_simple(values.shape), space, values, native(dtype))
+    return values
 
 
-def _unpacked(
-    data: Any, rows: int, wanted: slice, dtype: np.dtype[Any], sparse: bool
-) -> NDArray[Any]:
-    """Rows of a dataset in chunks that have the size which they declare.
+def _check_chunks(data: Any, first: int, last: int) -> None:
+    """Raise ``ValueError`` if the chunks of some rows unpack to another size than they declare.
 
-    HDF5 would unpack all of a chunk, up to ``INFLATION`` times its bytes, before it compares. Both
-    ways take the same time.
+    HDF5 2.0 does not compare the sizes. It unpacks all of a chunk, which may be a thousand times
+    its size, and reads beyond the end of one that is too short, which may end the process.
     """
-    kind, rest = data.dtype, data.shape[1:]
-    first, last, _ = wanted.indices(data.shape[0])
-    values = np.zeros((last - first, *rest), dtype)
-    size = kind.itemsize * rows * math.prod(rest)
-    # Chunk by chunk: inflate at most one byte too many, undo the shuffle, keep the wanted rows.
-    for start in range(first - first % rows, last, rows):
+    chunk, *rest = data.get_create_plist().get_chunk()
+    size = data.dtype.itemsize * chunk * math.prod(rest)
+    for start in range(first - first % chunk, last, chunk):
         place = (start, *(0 for _ in rest))
         if data.get_chunk_info_by_coord(place).byte_offset is None:
-            if not sparse:
-                raise ValueError("a chunk is missing")
-            continue
+            continue  # HDF5 gives zeros
         skipped, content = data.read_direct_chunk(place)
-        inflate = zlib.decompressobj()
-        content = inflate.decompress(content, size + 1)
-        if skipped or len(content) != size or not inflate.eof:
+        if skipped or len(zlib.decompressobj().decompress(content, size + 1)) != size:
             raise ValueError("a chunk has another size than it declares")
-        # The shuffle filter puts the first bytes of all numbers first, then the second ones.
-        numbers = np.frombuffer(content, np.uint8).reshape(kind.itemsize, -1).T
-        numbers = np.ascontiguousarray(numbers).view(kind).reshape(rows, *rest)
-        begin, end = max(start, first), min(start + rows, last)
-        values[begin - first : end - first] = numbers[begin - start : end - start]
-    return values
 
 
 def length(file: h5py.File, path: str) -> int:
@@ -256,7 +257,10 @@ def write_rows(
         data.write(h5s.ALL, h5s.ALL, values, native(values.dtype))
         return
     data.set_extent((before + len(values), *rest))
-    data.write_direct_chunk((before, *(0 for _ in rest)), packed(values, chunk))
+    space = data.get_space()
+    space.select_hyperslab((before, *(0 for _ in rest)), values.shape)
+    values = np.ascontiguousarray(values)
+    data.write(h5s.create_simple(values.shape), space, values, native(values.dtype))
 
 
 @lru_cache(maxsize=64)
@@ -277,33 +281,3 @@ def _settings(chunk: tuple[int, ...] | None, small: bool) -> tuple[Any, Any]:
 def link(file: h5py.File, new: str, old: str) -> None:
     """Give an object another name."""
     file.id.links.create_hard(new.encode(), file.id, old.encode())
-
-
-# Compressed here, because zlib lets other threads run. 1,034 repeats of 37 balls and 500 collisions
-# take 0.18 s of processor time to simulate, 0.18 s to write, and 0.35 s with HDF5's own filters.
-
-
-def packed(values: NDArray[Any], rows: int) -> bytes:
-    """The values as HDF5's shuffle and deflate filters would leave a chunk of ``rows`` rows.
-
-    Missing rows are zero. Each byte of the numbers is compressed by itself: most are noise, in
-    which zlib would search longer for patterns than in all others.
-    """
-    padded = np.zeros((rows, *values.shape[1:]), values.dtype)
-    padded[: len(values)] = values
-    shuffled = np.ascontiguousarray(padded.view(np.uint8).reshape(-1, values.itemsize).T)
-    pieces = []
-    for row in shuffled:  # in blocks that end on a whole byte and refer to none before them
-        level = 0 if _is_noise(row) else 1
-        deflate = zlib.compressobj(level, wbits=-zlib.MAX_WBITS, strategy=zlib.Z_RLE)
-        pieces += [deflate.compress(row.data), deflate.flush(zlib.Z_FULL_FLUSH)]
-    checksum = zlib.adler32(shuffled.data).to_bytes(4, "big")
-    return b"".join([ZLIB_HEADER, *pieces, LAST_BLOCK, checksum])
-
-
-def _is_noise(data: NDArray[np.uint8]) -> bool:
-    """Whether few neighbouring bytes are equal and no byte is frequent, judged by a sample."""
-    sample = data[:: max(1, len(data) // NOISE_SAMPLE)]
-    expected = len(sample) / 256
-    alike = np.count_nonzero(data[1:] == data[:-1]) > len(data) / 32
-    return not alike and bool(np.bincount(sample).max() < expected + 8 * math.sqrt(expected))

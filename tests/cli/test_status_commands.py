@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,8 +18,7 @@ from snooker_cli import runs, store
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.files import temporary_path, write_json
 from snooker_cli.runs.folder import record_failure
-from snooker_cli.runs.verification import IsolatedChecker, verify
-from snooker_cli.store import RepeatHeader
+from snooker_cli.runs.verification import verify
 from snooker_cli.trace import StopReason
 
 COUNTS = ("done", "running", "failed", "to_do")
@@ -77,8 +75,6 @@ def test_a_file_that_may_not_be_read_is_kept(
         return opened(file, *given, **how)
 
     monkeypatch.setattr(h5py, "File", open_h5)
-    # Patches do not reach the process that ``verify`` begins.
-    monkeypatch.setattr(IsolatedChecker, "check", lambda _, file: store.check(file))
     ended = snooker(*command.split())
     printed = ended.out + ended.err
     sentence = f"{path}: cannot be read (permission denied); check its permissions"
@@ -223,24 +219,3 @@ def test_every_end_can_be_replayed(record: str, tmp_path: Path, small_config: st
     for checked, state in ((run, "done"), (cut, StopReason.INTERRUPTED)):
         (verdict,) = verify(checked, replay=True, workers=1)
         assert verdict.state == state
-
-
-def test_a_file_that_crashes_its_reader_is_one_bad_file(
-    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The process ends by the signal of a crash; another one reads the rest."""
-    (bad, _), check = finished.glob("point-*/*.h5"), IsolatedChecker.check
-
-    def crashing(checker: IsolatedChecker, path: Path) -> list[RepeatHeader]:
-        headers = check(checker, path)
-        if path == bad:
-            os.kill(checker._process.pid, signal.SIGSEGV)
-            return check(checker, path)
-        return headers
-
-    monkeypatch.setattr(IsolatedChecker, "check", crashing)
-    ended = snooker("verify", str(finished), "-j", "1")
-    assert (ended.code, ended.err) == (1, "")
-    error, counts = ended.out.splitlines()
-    assert error.startswith(f"{bad}: reading it crashes (SIGSEGV); ")
-    assert "3 complete repeats, 1 bad file" in counts

@@ -18,7 +18,7 @@ from scenes import gas, report_scene, sort_often
 from test_bits import CASES, SIDES, bits, heated
 
 from snooker_cli.containers import Circle
-from snooker_cli.engine import simulate
+from snooker_cli.engine import CheckpointError, simulate
 from snooker_cli.engine.simulation import AmongEveryone, AmongNeighbours
 from snooker_cli.laws import Constant, Driven, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
@@ -136,6 +136,19 @@ def test_the_search_may_change_where_a_repeat_is_continued(
         rest = simulate(GASES[name](), collisions=3000, search=after, checkpoint=stopped.checkpoint)
         done = len(stopped.events)
         assert_same(replace(expected, events=expected.events[done:]), rest)
+
+
+def test_arrays_of_another_repeat_are_refused() -> None:
+    """Of another shape or type, or missing."""
+    scene = GASES["free, mixture"]()
+    arrays = simulate(scene, collisions=20_000, summary=True, watch=lambda _: True).checkpoint
+    assert arrays is not None
+    for name, values in arrays.items():
+        others = {key: array for key, array in arrays.items() if key != name}
+        wrong = {name: values[..., np.newaxis]}, {name: values.astype(np.float32)}, {}
+        for forged in wrong:
+            with pytest.raises(CheckpointError):
+                simulate(scene, collisions=20_000, summary=True, checkpoint=others | forged)
 
 
 def random_scene(seed: int) -> tuple[Scene, float]:

@@ -1,107 +1,64 @@
-"""`verify` checks files in a child process, which may crash or reach its limits."""
+"""`verify` reads each file with a limit of memory."""
 
 from __future__ import annotations
 
-import errno
 import json
-import os
-import signal
-from collections.abc import Iterator
 from dataclasses import replace
-from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
+import hostile
 import pytest
-from repeating import bytes_of
+from command_line import Snooker
 
 from snooker_cli import store
-from snooker_cli.errors import DeniedError, RunError, StoreError
-from snooker_cli.runs import Run, verification
-from snooker_cli.runs.verification import IsolatedChecker
+from snooker_cli.errors import DeniedError
+from snooker_cli.runs import verification
+from snooker_cli.runs.verification import limited_memory
 from snooker_cli.store import Provenance
 from snooker_cli.trace import Trace
 
-
-@pytest.fixture
-def checker() -> Iterator[IsolatedChecker]:
-    with IsolatedChecker() as checker:
-        yield checker
+pytestmark = pytest.mark.skipif(
+    not Path("/proc/self/statm").exists(), reason="memory is limited on Linux only"
+)
 
 
-@pytest.fixture
-def path(finished_run: Run) -> Path:
-    return finished_run.directory / next(iter(bytes_of(finished_run.directory)))
-
-
-def test_one_process_checks_many_files_until_one_ends_it(
-    checker: IsolatedChecker, path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """By a crash, or because a file takes longer than it may."""
-    headers = store.check(path)
-    assert checker.check(path) == headers
-    process = checker._process.pid
-    with pytest.raises(StoreError, match="not a readable result"):
-        checker.check(Path(__file__))
-    assert checker.check(path) == headers
-    assert checker._process.pid == process
-    os.kill(process, signal.SIGSEGV)
-    with pytest.raises(StoreError, match=r"reading it crashes \(SIGSEGV\)"):
-        checker.check(path)
-    assert checker.check(path) == headers
-    monkeypatch.setattr(verification, "SECONDS", -1)
-    with pytest.raises(StoreError, match="reading it takes longer than"):
-        all(checker.check(path) for _ in range(10_000))
-    monkeypatch.undo()
-    assert checker.check(path) == headers
-
-
-def test_a_killed_checker_says_nothing_of_its_file(checker: IsolatedChecker, path: Path) -> None:
-    headers = checker.check(path)
-    os.kill(checker._process.pid, signal.SIGKILL)
-    with pytest.raises(RunError, match=r"ended the process that read this file.*fewer --jobs"):
-        checker.check(path)
-    assert checker.check(path) == headers
-
-
-def test_a_checker_that_cannot_begin_is_one_sentence(
-    path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The system refuses the process, or ends it before it can answer."""
-    started = SpawnProcess.start
-
-    def refused(_process: SpawnProcess) -> None:
-        raise BlockingIOError(errno.EAGAIN, "Resource temporarily unavailable")
-
-    def killed(process: SpawnProcess) -> None:
-        started(process)
-        process.kill()
-
-    for start in (refused, killed):
-        monkeypatch.setattr(SpawnProcess, "start", start)
-        with (
-            IsolatedChecker() as checker,
-            pytest.raises(RunError, match="no process to check files can begin"),
-        ):
-            checker.check(path)
-
-
-@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is limited on Linux only")
 def test_a_file_may_not_take_much_memory(
-    checker: IsolatedChecker,
-    path: Path,
     traces: dict[str, Trace],
     provenance: Provenance,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Where a small file is read, a large one is refused."""
-    large, text = tmp_path / "large.h5", json.dumps({"title": "a" * 100_000_000})
+    small, large = tmp_path / "small.h5", tmp_path / "large.h5"
+    text = json.dumps({"title": "a" * 100_000_000})
+    store.write(small, [(0, traces["events"])], provenance)
     store.write(large, [(0, traces["events"])], replace(provenance, config=text))
-    assert len(checker.check(large)) == 1
-    monkeypatch.setattr(verification, "MEMORY", 3e8)
+    assert len(verification.check(large)) == 1
+    monkeypatch.setattr(verification, "MEMORY", 10**8)
     monkeypatch.setattr(verification, "MEMORY_PER_BYTE", 0)
-    assert len(checker.check(path)) == 3
+    assert len(verification.check(small)) == 1
     with pytest.raises(DeniedError, match="needs more memory than there is"):
-        checker.check(large)
+        verification.check(large)
     monkeypatch.undo()
-    assert len(checker.check(large)) == 1
+    assert len(verification.check(large)) == 1
+
+
+def test_after_a_file_the_limit_is_the_old_one() -> None:
+    with pytest.raises(MemoryError), limited_memory(10**8):
+        bytes(10**9)
+    assert len(bytes(10**9)) == 10**9
+
+
+def test_a_file_without_memory_is_one_bad_file(
+    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The other files are read."""
+    path = finished / "point-0000" / "repeats-0000-0002.h5"
+    hostile.provenance(machine="a" * 10**8)(path)
+    monkeypatch.setattr(verification, "MEMORY", 10**8)
+    monkeypatch.setattr(verification, "MEMORY_PER_BYTE", 0)
+    ended = snooker("verify", "small")
+    assert (ended.code, ended.err) == (1, "")
+    error, counts = ended.out.splitlines()
+    assert error.startswith(f"{path.relative_to(finished.parents[1])}: needs more memory than")
+    assert "3 complete repeats, 1 bad file" in counts

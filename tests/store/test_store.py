@@ -64,6 +64,7 @@ SCENES: dict[str, Callable[[], Scene]] = {
     "periodic": lambda: gas("periodic", 60, 0.3, cor=0.9),
     "slides": lambda: replace(report_scene(radius=0.1, cor=0.8), slides=True),
     "wall trap": lone_bouncer,
+    "driven": lambda: replace(gas("circle", 7, 0.2, cor=0.95), wall_law=Driven(0.9, 2.0)),
     "collapse by duration": lambda: replace(gas("circle", 7, 0.2, cor=0.5), contact_duration=0.1),
 }
 
@@ -290,23 +291,18 @@ def test_a_place_that_cannot_be_written_is_refused(
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["folder", "plain"]
 
 
-def test_the_energy_account_of_a_summary_must_balance(
-    tmp_path: Path, provenance: Provenance
-) -> None:
-    """It is written and read, and one that does not give the energy of the balls is refused."""
-    scene = replace(gas("circle", 7, 0.2, cor=0.95), wall_law=Driven(0.9, 2.0))
-    trace = simulate(scene, collisions=300, summary=True)
-    store.write(tmp_path / "sound.h5", [(0, trace)], provenance)
-    ((read, _),) = store.read(tmp_path / "sound.h5")
-    assert same_bits(read, trace)
+def test_the_energy_account_of_a_summary_is_finite(tmp_path: Path, provenance: Provenance) -> None:
+    """It may be below zero, by rounding."""
+    trace, path = simulate(SCENES["driven"](), collisions=300, summary=True), tmp_path / "wrong.h5"
     assert trace.summary is not None
-    series = trace.summary.series
     for name in ("wall_energy", "lost_energy"):
-        for factor in (1.001, math.nan, math.inf):
-            with np.errstate(invalid="ignore"):
-                wrong = replace(series, **{name: factor * series.columns[name]})
-            path = tmp_path / f"{name} {factor}.h5"
-            damaged = replace(trace, summary=replace(trace.summary, series=wrong))
-            store.write(path, [(0, damaged)], provenance)
-            with pytest.raises(StoreError, match="wrong energy account of a summary"):
+        for value in (-1e-9, math.nan, math.inf):
+            wrong = trace.summary.series.columns[name].copy()
+            wrong[1] = value
+            summary = replace(trace.summary, series=replace(trace.summary.series, **{name: wrong}))
+            store.write(path, [(0, replace(trace, summary=summary))], provenance)
+            if value < 0:
+                assert len(store.check(path)) == 1
+                continue
+            with pytest.raises(StoreError, match=f"wrong {name} of a summary"):
                 store.check(path)

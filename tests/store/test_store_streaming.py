@@ -54,7 +54,7 @@ def test_a_missing_chunk_is_damage(trace: Trace, tmp_path: Path, provenance: Pro
             new.id.write_direct_chunk((start,), old.id.read_direct_chunk((start,))[1])
         del file["observables/impulse/value"]
         file.move("new", "observables/impulse/value")
-    with pytest.raises(StoreError, match="a chunk is missing"):
+    with pytest.raises(StoreError, match="has a chunk that is missing"):
         store.check(path)
 
 
@@ -108,13 +108,8 @@ def test_memory_is_bounded_by_chunks(trace: Trace, tmp_path: Path, provenance: P
         return peak
 
     most(1)  # what is imported and cached by the first
-    # In the queue, in the writer, being joined, and the writer's packed copies, with room to spare.
+    # In the queue, in the writer, being joined, and the writer's copies, with room to spare.
     assert most(8) < (2 * WAITING + 4) * size < 24 * size
-
-
-# Chunks, which are packed by hand as HDF5's own filters would
-
-"""Columns, and the largest part of their size that is left."""
 
 
 # A full disk
