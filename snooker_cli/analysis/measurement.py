@@ -280,8 +280,8 @@ def _series(
             for trace, since in zip(calm, relaxed, strict=True)
         ]
         found, speeds = batch_series(traces, times)
-        columns, held = np.ascontiguousarray(found.values.T), np.ones(len(traces), dtype=bool)
-        return TimeSeries(traces, found.time, columns, found.starts, held), speeds
+        held = np.ones(len(traces), dtype=bool)
+        return TimeSeries(traces, *found, held), speeds
     speeds = np.zeros((len(traces), SPEED_BINS), dtype=np.int64)
     for counts, trace, since in zip(speeds, calm, relaxed, strict=True):
         if not math.isnan(since):

@@ -116,25 +116,25 @@ def series(trace: Trace, most: int | None = None) -> Series:
     time = np.concatenate([[0.0], events.time])[kept]
     if slides:  # what slides presses until the end, though there is no event
         time = np.append(time, trace.stop.time)
-    out = np.zeros((len(time), sampling.columns_of(trace.start)))
+    out = np.zeros((sampling.columns_of(trace.start), len(time))).T
     run = Replay(trace)
     run.measure(out[0], 0.0)
     run.advance(len(events), kept[1:], out[1:])
     if slides:
         run.measure(out[-1], trace.stop.time)
-    return Series(time, *np.ascontiguousarray(out.T))
+    return Series(time, *out.T)
 
 
 class Rows(NamedTuple):
     """The `series` of repeats of one point, one after the other.
 
     time : (*m*,), s
-    values : (*m*, *columns*), the other columns of ``Series`` in order
+    columns : (*columns*, *m*), the other columns of ``Series`` in order
     starts : (*repeats* + 1,), where the rows of each repeat begin, and the end of all
     """
 
     time: Floats
-    values: Floats
+    columns: Floats
     starts: Integers
 
 
@@ -145,29 +145,29 @@ def batch_series(traces: Sequence[Trace], times: Sequence[Floats]) -> tuple[Rows
     at a time; (*repeats*, ``SPEED_BINS``). Repeats must be as `is_short` says; then this is much
     faster than one by one.
     """
-    columns = [trace.events for trace in traces if trace.events is not None]
-    events, starts = joined(columns), np.cumsum([0, *map(len, columns)])
+    recorded = [trace.events for trace in traces if trace.events is not None]
+    events, starts = joined(recorded), np.cumsum([0, *map(len, recorded)])
     counts = [
-        np.searchsorted(column.time, at, side="right")
-        for column, at in zip(columns, times, strict=True)
+        np.searchsorted(part.time, at, side="right")
+        for part, at in zip(recorded, times, strict=True)
     ]
     number, repeats = traces[0].start.number, len(traces)
-    values = np.empty((len(events) + repeats, sampling.columns_of(traces[0].start)))
+    columns = np.empty((sampling.columns_of(traces[0].start), len(events) + repeats))
     histograms = np.zeros((repeats, SPEED_BINS), dtype=np.int64)
     time = np.ascontiguousarray(events.time)
     repeat_batch(
         new_states([trace.start for trace in traces]),
         Recorded(time, events.i, events.j, events.impulse),
         starts,
-        np.arange(1, max(map(len, columns)) + 1),
-        values,
+        np.arange(1, max(map(len, recorded)) + 1),
+        columns.T,  # a row in the kernel; analyses read whole columns
         np.empty((2 * number * (number > BRANCHES), 3)),
         np.concatenate([*counts, np.zeros(0, np.int64)]),
         np.cumsum([0, *map(len, counts)]),
         histograms,
     )
     time = np.insert(time, starts[:-1], 0.0)
-    return Rows(time, values, starts + np.arange(repeats + 1)), histograms
+    return Rows(time, columns, starts + np.arange(repeats + 1)), histograms
 
 
 def is_short(trace: Trace) -> bool:
