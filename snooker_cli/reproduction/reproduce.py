@@ -50,7 +50,8 @@ def figure_data(runs: Mapping[str, Run], file: str) -> FigureData:
     """A figure by its file in figures.yaml. Raises ``FigureError`` or ``StoreError``."""
     entry = REPORT_FIGURES[file]
     if "run" not in entry:
-        return AccuracyStudy.figures(measurement("error"))[f"{file}-report"]
+        picture = AccuracyStudy.figures(measurement("error"))[f"{file}-report"]
+        return replace(picture, caption=entry["caption"])
     spec, run = FIGURES[entry["figure"]], runs[entry["run"]]
     if spec.name == "decay-against-cor":
         draw: Any = spec.draw
