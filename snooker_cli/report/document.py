@@ -90,8 +90,8 @@ def document(
         elif mark == "@barrier":
             blocks.append({"kind": "barrier"})
         elif mark in ("@figures", "@grid"):
-            layout = {"kind": "figure", "float": mark == "@figures"}
-            blocks += [{**layout, "file": file, **figures[file]} for file in rest.split()]
+            kind = {"kind": "figure", "float": mark == "@figures"}
+            blocks += [{**kind, "file": file, **figures[file]} for file in rest.split()]
         elif mark == "@film":
             player, _, text = rest.partition(" ")
             blocks.append({"kind": "film", "player": int(player), "text": unbroken(text)})

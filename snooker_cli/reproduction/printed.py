@@ -53,6 +53,8 @@ def comparison(found: Results) -> list[Results]:
         }
         if number.repeats:
             row["note"] = "printed again"
+        if ours.allowed:
+            row["note"] = f"theory allows ± {ours.allowed:.5f} at this radius"
         if number.name == "mean_free_path":
             # Of disks of the stated radius, with 4r; and of disks of a tenth of it.
             path = theory.mean_free_path(found["density"], found["radius"])
@@ -96,7 +98,7 @@ def our_value(found: Results, number: SourceValue) -> OurValue:
 def _limit(found: Results, number: SourceValue) -> OurValue:
     """A ratio to the ideal gas at CoR 1 for small balls; in the limit it is 1."""
     if number.quantity == "temperature ratio":
-        point = min(found["figures"]["fig16"]["points"], key=lambda p: _radius(p))
+        point = min(found["figures"]["fig16"]["points"], key=_radius)
         return OurValue(point["ratio"], point["ratio_error"], abs(point["theory"] - 1))
     figures = found["figures"]["fig17"], found["figures"]["fig17-text"]
     (point,) = (

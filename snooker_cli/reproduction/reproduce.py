@@ -118,6 +118,12 @@ def values(found: Results, experiments: Mapping[str, Any]) -> dict[str, Any]:
     return {
         **found,
         "measured": {name: measurement(name) for name in MEASUREMENTS},
+        # They do not follow from others, are printed once, and are no single run of a mean.
+        "independent": [
+            row
+            for row in found["printed"]
+            if not (row["follows"] or row["repeats"] or "_one_" in row["name"])
+        ],
         "experiments": experiments,
         "scene": experiments["decay"],
         "title": TITLE,
@@ -128,6 +134,7 @@ def values(found: Results, experiments: Mapping[str, Any]) -> dict[str, Any]:
         "factors": decay_factors(found),
         "holds": holds,
         "held": _held,
+        "ours": _ours,
         "walls": walls,
         "zip": zip,
         "percents": lambda rows, name: [100 * row[name] for row in rows],
@@ -136,6 +143,15 @@ def values(found: Results, experiments: Mapping[str, Any]) -> dict[str, Any]:
             f"{text} at CoR {cor}" for text, cor in zip(texts, KEYS, strict=True)
         ),
     }
+
+
+def _ours(row: Mapping[str, Any]) -> str:
+    """Our value of a printed number: with its error, or as the printed one and a rounding."""
+    ours = row["ours"]
+    if ours["error"] or not row["exact"]:
+        return with_error(ours["value"], ours["error"])
+    off = ours["value"] - row["value"]
+    return f"{row['digits']} {'+' if off > 0 else '−'} {short(abs(off), 1)}"
 
 
 def _held(row: Mapping[str, Any]) -> str:
