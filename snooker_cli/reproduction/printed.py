@@ -45,12 +45,8 @@ def comparison(found: Results) -> list[Results]:
     for number in SOURCE_VALUES.values():
         ours = our_value(found, number)
         row = {**asdict(number), "ours": asdict(ours), "agrees": ours.agrees(number)}
-        row |= {
-            "value": number.value,
-            "digits": number.digits,
-            "note": number.follows,
-            "formula": None,
-        }
+        row |= {"value": number.value, "digits": number.digits}
+        row |= {"note": number.follows, "formula": None}
         if number.repeats:
             row["note"] = "printed again"
         if ours.allowed:
