@@ -16,9 +16,9 @@ install = PATH="$$PATH:$(BIN)"; \
 	{ echo "uv is missing or has failed, so pip installs; this takes longer"; \
 	$(PIP) --editable '$(1)'; }
 
-RUNS := decay temperature area number radius dilute speeds restitution elastic-wall mixed sliding steady profiles audit ring-extent tiny-rings tiny-mixed
+RUNS := decay temperature area number radius dilute speeds restitution elastic-wall mixed sliding steady profiles audit
 DONE := $(RUNS:%=runs/%/.done)
-REPORT_SOURCES := $(wildcard snooker_cli/*.py snooker_cli/*/*.* snooker_cli/report/templates/* snooker_cli/report/measured/*)
+REPORT_SOURCES := $(wildcard snooker_cli/*.py snooker_cli/*/*.* snooker_cli/*/templates/* snooker_cli/reproduction/measured/*)
 
 .DELETE_ON_ERROR:
 .PHONY: help setup report test lint check docs bench measured clean
@@ -52,7 +52,7 @@ bench: $(READY)  ## Measure the engine's speed on an idle machine.
 measured: $(TESTS_READY)  ## Measure errors, hard cases and physics again on an idle machine.
 	for each in error hard physics; do \
 		$(BIN)/snooker bench $$each --out runs/measured && \
-		cp runs/measured/$$each.json snooker_cli/report/measured/ || exit 1; \
+		cp runs/measured/$$each.json snooker_cli/reproduction/measured/ || exit 1; \
 	done
 	cp runs/measured/error-against-cost-report.png docs/error-against-cost.png
 	$(BIN)/python tests/make_certain.py

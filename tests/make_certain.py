@@ -1,4 +1,4 @@
-"""What the reproduction says about certain events: snooker_cli/report/measured/certain.json.
+"""What the reproduction says about certain events: snooker_cli/reproduction/measured/certain.json.
 
 ``python tests/make_certain.py`` makes the file anew, in some minutes. It has the certain events of
 the first repeats of the configs of the reproduction. It also has averages from the given starts,
@@ -20,14 +20,14 @@ from snooker_cli.config import EXAMPLES, load
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.formatting import plain
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.report.content import RUNS
+from snooker_cli.reproduction.reproduce import RUNS
 from snooker_cli.scene import Scene
 from snooker_cli.validation.accuracy_study import averages
 from snooker_cli.validation.methods import Method, Trajectory, reference_scene
 from snooker_cli.validation.proof import prove
 from snooker_cli.validation.study import PLANS
 
-FILE = Path(snooker_cli.__file__).parent / "report" / "measured" / "certain.json"
+FILE = Path(snooker_cli.__file__).parent / "reproduction" / "measured" / "certain.json"
 MOST = 10_000  # events of a repeat
 AVERAGED = "report", "dilute"  # scenes of plans.yaml, elastic
 TIME, REPEATS = 20.0, 128

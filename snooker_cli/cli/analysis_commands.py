@@ -154,14 +154,11 @@ def reproduce(
     """Write the reproduction of the source report.
 
     Runs of configs/ that are missing or unfinished are simulated first, which takes minutes. The
-    report consists of figures, numbers.json, report.html and report.pdf. live.html runs its gas in
-    the browser, see `snooker live`.
+    paper is report.pdf, its tables are report-tables.pdf; both are HTML pages, too. numbers.json
+    has the numbers. live.html runs the gas in the browser, see `snooker live`.
     """
-    from snooker_cli.report.content import (
-        RUNS,
-        build,  # takes a second to load
-    )
     from snooker_cli.report.document import require_libraries
+    from snooker_cli.reproduction.reproduce import RUNS, build  # takes a second to load
 
     require_libraries()  # before the simulations
     make_folder(out)

@@ -1,6 +1,6 @@
 """A template with values, figures and players -> one HTML page and a PDF, always the same bytes.
 
-templates/report.md.j2 explains the marks of both templates.
+templates/run.md.j2 explains the marks of a template.
 """
 
 import base64
@@ -39,9 +39,9 @@ from snooker_cli.runs import Run
 from snooker_cli.runs.execution import Processes
 
 
-def packaged(name: str) -> str:
-    """The text of a file beside this one: a template, printed values, a saved measurement."""
-    return (files("snooker_cli.report") / name).read_text(encoding="utf-8")
+def packaged(name: str, package: str = "snooker_cli.report") -> str:
+    """The text of a file of a package, such as a template."""
+    return (files(package) / name).read_text(encoding="utf-8")
 
 
 BAR = "\ue000"  # a character of private use for a bar in a cell of a table
@@ -74,7 +74,7 @@ def require_libraries() -> None:
 def document(
     template: str, values: Mapping[str, Any], figures: Mapping[str, Mapping[str, str]]
 ) -> Document:
-    """The document from a template.
+    """The document from the text of a template.
 
     values : what the template refers to
     figures : label, caption and alt text by file
@@ -90,8 +90,8 @@ def document(
         elif mark == "@barrier":
             blocks.append({"kind": "barrier"})
         elif mark in ("@figures", "@grid"):
-            layout = {"kind": "figure", "float": mark == "@figures"}
-            blocks += [{**layout, "file": file, **figures[file]} for file in rest.split()]
+            kind = {"kind": "figure", "float": mark == "@figures"}
+            blocks += [{**kind, "file": file, **figures[file]} for file in rest.split()]
         elif mark == "@film":
             player, _, text = rest.partition(" ")
             blocks.append({"kind": "film", "player": int(player), "text": unbroken(text)})
@@ -134,34 +134,31 @@ def _row(*cells: object) -> str:
     return f"| {' | '.join(str(cell).replace('|', BAR) for cell in cells)} |"
 
 
-def write_html(document: Document, players: Sequence[str], folder: Path) -> Path:
-    """Write ``report.html``, which contains every figure and the players, given as HTML."""
+def write_html(
+    document: Document, players: Sequence[str], folder: Path, name: str = "report"
+) -> Path:
+    """Write ``NAME.html``, which contains every figure and the players, given as HTML."""
     images = {
         block["file"]: "data:image/svg+xml;base64,"
         + base64.b64encode((folder / "figures" / f"{block['file']}.svg").read_bytes()).decode()
         for block in document["blocks"]
         if block["kind"] == "figure"
     }
-    path = folder / "report.html"
+    path = folder / f"{name}.html"
     values = {**document, "images": images, "players": players}
-    write_text(path, rendered("report.html.j2", values, escape=True))
+    write_text(path, rendered(packaged("templates/report.html.j2"), values, escape=True))
     return path
 
 
-def write_pdf(document: Document, folder: Path) -> Path:
-    """Write ``report.pdf`` as PDF/UA: tagged, with a title and alt texts. Raises ``UserError``.
+def write_pdf(document: Document, folder: Path, name: str = "report") -> Path:
+    """Write ``NAME.pdf`` as PDF/UA: tagged, with a title and alt texts. Raises ``UserError``.
 
     PDF/UA refuses a character that no font here has. Such a PDF is tagged, too, but no PDF/UA.
     """
     import typst
 
-    path = folder / "report.pdf"
-    source = packaged("templates/report.typ").encode()
-    settings: dict[str, Any] = {
-        "root": str(folder.resolve()),  # Typst reads only files below it, as the figures are
-        "sys_inputs": {"document": json.dumps(document)},
-        "timestamp": EPOCH,
-    }
+    path = folder / f"{name}.pdf"
+    source, settings = layout(document, folder)
     try:
         content = typst.compile(source, pdf_standards="ua-1", **settings)
     except RuntimeError:
@@ -174,8 +171,17 @@ def write_pdf(document: Document, folder: Path) -> Path:
     return path
 
 
-def rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> str:
-    """A template with its values filled in; an unknown value is an error."""
+def layout(document: Document, folder: Path) -> tuple[bytes, dict[str, Any]]:
+    """Source and settings of the PDF, for ``typst.compile``."""
+    return packaged("templates/report.typ").encode(), {
+        "root": str(folder.resolve()),  # Typst reads only files below it, as the figures are
+        "sys_inputs": {"document": json.dumps(document)},
+        "timestamp": EPOCH,
+    }
+
+
+def rendered(template: str, values: Mapping[str, Any], *, escape: bool = False) -> str:
+    """The text of a template with its values filled in; an unknown value is an error."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -193,7 +199,7 @@ def rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> s
         "powers": lambda text: re.sub(r"\b[\d.]+e-?\d+", lambda e: short(float(e[0])), text),
     }
     environment.globals |= {"with_error": with_error, "row": _row}
-    return environment.from_string(packaged(f"templates/{name}")).render(values)
+    return environment.from_string(template).render(values)
 
 
 class Pages(AbstractContextManager["Pages"]):
@@ -247,9 +253,10 @@ class Pages(AbstractContextManager["Pages"]):
         self.players.append(embedded(shown, f"Player, {printable(run.name)}, {where}"))
         return ""
 
-    def write(self, template: str, values: dict[str, Any]) -> list[Path]:
-        """Write ``report.html`` and ``report.pdf`` when all figures are drawn."""
+    def write(self, template: str, values: dict[str, Any], name: str = "report") -> list[Path]:
+        """Write ``NAME.html`` and ``NAME.pdf`` from a template when all figures are drawn."""
         for drawing in self._drawing:
             drawing.result()
         content = document(template, values, self.figures)
-        return [write_html(content, self.players, self.out), write_pdf(content, self.out)]
+        players = self.players if name == "report" else ()
+        return [write_html(content, players, self.out, name), write_pdf(content, self.out, name)]

@@ -62,7 +62,7 @@ def run_report(
             "ended": ended,
             "label": point_label,
         }
-        return pages.write("run.md.j2", values)
+        return pages.write(packaged("templates/run.md.j2"), values)
 
 
 def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dict[str, Any]:

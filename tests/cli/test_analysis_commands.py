@@ -15,7 +15,7 @@ from repeating import made
 from snooker_cli import store
 from snooker_cli.analysis import run_analysis
 from snooker_cli.cli import analysis_commands
-from snooker_cli.report.content import RUNS
+from snooker_cli.reproduction.reproduce import RUNS
 from snooker_cli.runs import RepeatState, RepeatStatus, Run
 from snooker_cli.runs.run import ANALYSIS
 from snooker_cli.runs.status import early_warning

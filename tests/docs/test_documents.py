@@ -29,7 +29,6 @@ import yaml
 from snooker_cli import __version__
 from snooker_cli.analysis.comparison import compare
 from snooker_cli.analysis.decay import decays
-from snooker_cli.analysis.observables import complete_repeats
 from snooker_cli.cli.app import COMMANDS, loaded
 from snooker_cli.cli.config_commands import templates
 from snooker_cli.config import digest, load, parse
@@ -39,10 +38,8 @@ from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.figure_data import Band
 from snooker_cli.formatting import rough, short, with_error
 from snooker_cli.placement.starting_scene import starting_scenes
-from snooker_cli.report.audit import mean_pressure_slope
-from snooker_cli.report.content import measurement
-from snooker_cli.report.explanations import COMBINATIONS, TARGETS, chi_square_limit, explain
-from snooker_cli.report.source_values import SOURCE_VALUES
+from snooker_cli.reproduction.claims import decay_factors
+from snooker_cli.reproduction.reproduce import measurement
 from snooker_cli.runs import Run, open_run
 
 ROOT = Path(__file__).parents[2]
@@ -333,57 +330,32 @@ def simulated(name: str, folder: Path) -> Run:
     return run
 
 
-@pytest.mark.long
-def test_the_audit_of_the_source_report(tmp_path: Path) -> None:
-    """The sentences in docs/accuracy.md, from all explanations."""
-    run, rings, elastic = (
-        simulated(name, tmp_path) for name in ("audit", "ring-extent", "temperature")
+def test_the_audit_of_the_source_report() -> None:
+    """The sentences in docs/accuracy.md and the README, from the saved results."""
+    found = json.loads((ROOT / "tests" / "golden" / "reproduction.json").read_text("utf-8"))
+    text, readme, rows = sentences_of(ACCURACY), sentences_of(README), found["printed"]
+    agree, follow, again = (
+        sum(map(bool, (row[key] for row in rows))) for key in ("agrees", "follows", "repeats")
     )
-    found, text = explain([run, rings], elastic), sentences_of(ACCURACY)
-    numbers = SOURCE_VALUES.values()
-    follow, again = (
-        sum(map(bool, column))
-        for column in zip(*((one.follows, one.repeats) for one in numbers), strict=True)
-    )
-    assert f"Of {len(numbers)} numbers that it prints" in text
+    assert f"Of {len(rows)} numbers that it prints about its results, {agree} agree" in text
+    assert f"Of {len(rows)} numbers, {agree} agree" in readme
     assert f"{follow} follow from others, and {again} are printed again" in text
-    own_best, best = found.named[-2], found.best
-    own_rings = run.experiment.balls.ring_extent
-    assert own_best.name == "elastic wall, free amplitude, time axis of the fits × 10"
-    assert f"with {run.experiment.repeats} repeats each" in text
-    rejected = f"With rings to {own_rings} R all {len(COMBINATIONS)} are rejected"
-    assert f"{rejected}: the least χ² of seven numbers is {own_best.score:.0f}." in text
-    assert all(one.rejected for one in found.named[:-1])
-    assert f"a χ² distribution is {chi_square_limit(len(TARGETS)):.2f}." in text
-    assert f"has its 95 % point at {found.named[0].limit:.1f}." in text
-    assert f"and {rings.experiment.repeats} repeats each, there are {found.tried} comb" in text
-    scores = " and ".join(f"{one.score:.0f}" for one in found.possible)
-    assert f"Two are not rejected, with χ² of {scores}." in text
-    assert len(found.possible) == 2
-    assert found.possible[0] is best or found.possible[0].name == best.name
-    same = "balls of 0.1 m in the fits only, rings of the fits to 0.125 R"
-    rest = "elastic wall, first 200 collisions, free amplitude"
-    assert [one.name for one in found.possible] == [
-        f"{same}, {rest}",
-        f"{same}, other rings to 0.63 R, {rest}",
-    ]
-    assert found.slipped.rejected
-    readme = sentences_of(README)
-    assert f"Of {len(numbers)} numbers, " in readme
-    assert f"With rings to {own_rings} R none of {len(COMBINATIONS)} explanations fits" in readme
-    assert f"two of {found.tried} do" in readme
-
-
-@pytest.mark.long
-def test_the_mean_pressure_falls_at_about_half_of_the_logarithmic_rate(tmp_path: Path) -> None:
-    run = simulated("restitution", tmp_path)
-    slopes = [
-        f"{mean_pressure_slope(complete_repeats(run.traces(point))).value:.2f}"
-        for point in run.points
-        if point.experiment.cor in (0.8, 0.9)
-    ]
+    factors = decay_factors(found)
+    for one in (text, readme):
+        assert f"are {min(factors):.0f} to {max(factors):.0f} times as large" in one
+        best = [*found["explanations"].values()][-1]
+        assert f"gives {len(best['agreeing'])} of {len(best['values'])}" in one
+    stated = found["stated"].values()
+    counts = [sum(one[key] for one in stated) for key in ("complete", "repeats")]
+    assert "{} of {} complete".format(*counts) in text
+    slopes = [f"{one['slope']['value']:.2f}" for one in stated]
     rates = "falls at {} (CoR 0.8) and {} (CoR 0.9) of the logarithmic rate".format(*slopes)
-    assert rates in sentences_of(ACCURACY)
+    assert rates in text
+    rings = max(row["excess"] for row in found["haff"]["restitution"])
+    assert f"α is up to {100 * rings:.0f} % too high" in text
+    mixed = [row["excess"] for rows in found["mixed"] for row in rows]
+    low, high = f"{-100 * min(mixed):.1f}", f"{100 * max(mixed):.1f}"
+    assert f"it is {low} % too low to {high} % too high" in text
 
 
 @pytest.mark.long

@@ -8,7 +8,6 @@ from source_scene import SIMULATED, N, T, digits
 
 from snooker_cli import theory
 from snooker_cli.containers import PeriodicBox
-from snooker_cli.report.content import source_factors
 
 
 @pytest.mark.parametrize(
@@ -140,20 +139,6 @@ def test_rotation_energy():
     inertia = N * 9.0**2 / 2
     typical = math.sqrt(inertia * T)
     assert theory.rotation_energy(typical, inertia) == pytest.approx(T / 2, rel=1e-15)
-
-
-def test_mistakes_of_the_source_report_are_factors_of_its_decay_constant() -> None:
-    """Their product is its constant over the rate of kinetic theory at the same mean speed."""
-    for e in (0.5, 0.8, 0.9):
-        density, radius, heat, contact = 37 / (100 * math.pi), 1.0, 50.0, 2.1
-        pairs = theory.ball_ball_rate(density, radius, heat, contact)
-        wall, slower = 1.653, 0.41
-        path = theory.source_mean_free_path(density, radius)
-        k = theory.source_decay_constant(e, path, slower * theory.maxwell_mean_speed(heat))
-        factors = [*source_factors(e, contact, pairs, e, wall, slower).values()]
-        expected = k / theory.cooling_rate(e, pairs, e, wall)
-        assert math.prod(factors) == pytest.approx(expected, rel=1e-12)
-        assert factors[1] == pytest.approx(theory.mean_free_path(density, radius) / path)
 
 
 @pytest.mark.parametrize("restitution", [0.99, 0.999, 0.9999])

@@ -67,6 +67,7 @@ def test_what_make_report_installs_is_enough_for_the_report() -> None:
     code = """
 import sys
 sys.modules |= dict.fromkeys(["flint", "pyarrow", "distributed", "pypdf", "MDAnalysis"])
-import snooker_cli.report.content, snooker_cli.report.run_report, snooker_cli.cli.analysis_commands
+import snooker_cli.reproduction.reproduce, snooker_cli.report.run_report
+import snooker_cli.cli.analysis_commands
 """
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -4,23 +4,23 @@ Source report: "Effect of Coefficient of Restitution on Thermodynamic Properties
 """
 
 import math
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-import numpy as np
 import yaml
 
-from snooker_cli.analysis.observables import ROUNDING
-from snooker_cli.formatting import listed, with_error
 from snooker_cli.report.document import packaged
+
+text_of_file = partial(packaged, package="snooker_cli.reproduction")
+"""The text of a file beside this one."""
 
 LORD = 0.507  # 95 % half width of the mean of five normal values, over their range (Lord 1947)
 
 COEFFICIENTS = (0.8, 0.9)
 """The coefficients of restitution below 1 that the source report prints numbers for."""
 
-CLOSE = 0.05  # the source report calls values within 5 % equal
+ROUNDING = 1e-12  # relative difference that is nothing but rounding
 
 AGREES = 2.0
 """The largest difference from a printed number that agrees with it, in its uncertainties."""
@@ -60,14 +60,10 @@ class SourceValue:
         return float(error) if error else None
 
     @property
-    def decimals(self) -> int:
-        """Number of printed decimals."""
-        return len(self.digits.partition(".")[2])
-
-    @property
     def half_digit(self) -> float:
         """Half a unit of the last printed digit; rounding for an exact number."""
-        return ROUNDING * abs(self.value) if self.exact else 0.5 * 10.0**-self.decimals
+        decimals = len(self.digits.partition(".")[2])
+        return ROUNDING * abs(self.value) if self.exact else 0.5 * 10.0**-decimals
 
     @property
     def standard_error(self) -> float:
@@ -90,63 +86,20 @@ class OurValue:
     error: float = 0.0
     allowed: float = 0.0
 
-    def uncertainty(self, number: SourceValue) -> float:
-        """Uncertainty of the difference: half of the interval of digits, plus standard errors."""
-        interval = (number.half_digit + self.allowed) / 2
-        return interval + math.hypot(number.standard_error, self.error)
-
-    def distance(self, number: SourceValue) -> float:
-        """Difference in units of its uncertainty."""
-        return abs(self.value - number.value) / self.uncertainty(number)
-
     def agrees(self, number: SourceValue) -> bool:
-        """Whether the difference is at most ``AGREES`` times its uncertainty."""
-        return self.distance(number) <= AGREES
+        """Whether the difference is within half a digit and ``AGREES`` standard errors."""
+        errors = AGREES * math.hypot(number.standard_error, self.error)
+        return abs(self.value - number.value) <= number.half_digit + self.allowed + errors
 
     def rounds_to(self, number: SourceValue) -> bool:
         """Whether the value rounds to the printed digits; exact halves round either way."""
         return abs(self.value - number.value) <= (1 + ROUNDING) * number.half_digit
 
 
-class Sample:
-    """A quantity over the repeats of a point; two or more repeats must count.
-
-    values : (*n*,) by repeat; nan for a repeat that does not count, because it ended early
-    count : number of repeats that count
-    value : mean over these, nan for fewer than two
-    deviation, error : standard deviation of one, standard error of the mean
-    """
-
-    def __init__(self, values: Iterable[float]) -> None:
-        self.values = values if isinstance(values, np.ndarray) else np.array(list(values))
-        known = self.values[np.isfinite(self.values)]
-        self.count = len(known)
-        self.value = self.deviation = self.error = math.nan
-        if self.count > 1:
-            self.value, self.deviation = float(known.mean()), float(known.std(ddof=1))
-            self.error = self.deviation / math.sqrt(self.count)
-
-    def our_value(self, number: SourceValue) -> OurValue:
-        """The mean, with the standard error for a printed mean and the deviation for one run."""
-        return OurValue(self.value, self.error if number.mean else self.deviation)
-
-
-def value_text(known: Any) -> str:
-    """An object's ``value`` with its ``error``; empty for none."""
-    return "" if known is None else with_error(known.value, known.error)
-
-
-def at_each_coefficient(texts: Sequence[str]) -> str:
-    """``a at CoR 0.8 and b at CoR 0.9``."""
-    return listed([f"{text} at CoR {cor:g}" for text, cor in zip(texts, COEFFICIENTS, strict=True)])
-
-
-_DATA: dict[str, Any] = yaml.safe_load(packaged("source_values.yaml"))
+_DATA: dict[str, Any] = yaml.safe_load(text_of_file("source_values.yaml"))
 TITLE: str = _DATA["title"]
 SOURCE_VALUES = {name: SourceValue(name, **fields) for name, fields in _DATA["values"].items()}
-CLAIMS: dict[str, dict[str, Any]] = _DATA["claims"]
+STATEMENTS: dict[str, dict[str, Any]] = _DATA["statements"]
 """The sentences that can be checked, by name; source_values.yaml explains their keys."""
 TARGETS = [SOURCE_VALUES[name] for name in _DATA["targets"]]
 """The measured numbers that an explanation has to give together."""
-EXPLANATIONS: list[dict[str, bool]] = _DATA["explanations"]
-"""The settings with an explanation of their own; those of one change first."""
