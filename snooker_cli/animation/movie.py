@@ -46,7 +46,7 @@ PALETTE_FRAMES = 3
 SMALLEST = 2.0  # points: the diameter of balls that would be too small to see
 MOST_FRAMES = 1200  # in a GIF: each needs 0.4 MB of memory, and pages load it slowly
 
-FLASH = 0.3  # how long a contact flashes, s of showing; as in arena.js
+FLASH = 0.3  # how long a contact flashes, s of playing; as in arena.js
 MOST_FLASHES = 60  # the latest ones: more would hide the balls; as in arena.js
 
 # As in panels.js: bins of speeds over √(2T/m), the last with all faster balls, and the
@@ -82,7 +82,7 @@ def frames(film: Film, pace: Pace, count: int, seconds: float) -> Iterator[Frame
 
     pace : with "events" each collision takes the same part, and so does the time after the last
     count : number of frames, at least 2
-    seconds : length of the showing; a contact flashes for ``FLASH`` of it
+    seconds : s, how long it plays; a contact flashes for ``FLASH`` of it
     """
     # From 0 to 1: when frames are shown, and the start, the collisions and the end of the film.
     moments = np.append(film.rows, film.end)

@@ -20,9 +20,9 @@ from snooker_cli.config.problems import (
     ConfigError,
     KeyPath,
     Problem,
-    given,
+    excerpt,
+    in_words,
     key_path,
-    shown,
 )
 from snooker_cli.config.yaml_document import Mark, YamlDocument, document, text_of
 from snooker_cli.errors import SceneError
@@ -77,7 +77,7 @@ def load(
     if isinstance(config, Mapping):
         source = YamlDocument(plain(config), {(): Mark(NOWHERE, NOWHERE)})
         return _loaded(source, overrides, states)
-    name = shown(str(config), 200)
+    name = excerpt(str(config), 200)
     return parse(text_of(Path(config), name), name, overrides, states)
 
 
@@ -94,7 +94,7 @@ def parse(
     source = document(text, name)
     if not isinstance(source.data, dict):
         needs = "keys and values are needed; start with a line such as cor: 0.8"
-        sentence = f"{given(source.data)} is given where {needs}"
+        sentence = f"{in_words(source.data)} is given where {needs}"
         raise ConfigError([Problem((), sentence, position=source.marks[()].value)])
     return _loaded(source, overrides, states)
 

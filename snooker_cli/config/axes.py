@@ -19,10 +19,10 @@ from snooker_cli.config.problems import (
     PathError,
     Position,
     Problem,
-    given,
+    excerpt,
+    in_words,
     key_path,
     rendered,
-    shown,
     substituted,
 )
 from snooker_cli.config.yaml_document import Mark, YamlDocument, document
@@ -147,7 +147,7 @@ def _axis(group: object, problems: list[Problem]) -> Axis:
     """One axis of a sweep, without the keys that have problems, which are added to a list."""
     if not isinstance(group, Mapping):
         example = "{cor: [0.8, 0.9], balls.radius: [0.1, 0.2]}"
-        sentence = f"{given(group)} is given where a mapping is needed, such as {example}"
+        sentence = f"{in_words(group)} is given where a mapping is needed, such as {example}"
         problems.append(Problem(("sweep",), sentence, about_key=True))
         return ()
     values_of_key: dict[str, tuple[Value, ...]] = {}
@@ -176,21 +176,21 @@ def _values(key: str, values: object) -> tuple[Value, ...]:
         try:
             values = range_values(values) or values
         except PathError as error:
-            raise PathError(f"{given(values)} is given, but {error}") from None
+            raise PathError(f"{in_words(values)} is given, but {error}") from None
     if not isinstance(values, list | tuple) or not values:
         needs = "a list of values is needed, such as [0.8, 0.9] or 0.5:1.0:11"
         advice = ""
         if str(values).startswith("range("):
             advice = "; quote range(…) in braces"
         elif type(values) in (str, int, float) and values != "":
-            value = shown(values) if isinstance(values, str) else given(values)
+            value = excerpt(values) if isinstance(values, str) else in_words(values)
             advice = f"; write {key}: [{value}], or set {key} outside the sweep"
-        raise PathError(f"{given(values)} is given where {needs}{advice}")
+        raise PathError(f"{in_words(values)} is given where {needs}{advice}")
     for value in values:
         for part in value if isinstance(value, list | tuple) else [value]:
             if isinstance(part, Mapping | list | tuple):
                 needs = "single values or pairs are needed; sweep the keys inside one by one"
-                raise PathError(f"{given(part)} is given where {needs}")
+                raise PathError(f"{in_words(part)} is given where {needs}")
     return tuple(tuple(value) if isinstance(value, list) else value for value in values)
 
 
@@ -205,7 +205,7 @@ def overridden(source: YamlDocument, overrides: Iterable[str]) -> YamlDocument:
     """
     earlier: dict[str, str] = {}
     for override in overrides:
-        label = Position(source=f"-o {shown(override)}")
+        label = Position(source=f"-o {excerpt(override)}")
         key, _, text = override.partition("=")
         key = key.strip()
         try:
@@ -224,7 +224,7 @@ def overridden(source: YamlDocument, overrides: Iterable[str]) -> YamlDocument:
             source = _replaced(source, path, values, Mark(label, label))
         except PathError as error:
             raise ConfigError([Problem((key,), str(error), position=label)]) from None
-        earlier[key] = shown(override)
+        earlier[key] = excerpt(override)
     return source
 
 

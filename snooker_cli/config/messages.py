@@ -14,9 +14,9 @@ from snooker_cli.config.problems import (
     ConfigError,
     KeyPath,
     Problem,
-    given,
+    excerpt,
+    in_words,
     rendered,
-    shown,
 )
 from snooker_cli.config.yaml_document import is_number
 
@@ -67,7 +67,7 @@ def config_error(error: ValidationError, outer: tuple[str, ...] = ()) -> ConfigE
                 sentence = f"the key is missing; add it: {text[0].lower()}{text[1:].rstrip('.')}"
                 missing.append(Problem(path, sentence, about_key=True))
             case "extra_forbidden":
-                sentence, nearest = _unknown(str(location[-1]), given(value), model)
+                sentence, nearest = _unknown(str(location[-1]), in_words(value), model)
                 problems.append(Problem(path, sentence, about_key=True))
                 suggested.add((*path[:-1], nearest))
             # Pydantic counts only the valid items, so a list with a bad one can seem too short.
@@ -122,7 +122,7 @@ def _meant(key: str, near: str) -> str:
     """The sentence about a key that probably means another, or holds its value too."""
     _, joined, value = key.partition(":")
     if joined:
-        return f"a space after the colon is missing; write {near}: {shown(value)}"
+        return f"a space after the colon is missing; write {near}: {excerpt(value)}"
     return f"there is no such key; did you mean {near}?"
 
 
@@ -130,7 +130,7 @@ def _no_variant(path: KeyPath, value: Any) -> Problem:
     """The problem of balls that are given in no way or in several."""
     ways = "count (any number of balls), rings (a number) or list (single balls)"
     if not isinstance(value, Mapping):
-        sentence = f"{given(value)} is given where a mapping is needed; write in it {ways}"
+        sentence = f"{in_words(value)} is given where a mapping is needed; write in it {ways}"
         return Problem(path, sentence)
     if several := [key for key in BALLS if key in value]:
         both = " and ".join(several)
@@ -143,7 +143,9 @@ def _no_variant(path: KeyPath, value: Any) -> Problem:
 
 
 def _misfit(path: KeyPath, value: Any, needs: str, advice: str = "") -> Problem:
-    return Problem(path, f"{given(value)} is given where {needs} is needed; {advice or 'give one'}")
+    return Problem(
+        path, f"{in_words(value)} is given where {needs} is needed; {advice or 'give one'}"
+    )
 
 
 def _advice_on_number(value: Any, path: KeyPath) -> str:

@@ -35,7 +35,7 @@ def key_path(text: str) -> KeyPath:
     """The path written as `text`. Raises PathError."""
     if not _PATH.fullmatch(text):
         raise PathError(
-            f"'{shown(text)}' is not a key; write names joined by dots, such as balls.radius "
+            f"'{excerpt(text)}' is not a key; write names joined by dots, such as balls.radius "
             "or balls.list[0].position"
         )
     return tuple(name or int(index) for name, index in _SEGMENT.findall(text))
@@ -74,13 +74,13 @@ def substituted(node: Any, path: KeyPath, value: Any, depth: int = 0) -> Any:
     return {**fields, part: substituted(fields.get(part), path, value, depth + 1)}
 
 
-def shown(text: str, limit: int = 60) -> str:
+def excerpt(text: str, limit: int = 60) -> str:
     """User text made safe to print inside a sentence: one line, printable, short."""
     safe = printable(text[: limit + 1])
     return safe if len(safe) <= limit else safe[: limit - 1] + "…"
 
 
-def given(value: Any) -> str:
+def in_words(value: Any) -> str:
     """What a sentence calls a value."""
     match value:
         case None:
@@ -88,9 +88,9 @@ def given(value: Any) -> str:
         case bool():
             return f"the truth value {str(value).lower()}"
         case str():
-            return f"the text {shown(value)}" if value else "an empty text"
+            return f"the text {excerpt(value)}" if value else "an empty text"
     written = json.dumps(value, ensure_ascii=False, default=str)
-    text = shown(written.replace("Infinity", ".inf").replace("NaN", ".nan"))
+    text = excerpt(written.replace("Infinity", ".inf").replace("NaN", ".nan"))
     for name, classes in (("mapping", Mapping), ("list", list | tuple)):
         if isinstance(value, classes):
             return f"the {name} {text}" if value else f"an empty {name}"
@@ -125,7 +125,7 @@ class Problem:
     position: Position = NOWHERE
 
     def __str__(self) -> str:
-        key = shown(rendered(self.path), 200)
+        key = excerpt(rendered(self.path), 200)
         return ": ".join(part for part in (str(self.position), key, self.sentence) if part)
 
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from snooker_cli.config.problems import ConfigError, Data, KeyPath, Position, Problem, shown
+from snooker_cli.config.problems import ConfigError, Data, KeyPath, Position, Problem, excerpt
 
 MAX_BYTES = 1 << 19  # of a configuration: reading it takes at most some seconds
 LARGE = 1 << 15  # characters of a text that takes PyYAML over a second
@@ -100,7 +100,7 @@ def _no_file(path: Path) -> str:
     inside = list(path.glob("*.yaml"))
     near += inside if len(inside) == 1 else []
     meant = next((config for config in near if config.is_file()), None)
-    advice = f"did you mean {shown(str(meant), 200)}?" if meant else "name a config file (YAML)"
+    advice = f"did you mean {excerpt(str(meant), 200)}?" if meant else "name a config file (YAML)"
     if path.is_dir():
         return f"this is a folder, not a config file; {advice}"
     return f"there is no file at this path; {advice}"
@@ -122,7 +122,7 @@ def document(text: str, name: str) -> YamlDocument:
     except yaml.MarkedYAMLError as error:
         position = reader.position(error.problem_mark or error.context_mark)
         problem = error.problem or ""
-        unknown = f"this is not valid YAML ({shown(problem)}); correct it"
+        unknown = f"this is not valid YAML ({excerpt(problem)}); correct it"
         if "cannot start any token" in problem:
             start = problem.split()[2]
             unknown = f"a value cannot start with {start}; put it in quotes if it is text"
@@ -235,7 +235,7 @@ def _value(tag: str, text: str) -> bool | int | float | str | None:
         if math.isfinite(number):
             return number
     advice = "give one below 1.8e308, or .inf where infinity is allowed"
-    raise ValueError(f"the number {shown(text)} is too large; {advice}")
+    raise ValueError(f"the number {excerpt(text)} is too large; {advice}")
 
 
 def _error(position: Position, sentence: str) -> ConfigError:

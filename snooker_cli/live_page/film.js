@@ -6,9 +6,9 @@ const content = JSON.parse(find("data").textContent);
 const LONGEST = 60; // s that a film takes at speed 1 unless the page gives a length
 const SLICE = 50; // ms of simulation until the page can draw
 
-// A moment of showing. At an even pace it is known by its time; one collision after the other by its
+// A place in a film. At an even pace it is known by its time; one collision after the other by its
 // step: k is just after collision k, and between two the balls move as usual.
-class Reel {
+class Playhead {
   // times: of the collisions, s
   constructor({ start, end }, times) {
     this.times = times;
@@ -78,21 +78,21 @@ class Screen {
     gas.series.beginAnew();
     await upTo(film.collisions);
     this.isStored = gas.simulation.eventHash() === film.hash;
-    this.reel = new Reel(film, gas.times);
+    this.playhead = new Playhead(film, gas.times);
     this.show();
   }
 
-  // Lets the gas be at the moment of the reel.
+  // Lets the gas be at the moment of the playhead.
   show() {
-    const { gas, film, reel } = this;
-    gas.goTo(film.before + reel.done);
-    gas.time = reel.time;
+    const { gas, film, playhead } = this;
+    gas.goTo(film.before + playhead.done);
+    gas.time = playhead.time;
     gas.followSlide();
   }
 
   get count() {
     const count = (value) => value.toLocaleString("en"), { before, collisions } = this.film;
-    return `collision ${count(before + this.reel.done)} of ${count(collisions)}`;
+    return `collision ${count(before + this.playhead.done)} of ${count(collisions)}`;
   }
 
   // How far the container has moved, m.
@@ -102,11 +102,11 @@ class Screen {
   }
 }
 
-class FilmPage extends Showing {
+class FilmPage extends PlayerPage {
   constructor(screens) {
     super();
     this.screens = screens;
-    this.reels = screens.map(({ reel }) => reel);
+    this.playheads = screens.map(({ playhead }) => playhead);
     this.several = screens.length > 1;
     this.charts = new GasCharts(find("charts"), new Fluid(content.theory));
     this.pace = content.pace;
@@ -114,10 +114,10 @@ class FilmPage extends Showing {
     const films = content.films, largest = (value) => Math.max(...films.map(value));
     this.start = films[0].start;
     this.end = largest(({ end }) => end);
-    this.steps = Math.max(...this.reels.map(({ steps }) => steps));
+    this.steps = Math.max(...this.playheads.map(({ steps }) => steps));
     this.topSpeed = largest(({ topSpeed }) => topSpeed);
     this.charts.show(screens.map(({ gas }) => gas), this.end, this.start);
-    // Film time and collisions in a second of showing.
+    // Film time and collisions in a second of playing.
     const span = this.end - this.start, { seconds } = content;
     this.rate = seconds
       ? { time: span / seconds, events: this.steps / seconds }
@@ -129,11 +129,11 @@ class FilmPage extends Showing {
 
   // Films that ended earlier stay at their end, so that the others are ahead.
   get time() {
-    return Math.max(...this.reels.map(({ time }) => time));
+    return Math.max(...this.playheads.map(({ time }) => time));
   }
 
   get step() {
-    return Math.max(...this.reels.map(({ step }) => step));
+    return Math.max(...this.playheads.map(({ step }) => step));
   }
 
   get ended() {
@@ -155,12 +155,12 @@ class FilmPage extends Showing {
   }
 
   goToTime(time) {
-    for (const reel of this.reels) reel.goToTime(time);
+    for (const playhead of this.playheads) playhead.goToTime(time);
     this.refresh();
   }
 
   goToStep(step) {
-    for (const reel of this.reels) reel.goToStep(step);
+    for (const playhead of this.playheads) playhead.goToStep(step);
     this.refresh();
   }
 
@@ -199,9 +199,9 @@ class FilmPage extends Showing {
     this.speed = menu.value === "real" ? 1 / this.rate.time : Number(menu.value);
   }
 
-  flashes({ reel, gas, film }) {
+  flashes({ playhead, gas, film }) {
     const { rate } = this, byTime = this.pace === "time", since = ({ time, step }) =>
-      (byTime ? (reel.time - time) / rate.time : (reel.step - (step - film.before)) / rate.events);
+      (byTime ? (playhead.time - time) / rate.time : (playhead.step - (step - film.before)) / rate.events);
     return this.flashesOf(gas, since);
   }
 
@@ -222,10 +222,10 @@ class FilmPage extends Showing {
 
   draw(now) {
     for (const screen of this.screens) {
-      const { gas, reel, arena } = screen;
+      const { gas, playhead, arena } = screen;
       screen.show();
       const fast = this.relative ? 2 * gas.meanSpeed() || 1 : this.topSpeed;
-      arena.draw(reel.time, this.flashes(screen), fast);
+      arena.draw(playhead.time, this.flashes(screen), fast);
       find("fast").textContent = this.relative && this.several
         ? "twice the mean speed and faster"
         : `${short(fast, 2)} m/s and faster`;
@@ -250,9 +250,9 @@ class FilmPage extends Showing {
       if (!this.several) return;
       const name = element("b", { textContent: screen.film.subtitle });
       name.style.color = `var(--${GAS_COLOURS[k]})`;
-      const early = screen.reel.time >= screen.film.end && !this.ended;
+      const early = screen.playhead.time >= screen.film.end && !this.ended;
       screen.arena.canvas.style.opacity = early ? 0.4 : 1;
-      const now = `${early ? "ended at " : ""}t = ${timeText(screen.reel.time)} s, ${screen.count}`;
+      const now = `${early ? "ended at " : ""}t = ${timeText(screen.playhead.time)} s, ${screen.count}`;
       screen.caption.replaceChildren(name, now);
     });
     find("scrub").setAttribute("aria-valuetext", find("now").textContent);

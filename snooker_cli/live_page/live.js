@@ -48,7 +48,7 @@ function saveCanvas(canvas, name) {
   sheet.toBlob((blob) => save(blob, name));
 }
 
-class LivePage extends Showing {
+class LivePage extends PlayerPage {
   constructor() {
     super();
     this.fluid = new Fluid(content.theory);

@@ -1,7 +1,7 @@
 // The container, the balls coloured by speed, and the flashes of contacts.
 "use strict";
 
-const FLASH = 0.3; // s of showing
+const FLASH = 0.3; // s of playing
 const MOST_FLASHES = 60;
 const SMALLEST = 2; // px: the radius of balls that would be too small to see, to the middle of their rim
 const SHADES = 64;

@@ -1,7 +1,7 @@
 // What the controls of all pages share: elements, sentences, keys, full screen, the legend.
 "use strict";
 
-const CROSSING = 6; // s of showing in which a ball crosses the container at speed 1
+const CROSSING = 6; // s of playing in which a ball crosses the container at speed 1
 const LONGEST_FRAME = 0.1; // s that a frame continues by at most
 const LINK_AFTER = 400; // ms of rest until the address is a link to what is shown: browsers limit changes
 const FORBIDDEN =
@@ -40,7 +40,7 @@ function faster(menu, by) {
 
 // Something that runs on the page: it asks for frames while it plays, and for one after each change.
 // A page's own class has advance(seconds of the computer's clock), draw(now), setPace and speed.
-class Showing {
+class PlayerPage {
   constructor() {
     this.playing = false;
     this.waiting = false;
@@ -54,7 +54,7 @@ class Showing {
   }
 
   // The contacts of a gas that flash now: [x, y, radius of the ball, age from 0 to 1], … since: how long ago a contact
-  // was, s of showing at speed 1.
+  // was, s of playing at speed 1.
   flashesOf(gas, since) {
     const aged = gas.contacts.map((contact) => [contact, since(contact) / this.speed / FLASH]);
     return aged.filter(([, age]) => age < 1).map(([{ x, y, radius }, age]) => [x, y, radius, Math.max(age, 0)]);

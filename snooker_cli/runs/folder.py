@@ -23,7 +23,7 @@ from snooker_cli.files import (
     write_json,
 )
 from snooker_cli.formatting import listed, plain, printable
-from snooker_cli.runs.run import ANALYSIS, FIGURES, MANIFEST, RepeatState, Run, named
+from snooker_cli.runs.run import ANALYSIS, FIGURES, MANIFEST, RepeatState, Run, repeats_in
 
 if sys.platform != "win32":
     import fcntl
@@ -132,7 +132,7 @@ def _restored(run: Run) -> str:
     """What ``planned_change`` returns where the manifest is lost. Raises ``RunError``."""
     for path in _repeats_in(run.directory):
         reason = "belongs to a longer sweep"
-        if named(path)[0] < len(run.points):
+        if repeats_in(path)[0] < len(run.points):
             others = (s for s in run.file_statuses(path) if s.state is RepeatState.UNUSABLE)
             reason = next((s.error.reason for s in others if s.header and s.error), "")
         if reason:
@@ -146,7 +146,7 @@ def _restored(run: Run) -> str:
 
 def _repeats_in(directory: Path) -> list[Path]:
     """The files of repeats in a folder."""
-    return [path for path in directory.glob("point-*/repeats-*-*.h5") if named(path)[1]]
+    return [path for path in directory.glob("point-*/repeats-*-*.h5") if repeats_in(path)[1]]
 
 
 def _physics(point: Point) -> tuple[dict[str, Any], str]:

@@ -35,7 +35,7 @@ def test_movies_and_the_page_have_the_same_constants() -> None:
 
 AT = """
 globalThis.at = (screen, time) => {
-  screen.reel.goToTime(time);
+  screen.playhead.goToTime(time);
   screen.show();
   return screen.gas;
 }, 0
@@ -73,7 +73,7 @@ TRIAL = """
   found.playing = player.playing;
   document.dispatchEvent(new KeyboardEvent("keydown", { key: "End" }));
   for (let k = 0; k < 2; k++) await new Promise((drawn) => requestAnimationFrame(drawn));
-  found.end = [player.reels[0].time, player.reels[0].done, find("count").textContent];
+  found.end = [player.playheads[0].time, player.playheads[0].done, find("count").textContent];
   return found;
 })()
 """
@@ -237,7 +237,7 @@ def test_the_page_fits_a_phone_and_follows_the_dark_mode(
 
 LINKED = """
 (async () => {
-  const first = [player.reels[0].time, player.screens[0].gas.tagged, player.playing];
+  const first = [player.playheads[0].time, player.screens[0].gas.tagged, player.playing];
   player.goToTime(0.5);
   player.tag("");
   await new Promise((done) => setTimeout(done, 3 * LINK_AFTER));
@@ -250,13 +250,13 @@ def test_a_link_goes_to_a_time_and_a_ball(opened: Opened) -> None:
     linked = opened(films()["fixed"], link="#t=1.25&ball=5").value(LINKED)
     assert linked == [[1.25, 5, False], "#t=0.5"]
     browser = opened(films()["fixed"], link="?again#t=x&ball=99")
-    said = browser.value("[player.reels[0].time, find('said').textContent]")
+    said = browser.value("[player.playheads[0].time, find('said').textContent]")
     assert said == [0, "There is no ball 99: give a number from 0 to 36."]
 
 
 TOGETHER = """
 (() => {
-  const now = () => player.reels.map(({ time, step }) => [time, step]);
+  const now = () => player.playheads.map(({ time, step }) => [time, step]);
   const dim = () => player.screens.map(({ arena }) => arena.canvas.style.opacity);
   const all = (time) => { player.goToTime(time); player.draw(); return now(); };
   const found = { both: all(TIME), late: all(player.end - 1e-3), dim: dim() };
