@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis.observables import mean_and_error, mean_pressure, standard_errors
+from snooker_cli.analysis.observables import mean_and_error, standard_errors
 from snooker_cli.analysis.steady_state import expected_temperatures
 from snooker_cli.config import Experiment
 from snooker_cli.containers import SHAPES
@@ -395,7 +395,11 @@ def slab_pressures(gas: GasSample, trace: Trace) -> dict[str, Floats]:
     temperature = (along_x + along_y) / 2
     density = balls / (len(states.time) * height * np.diff(edges))
     collisional = (1 + e) * math.pi * density * theory.contact_value(math.pi * density)
-    relative = density / mean_pressure(trace, settled)
+    events = trace.events
+    assert events is not None
+    push = float(np.sum(events.impulse[events.at_wall & (events.time > settled)]))
+    pressure = push / (trace.start.container.wall_length * (trace.stop.time - settled))
+    relative = density / pressure
     return {
         "across": relative * (along_x + collisional * temperature),
         "state": relative * temperature * (1 + collisional),
