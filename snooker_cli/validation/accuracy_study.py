@@ -50,7 +50,7 @@ def steps(plan: Record) -> Iterator[Step]:
         yield Step(label, "ensembles", partial(averages, scene, methods, time, repeats))
 
 
-def against_truth(known: Record, methods: Sequence[Method]) -> list[Record]:
+def against_truth(known: Record, methods: Sequence[Method]) -> Iterator[Record]:
     """The methods on one scene of plans.yaml, beside the exact twin.
 
     The record of a method has ``seconds`` (processor time, the median), ``collisions``
@@ -90,22 +90,22 @@ def against_truth(known: Record, methods: Sequence[Method]) -> list[Record]:
             }
         )
     exponent = known.get("exponent")
-    return [
-        {
-            "name": known["name"],
-            "what": known["description"],
-            "balls": scene.number,
-            "collisions": collisions,
-            "exponent": exponent,
-            # Events until an error of one rounding is as large as its quantity, ln(1/ε)/λ.
-            "horizon": math.log(1 / EPSILON) / exponent if exponent else None,
-            "checkpoints": checkpoints,
-            "results": results,
-        }
-    ]
+    yield {
+        "name": known["name"],
+        "what": known["description"],
+        "balls": scene.number,
+        "collisions": collisions,
+        "exponent": exponent,
+        # Events until an error of one rounding is as large as its quantity, ln(1/ε)/λ.
+        "horizon": math.log(1 / EPSILON) / exponent if exponent else None,
+        "checkpoints": checkpoints,
+        "results": results,
+    }
 
 
-def averages(known: Record, methods: Sequence[Method], time: float, repeats: int) -> list[Record]:
+def averages(
+    known: Record, methods: Sequence[Method], time: float, repeats: int
+) -> Iterator[Record]:
     """Averages of each method over repeats, and their differences from the first method's.
 
     The difference is taken repeat by repeat: both start alike, so its error is smaller than that of
@@ -137,7 +137,7 @@ def averages(known: Record, methods: Sequence[Method], time: float, repeats: int
             }
         )
     about = {"name": known["name"], "what": known["description"]}
-    return [about | {"time": time, "repeats": repeats, "methods": records}]
+    yield about | {"time": time, "repeats": repeats, "methods": records}
 
 
 def quantities(course: Trajectory, time: float) -> dict[str, float]:

@@ -229,8 +229,8 @@ def all_hold(record: Record) -> bool:
 HARD = Study("hard", ("numpy", "numba", "flint"), steps, passed=all_hold)
 
 
-def verdict(name: str) -> list[Record]:
-    """Each point of a case: the worst of each check, the ``endings`` and the ``faults``."""
+def verdict(name: str) -> Iterator[Record]:
+    """The row of a case: of its points the worst of each check, ``endings`` and ``faults``."""
     loaded = load(FOLDER / f"{name}.yaml")
     endings: Counter[str] = Counter()
     worst: dict[str, Check] = {}
@@ -256,21 +256,19 @@ def verdict(name: str) -> list[Record]:
         events += trace.collisions
         label = ", ".join(f"{key}={v}" for key, v in point.as_json().items())
         faults += [f"{label}: {fault}" if label else fault for fault in wrong]
-    return [
-        {
-            "name": name,
-            "why": str(loaded.experiment.title),
-            "events": events,
-            "runs": endings.total(),
-            "endings": [{"reason": reason, "runs": runs} for reason, runs in endings.items()],
-            "worst": {
-                check.name: {"error": check.error, "bound": check.bound, "holds": check.holds}
-                for check in worst.values()
-            },
-            "holds": not faults,
-            "faults": faults,
-        }
-    ]
+    yield {
+        "name": name,
+        "why": str(loaded.experiment.title),
+        "events": events,
+        "runs": endings.total(),
+        "endings": [{"reason": reason, "runs": runs} for reason, runs in endings.items()],
+        "worst": {
+            check.name: {"error": check.error, "bound": check.bound, "holds": check.holds}
+            for check in worst.values()
+        },
+        "holds": not faults,
+        "faults": faults,
+    }
 
 
 def judged(trace: Trace, known: Record) -> tuple[list[Check], list[str]]:

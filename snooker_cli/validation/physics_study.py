@@ -532,7 +532,7 @@ def steps(plan: Record) -> Iterator[Step]:
         for known in gases:
             gas, words = GasSample(**known), purpose.replace("_", ", ")
             label = f"{words}: {gas.balls} balls, packing {gas.packing:.4g}, CoR {gas.cor:g}"
-            yield Step(label, "rows", lambda gas=gas, purpose=purpose: list(ROWS[purpose](gas)))  # type: ignore[misc]
+            yield Step(label, "rows", partial(ROWS[purpose], gas))
 
 
 def conclude(record: Record) -> Record:

@@ -44,7 +44,8 @@ class SpeedCase(NamedTuple):
 def steps(plan: Record) -> Iterator[Step]:
     """The rates: each has a name, its median, lowest and highest value, 1/s."""
     short, gases = plan["short"], [SpeedCase(*case) for case in plan["cases"]]
-    yield Step(f"{short:,} short repeats", "rates", lambda: short_repeats(short, plan["rounds"]))
+    measured = partial(short_repeats, short, plan["rounds"])
+    yield Step(f"{short:,} short repeats", "rates", measured)
     for number, case in enumerate(gases, start=1):
         gas = f"{case.balls:,} balls at packing {case.packing:g}"
         timed = partial(timing, case, plan["events"], plan["repeats"], plan["stirring"])
@@ -54,7 +55,7 @@ def steps(plan: Record) -> Iterator[Step]:
 SPEED = Study("speed", ("numpy", "numba", "h5py"), steps)
 
 
-def timing(case: SpeedCase, events: int, repeats: int, stirring: int) -> list[Record]:
+def timing(case: SpeedCase, events: int, repeats: int, stirring: int) -> Iterator[Record]:
     """Collisions per second of processor time: the repeats are equal parts of one run.
 
     The run looks at the clock after each chunk of events. The first chunk includes compiling,
@@ -78,33 +79,29 @@ def timing(case: SpeedCase, events: int, repeats: int, stirring: int) -> list[Re
     edges = first + events * np.arange(repeats + 1)
     container = "free" if case.free else "fixed"
     name = f"collisions/s: {case.balls:,} balls, packing {case.packing:g}, {container}"
-    return [
-        {
-            "rate": name,
-            **_spread(events / np.diff(np.interp(edges, np.cumsum(collisions), clock))),
-            **case._asdict(),
-            "repeats": repeats,
-            "events": events,
-        }
-    ]
+    yield {
+        "rate": name,
+        **_spread(events / np.diff(np.interp(edges, np.cumsum(collisions), clock))),
+        **case._asdict(),
+        "repeats": repeats,
+        "events": events,
+    }
 
 
-def short_repeats(repeats: int, rounds: int) -> list[Record]:
+def short_repeats(repeats: int, rounds: int) -> Iterator[Record]:
     """Repeats per second of ``rounds`` whole runs, and of the analysis that `snooker fit` makes.
 
     A small run before them compiles. Raises ``UserError`` if a repeat fails.
     """
     _short_run(2)
     rates = zip(*(_short_run(repeats) for _ in range(rounds)), strict=True)
-    return [
-        {
+    for what, of_rounds in zip(("simulated", "analysed"), rates, strict=True):
+        yield {
             "rate": f"repeats/s: {repeats:,} of 37 balls, 500 collisions, {what}",
             **_spread(of_rounds),
             "threads": processors(),
             "rounds": rounds,
         }
-        for what, of_rounds in zip(("simulated", "analysed"), rates, strict=True)
-    ]
 
 
 def _short_run(repeats: int) -> tuple[float, float]:

@@ -43,7 +43,7 @@ class Step(NamedTuple):
 
     label: str
     part: str
-    rows: Callable[[], list[Record]]
+    rows: Callable[[], Iterable[Record]]
 
 
 @dataclass(frozen=True)

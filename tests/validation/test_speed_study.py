@@ -21,7 +21,7 @@ def test_short_repeats_that_cannot_be_stored_end_the_measurement(
 
     monkeypatch.setattr(store, "write", fails)
     with pytest.raises(UserError, match=r"no space left.*TMPDIR"):
-        short_repeats(2, 1)
+        list(short_repeats(2, 1))
 
 
 def test_the_record_is_complete_and_shown_beside_an_earlier_one(bench: Any) -> None:
