@@ -13,8 +13,8 @@ from snooker_cli.validation.hard_cases import INVARIANTS
 from snooker_cli.validation.physics_study import ONLY_OPEN, walls
 from snooker_cli.validation.study import PLANS, Record, Study, machine, text_of
 
-Columns = Mapping[str, Callable[[Record], str]]
-"""The columns of a table: headings, and the text of a row of the record.
+Columns = Mapping[str, str | Callable[[Record], str]]
+"""The columns of a table: headings, and a format or a function of a row of the record.
 
 Headings of numbers begin with ``>``, which aligns them on the right.
 """
@@ -41,7 +41,11 @@ def write(study: Study, record: Record, folder: Path) -> Iterator[Path]:
 
 
 def _table(rows: Sequence[Record], columns: Columns) -> list[str]:
-    return text_table([*columns], [[text(row) for text in columns.values()] for row in rows])
+    cells = [
+        [how.format_map(row) if isinstance(how, str) else how(row) for how in columns.values()]
+        for row in rows
+    ]
+    return text_table([*columns], cells)
 
 
 def _header(record: Record) -> list[str]:
@@ -86,20 +90,20 @@ def _error(record: Record) -> Iterator[list[str]]:
         ]
 
 
-METHOD: Columns = {"method": lambda row: str(row["method"])}
-COST: Columns = {">events/s": lambda row: f"{row['events_per_second']:,.0f}"}
+METHOD: Columns = {"method": "{method}"}
+COST: Columns = {">events/s": "{events_per_second:,.0f}"}
 ERRORS: Columns = {
-    ">true": lambda row: str(row["first_different"]),
-    ">events": lambda row: str(row["collisions"]),
+    ">true": "{first_different}",
+    ">events": "{collisions}",
     ">overlap, m": lambda row: _small(row["overlap"]),
     ">energy": lambda row: _small(row["energy"]),
 }
 AVERAGES: Columns = {
-    "quantity": lambda row: str(row["quantity"]),
+    "quantity": "{quantity}",
     ">mean": lambda row: with_error(row["mean"], row["error"]),
     ">difference": lambda row: with_error(row["difference"], row["difference_error"]),
     ">overlap, m": lambda row: _small(row["overlap"]),
-    ">in repeats": lambda row: str(row["overlapping"]),
+    ">in repeats": "{overlapping}",
 }
 
 
@@ -110,7 +114,7 @@ def _hard(record: Record) -> Iterator[list[str]]:
     cases = record["cases"]
     yield _table(
         cases,
-        {"case": lambda case: case["name"], "why it is hard": lambda case: case["why"]},
+        {"case": "{name}", "why it is hard": "{why}"},
     )
     yield PLANS["legends"]["hard"]
     yield _table(cases, VERDICTS)
@@ -140,8 +144,8 @@ def _facts(case: Record) -> str:
 
 
 VERDICTS: Columns = {
-    "case": lambda case: str(case["name"]),
-    ">events": lambda case: f"{case['events']:,}",
+    "case": "{name}",
+    ">events": "{events:,}",
     "ended": _endings,
     **{f">{name}": partial(_worst, name) for name in INVARIANTS},
     ">facts": _facts,
@@ -187,20 +191,20 @@ def _left(row: Record) -> str:
 
 
 VALUES: Columns = {
-    "quantity": lambda row: str(row["quantity"]),
+    "quantity": "{quantity}",
     "walls": walls,
-    ">start, m/s": lambda row: f"{row['speed']:g}",
-    ">N": lambda row: f"{row['balls']:,}",
-    ">packing": lambda row: f"{row['packing']:.4g}",
-    ">CoR": lambda row: f"{row['cor']:g}",
-    ">seeds × collisions": lambda row: f"{row['seeds']} × {row['collisions']:,}",
+    ">start, m/s": "{speed:g}",
+    ">N": "{balls:,}",
+    ">packing": "{packing:.4g}",
+    ">CoR": "{cor:g}",
+    ">seeds × collisions": "{seeds} × {collisions:,}",
     ">measured": lambda row: with_error(row["measured"], row["error"]),
     ">expected": lambda row: short(row["expected"], 6),
     ">known": lambda row: short(row["known"] or None, 2),
     ">left, in errors": _left,
     ">open": lambda row: short(row["systematic"] or None, 2),
-    "agrees": lambda row: str(row["agreement"]),
-    "source": lambda row: str(row["source"]),
+    "agrees": "{agreement}",
+    "source": "{source}",
 }
 
 
@@ -226,7 +230,7 @@ def _rate(value: float) -> str:
 
 
 RATES: Columns = {
-    "rate": lambda rate: str(rate["rate"]),
+    "rate": "{rate}",
     ">median": lambda rate: _rate(rate["median"]),
     ">lowest to highest": lambda rate: f"{_rate(rate['lowest'])} to {_rate(rate['highest'])}",
 }
