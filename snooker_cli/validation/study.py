@@ -1,4 +1,4 @@
-"""How every study of ``snooker bench`` runs: steps of a plan, their record, and its files.
+"""How every study of ``snooker bench`` runs: the steps of a plan, and their record.
 
 A study is a module with one `Study`: its plan is in plans.yaml, its tables are in study_tables.py.
 """
