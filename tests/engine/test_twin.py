@@ -47,7 +47,6 @@ COURSES = {
     "fixed": (report_scene, 440),
     "dilute": (partial(report_scene, container_mass=1e7, radius=0.1), 110),
     "dilute, fixed, elastic wall": (partial(report_scene, radius=0.1, cor=0.8, wall_cor=1.0), 120),
-    "mixture": (partial(mixed_scene, 20.0, 0.9), 200),
     "light container": (partial(few, container_mass=5.0), 80),
     "row": (row, 160),
     "driven circle": (partial(laws, "circle", Constant(0.9), DRIVEN), 90),
