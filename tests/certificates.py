@@ -96,6 +96,8 @@ class Check:
         shape = scene["container"]
         if shape["shape"] not in ("circle", "box"):
             raise CheckError(f"this program checks circles and boxes, not shape: {shape['shape']}")
+        if scene["contact_duration"] or scene["elastic_below"]:
+            raise CheckError("this program has no rules of collapse")
         self.sides = None
         if shape["shape"] == "box":
             self.sides = [number(Fraction(shape[key]) / 2) for key in ("width", "height")]

@@ -23,7 +23,7 @@ from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.reproduction.reproduce import RUNS
 from snooker_cli.scene import Scene
 from snooker_cli.validation.accuracy_study import averages
-from snooker_cli.validation.methods import Method, Trajectory, reference_scene
+from snooker_cli.validation.methods import Method, Trajectory
 from snooker_cli.validation.proof import prove
 from snooker_cli.validation.study import PLANS
 
@@ -77,13 +77,13 @@ def from_starts(name: str, *, nudged: bool) -> Method:
 
 def main() -> None:
     """Write the file."""
-    scenes = [reference_scene(item) for item in PLANS["scenes"] if item["name"] in AVERAGED]
+    scenes = [scene for scene in PLANS["scenes"] if scene["name"] in AVERAGED]
     starts = from_starts("as given", nudged=False), from_starts("nudged", nudged=True)
     record = {
         "measurement": "certain",
         "snooker": snooker_cli.__version__,
         "engine_version": ENGINE_VERSION,
-        "rounding": [averages(scene, starts, TIME, REPEATS) for scene in scenes],
+        "rounding": [row for scene in scenes for row in averages(scene, starts, TIME, REPEATS)],
         "proofs": [proofs(name) for name in RUNS if name not in HEATED],
     }
     FILE.write_text(json.dumps(plain(record), ensure_ascii=False) + "\n", encoding="utf-8")

@@ -1,13 +1,11 @@
 """Scenes for the engine's tests, and what is read off their traces again and again."""
 
 import hashlib
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-import naive
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -227,13 +225,6 @@ def trap_sums(normal: float, tangential: float, restitution: float, reach: float
         angle=math.fsum(2 * math.atan2(v, tangential) for v in speeds),
         impulse=math.fsum(v * (1 + restitution) for v in speeds),
     )
-
-
-def twin_collisions(
-    scene: Scene, count: int, disturb: naive.Disturb | None = None, until: float = math.inf
-) -> list[naive.Event]:
-    """The slow twin's first collisions, fewer if no more happen, or none until a time (s)."""
-    return list(itertools.islice(naive.Twin(scene).collisions(until, disturb), count))
 
 
 def digest(events: Events) -> str:

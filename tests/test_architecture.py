@@ -74,7 +74,7 @@ PARTS["__main__"] = ("cli",)
 LIBRARIES: dict[str, tuple[str, ...]] = {
     "typer": ("cli",),
     "rich": ("runs.progress",),
-    "pydantic": ("config", "validation"),
+    "pydantic": ("config",),
     "pydantic_core": ("config",),
     "yaml": ("config", "figures", "live_page", "report", "reproduction", "validation"),
     "numba": ("engine.jit",),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,7 +13,7 @@ from snooker_cli.cli.output import make_folder, print_line
 from snooker_cli.errors import ExitCode, notice
 
 if TYPE_CHECKING:
-    from snooker_cli.validation.study import Study
+    from snooker_cli.validation.study import Record, Study
 
 Out = Annotated[Path | None, option("DIR", "Also write tables, JSON and figures here.", "--out")]
 
@@ -41,11 +40,11 @@ def speed(
     All threads run, store and analyse many short repeats. Then one thread simulates several gases.
     It takes a minute or two. Run nothing else meanwhile.
     """
-    from snooker_cli.validation.speed_study import SpeedStudy, earlier_record
+    from snooker_cli.validation.speed_study import SPEED
+    from snooker_cli.validation.study_tables import earlier_record
 
-    study = SpeedStudy.planned("quick" if quick else "full")
-    earlier = None if compare is None else earlier_record(compare)
-    _carry_out(replace(study, earlier=earlier), out, as_json)
+    more = {} if compare is None else {"earlier": earlier_record(compare)}
+    _carry_out(SPEED, SPEED.plan(quick), out, as_json, more)
 
 
 @bench.command(cls=Command)
@@ -56,9 +55,9 @@ def error(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> Non
     computed with intervals. It takes a minute or two. Run nothing else meanwhile. It needs the
     extra `reference`.
     """
-    from snooker_cli.validation.accuracy_study import AccuracyStudy
+    from snooker_cli.validation.accuracy_study import ERROR
 
-    _carry_out(AccuracyStudy.planned("quick" if quick else "full"), out, as_json)
+    _carry_out(ERROR, ERROR.plan(quick), out, as_json)
 
 
 @bench.command(cls=Command)
@@ -68,9 +67,9 @@ def physics(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> N
     Each difference is given in standard errors. It takes two to four minutes, and ends with exit
     code 4 if a value does not agree.
     """
-    from snooker_cli.validation.physics_study import PhysicsStudy
+    from snooker_cli.validation.physics_study import PHYSICS
 
-    _carry_out(PhysicsStudy.planned("quick" if quick else "full"), out, as_json)
+    _carry_out(PHYSICS, PHYSICS.plan(quick), out, as_json)
 
 
 @bench.command(cls=Command)
@@ -87,21 +86,27 @@ def hard(
     can do. It takes two minutes, and ends with exit code 4 if a case fails. It needs the extra
     `reference`.
     """
-    from snooker_cli.validation.hard_cases import HardCaseStudy
+    from snooker_cli.validation.hard_cases import HARD, hard_plan
 
-    _carry_out(HardCaseStudy.of(cases or []), out, as_json)
+    _carry_out(HARD, hard_plan(cases or []), out, as_json)
 
 
-def _carry_out(study: Study, out: Path | None, as_json: bool) -> None:
-    """Measure and print; write files if there is a folder for them; exit code 4 for a failure."""
+def _carry_out(
+    study: Study, plan: Record, out: Path | None, as_json: bool, more: Record | None = None
+) -> None:
+    """Measure and print; write files if there is a folder for them; exit code 4 for a failure.
+
+    more : is added to the record
+    """
     from snooker_cli.validation.study import text_of
+    from snooker_cli.validation.study_tables import lines, write
 
     if out is not None:
         make_folder(out)
-    record = study.measure(notice)
-    print_line(text_of(record) if as_json else "\n".join(study.tables(record)))
+    record = study.measure(plan, notice) | (more or {})
+    print_line(text_of(record) if as_json else "\n".join(lines(record)))
     if out is not None:
-        for path in study.write(record, out):
+        for path in write(study, record, out):
             notice(str(path))
     if not study.passed(record):
         raise typer.Exit(int(ExitCode.SOME_FAILED))

@@ -20,7 +20,7 @@ from snooker_cli.reproduction.explanations import explain
 from snooker_cli.reproduction.printed import KEYS, comparison, statements
 from snooker_cli.reproduction.results import SETTLED, WINDOWS, Results, results
 from snooker_cli.reproduction.source_values import LORD, TARGETS, TITLE, text_of_file
-from snooker_cli.validation.accuracy_study import AccuracyStudy
+from snooker_cli.validation import accuracy_study
 from snooker_cli.validation.physics_study import walls
 
 REPORT_FIGURES: dict[str, dict[str, Any]] = yaml.safe_load(text_of_file("figures.yaml"))
@@ -50,7 +50,7 @@ def figure_data(runs: Mapping[str, Run], file: str) -> FigureData:
     """A figure by its file in figures.yaml. Raises ``FigureError`` or ``StoreError``."""
     entry = REPORT_FIGURES[file]
     if "run" not in entry:
-        picture = AccuracyStudy.figures(measurement("error"))[f"{file}-report"]
+        picture = accuracy_study.figures(measurement("error"))[f"{file}-report"]
         return replace(picture, caption=entry["caption"])
     spec, run = FIGURES[entry["figure"]], runs[entry["run"]]
     if spec.name == "decay-against-cor":

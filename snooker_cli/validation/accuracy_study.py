@@ -2,37 +2,27 @@
 
 import math
 import statistics
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from snooker_cli.analysis.observables import losses, mean_and_error, total_energy
 from snooker_cli.figures.figure_data import NEUTRAL, FigureData, Layer, Line, Points, Reference
-from snooker_cli.formatting import counted, short, with_error
+from snooker_cli.formatting import short
 from snooker_cli.scene import EPSILON
 from snooker_cli.validation.exact_twin import trajectory
 from snooker_cli.validation.methods import (
     Method,
-    PlannedScene,
-    ReferenceScene,
     Trajectory,
     all_methods,
     first_different,
     imbalance,
     rms_distance,
+    start_of,
 )
-from snooker_cli.validation.study import (
-    LEGENDS,
-    Cells,
-    Record,
-    Study,
-    header_lines,
-    machine,
-    small,
-    table,
-)
+from snooker_cli.validation.study import Record, Step, Study, machine
 
 CHECKPOINTS = (1, 2, 5, 10, 20, 50, 100, 150, 200, 300, 500)
 """Numbers of events after which errors of position are measured."""
@@ -48,58 +38,27 @@ LEAST_OVERLAP = 1e-9
 """An overlap that is deeper, m, is not made by rounding: a collision came late or not at all."""
 
 
-@dataclass(frozen=True)
-class AccuracyStudy(Study):
+def steps(plan: Record) -> Iterator[Step]:
     """The methods beside the exact twin, and beside each other in averages; see plans.yaml."""
-
-    name = "error"
-    libraries = ("numpy", "numba", "flint")
-
-    scenes: Sequence[PlannedScene]
-    steps: Sequence[float]
-    ensembles: Sequence[PlannedScene]
-    averaged_steps: Sequence[float]
-    time: float
-    repeats: int
-
-    def results(self, report: Callable[[str], None]) -> Record:
-        record: Record = {"scenes": [], "ensembles": []}
-        for scene in self.scenes:
-            report(scene.description)
-            record["scenes"].append(against_truth(scene, all_methods(self.steps)))
-        for scene in self.ensembles:
-            report(f"averages over {self.repeats} repeats, {scene.description}")
-            methods = all_methods(self.averaged_steps)
-            record["ensembles"].append(averages(scene, methods, self.time, self.repeats))
-        return record
-
-    @staticmethod
-    def tables(record: Record) -> Iterator[str]:
-        yield from header_lines(record)
-        yield from ("", *LEGENDS["error"])
-        for scene in record["scenes"]:
-            yield from ("", *_scene_lines(scene))
-        for ensemble in record["ensembles"]:
-            yield from ("", *_ensemble_lines(ensemble))
-
-    @staticmethod
-    def figures(record: Record) -> dict[str, FigureData]:
-        pictures = {}
-        for scene in record["scenes"]:
-            pictures[f"error-against-cost-{scene['name']}"] = error_against_cost(record, scene)
-            pictures[f"error-growth-{scene['name']}"] = error_growth(record, scene)
-        return pictures
+    for scene in plan["scenes"]:
+        methods = all_methods(plan["steps"])
+        yield Step(scene["description"], "scenes", partial(against_truth, scene, methods))
+    time, repeats = plan["time"], plan["repeats"]
+    for scene in plan["ensembles"]:
+        methods = all_methods(plan["averaged_steps"])
+        label = f"averages over {repeats} repeats, {scene['description']}"
+        yield Step(label, "ensembles", partial(averages, scene, methods, time, repeats))
 
 
-def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Record:
-    """The methods on one scene, beside the exact twin.
+def against_truth(known: Record, methods: Sequence[Method]) -> Iterator[Record]:
+    """The methods on one scene of plans.yaml, beside the exact twin.
 
     The record of a method has ``seconds`` (processor time, the median), ``collisions``
     until the end of the scene, events before the ``first_different`` one, and ``place_errors``: m,
     root mean square over the balls, at the exact times of the checkpoints.
     """
-    scene = reference.start()
-    truth, states = trajectory(scene, reference.collisions + 1)
+    scene = start_of(known)
+    truth, states = trajectory(scene, known["collisions"] + 1)
     times = truth.time
     # The end is between two events, so that no rounding decides which events are before it.
     end = float(times[-2] + times[-1]) / 2
@@ -130,10 +89,10 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
                 / total_energy(scene),
             }
         )
-    exponent = reference.exponent
-    return {
-        "name": reference.name,
-        "what": reference.description,
+    exponent = known.get("exponent")
+    yield {
+        "name": known["name"],
+        "what": known["description"],
         "balls": scene.number,
         "collisions": collisions,
         "exponent": exponent,
@@ -145,8 +104,8 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
 
 
 def averages(
-    reference: ReferenceScene, methods: Sequence[Method], time: float, repeats: int
-) -> Record:
+    known: Record, methods: Sequence[Method], time: float, repeats: int
+) -> Iterator[Record]:
     """Averages of each method over repeats, and their differences from the first method's.
 
     The difference is taken repeat by repeat: both start alike, so its error is smaller than that of
@@ -156,7 +115,7 @@ def averages(
     records: list[Record] = []
     first: dict[str, np.ndarray] = {}
     for method in methods:
-        starts = map(reference.start, range(repeats))
+        starts = (start_of(known, repeat) for repeat in range(repeats))
         courses = [method.run(start, np.array([time])) for start in starts]
         rows = [quantities(course, time) for course in courses]
         columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
@@ -177,13 +136,8 @@ def averages(
                 "overlapping": sum(overlap > LEAST_OVERLAP for overlap in overlaps),
             }
         )
-    return {
-        "name": reference.name,
-        "what": reference.description,
-        "time": time,
-        "repeats": repeats,
-        "methods": records,
-    }
+    about = {"name": known["name"], "what": known["description"]}
+    yield about | {"time": time, "repeats": repeats, "methods": records}
 
 
 def quantities(course: Trajectory, time: float) -> dict[str, float]:
@@ -203,41 +157,13 @@ def quantities(course: Trajectory, time: float) -> dict[str, float]:
     return {"decay constant, 1/s": decay, **rates}
 
 
-def _scene_lines(scene: Record) -> Iterator[str]:
-    collisions, checkpoints = scene["collisions"], scene["checkpoints"]
-    yield (f"{scene['name']}: {scene['what']}; {counted(collisions, 'event')}, all of them certain")
-    places: Cells = {
-        f"m at {events}": lambda result, k=k: small(result["place_errors"][k])  # type: ignore[misc]
-        for k, events in enumerate(checkpoints)
-        if events in (10, 100, collisions)
-    }
-    cells: Cells = {
-        "method": lambda result: str(result["method"]),
-        "events/s": lambda result: f"{result['events_per_second']:,.0f}",
-        **places,
-        "true": lambda result: str(result["first_different"]),
-        "events": lambda result: str(result["collisions"]),
-        "overlap, m": lambda result: small(result["overlap"]),
-        "energy": lambda result: small(result["energy"]),
-    }
-    yield from table(scene["results"], cells, left=("method",))
-
-
-def _ensemble_lines(ensemble: Record) -> Iterator[str]:
-    yield (
-        f"averages of {ensemble['what']}: {ensemble['repeats']} repeats of {ensemble['time']:g} s, "
-        "and differences from snooker's, ± standard error"
-    )
-    cells: Cells = {
-        "method": lambda row: str(row["method"]),
-        "quantity": lambda row: str(row["quantity"]),
-        "mean": lambda row: with_error(row["mean"], row["error"]),
-        "difference": lambda row: with_error(row["difference"], row["difference_error"]),
-        "overlap, m": lambda row: small(row["overlap"]),
-        "in repeats": lambda row: str(row["overlapping"]),
-    }
-    rows = [method | bias for method in ensemble["methods"] for bias in method["biases"]]
-    yield from table(rows, cells, left=("method", "quantity"))
+def figures(record: Record) -> dict[str, FigureData]:
+    """The figures of each scene, by the names of their files."""
+    pictures = {}
+    for scene in record["scenes"]:
+        pictures[f"error-against-cost-{scene['name']}"] = error_against_cost(record, scene)
+        pictures[f"error-growth-{scene['name']}"] = error_growth(record, scene)
+    return pictures
 
 
 def error_against_cost(record: Record, scene: Record) -> FigureData:
@@ -317,3 +243,6 @@ def _origin(record: Record) -> str:
         f"Measured on {record['date'][:10]} with snooker {record['snooker']} on one processor: "
         f"{machine(record)}."
     )
+
+
+ERROR = Study("error", ("numpy", "numba", "flint"), steps, figures=figures)

@@ -116,7 +116,7 @@ def unsupported_key(scene: Scene) -> str | None:
     for law in (scene.pair_law, *walls):
         if not isinstance(law, Constant | Viscoelastic | Driven):
             return f"wall_{law._fields[-1]}"
-    return "collapse: tc" if scene.contact_duration else None
+    return None
 
 
 class Twin:
@@ -165,6 +165,7 @@ class Twin:
         self.balls, self.container = self.bodies[:-1], self.bodies[-1]
         self.now = self.zero
         self.partners = [*range(scene.number)]  # in the last collision of a ball; at first itself
+        self.done, self.contact_lasts = 0, self.zero
         self.contacts: dict[tuple[int, int], Contact] = {}
         # Lower bounds of the times of contacts, a row for each ball: with later balls and, in the
         # last column, with the wall. ``soonest`` has their least in each row, or less.
@@ -185,6 +186,9 @@ class Twin:
                 return
             time: Interval = self.contacts[pair].time
             self.now = time
+            if self.scene.contact_duration and self.done % self.scene.number == 0:
+                self.contact_lasts = self.contact_time()
+            self.done += 1
             impulse, speed = self.collide(*pair)
             i, j = pair
             at_wall = j == len(self.balls)
@@ -230,19 +234,36 @@ class Twin:
         if isinstance(law, Driven):
             return (1 + e) * (speed + law.speed)
         slow = self.scene.elastic_below
-        if slow and self.is_less(speed, slow, pair):
+        if self.in_contact(pair) or (slow and self.is_slow(speed, slow, pair)):
             return 2 * speed
-        if isinstance(law, Viscoelastic) and self.is_less(speed, law.cor_speed, pair):
+        if isinstance(law, Viscoelastic) and self.is_slow(speed, law.cor_speed, pair):
             root = (speed / law.cor_speed).sqrt()
             e = 1 - (1 - e) * root * root.sqrt()
         return (1 + e) * speed
 
-    def is_less(self, speed: Interval, limit: float, pair: tuple[int, int]) -> bool:
-        """Whether a speed is below a limit. Raises ``UndecidedError``."""
-        if not (speed < limit or speed >= limit):
-            where = f"of {self.names(pair)} is at the {limit:g} m/s of a law"
-            raise UndecidedError(f"the speed {where}, to {_digits(speed - limit)} m/s")
-        return bool(speed < limit)
+    def contact_time(self) -> Interval:
+        """How long a contact lasts in the TC model at the balls' present speeds, s."""
+        velocities = [ball.velocity - self.container.velocity for ball in self.balls]
+        total = sum((dot(v, v) for v in velocities), self.zero)
+        path = self.scene.contact_duration * self.scene.mean_free_path
+        return path / (total / len(self.balls)).sqrt()
+
+    def in_contact(self, pair: tuple[int, int]) -> bool:
+        """Whether a ball of a pair still has its last contact, in the TC model."""
+        if not self.scene.contact_duration:
+            return False
+        ages = [
+            self.now - self.balls[k].turned
+            for k in pair
+            if k < len(self.balls) and self.partners[k] != k  # it has had a contact
+        ]
+        question = f"whether {self.names(pair)} still have their last contact"
+        return any(is_less(age, self.contact_lasts, question) for age in ages)
+
+    def is_slow(self, speed: Interval, limit: float, pair: tuple[int, int]) -> bool:
+        """Whether a normal relative speed is below one of a law, m/s."""
+        where = f"of {self.names(pair)} is at the {limit:g} m/s of a law"
+        return is_less(speed, limit, f"the speed {where}, to {_digits(speed - limit)} m/s")
 
     def names(self, pair: tuple[int, int]) -> str:
         i, j = pair
@@ -443,6 +464,13 @@ class Twin:
 
 def dot(first: Interval, second: Interval) -> Interval:
     return first.real * second.real + first.imag * second.imag
+
+
+def is_less(interval: Interval, limit: Interval, question: str) -> bool:
+    """Whether all numbers are below a limit. Raises ``UndecidedError`` for some of them."""
+    if not (interval < limit or interval >= limit):
+        raise UndecidedError(question)
+    return bool(interval < limit)
 
 
 def _below(interval: Interval) -> float:

@@ -8,10 +8,8 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +18,6 @@ from snooker_cli.config import EXAMPLES, load
 from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replay, series, simulate
 from snooker_cli.errors import UnsoundError, check_name
-from snooker_cli.formatting import counted
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.plan import checked
@@ -32,7 +29,7 @@ from snooker_cli.validation.methods import (
     imbalance,
 )
 from snooker_cli.validation.proof import prove
-from snooker_cli.validation.study import LEGENDS, PLANS, Cells, Record, Study, small, table
+from snooker_cli.validation.study import PLANS, Record, Step, Study
 
 # What must be true of a trace, and how far rounding alone can violate it.
 #
@@ -203,73 +200,38 @@ INVARIANTS = ("energy", "momentum", "angular momentum", "overlap", "escape")
 """The checks that most cases have."""
 
 
-@dataclass(frozen=True)
-class HardCase:
-    """A scene of ``configs/hard`` and what is known of it; plans.yaml explains the fields."""
-
-    name: str
-    endings: Sequence[str]
-    fact: str | None = None
-    by_name_only: bool = False
+CASES: dict[str, Record] = PLANS["hard"]
+"""The cases by the names of their configs; plans.yaml explains what is known of them."""
 
 
-CASES = {name: HardCase(name, **known) for name, known in PLANS["hard"].items()}
+def hard_plan(names: Sequence[str]) -> Record:
+    """The plan of the named cases, or of all but those that take minutes.
 
-
-@dataclass(frozen=True)
-class HardCaseStudy(Study):
-    """The cases to simulate."""
-
-    name = "hard"
-    libraries = ("numpy", "numba", "flint")
-
-    cases: tuple[HardCase, ...]
-
-    @classmethod
-    def of(cls, names: Sequence[str]) -> Self:
-        """The named cases, or all but those that take minutes.
-
-        Raises ``UserError`` if there is no such case.
-        """
-        for name in names:
-            check_name(name, CASES, "hard case", "snooker init --list")
-        chosen = [CASES[name] for name in dict.fromkeys(names)]
-        return cls(tuple(chosen or (case for case in CASES.values() if not case.by_name_only)))
-
-    def results(self, report: Callable[[str], None]) -> Record:
-        verdicts = []
-        for case in self.cases:
-            report(f"{case.name} ...")
-            verdicts.append(verdict(case))
-        return {"cases": verdicts}
-
-    @staticmethod
-    def passed(record: Record) -> bool:
-        return all(case["holds"] for case in record["cases"])
-
-    @staticmethod
-    def tables(record: Record) -> Iterator[str]:
-        cases = record["cases"]
-        why: Cells = {"case": lambda case: case["name"], "why it is hard": lambda case: case["why"]}
-        yield from table(cases, why, left=why)
-        yield from ("", *LEGENDS["hard"], "")
-        yield from table(cases, VERDICT_CELLS, left=("case", "ended", "verdict"))
-        yield ""
-        yield from (f"{case['name']}, {fault}" for case in cases for fault in case["faults"])
-        failed = sum(not case["holds"] for case in cases)
-        runs = counted(sum(case["runs"] for case in cases), "run")
-        verdict = f"{counted(failed, 'case')} failed" if failed else "all hold"
-        yield f"{counted(len(cases), 'case')}, {runs}: {verdict}"
-
-
-def verdict(case: HardCase, folder: Path = FOLDER) -> Record:
-    """Each point of a case's config.
-
-    The record has the worst of each check, the ``endings`` and the ``faults``.
-
-    Raises ``ConfigError`` if there is no such config, or if its scene cannot exist.
+    Raises ``UserError`` if there is no such case.
     """
-    loaded = load(folder / f"{case.name}.yaml")
+    for name in names:
+        check_name(name, CASES, "hard case", "snooker init --list")
+    usual = [name for name, known in CASES.items() if not known.get("by_name_only")]
+    return {"cases": [*dict.fromkeys(names)] or usual, "quick": False}
+
+
+def steps(plan: Record) -> Iterator[Step]:
+    """The cases to simulate."""
+    for name in plan["cases"]:
+        yield Step(f"{name} ...", "cases", partial(verdict, name))
+
+
+def all_hold(record: Record) -> bool:
+    """Whether no case fails."""
+    return all(case["holds"] for case in record["cases"])
+
+
+HARD = Study("hard", ("numpy", "numba", "flint"), steps, passed=all_hold)
+
+
+def verdict(name: str) -> Iterator[Record]:
+    """The row of a case: of its points the worst of each check, ``endings`` and ``faults``."""
+    loaded = load(FOLDER / f"{name}.yaml")
     endings: Counter[str] = Counter()
     worst: dict[str, Check] = {}
     events, faults = 0, []
@@ -286,7 +248,7 @@ def verdict(case: HardCase, folder: Path = FOLDER) -> Record:
             summary=not experiment.keeps_events,
             watch=lambda _, deadline=deadline: time.monotonic() > deadline,  # type: ignore[misc]
         )
-        results, wrong = judged(case, trace)
+        results, wrong = judged(trace, CASES[name])
         for check in results:
             before = worst.setdefault(check.name, check)
             worst[check.name] = max(before, check, key=lambda c: (not c.holds, c.error))
@@ -294,61 +256,39 @@ def verdict(case: HardCase, folder: Path = FOLDER) -> Record:
         events += trace.collisions
         label = ", ".join(f"{key}={v}" for key, v in point.as_json().items())
         faults += [f"{label}: {fault}" if label else fault for fault in wrong]
-    return {
-        "name": case.name,
+    yield {
+        "name": name,
         "why": str(loaded.experiment.title),
         "events": events,
         "runs": endings.total(),
         "endings": [{"reason": reason, "runs": runs} for reason, runs in endings.items()],
         "worst": {
-            name: {"error": check.error, "bound": check.bound, "holds": check.holds}
-            for name, check in worst.items()
+            check.name: {"error": check.error, "bound": check.bound, "holds": check.holds}
+            for check in worst.values()
         },
         "holds": not faults,
         "faults": faults,
     }
 
 
-def judged(case: HardCase, trace: Trace) -> tuple[list[Check], list[str]]:
-    """The checks of a trace, and a sentence for each fault."""
+def judged(trace: Trace, known: Record) -> tuple[list[Check], list[str]]:
+    """The checks of a trace, and a sentence for each fault.
+
+    known : what plans.yaml knows of the case
+    """
     results = checks(trace)
     if results[0].holds:  # nothing is measured of broken numbers
         if trace.events is not None:
             proof = prove(trace, FOLLOWED)
             results.append(Check("wrong collisions", float(proof["verdict"] == "wrong"), 0.0))
-        if case.fact is not None:
-            results += FACTS[case.fact](trace)
+        if "fact" in known:
+            results += FACTS[known["fact"]](trace)
     faults = [
         f"{check.name}: {check.error:.2g} is over {check.bound:.2g}"
         for check in results
         if not check.holds
     ]
     reason = trace.stop.reason
-    if reason not in case.endings:
-        faults.append(f"it ended as {reason.value} instead of {' or '.join(case.endings)}")
+    if reason not in known["endings"]:
+        faults.append(f"it ended as {reason.value} instead of {' or '.join(known['endings'])}")
     return results, faults
-
-
-def _facts(case: Record) -> str:
-    """How many of the checks hold that not every case has."""
-    others = case["worst"].keys() - {"numbers", *INVARIANTS}
-    return f"{sum(case['worst'][name]['holds'] for name in others)} of {len(others)}"
-
-
-def _error(case: Record, name: str) -> str:
-    if name not in case["worst"]:
-        return "–"
-    error = case["worst"][name]["error"]
-    return "infinite" if error is None else small(error) if error else "0"
-
-
-VERDICT_CELLS: Cells = {
-    "case": lambda case: str(case["name"]),
-    "events": lambda case: f"{case['events']:,}",
-    "ended": lambda case: ", ".join(
-        f"{ending['runs']} {ending['reason'].replace('_', ' ')}" for ending in case["endings"]
-    ),
-    **{name: partial(_error, name=name) for name in INVARIANTS},
-    "facts": _facts,
-    "verdict": lambda case: "holds" if case["holds"] else "fails",
-}

@@ -9,11 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from functools import partial
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BeforeValidator
 
 from snooker_cli.analysis.observables import total_angular_momentum, total_energy, total_momentum
 from snooker_cli.config import load
@@ -332,20 +331,12 @@ def _collide(bodies: Floats, i: int, j: int, restitution: float) -> tuple[float,
     return abs(impulse), overlap
 
 
-@dataclass(frozen=True)
-class ReferenceScene:
-    """A scene for the exact twin.
+# The scenes
 
-    collisions : as many are followed
-    start : the scene of a repeat, or the only one
-    exponent : its Lyapunov exponent, 1/event, from pairs of runs that start one rounding apart
-    """
 
-    name: str
-    description: str
-    collisions: int
-    start: Callable[..., Scene]
-    exponent: float | None = None
+def start_of(known: Mapping[str, Any], repeat: int = 0) -> Scene:
+    """The scene of a repeat of an entry of ``scenes`` in plans.yaml."""
+    return rings(repeat, **known["rings"]) if "rings" in known else mixture()
 
 
 def rings(
@@ -358,7 +349,7 @@ def rings(
 ) -> Scene:
     """The source report's balls: on rings, at 10 m/s in random directions of each repeat.
 
-    A repeat has the same directions in all scenes: tests/reference has results of these starts.
+    A repeat has the same directions in all scenes.
     """
     known = {
         "container": {"radius": 10.0, "mass": container_mass},
@@ -391,13 +382,3 @@ def geometric(first: float, last: float, number: int) -> NDArray[np.float64]:
         start, ratio = Decimal(first), Decimal(last) / Decimal(first)
         powers = (ratio ** (Decimal(k) / max(number - 1, 1)) for k in range(number))
         return np.array([float(start * power) for power in powers])
-
-
-def reference_scene(known: Mapping[str, Any]) -> ReferenceScene:
-    """A scene of plans.yaml."""
-    settings = {key: value for key, value in known.items() if key != "rings"}
-    start = partial(rings, **known["rings"]) if "rings" in known else mixture
-    return ReferenceScene(start=start, **settings)
-
-
-PlannedScene = Annotated[ReferenceScene, BeforeValidator(reference_scene)]

@@ -4,37 +4,27 @@ Gases are simulated in threads. A mean over seeds, with its error, is beside eac
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis.observables import mean_and_error, mean_pressure, standard_errors
+from snooker_cli.analysis.observables import mean_and_error, standard_errors
 from snooker_cli.analysis.steady_state import expected_temperatures
 from snooker_cli.config import Experiment
 from snooker_cli.containers import SHAPES
 from snooker_cli.engine import States, replay, series, simulate
-from snooker_cli.formatting import listed, short, with_error
 from snooker_cli.laws import Viscoelastic
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import processors
-from snooker_cli.trace import Series, Trace
-from snooker_cli.validation.study import (
-    LEGENDS,
-    PLANS,
-    STRICT,
-    Cells,
-    Record,
-    Study,
-    header_lines,
-    lattice_gas,
-    table,
-)
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Trace
+from snooker_cli.validation.study import PLANS, Record, Step, Study, lattice_gas
 
 ALLOWED = 3.0  # allowed standard errors
 
@@ -51,8 +41,6 @@ class GasSample:
     speed : root mean square at the start, m/s
     keys : further keys of the config, such as the temperature of the wall
     """
-
-    __pydantic_config__: ClassVar = STRICT
 
     balls: int
     packing: float
@@ -108,36 +96,68 @@ class GasSample:
         balls = {"count": self.balls, "radius": 1.0, "packing": self.packing, "speed": self.speed}
         return lattice_gas({"shape": self.shape}, self.cor, self.keys, **balls)
 
+    def start(self, seed: int = 0) -> Scene:
+        """The start of a repeat."""
+        return starting_scene(self.experiment, seed)
+
     def samples(
-        self,
-        measure: Callable[["GasSample", Trace], Sequence[float] | Floats],
-        summary: bool = False,
-    ) -> Floats:
-        """The measured values of each seed, a row each; the same for any number of threads."""
+        self, measure: Callable[["GasSample", Trace], dict[str, Any]], summary: bool = False
+    ) -> dict[str, Floats]:
+        """The measured values of all seeds, by name; the same for any number of threads."""
         events = self.settling_events + self.measured_events
 
-        def measured(seed: int) -> Sequence[float] | Floats:
-            scene = starting_scene(self.experiment, seed)
-            return measure(self, simulate(scene, collisions=events, summary=summary))
+        def measured(seed: int) -> dict[str, Any]:
+            return measure(self, simulate(self.start(seed), collisions=events, summary=summary))
 
         with ThreadPoolExecutor(processors()) as pool:
-            return np.array(list(pool.map(measured, range(self.seeds))))
+            results = list(pool.map(measured, range(self.seeds)))
+        return {name: np.array([result[name] for result in results]) for name in results[0]}
 
-    def means(self, measure: Callable[["GasSample", Series], Sequence[float]]) -> Floats:
-        """Mean and standard error over seeds of each measured value of a summary, a row each."""
 
-        def measured(gas: GasSample, trace: Trace) -> Sequence[float]:
-            return measure(gas, evenly(series(trace)))
+def averages(gas: GasSample, trace: Trace) -> dict[str, float]:
+    """What a summary gives after settling: means over time and changes; SI units.
 
-        rows = self.samples(measured, summary=True)
-        return np.array([mean_and_error(column) for column in rows.T])
+    The slopes are those of √(E0/E), of all the time and of its halves, which have equally many
+    collisions. ``energy`` is a ball's, and ``fourth`` its mean square. ``hot`` and ``cold`` are
+    temperatures at the start and the end.
+    """
+    columns = series(trace)
+    # The rows on the even grid, for means over rows, and the last row.
+    even = np.append(columns.time[:-1] % (columns.time[-2] - columns.time[-3]) == 0, True)
+    settled = columns[even & (columns.pair_events >= gas.settling_events)]
+    middle = (gas.settling_events + int(settled.pair_events[-1])) // 2
+    half = np.searchsorted(settled.pair_events, middle)
+    edges = [0, int(half), -1]
+    root = np.sqrt(columns.kinetic_energy[0] / settled.kinetic_energy)
+    earlier, later = np.diff(root[edges]) / np.diff(settled.time[edges])
+    changing = settled.time, settled.pair_virial, settled.pair_events
+    time, virial, meetings, impulse = (
+        float(column[-1] - column[0]) for column in (*changing, settled.wall_impulse)
+    )
+    length, energies = trace.start.container.wall_length, settled.kinetic_energy / gas.balls
+    return {
+        "time": time,
+        "Z": 1 + virial / (2 * gas.balls * gas.temperature * time),
+        "rate": 2 * meetings / (gas.balls * time),
+        "pressure": impulse / length / time if length else math.nan,
+        "slope": float(root[-1] - root[0]) / time,
+        "earlier slope": float(earlier),
+        "later slope": float(later),
+        "a2": float(np.mean(settled.energy_moment)) / theory.fixed_energy_kurtosis(gas.free) - 1,
+        "speed": float(np.mean(settled.mean_speed[:-1])),
+        "kurtosis": float(np.mean(settled.energy_moment[:-1])),
+        "energy": float(np.mean(energies[:-1])),
+        "fourth": float(np.mean(settled.energy_moment[:-1] * energies[:-1] ** 2)),
+        "hot": float(settled.kinetic_energy[0]) / gas.free,
+        "cold": float(settled.kinetic_energy[-1]) / gas.free,
+    }
 
 
 def known_value(
     group: str,
     quantity: str,
     gas: GasSample,
-    measured: Sequence[float],
+    measured: tuple[float, float],
     expected: float,
     source: str,
     *,
@@ -181,13 +201,6 @@ def known_value(
     }
 
 
-def evenly(series: Series) -> Series:
-    """The rows of a summary that are on the even grid, and the last, for means over rows."""
-    time = series.time
-    rows = np.append(time[:-1] % (time[-2] - time[-3]) == 0, True)
-    return series[rows]
-
-
 STATE, RATE = "equation of state", "collision rate"
 
 VIRIALS = "Padé of ten virial coefficients, Clisby & McCoy 2006"
@@ -203,7 +216,8 @@ SERIES_EXACT = 0.4
 def fluid_rows(gas: GasSample) -> Iterator[Record]:
     """Z beside published simulations, if there are any, and the Padé; the collision rate."""
     packing = gas.packing
-    ratio, rate = gas.means(ratio_and_rate)
+    found = gas.samples(averages, summary=True)
+    ratio, rate = (mean_and_error(found[name]) for name in ("Z", "rate"))
     precision = PUBLISHED_PRECISION if packing > SERIES_EXACT else 0.0
     sources = [(theory.compressibility(packing), precision, VIRIALS)]
     simulated = theory.published_ratio(packing)
@@ -223,17 +237,6 @@ def fluid_rows(gas: GasSample) -> Iterator[Record]:
     )
 
 
-def ratio_and_rate(gas: GasSample, series: Series) -> tuple[float, float]:
-    """Z by the virial, and collisions of a ball per second, of a repeat after settling."""
-    since = int(np.searchsorted(series.pair_events, gas.settling_events))
-    time, virial, events = (
-        float(column[-1] - column[since])
-        for column in (series.time, series.pair_virial, series.pair_events)
-    )
-    thermal = gas.balls * gas.temperature
-    return 1 + virial / (2 * thermal * time), 2 * events / (gas.balls * time)
-
-
 HAFF, SHAPE = "Haff's law", "speeds of a cooling gas"
 
 SONINE_RATE = 0.001
@@ -245,13 +248,14 @@ SONINE = "van Noije & Ernst 1998, linearised as by Montanero & Santos 2000"
 
 DIRECT = "direct simulation Monte Carlo, 16 × 100,000 particles"
 
-DIRECT_A2: Mapping[float, Sequence[float]] = PLANS["direct_a2"]
+DIRECT_A2: Mapping[float, list[float]] = PLANS["direct_a2"]
 """a2 and its standard error by CoR."""
 
 
 def haff_rows(gas: GasSample, dilute: bool = False) -> Iterator[Record]:
     """Haff's rate beside theory; in a dilute gas also whether it is constant, and a2."""
-    slope, even, a2 = gas.means(slopes_and_shape)
+    found = gas.samples(averages, summary=True)
+    slope, a2 = (mean_and_error(found[name]) for name in ("slope", "a2"))
     alpha = theory.haff_rate(theory.cooling_rate(gas.cor, gas.collision_rate))
     systematic = SONINE_RATE + gas.packing
     haff = "Haff 1983, Enskog, a2 after van Noije & Ernst 1998"
@@ -263,6 +267,7 @@ def haff_rows(gas: GasSample, dilute: bool = False) -> Iterator[Record]:
     )
     if not dilute:
         return
+    even = mean_and_error(found["later slope"] / found["earlier slope"])
     quantity = "slope of √(E0/E), later over earlier half"
     yield known_value(HAFF, quantity, gas, even, 1.0, "Haff 1983", systematic=systematic)
     if gas.cor in DIRECT_A2:
@@ -281,24 +286,6 @@ def finite_loss(gas: GasSample) -> float:
     return theory.fixed_energy_factor(gas.free) * share
 
 
-def slopes_and_shape(gas: GasSample, series: Series) -> tuple[float, float, float]:
-    """Slope of √(E0/E) (1/s), that of the later half over that of the earlier, and a2.
-
-    The halves have equally many collisions. a2 is relative to N − 1 balls at fixed energy.
-    """
-    root = np.sqrt(series.kinetic_energy[0] / series.kinetic_energy)
-    half = gas.measured_events // 2
-    first, middle = np.searchsorted(
-        series.pair_events, [gas.settling_events, gas.settling_events + half]
-    )
-    earlier, later, whole = (
-        float((root[end] - root[start]) / (series.time[end] - series.time[start]))
-        for start, end in ((first, middle), (middle, -1), (first, -1))
-    )
-    kurtosis = float(np.mean(series.energy_moment[first:]))
-    return whole, later / earlier, kurtosis / theory.fixed_energy_kurtosis(gas.free) - 1
-
-
 # Speeds of few balls at fixed energy, which have the Beta law exactly
 
 SPEEDS = "speeds at fixed energy"
@@ -308,29 +295,13 @@ BETA = "Beta law, exact"
 
 def speed_rows(gas: GasSample) -> Iterator[Record]:
     """Mean speed and kurtosis of the speeds of a gas, and its pressure on walls."""
-    speed, kurtosis, pressure = gas.means(speeds)
-    expected = theory.fixed_energy_mean_speed(gas.free, gas.energy)
-    yield known_value(SPEEDS, "mean speed, m/s", gas, speed, expected, BETA)
-    expected = theory.fixed_energy_kurtosis(gas.free)
-    yield known_value(SPEEDS, "⟨v⁴⟩/⟨v²⟩²", gas, kurtosis, expected, BETA)
-    container = starting_scene(gas.experiment, 0).container
-    if container.has_wall:
-        yield wall_pressure(ELASTIC, gas, pressure, gas.energy)
-
-
-def speeds(gas: GasSample, series: Series) -> tuple[float, float, float]:
-    """Mean speed and kurtosis over the rows of the even grid after settling; the pressure."""
-    rows = slice(int(np.searchsorted(series.pair_events, gas.settling_events)), -1)
-    mean, kurtosis = series.mean_speed[rows], series.energy_moment[rows]
-    return float(np.mean(mean)), float(np.mean(kurtosis)), pressure_since(gas, series, rows.start)
-
-
-def pressure_since(gas: GasSample, series: Series, row: int) -> float:
-    """The pressure on walls after a row, Pa m; nan without walls."""
-    impulse = float(series.wall_impulse[-1] - series.wall_impulse[row])
-    length = starting_scene(gas.experiment, 0).container.wall_length
-    time = float(series.time[-1] - series.time[row])
-    return impulse / length / time if length else math.nan
+    found = gas.samples(averages, summary=True)
+    expected, speed = theory.fixed_energy_mean_speed(gas.free, gas.energy), found["speed"]
+    yield known_value(SPEEDS, "mean speed, m/s", gas, mean_and_error(speed), expected, BETA)
+    expected, kurtosis = theory.fixed_energy_kurtosis(gas.free), found["kurtosis"]
+    yield known_value(SPEEDS, "⟨v⁴⟩/⟨v²⟩²", gas, mean_and_error(kurtosis), expected, BETA)
+    if SHAPES[gas.shape].has_wall:
+        yield wall_pressure(ELASTIC, gas, found["pressure"], gas.energy)
 
 
 ELASTIC = "pressure between elastic walls"
@@ -343,11 +314,9 @@ box at packing 0.2 have 0.43 % more than theory, and 7 balls 0.6 %.
 """
 
 
-def wall_pressure(
-    group: str, gas: GasSample, measured: Sequence[float], temperature: float
-) -> Record:
+def wall_pressure(group: str, gas: GasSample, values: Floats, temperature: float) -> Record:
     """The row of the pressure on walls at a temperature (J), beside scaled particle theory."""
-    container = starting_scene(gas.experiment, 0).container
+    container, measured = gas.start().container, mean_and_error(values)
     expected = theory.fluid_state(gas.balls, temperature, 1.0, container).pressure
     source = f"{theory.FINITE}; Helfand et al. 1961"
     names = group, "pressure, Pa m", gas, measured, expected, source
@@ -362,20 +331,12 @@ WARM = "elastic balls and a thermal wall"
 def thermal_rows(gas: GasSample) -> Iterator[Record]:
     """Temperature and kurtosis of balls between walls of one temperature, and their pressure."""
     walls = gas.keys["wall_temperature"]
-    temperature, fourth, pressure = gas.means(steady)
+    found = gas.samples(averages, summary=True)
+    temperature, kurtosis = mean_and_error(found["energy"]), found["fourth"] / walls**2
     yield known_value(WARM, "temperature, J", gas, temperature, walls, "the wall's, canonical")
-    kurtosis = fourth / walls**2
-    yield known_value(WARM, "⟨v⁴⟩/⟨v²⟩²", gas, kurtosis, 2.0, "Maxwell's, canonical")
-    yield wall_pressure(WARM, gas, pressure, walls)
-
-
-def steady(gas: GasSample, series: Series) -> tuple[float, float, float]:
-    """Means after settling: temperature (J), (m v²/2)² (J²), and the pressure (Pa m)."""
-    since = int(np.searchsorted(series.pair_events, gas.settling_events))
-    energies = series.kinetic_energy[since:-1] / gas.balls
-    squares = series.energy_moment[since:-1] * energies**2
-    pressure = pressure_since(gas, series, since)
-    return float(np.mean(energies)), float(np.mean(squares)), pressure
+    source = "Maxwell's, canonical"
+    yield known_value(WARM, "⟨v⁴⟩/⟨v²⟩²", gas, mean_and_error(kurtosis), 2.0, source)
+    yield wall_pressure(WARM, gas, found["pressure"], walls)
 
 
 DRIVEN = "a gas that its wall drives"
@@ -383,9 +344,10 @@ DRIVEN = "a gas that its wall drives"
 
 def driven_rows(gas: GasSample) -> Iterator[Record]:
     """The temperature of a dilute, nearly elastic gas whose wall is driven."""
-    (expected,) = expected_temperatures(starting_scene(gas.experiment, 0)).values()
+    (expected,) = expected_temperatures(gas.start()).values()
+    measured = mean_and_error(gas.samples(averages, summary=True)["energy"])
     yield known_value(
-        *(DRIVEN, "temperature, J", gas, gas.means(steady)[0], expected),
+        *(DRIVEN, "temperature, J", gas, measured, expected),
         "balance of energy, Kumaran 1998",
         systematic=(1 - gas.cor**2) * expected,
     )
@@ -406,7 +368,7 @@ def channel_rows(gas: GasSample) -> Iterator[Record]:
     The stress across it is n [T_x + (1 + e) η χ T]. With T instead of its part T_x across, this is
     the equation of state; it holds as far as T is isotropic.
     """
-    across, state, excess = gas.samples(slab_pressures).transpose(1, 0, 2)
+    across, state, excess = gas.samples(slab_pressures).values()
     middle = np.arange(SLABS) // (SLABS // 3) == 1
     anisotropy = float(excess[:, middle].mean())
     for name, values, slabs, open_part in (
@@ -419,10 +381,10 @@ def channel_rows(gas: GasSample) -> Iterator[Record]:
         yield known_value(STEADY, name, gas, measured, 1.0, source, systematic=open_part)
 
 
-def slab_pressures(gas: GasSample, trace: Trace) -> Floats:
+def slab_pressures(gas: GasSample, trace: Trace) -> dict[str, Floats]:
     """Pressure across and by the equation of state, over that on the walls, and (T_x − T)/T.
 
-    The three are the rows; the columns are the slabs.
+    Each is an array of the slabs.
     """
     settled, states = settled_states(gas, trace, trace.start.container.size[0] / 10)
     (width, height), e = trace.start.container.size, gas.cor
@@ -433,9 +395,16 @@ def slab_pressures(gas: GasSample, trace: Trace) -> Floats:
     temperature = (along_x + along_y) / 2
     density = balls / (len(states.time) * height * np.diff(edges))
     collisional = (1 + e) * math.pi * density * theory.contact_value(math.pi * density)
-    relative = density / mean_pressure(trace, settled)
-    across, state = along_x + collisional * temperature, temperature * (1 + collisional)
-    return np.array([relative * across, relative * state, along_x / temperature - 1])
+    events = trace.events
+    assert events is not None
+    push = float(np.sum(events.impulse[events.at_wall & (events.time > settled)]))
+    pressure = push / (trace.start.container.wall_length * (trace.stop.time - settled))
+    relative = density / pressure
+    return {
+        "across": relative * (along_x + collisional * temperature),
+        "state": relative * temperature * (1 + collisional),
+        "anisotropy": along_x / temperature - 1,
+    }
 
 
 def settled_states(gas: GasSample, trace: Trace, way: float) -> tuple[float, States]:
@@ -455,25 +424,19 @@ SOFTER = "cooling with e(v)"
 
 def viscoelastic_rows(gas: GasSample) -> Iterator[Record]:
     """The time to cool beside the integral over the temperature of the cooling rate."""
-    (ratio, hot, cold, a2) = gas.means(cooling)
+    found = gas.samples(averages, summary=True)
+    ends = zip(found["hot"], found["cold"], strict=True)
+    ratio = mean_and_error(
+        found["time"] / [cooling_time(gas, *temperatures) for temperatures in ends]
+    )
     # What follows from the measured speeds: how much the measured a2 changes the integral.
-    ends = float(hot[0]), float(cold[0])
-    slower = cooling_time(gas, *ends, float(a2[0])) / cooling_time(gas, *ends)
+    hot, cold, a2 = (float(found[name].mean()) for name in ("hot", "cold", "a2"))
+    slower = cooling_time(gas, hot, cold, a2) / cooling_time(gas, hot, cold)
     yield known_value(
         *(SOFTER, "time to cool, over Maxwell's", gas, ratio, 1.0, "e(v) of Bizon et al. 1998"),
         known=slower / (gas.met_share * finite_loss(gas)) - 1,
         systematic=SONINE_RATE + gas.packing,
     )
-
-
-def cooling(gas: GasSample, series: Series) -> tuple[float, float, float, float]:
-    """Time to cool after settling over `cooling_time`, both temperatures (J), and a2."""
-    since = int(np.searchsorted(series.pair_events, gas.settling_events))
-    hot, cold = (float(series.kinetic_energy[row]) / gas.free for row in (since, -1))
-    time = float(series.time[-1] - series.time[since])
-    kurtosis = float(np.mean(series.energy_moment[since:]))
-    a2 = kurtosis / theory.fixed_energy_kurtosis(gas.free) - 1
-    return time / cooling_time(gas, hot, cold), hot, cold, a2
 
 
 def cooling_time(gas: GasSample, hot: float, cold: float, a2: float = 0.0) -> float:
@@ -495,12 +458,12 @@ MIDDLE = 0.5  # of the way from the middle to the walls: there the gradient of T
 
 def conduction_rows(gas: GasSample) -> Iterator[Record]:
     """Flux of heat, conductivity and jump of temperature between walls of two temperatures."""
-    fluxes, slopes, temperature, packing = gas.samples(conduction).T
+    fluxes, slopes, temperature, packing = gas.samples(conduction).values()
     state = float(packing.mean()), 1.0, float(temperature.mean())
     expected, jump = theory.thermal_conductivity(*state), theory.temperature_jump(*state)
     walls = gas.keys["wall_temperature"]
     difference = walls["right"] - walls["left"]
-    width = starting_scene(gas.experiment, 0).container.size[0] - 2
+    width = gas.start().container.size[0] - 2
     open_part, whole = MAXWELLS_JUMP * jump, width + 2 * jump
     yield known_value(
         *(HEAT, "flux of heat, J/(m s)", gas, mean_and_error(fluxes)),
@@ -518,7 +481,7 @@ def conduction_rows(gas: GasSample) -> Iterator[Record]:
     yield known_value(HEAT, name, gas, jumps, jump, "Maxwell 1879", systematic=open_part)
 
 
-def conduction(gas: GasSample, trace: Trace) -> tuple[float, float, float, float]:
+def conduction(gas: GasSample, trace: Trace) -> dict[str, float]:
     """Flux of heat to the left, gradient of T, T and packing; the last three in the middle."""
     assert trace.events is not None
     events, size = trace.events, trace.start.container.size
@@ -535,7 +498,12 @@ def conduction(gas: GasSample, trace: Trace) -> tuple[float, float, float, float
     energies = np.sum(states.velocities**2, axis=2)[middle] / 2
     slope = np.polyfit(x[middle], energies, 1)[0]
     packing = gas.balls * middle.mean() * math.pi / (2 * MIDDLE * reach * size[1])
-    return float(flux), float(slope), float(energies.mean()), float(packing)
+    return {
+        "flux": float(flux),
+        "gradient": float(slope),
+        "temperature": float(energies.mean()),
+        "packing": float(packing),
+    }
 
 
 def ratio_of_means(values: Floats, others: Floats) -> tuple[float, float]:
@@ -558,45 +526,33 @@ ROWS: Mapping[str, Callable[[GasSample], Iterator[Record]]] = {
 """The rows of a gas, by what the gas is measured for."""
 
 
-@dataclass(frozen=True)
-class PhysicsStudy(Study):
+def steps(plan: Record) -> Iterator[Step]:
     """The gases to measure, by what they are measured for; see plans.yaml."""
-
-    name = "physics"
-    libraries = ("numpy", "numba")
-
-    gases: Mapping[str, Sequence[GasSample]]
-
-    def results(self, report: Callable[[str], None]) -> Record:
-        """The rows, first those whose expected value leaves nothing open, and notes on them."""
-        rows: list[Record] = []
-        for purpose, gases in self.gases.items():
-            for gas in gases:
-                words = purpose.replace("_", ", ")
-                report(f"{words}: {gas.balls} balls, packing {gas.packing:.4g}, CoR {gas.cor:g}")
-                rows += ROWS[purpose](gas)
-        groups = list(dict.fromkeys(row["group"] for row in rows))
-        rows.sort(key=lambda row: (row["systematic"] > 0, groups.index(row["group"])))
-        chance = {"allowed_errors": ALLOWED, "by_chance": by_chance(rows)}
-        return chance | {"notes": LEGENDS["physics"], "rows": rows}
-
-    @staticmethod
-    def passed(record: Record) -> bool:
-        return all(row["agreement"] != "no" for row in record["rows"])
-
-    @staticmethod
-    def tables(record: Record) -> Iterator[str]:
-        yield from header_lines(record)
-        for group in dict.fromkeys(row["group"] for row in record["rows"]):
-            yield from ("", group)
-            shown = [row | row["setting"] for row in record["rows"] if row["group"] == group]
-            yield from table(shown, CELLS, left=("quantity", "walls", "agrees", "source"))
-        yield ""
-        yield from record["notes"]
-        yield verdict(record["rows"])
+    for purpose, gases in plan["gases"].items():
+        for known in gases:
+            gas, words = GasSample(**known), purpose.replace("_", ", ")
+            label = f"{words}: {gas.balls} balls, packing {gas.packing:.4g}, CoR {gas.cor:g}"
+            yield Step(label, "rows", partial(ROWS[purpose], gas))
 
 
-def by_chance(rows: Sequence[Record]) -> float:
+def conclude(record: Record) -> Record:
+    """The rows, first those whose expected value leaves nothing open, and notes on them."""
+    rows = record["rows"]
+    groups = list(dict.fromkeys(row["group"] for row in rows))
+    rows = sorted(rows, key=lambda row: (row["systematic"] > 0, groups.index(row["group"])))
+    chance = {"allowed_errors": ALLOWED, "by_chance": by_chance(rows)}
+    return chance | {"notes": PLANS["legends"]["physics"], "rows": rows}
+
+
+def none_disagrees(record: Record) -> bool:
+    """Whether all values agree, at least with what is open."""
+    return all(row["agreement"] != "no" for row in record["rows"])
+
+
+PHYSICS = Study("physics", ("numpy", "numba"), steps, conclude, passed=none_disagrees)
+
+
+def by_chance(rows: list[Record]) -> float:
     """How many rows without an open part would deviate by more than ``ALLOWED`` by chance alone.
 
     By Student's t of the seeds: rows of few seeds have uncertain errors.
@@ -605,30 +561,6 @@ def by_chance(rows: Sequence[Record]) -> float:
 
     seeds = [row["setting"]["seeds"] for row in rows if not row["systematic"]]
     return float(sum(2 * t.sf(ALLOWED, number - 1) for number in seeds))
-
-
-def verdict(rows: Sequence[Record]) -> str:
-    """The number of rows that agree, and the names and deviations of the others."""
-    agreeing = sum(row["agreement"] == "yes" for row in rows)
-    closed = sum(not row["systematic"] for row in rows)
-    sentence = (
-        f"{agreeing} of {len(rows)} rows agree within {ALLOWED:g} standard errors; by chance alone "
-        f"{by_chance(rows):.2g} of the {closed} without an open part would not"
-    )
-    for answer, words in ((ONLY_OPEN, "only with what is open"), ("no", "not")):
-        names = [
-            f"{row['quantity']} at packing {row['setting']['packing']:.4g} and "
-            f"CoR {row['setting']['cor']:g} ({_left(row)})"
-            for row in rows
-            if row["agreement"] == answer
-        ]
-        if names:
-            sentence += f"; {words}: {listed(names)}"
-    return sentence
-
-
-def _left(row: Record) -> str:
-    return f"{row['left_in_errors']:+.1f}".replace("-", "−")
 
 
 def walls(setting: Record) -> str:
@@ -641,22 +573,3 @@ def walls(setting: Record) -> str:
         texts |= {"cor_speed": f"e(v) up to {amount} m/s"}
         parts += [texts[key]] if key in texts else []
     return ", ".join(parts)
-
-
-CELLS: Cells = {
-    "quantity": lambda row: str(row["quantity"]),
-    "walls": walls,
-    "start, m/s": lambda row: f"{row['speed']:g}",
-    "N": lambda row: f"{row['balls']:,}",
-    "packing": lambda row: f"{row['packing']:.4g}",
-    "CoR": lambda row: f"{row['cor']:g}",
-    "seeds × collisions": lambda row: f"{row['seeds']} × {row['collisions']:,}",
-    "measured": lambda row: with_error(row["measured"], row["error"]),
-    "expected": lambda row: short(row["expected"], 6),
-    "known": lambda row: short(row["known"] or None, 2),
-    "left, in errors": _left,
-    "open": lambda row: short(row["systematic"] or None, 2),
-    "agrees": lambda row: str(row["agreement"]),
-    "source": lambda row: str(row["source"]),
-}
-"""The table of rows with their gases."""

@@ -1,86 +1,76 @@
-"""The structure of every study of ``snooker bench``: plan, measure, tables, figures, files."""
+"""How every study of ``snooker bench`` runs: the steps of a plan, and their record.
+
+A study is a module with one `Study`: its plan is in plans.yaml, its tables are in study_tables.py.
+"""
 
 import json
 import platform
 import re
 import time
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, NamedTuple
 
 import yaml
-from pydantic import ConfigDict, TypeAdapter
 
 from snooker_cli import __version__
 from snooker_cli.config import Experiment, load
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import UserError, install_advice
 from snooker_cli.figures import FigureData
-from snooker_cli.files import write_text
-from snooker_cli.formatting import counted, plain, text_table
+from snooker_cli.formatting import plain
 from snooker_cli.runs.execution import processors
 
-Record = dict[str, Any]  # a measurement, or a part of it, as JSON stores it
-
-Cells = Mapping[str, Callable[[Record], str]]
-"""The columns of a table: headings, and how a row of the record gives their text."""
+Record = dict[str, Any]
+"""A measurement, or a part of it, as JSON stores it."""
 
 PLANS: Record = yaml.safe_load(
     files("snooker_cli.validation").joinpath("plans.yaml").read_text("utf-8")
 )
 """The content of plans.yaml."""
 
-STRICT = ConfigDict(extra="forbid")  # a plan has no other keys than its class
 
-LEGENDS: Mapping[str, Sequence[str]] = PLANS["legends"]
+class Step(NamedTuple):
+    """A part of a study, such as one scene.
+
+    label : printed before it is measured
+    part : the list of the record that gets the rows
+    """
+
+    label: str
+    part: str
+    rows: Callable[[], Iterable[Record]]
 
 
 @dataclass(frozen=True)
-class Study(ABC):
-    """A measurement of the program itself. An instance is the plan of one measurement.
+class Study:
+    """A measurement of the program itself.
 
-    name : of the command and of the files
+    name : of the command, of the plan, and of the files
     libraries : their versions are in the record
-    quick : whether the plan is too small to be quoted
+    steps : what to measure for a plan, in this order
+    conclude : further entries of the record, which follow from its rows
+    figures : figures of a record by the names of their files
+    passed : whether all results are as they must be
     """
 
-    name: ClassVar[str]
-    libraries: ClassVar[tuple[str, ...]]
-    __pydantic_config__: ClassVar = STRICT
-    quick: bool = field(default=False, kw_only=True)
+    name: str
+    libraries: tuple[str, ...]
+    steps: Callable[[Record], Iterable[Step]]
+    conclude: Callable[[Record], Record] = lambda _: {}
+    figures: Callable[[Record], dict[str, FigureData]] = lambda _: {}
+    passed: Callable[[Record], bool] = lambda _: True
 
-    @classmethod
-    def planned(cls, name: str) -> Self:
-        """The plan "full" or "quick" of plans.yaml."""
-        plan = PLANS[cls.name][name] | {"quick": name == "quick"}
-        return TypeAdapter(cls).validate_python(plan)
+    def plan(self, quick: bool = False) -> Record:
+        """The whole plan of plans.yaml, or the one that is too small to be quoted."""
+        return dict(PLANS[self.name]["quick" if quick else "full"], quick=quick)
 
-    @abstractmethod
-    def results(self, report: Callable[[str], None]) -> Record:
-        """Measure; ``report`` receives a line before each step."""
-
-    @staticmethod
-    @abstractmethod
-    def tables(record: Record) -> Iterator[str]:
-        """The lines that the command prints."""
-
-    @staticmethod
-    def figures(record: Record) -> dict[str, FigureData]:
-        """The figures by the names of their files."""
-        return {}
-
-    @staticmethod
-    def passed(record: Record) -> bool:
-        """Whether all results are as they must be."""
-        return True
-
-    def measure(self, report: Callable[[str], None] = lambda _: None) -> Record:
-        """The results of the plan with machine, date and versions.
+    def measure(self, plan: Record, report: Callable[[str], None] = lambda _: None) -> Record:
+        """The results of a plan with machine, date and versions.
 
         Raises ``UserError`` if a library is not installed.
         """
@@ -91,7 +81,11 @@ class Study(ABC):
             advice = install_advice("reference")
             raise UserError(f"{error.name} is not installed", advice) from None
         began, clock = datetime.now(UTC), time.perf_counter()
-        results = self.results(report)
+        results: Record = {}
+        for step in self.steps(plan):
+            report(step.label)
+            results.setdefault(step.part, []).extend(step.rows())
+        results |= self.conclude(results)
         record: Record = plain(
             {
                 "measurement": self.name,
@@ -99,7 +93,7 @@ class Study(ABC):
                 "engine_version": ENGINE_VERSION,
                 "date": began.isoformat(timespec="seconds"),
                 "seconds": time.perf_counter() - clock,
-                "quick": self.quick,
+                "quick": plan["quick"],
                 "machine": {
                     "platform": platform.platform(),
                     "processor": _processor(),
@@ -110,19 +104,6 @@ class Study(ABC):
             | results
         )
         return record
-
-    def write(self, record: Record, folder: Path) -> list[Path]:
-        """Write the tables, the record and the figures into a folder; the paths."""
-        from snooker_cli.figures.drawing import save
-
-        contents = {"txt": "\n".join(self.tables(record)), "json": text_of(record)}
-        written = []
-        for ending, content in contents.items():
-            written.append(folder / f"{self.name}.{ending}")
-            write_text(written[-1], content + "\n")
-        for name, figure in self.figures(record).items():
-            written += save(figure, folder / name)
-        return written
 
 
 def lattice_gas(
@@ -148,26 +129,6 @@ def text_of(record: Record) -> str:
 def machine(record: Mapping[str, Any]) -> str:
     """Processor and system of a measurement."""
     return f"{record['machine']['processor']}, {record['machine']['platform']}"
-
-
-def header_lines(record: Record) -> Iterator[str]:
-    """Machine, date and versions of a measurement."""
-    yield f"{machine(record)}, {counted(record['machine']['processors'], 'processor')}"
-    versions = {"snooker": record["snooker"], "engine": record["engine_version"]}
-    yield ", ".join(f"{name} {number}" for name, number in (versions | record["versions"]).items())
-    quick = ", quick: do not quote" * record["quick"]
-    yield f"{record['date'][:10]}, {record['seconds']:.0f} s{quick}"
-
-
-def table(rows: Sequence[Record], cells: Cells, left: Container[str]) -> list[str]:
-    """Rows under headings; ``left`` has the headings of columns of text."""
-    headings = [heading if heading in left else f">{heading}" for heading in cells]
-    return text_table(headings, [[cell(row) for cell in cells.values()] for row in rows])
-
-
-def small(value: float | None) -> str:
-    """An error to two digits, as 1.2e−15; a dash for none."""
-    return "–" if value is None else f"{value:.1e}".replace("-", "−")
 
 
 def _processor() -> str:

@@ -1,6 +1,6 @@
 """Cells have room for all balls, reach the wall, and take no more memory than balls need.
 
-That cells miss no contact follows from ``test_invariants``, ``test_twin`` and ``test_reference``.
+That cells miss no contact follows from ``test_twin`` and ``test_one_trajectory``.
 """
 
 import numpy as np

@@ -1,22 +1,20 @@
-"""Scenes whose course is known in closed form."""
+"""Scenes whose course is known in closed form, for longer than the exact twin can follow."""
 
-import itertools
 import math
 
 import numpy as np
 import pytest
-from scenes import EPSILON, EVERYONE, NEIGHBOURS, energy_losses, lone_bouncer, scene_of
+from scenes import EPSILON, EVERYONE, NEIGHBOURS, energy_losses, scene_of
 
 from snooker_cli.analysis.observables import (
     total_angular_momentum,
     total_energy,
     total_momentum,
 )
-from snooker_cli.containers import Box, PeriodicBox
+from snooker_cli.containers import Box
 from snooker_cli.engine import replay, simulate
 from snooker_cli.placement.places import unit_polygon
 from snooker_cli.scene import Scene
-from snooker_cli.trace import CONTAINER, StopReason
 
 A = 9.0  # accessible radius of a ball of 1 m in the container of 10 m
 SPEED = 10.0
@@ -80,36 +78,6 @@ def test_whispering_gallery(search, container_mass, bounces):
     assert math.hypot(*trace.finish.positions[0]) == pytest.approx(A, rel=100 * EPSILON)
 
 
-# --- balls in a line ------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("cor", [0.0, 0.3, 0.9, 1.0])
-def test_head_on_pair(cor):
-    """The ball that runs into one at rest keeps v(1 - e)/2 and gives v(1 + e)/2."""
-    scene = scene_of([(-3.0, 0, 3.0, 0, 1, 1), (1.5, 0, 0, 0, 1, 1)], restitution=cor)
-    trace = simulate(scene, collisions=1)
-    assert (trace.events.i[0], trace.events.j[0]) == (0, 1)
-    assert trace.events.time[0] == pytest.approx(2.5 / 3, rel=4 * EPSILON)
-    expected = [3 * (1 - cor) / 2, 3 * (1 + cor) / 2]
-    assert trace.finish.velocities[:, 0] == pytest.approx(expected, rel=4 * EPSILON)
-    assert np.all(trace.finish.velocities[:, 1] == 0)
-
-
-@pytest.mark.parametrize("power", range(6))
-def test_galperins_billiard_counts_the_digits_of_pi(power):
-    """A ball between the wall and one 100^k times as heavy: 3, 31, 314, ... collisions in all.
-
-    They all come before the heavy one, turned back, gets to the far wall.
-    """
-    scene = scene_of([(-9.4, 0, 0, 0, 0.1, 1.0), (-8.7, 0, -1.0, 0, 0.1, 100.0**power)])
-    counted = int(math.pi * 10**power)
-    trace = simulate(scene, collisions=counted + 1)
-    events = trace.events
-    assert not np.any((events.i[:-1] == 1) & (events.j[:-1] == CONTAINER))
-    assert (events.i[-1], events.j[-1]) == (1, CONTAINER)
-    assert np.all(trace.finish.positions[:, 1] == 0)
-
-
 # --- all at once ----------------------------------------------------------------------------
 
 
@@ -169,58 +137,3 @@ def test_a_ball_in_a_corner_hits_both_walls():
     expected = np.repeat(1.0 + 2.0 * np.arange(20), 2)
     assert trace.events.time == pytest.approx(expected, rel=40 * EPSILON)
     assert np.all(trace.events.impulse == 6.0)
-
-
-@pytest.mark.parametrize("along", [(1.0, 0.0), (0.0, 1.0), (0.6, 0.8)])
-def test_balls_that_meet_through_the_sides_of_a_periodic_box(along):
-    """They start near the middle and fly apart, half of the box's diagonal or side."""
-    x, y = along
-    balls = [(x, y, 2 * x, 2 * y, 0.5, 1.0), (-x, -y, -2 * x, -2 * y, 0.5, 1.0)]
-    scene = scene_of(balls, container=PeriodicBox(10.0, 10.0))
-    trace = simulate(scene, collisions=1, search=NEIGHBOURS)
-    way = trace.stop.time * 2.0
-    at = np.array([[x, y], [-x, -y]]) * (1.0 + way)
-    gaps = [
-        math.hypot(*(at[0] - at[1] - 10.0 * np.array(image)))
-        for image in itertools.product(range(-9, 10), repeat=2)
-    ]
-    assert min(gaps) == pytest.approx(1.0, rel=16 * EPSILON * (1 + way))
-    if along != (0.6, 0.8):
-        assert trace.stop.time == pytest.approx((9.0 - 2.0) / 4.0, rel=8 * EPSILON)
-        assert trace.events.impulse.tolist() == [4.0]
-
-
-# --- wall trap ------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("radius", "least"), [(0.1, 25), (6.1, 40)])
-def test_bounces_of_a_trapped_ball(radius, least):
-    """With a ball at rest in the middle, it bounces on until it cannot get there in time.
-
-    A bounce lasts 2a v_n,k / (v_n,k^2 + v_t^2) with v_n,k = e^k v_n, all together 14.28 s.
-    """
-    tangential, wall_cor, first_hit = 8.0, 0.9, 0.5
-    trace = simulate(lone_bouncer((0.0, 0.0, 0.0, 0.0, radius, 1.0)), collisions=1000)
-    events = trace.events
-    assert trace.stop.reason is StopReason.WALL_TRAP
-    assert trace.stop.balls == (0,)
-    assert trace.stop.time < first_hit + 14.284783441
-    count = len(events)
-    assert count >= least
-    assert np.all(events.i == 0)
-    assert np.all(events.j == CONTAINER)
-
-    normal = 6.0 * wall_cor ** (np.arange(count) - 1.0)  # before each hit
-    bounces = 2 * A * normal[1:] / (normal[1:] ** 2 + tangential**2)
-    expected = first_hit + np.cumsum(np.append(0.0, bounces))
-    assert np.allclose(events.time, expected, rtol=0, atol=2 * count * np.spacing(14.0))
-
-    # Each bounce rounds the whole velocity, of which the normal one is a part.
-    rounding = 4 * EPSILON * count * 10.0 * (1 + wall_cor)
-    assert np.allclose(events.impulse, (1 + wall_cor) * normal, rtol=0, atol=rounding)
-    # From 6 m/s on, all bounces together give v_n (1 + e)/(1 - e) = 114 kg m/s.
-    to_come = wall_cor * normal[-1] * (1 + wall_cor) / (1 - wall_cor)
-    assert events.impulse[1:].sum() + to_come == pytest.approx(114.0, abs=count * 10 * rounding)
-
-    (x, y), (u, v) = trace.finish.positions[0], trace.finish.velocities[0]
-    assert (x * v - y * u) / A == pytest.approx(tangential, abs=rounding)  # it will slide so

@@ -14,15 +14,15 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scenes import gas, report_scene, sort_often
-from test_bits import CASES, SIDES, bits, heated
+from scenes import gas, lone_bouncer, report_scene, scene_of, sort_often
+from test_bits import SIDES, bits, heated
 
 from snooker_cli.containers import Circle
 from snooker_cli.engine import CheckpointError, simulate
 from snooker_cli.engine.simulation import AmongEveryone, AmongNeighbours
 from snooker_cli.laws import Constant, Driven, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
-from snooker_cli.trace import Trace
+from snooker_cli.trace import StopReason, Trace
 
 MOST = 100_000  # events
 FACTORS = 0.0, 1.0, 1.7, 4.0  # of the usual width of cells; they are at least a ball wide
@@ -98,14 +98,27 @@ def test_the_search_decides_no_bit(name: str) -> None:
     assert_one_trajectory(GASES[name]())
 
 
-@pytest.mark.parametrize("name", [name for name, case in CASES.items() if not case.summary])
-def test_golden_scenes(name: str) -> None:
-    """Those of at most 200 balls, but those that slide, which only one search has."""
-    case = CASES[name]
-    scene = case.scene()
-    if scene.slides or scene.number > 200:
-        pytest.skip("one search alone has it")
-    assert_one_trajectory(scene, (1.0, 2.5), case.collisions)
+BALL = (1.0, 1.0)  # radius and mass
+ENDINGS = {
+    "at rest": scene_of([(0.0, 0.0, 0.0, 0.0, *BALL), (4.0, 1.0, 0.0, 0.0, *BALL)]),
+    "stopped": scene_of(
+        [(-3.0, 0.0, 1.0, 0.0, *BALL), (3.0, 0.0, -1.0, 0.0, *BALL)], restitution=0.0
+    ),
+    "three in a line": scene_of(
+        [(x, 0.0, u, 0.0, *BALL) for x, u in ((-3.0, 1.0), (0.1, 0.0), (3.0, -1.0))],
+        restitution=0.03,
+    ),
+    "lone ball in a trap": lone_bouncer((0.0, 0.0, 0.0, 0.0, *BALL)),
+}
+"""Scenes of a few balls in a circle, which end before their last collision."""
+
+
+@pytest.mark.parametrize("container_mass", [math.inf, 5.0])
+@pytest.mark.parametrize("name", ENDINGS)
+def test_few_balls_end_alike(name: str, container_mass: float) -> None:
+    scene = replace(ENDINGS[name], container_mass=container_mass)
+    trace = assert_one_trajectory(scene, (0.0,), 1000, None)
+    assert trace.stop.reason is not StopReason.COLLISIONS
 
 
 @pytest.mark.parametrize("name", ["inelastic", "free, mixture"])

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from exact import exact_events
 from numpy.typing import NDArray
-from scenes import NEIGHBOURS, gas, report_scene, twin_collisions
+from scenes import NEIGHBOURS, gas, report_scene
 from scipy import stats
 from single_fit import fit
 
@@ -178,12 +179,12 @@ def assert_traps(trapped: list[Trace]) -> None:
 
 
 def assert_nothing_comes_between(trace: Trace) -> None:
-    """The slow twin goes on from a trap: no other ball reaches the one that bounces.
+    """The exact twin goes on from a trap: no other ball reaches the one that bounces.
 
     Others may collide with each other, far from it.
     """
     ball = trace.stop.balls[0]
-    events = [(event.i, event.j) for event in twin_collisions(trace.finish, 40)]
+    events = [(event.i, event.j) for event in exact_events(trace.finish, 40)]
     assert {pair for pair in events if ball in pair} == {(ball, CONTAINER)}
     assert events.count((ball, CONTAINER)) > 20
 

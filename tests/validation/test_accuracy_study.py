@@ -2,24 +2,22 @@
 
 import numpy as np
 
-from snooker_cli.validation.accuracy_study import (
-    against_truth,
-)
-from snooker_cli.validation.methods import ReferenceScene, all_methods, rings
+from snooker_cli.validation.accuracy_study import against_truth
+from snooker_cli.validation.methods import all_methods
 
 METHODS = all_methods((1e-3, 1e-4))
 
 
-def seven(repeat=0):
-    """Seven balls in a light container, not quite elastic."""
-    return rings(repeat, number=1, restitution=0.9, container_mass=20.0)
-
-
-SEVEN = ReferenceScene("seven", "seven balls", 40, seven)
+SEVEN = {
+    "name": "seven",
+    "description": "seven balls in a light container, not quite elastic",
+    "collisions": 40,
+    "rings": {"number": 1, "restitution": 0.9, "container_mass": 20.0},
+}
 
 
 def test_methods_beside_the_exact_twin():
-    found = against_truth(SEVEN, METHODS)
+    (found,) = against_truth(SEVEN, METHODS)
     assert (found["collisions"], found["checkpoints"][-1]) == (40, 40)
     engine, report, *steps = found["results"]
     for one in (engine, report):

@@ -1,16 +1,17 @@
 """The other methods to simulate, and what separates their trajectories from the exact one."""
 
-import make_reference
 import numpy as np
 import pytest
 from scenes import EPSILON, scene_of
 
+from snooker_cli.validation.exact_twin import trajectory
 from snooker_cli.validation.methods import (
     TOLERANCE,
     all_methods,
     by_engine,
     by_source_report,
     first_different,
+    rings,
 )
 
 
@@ -40,15 +41,16 @@ def test_methods_find_a_head_on_collision(method):
 
 def test_the_source_reports_tolerance_drops_a_collision():
     """Two collisions of its own scene are 0.55 us apart: it loses the later one."""
-    reference = make_reference.read("report")
-    time = reference.events.time
+    scene = rings()
+    truth, _ = trajectory(scene, 260)
+    time = truth.time
     dropped = int(np.argmax(np.diff(time) < TOLERANCE)) + 1
     assert dropped < 200
-    before = by_source_report(reference.scene, time[: dropped - 1])
-    after = by_source_report(reference.scene, time[: dropped + 50])
-    assert first_different(after.events, reference.events) == dropped
+    before = by_source_report(scene, time[: dropped - 1])
+    after = by_source_report(scene, time[: dropped + 50])
+    assert first_different(after.events, truth) == dropped
     assert before.overlap < 1e-13
     assert after.overlap > 0.1  # of balls of 1 m
-    engine = by_engine(reference.scene, time[: dropped + 50])
-    assert first_different(engine.events, reference.events) >= dropped + 49
+    engine = by_engine(scene, time[: dropped + 50])
+    assert first_different(engine.events, truth) >= dropped + 49
     assert engine.overlap < 1e-13

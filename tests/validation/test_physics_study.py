@@ -13,11 +13,8 @@ from typer.testing import CliRunner
 
 from snooker_cli.cli.app import app
 from snooker_cli.validation import physics_study as measurements
-from snooker_cli.validation.physics_study import (
-    GasSample,
-    PhysicsStudy,
-    known_value,
-)
+from snooker_cli.validation.physics_study import GasSample, known_value
+from snooker_cli.validation.study import PLANS
 
 Record = dict[str, Any]
 
@@ -50,9 +47,9 @@ def test_what_is_left_is_judged(changes: dict[str, float], agrees: bool) -> None
 
 
 def test_a_gas_with_losses_does_not_agree(monkeypatch: pytest.MonkeyPatch) -> None:
-    gas = GasSample(100, 0.3, 50, 200, 6, cor=0.98)
-    lossy = PhysicsStudy({"fluids": [gas]}, quick=True)
-    monkeypatch.setattr(PhysicsStudy, "planned", lambda _: lossy)
+    gas = {"balls": 100, "packing": 0.3, "settling": 50, "collisions": 200, "seeds": 6}
+    lossy = {"gases": {"fluids": [gas | {"cor": 0.98}]}}
+    monkeypatch.setitem(PLANS["physics"], "quick", lossy)
     ended = CliRunner().invoke(app, ["bench", "physics", "--quick"])
     assert ended.exit_code == 4
     assert "0 of 2 rows agree within 3 standard errors" in ended.stdout
@@ -100,7 +97,7 @@ def test_a_table_names_walls_and_starts(record: Record) -> None:
 
 
 def test_driven_gases_start_away_from_their_temperature() -> None:
-    for gas in measurements.PLANS["physics"]["full"]["gases"]["driven"]:
+    for gas in PLANS["physics"]["full"]["gases"]["driven"]:
         assert not 25 < gas["speed"] ** 2 / 2 < 100
 
 

@@ -9,13 +9,8 @@ import pytest
 
 from snooker_cli import store
 from snooker_cli.errors import StoreError, UserError
-from snooker_cli.validation.speed_study import (
-    SpeedStudy,
-    earlier_record,
-    short_repeats,
-)
-
-FULL_STUDY, QUICK_STUDY = (SpeedStudy.planned(name) for name in ("full", "quick"))
+from snooker_cli.validation.speed_study import SPEED, short_repeats
+from snooker_cli.validation.study_tables import earlier_record, lines
 
 
 def test_short_repeats_that_cannot_be_stored_end_the_measurement(
@@ -26,23 +21,25 @@ def test_short_repeats_that_cannot_be_stored_end_the_measurement(
 
     monkeypatch.setattr(store, "write", fails)
     with pytest.raises(UserError, match=r"no space left.*TMPDIR"):
-        short_repeats(2, 1)
+        list(short_repeats(2, 1))
 
 
 def test_the_record_is_complete_and_shown_beside_an_earlier_one(bench: Any) -> None:
     folder, record = bench("speed")
     short, gases = record["rates"][:2], record["rates"][2:]
-    lines = list(SpeedStudy.tables(record))
-    for rate, what, line in zip(short, ("simulated", "analysed"), lines[5:7], strict=True):
+    printed = list(lines(record))
+    for rate, what, line in zip(short, ("simulated", "analysed"), printed[5:7], strict=True):
         assert rate["rate"] == f"repeats/s: 100 of 37 balls, 500 collisions, {what}"
         assert line.startswith(rate["rate"])
-    assert [gas["balls"] for gas in gases] == [case.balls for case in QUICK_STUDY.cases]
+    assert [gas["balls"] for gas in gases] == [
+        balls for balls, *_ in SPEED.plan(quick=True)["cases"]
+    ]
     for rate in record["rates"]:
         assert 0 < rate["lowest"] <= rate["median"] <= rate["highest"]
-    assert lines[0].startswith(f"{record['machine']['processor']}, ")
+    assert printed[0].startswith(f"{record['machine']['processor']}, ")
     earlier = earlier_record(folder / "speed.json")
     assert earlier == record
     slower = [rate | {"median": rate["median"] / 2} for rate in earlier["rates"][1:]]
-    lines = [*SpeedStudy.tables(record | {"earlier": earlier | {"rates": slower}})]
-    rows = [line for line in lines if line.endswith(" 2.00")]
+    beside = lines(record | {"earlier": earlier | {"rates": slower}})
+    rows = [line for line in beside if line.endswith(" 2.00")]
     assert len(rows) == len(slower)

@@ -6,9 +6,13 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
+
+import snooker_cli
+from snooker_cli.validation.study_tables import lines
 
 ENDINGS = ("svg", "png", "json")
 
@@ -71,3 +75,14 @@ import snooker_cli.reproduction.reproduce, snooker_cli.report.run_report
 import snooker_cli.cli.analysis_commands
 """
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("name", ["error", "hard", "physics"])
+def test_a_saved_record_can_be_printed(name: str) -> None:
+    """Those of the reproduction, which were measured in full."""
+    (path,) = Path(snooker_cli.__file__).parent.glob(f"*/measured/{name}.json")
+    record = json.loads(path.read_text("utf-8"))
+    printed = "\n".join(lines(record))
+    parts = {"error": "scenes", "hard": "cases", "physics": "rows"}
+    for row in record[parts[name]]:
+        assert row.get("name", row.get("quantity")) in printed
