@@ -20,7 +20,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     thinned,
 )
-from snooker_cli.formatting import short, with_error
+from snooker_cli.formatting import short
 
 BALL = 0  # the tagged ball. Single balls with a position come first, so that it is one of them.
 FARTHEST, LAGS = 8.0, 50  # the last lag of velocities, in relaxation times; their number
@@ -55,8 +55,7 @@ def tagged_path(build: FigureBuilder) -> FigureData:
     ]
     build.record(point, time=trace.stop.time, distance=distance, collisions=len(times) - 2)
     return build.figure(
-        f"The first repeat: {len(times) - 2:,} collisions of the ball, and "
-        f"{short(distance)} m from start to end in {short(trace.stop.time)} s.{around}",
+        f"The first repeat, with every collision of the ball.{around}",
     )
 
 
@@ -88,8 +87,7 @@ def mean_squared_displacement(build: FigureBuilder) -> FigureData:
         legend_line("diffusive, 4Dt with Enskog's D", "dotted"),
     ]
     return build.figure(
-        f"{build.results_text}, from the slope between {SLOPE[0]:g} and {SLOPE[1]:g} relaxation "
-        f"times.{walls}"
+        f"D is from the slope between {SLOPE[0]:g} and {SLOPE[1]:g} relaxation times.{walls}"
     )
 
 
@@ -106,7 +104,7 @@ def velocity_autocorrelation(build: FigureBuilder) -> FigureData:
         _add(build, point, index, lags, rows / rows[:, 0].mean(), integrals)
         build.records[-1]["mean_square_speed"] = float(rows[:, 0].mean())
     build.lines += [Reference("y", 0.0), legend_line("exp(−t/τ) with Enskog's τ", "dashed")]
-    return build.figure(f"Half of the integral times ⟨v(0)²⟩ is D: {build.results_text}.")
+    return build.figure("Half of the integral times ⟨v(0)²⟩ is D.")
 
 
 def _theory(build: FigureBuilder, point: Point) -> diffusion.Diffusion:
@@ -135,5 +133,4 @@ def _add(
     build.add_points(index, point, lags, rows)
     constant, theory = mean_and_error(constants), _theory(build, point)
     numbers: dict[str, Any] = {f"theory_{key}": value for key, value in theory._asdict().items()}
-    text = f"D = {with_error(*constant, 'm²/s')}, by Enskog {short(theory.coefficient)} m²/s"
-    build.record(point, text, **numbers, diffusion_coefficient=constant)
+    build.record(point, **numbers, diffusion_coefficient=constant)

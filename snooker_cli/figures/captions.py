@@ -43,12 +43,10 @@ from snooker_cli.figures.selection import (
     value_at,
     varying,
 )
-from snooker_cli.formatting import with_error
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
-MOST_RESULTS = 3  # a caption with the results of more series has the first and the last one only
 SPREAD = "mean ± standard deviation of a repeat"  # what a band shows
 MEAN_SPREAD = "mean ± standard error of it"  # the same around a mean over the repeats
 LOG_SPREAD = "mean ± standard deviation of logarithms"  # what a band shows on a logarithmic axis
@@ -75,7 +73,6 @@ class FigureBuilder:
     lines, bands : layers; bands are behind lines
     panel : layers of the panel below
     records : the numbers of each point, as JSON
-    results : a phrase of the caption for each series
     means : whether lines are means over the repeats and bands their standard errors
     thin : whether theory is left out for a mean free path that exceeds the container
     total : number of points before those in ``groups`` were chosen
@@ -92,7 +89,6 @@ class FigureBuilder:
     bands: list[Band] = field(default_factory=list)
     panel: list[Layer] = field(default_factory=list)
     records: list[dict[str, Any]] = field(default_factory=list)
-    results: list[str] = field(default_factory=list)
     means: bool = False
     thin: bool = False
     total: int = 0
@@ -176,27 +172,14 @@ class FigureBuilder:
         """A point's text in the legend: the keys that vary; ``None`` if it is alone."""
         return ", ".join(described(point, key) for key in varying(points or self.points)) or None
 
-    def record(self, point: Point, text: str = "", /, **numbers: Any) -> None:
-        """Add the numbers of a point, and its phrase; a pair is a value and its error."""
-        if text:
-            self.result(self.label(point), text)
+    def record(self, point: Point, **numbers: Any) -> None:
+        """Add the numbers of a point; a pair is a value and its error."""
         row = {"parameters": point.as_json(), "repeats": len(self.repeats(point))}
         for name, value in numbers.items():
             if isinstance(value, tuple):
                 value, row[f"{name}_error"] = value
             row[name] = value
         self.records.append(row)
-
-    def result(self, name: str | None, text: str) -> None:
-        """Add a phrase of the caption, with the label of its series."""
-        self.results.append(f"{text} ({name})" if name else text)
-
-    @property
-    def results_text(self) -> str:
-        """The phrases; of many the first and the last, as all numbers are in the JSON."""
-        if len(self.results) > MOST_RESULTS:
-            return "; …; ".join([self.results[0], self.results[-1]])
-        return "; ".join(self.results)
 
     def _choice(self) -> str:
         """Sentences if there are more points or repeats than the figure uses."""
@@ -280,7 +263,7 @@ class FigureBuilder:
 
     def figure(
         self,
-        caption: str,
+        caption: str = "",
         *,
         numbers: Mapping[str, Any] | None = None,
         logarithmic: bool = False,
@@ -288,6 +271,7 @@ class FigureBuilder:
     ) -> FigureData:
         """The figure: bands, and lines on them.
 
+        caption : what is drawn, beside the title, the axes and the legend; results are `numbers`
         logarithmic : whether its curves cover more than a decade
         others : fields of ``FigureData`` that depend on the run
         """
@@ -313,17 +297,11 @@ class FigureBuilder:
             for number, layer in enumerate(layers):
                 if np.size(getattr(layer, "x", 0)) == 0:
                     layers[number] = replace(layer, series=min(owners))
-        residuals, largest = self._largest_residual(), ""
-        if residuals:
-            number, value, error = residuals.values()
-            which = f"Largest of {number} differences" if number > 1 else "Difference"
-            largest = f"{which} from theory: {with_error(value, error, '%')}."
         errors = [layer.y_error for layer in layers if isinstance(layer, Points)]
         sentences = [
             self.shows,
             caption,
             "Theory fails where the mean free path exceeds the container." if self.thin else "",
-            largest,
             BARS if any(error is not None and np.isfinite(error).any() for error in errors) else "",
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
             setting(self.run, self.points, self.selection),
@@ -334,7 +312,7 @@ class FigureBuilder:
             caption=" ".join(filter(None, sentences)),
             numbers={
                 **(numbers or {}),
-                **residuals,
+                **self._largest_residual(),
                 **({"points": self.records} if self.records else {}),
             },
             **{**self.fields, "title": self.title, **others},

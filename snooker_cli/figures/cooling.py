@@ -10,7 +10,6 @@ from snooker_cli import theory
 from snooker_cli.analysis import predictions
 from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_constants
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
-from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FEW_REPEATS, LEAST_PROBABILITY, holding
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import mean_and_error, meeting_temperature, standard_errors
 from snooker_cli.config import Point
@@ -28,7 +27,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
 )
 from snooker_cli.figures.selection import Selection, described
-from snooker_cli.formatting import short, with_error
+from snooker_cli.formatting import with_error
 
 RATE = "s⁻¹"
 
@@ -90,12 +89,11 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     build.lines.append(Line(time, value, label, broad=True))
     fine = np.linspace(time[0], time[-1], 300)
     numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": number, "fits": []}
-    few = ""
     for decay in fitted:
         converged = [fit for fit in decay.fits if fit.converged]
         if not converged:
             continue
-        model, mean, good = LAWS[decay.law], decay.over_repeats, decay.goodness
+        model, mean = LAWS[decay.law], decay.over_repeats
         symbol = model.mean_symbol if known.is_mean else model.symbol
         text = f"{symbol} = {with_error(mean.value, mean.error, RATE)}"
         repeats = f"mean of {mean.repeats} repeats" if mean.repeats > 1 else "one repeat"
@@ -103,29 +101,13 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
             logs = np.log([fitted_curve(fit, fine) for fit in converged])
         name = f"{model.label}, {repeats}: {text}"
         build.lines.append(Line(fine, np.exp(logs.mean(axis=0)), name, _SERIES[decay.law]))
-        verb, of = holding(good.judged_repeats), f"{short(good.judged_to)} s"
-        holds = f", {verb.removeprefix('is ')} up to {of}"
-        if good.probability < LEAST_PROBABILITY:
-            holds = f", refused after {short(good.holds_to)} of {of}"
-        if good.holds_to == good.judged_from:
-            holds = ", refused from the start"
-        elif good.degrees_of_freedom and good.judged_repeats < ENOUGH_REPEATS:
-            few = f" {FEW_REPEATS}"
-        build.result(None, f"{model.label}, {text}{holds if good.degrees_of_freedom else ''}")
         numbers[model.key] = decay.fits[row].value
         numbers["fits"].append(decay.as_json())
     # An exponential leaves slower decays by many decades.
     least = min(values.min() for _, values in started) / 10 if log else 0.0
     lower = not log or any(line.y.min() < least for line in build.lines if isinstance(line, Line))
-    end, judged = float(time[-1]), [decay.goodness for decay in fitted]
-    later = max((good.judged_to for good in judged if good.degrees_of_freedom), default=end)
-    short_curve = (
-        f" The curve ends at {short(end)} s; the laws are judged on the "
-        f"{judged[0].judged_repeats} complete repeats."
-    )
-    ends = short_curve * (later > end)
     return build.figure(
-        f"Fits of each repeat, their mean: {build.results_text}.{ends}{few}",
+        "Each repeat is fitted; the law has the mean of their constants.",
         numbers=numbers,
         logarithmic=log,
         y_limits=(float(least) if lower else None, None),
@@ -239,8 +221,7 @@ def haff_time(build: FigureBuilder) -> FigureData:
             record["theory_alpha"] = one.laws["theory"][0]
             build.add_residuals(index, x, one.rates, one.errors, means["theory"])
         first, *_, last = zip(one.rates, one.errors, strict=True)
-        text = f"{with_error(*first)} to {with_error(*last)} s⁻¹"
-        build.record(point, text, **record, first_rate=first, last_rate=last)
+        build.record(point, **record, first_rate=first, last_rate=last)
     labels: dict[str, Any] = {}
     if several:
         x, drawn = np.linspace(0.0, max(ends), 200), drawn & {"floor"}
@@ -249,7 +230,7 @@ def haff_time(build: FigureBuilder) -> FigureData:
     legend = {_HAFF[law][0].format(kept): _HAFF[law][1] for law in _HAFF if law in drawn}
     legend |= {} if several else {"one constant k, fitted": "dotted"}
     build.lines += [legend_line(text, style) for text, style in legend.items()]
-    caption = f"Rates in the first and last of {WINDOWS} windows: {build.results_text}."
+    caption = f"Markers: means over {WINDOWS} windows of time."
     if any(record["windows"] < WINDOWS for record in build.records):
         caption += f" Windows with fewer than {LEAST_COLLISIONS} collisions are left out."
     return build.figure(caption + (_FLOORS[kept] if "floor" in drawn else ""), **labels)
@@ -328,7 +309,7 @@ def event_decay(build: FigureBuilder) -> FigureData:
         x, final = counts / scene.number, mean_and_error(energies[:, -1])
         build.add_points(index, point, x, energies)
         floor, alone = float(floors.mean()), expected.mean(axis=0)
-        record, text = {"collisions_per_ball": x[-1], "floor": floor}, with_error(*final)
+        record = {"collisions_per_ball": x[-1], "floor": floor}
         if not build.too_thin(scene):
             record["theory"] = alone[-1]
             build.lines.append(Line(x, alone, None, index, "solid"))
@@ -341,12 +322,12 @@ def event_decay(build: FigureBuilder) -> FigureData:
                     floor_drawn = True
             mean, error = energies.mean(axis=0), standard_errors(energies)
             build.add_residuals(index, x[1:], mean[1:], error[1:], nearest[1:])  # E(0) is exact
-        build.record(point, text, **record, final_ratio=final)
-    kept, caption = _kept(build.points), f"E/E(0) in the end: {build.results_text}."
+        build.record(point, **record, final_ratio=final)
+    kept, caption = _kept(build.points), ""
     if any("theory" in record for record in build.records):
         build.lines.append(legend_line("expected from the counted collisions", "solid"))
         shared = "(N + ½)" if kept == "L" else "(N − ½)"
-        caption += f" Lines: a collision takes (1 − e²)E/{shared}."
+        caption += f"Lines: a collision takes (1 − e²)E/{shared}."
     if floor_drawn:
         build.lines.append(legend_line(f"the same above the energy kept by {kept}", "dashed"))
         caption += f"{_FLOORS[kept][:-1]}, counted below."

@@ -33,7 +33,6 @@ from snooker_cli.figures.figure_data import (
     Reference,
 )
 from snooker_cli.figures.selection import elastic, gas
-from snooker_cli.formatting import exact, listed, short, with_error
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 
@@ -64,7 +63,7 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
         scene, edges, rows, limit, extreme, excess = _sample(central, build, point)
         if not central and scene.number > PAIRED:
             chosen = (
-                f" Of {scene.number:,} balls, the histogram has {PAIRED:,}, chosen at random; the "
+                f"Of {scene.number:,} balls, the histogram has {PAIRED:,}, chosen at random; the "
                 "smallest distance is that of all."
             )
         build.add_histogram(index, point, edges, rows.mean(axis=0), standard_errors(rows))
@@ -83,14 +82,8 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
         Line(x, uniform, f"uniform in the {widest.container.title}", NEUTRAL, "dashed"),
         *(Reference("x", edge, f"{name} = {edge:g} m") for edge in extremes),
     ]
-    texts = [f"{exact(at)} m where {name} = {exact(edge)} m" for edge, at in extremes.items()]
-    verdict = "no ball is beyond it"
-    if excess > 0:
-        rounding = np.spacing(max(limit, *widest.container.size) / 2)
-        times = short(excess / rounding, 2)
-        verdict = f"beyond it by {short(excess, 2)} m, {times} times the rounding of a coordinate"
     return build.figure(
-        f"The {nearest} distance is {listed(texts)}: {verdict}.{chosen}",
+        chosen,
         numbers={key: outermost(extremes.values()), "limit": limit, beyond: excess},
         x_limits=(0.0, 1.04 * limit if central else None),
     )
@@ -180,21 +173,18 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             continue
         first = int(np.argmin(np.abs(edges - diameter)))
         contact = mean_and_error(rows[:, first : first + 2] @ (1.5, -0.5))
-        text, expected = with_error(*contact), None
+        expected = None
         if elastic(point):
             expected = theory.contact_value(state.bulk_packing)
-            text += f", theory {short(expected, 4)}"
             name = None if any(isinstance(layer, Points) for layer in build.lines) else "theory, χ"
             marker = Points(np.ones(1), np.array([expected]), None, name, index, filled=False)
             build.lines.append(marker)
-        build.record(point, text, contact=contact, theory=expected)
+        build.record(point, contact=contact, theory=expected)
     kinds = set(map(elastic, build.points))
     when = "Mean over the second half" if True in kinds else "The last state"
     if len(kinds) > 1:
         when = "Elastic points: mean over the second half; others: the last state"
     caption = f"{when} of each repeat."
-    if build.results:
-        caption += f" At contact, from the first two bins: {build.results_text}."
     equal = all(build.start(point).equal_balls for point in build.points)
     x_label = f"distance / {'' if equal else 'mean '}diameter"
     return build.figure(caption, x_label=x_label)
@@ -248,7 +238,6 @@ def speeds(build: FigureBuilder) -> FigureData:
         panel.append(Points(middle, heights - expected, errors, None, index))
         build.record(
             point,
-            f"{difference:.4f}",
             speeds=int(total),
             distance_from_fixed_energy=math.nan if free is None else difference,
             one_over_root=float(total**-0.5),
@@ -265,12 +254,8 @@ def speeds(build: FigureBuilder) -> FigureData:
             if fixed:
                 below = Line(reduced * unit, density - exact, None, NEUTRAL, "dashed")
                 panel.append(below)
-    law_name = "the law at fixed energy" if fixed else "Maxwell and Boltzmann's law"
-    roots = [record["one_over_root"] for record in build.records]
     words: dict[str, Any] = {"x_label": "speed (m/s)", "y_label": "probability density (s/m)"}
     return build.figure(
-        f"They differ from {law_name} by at most {build.results_text}; 1/√n ≤ "
-        f"{short(max(roots), 2)}.",
         panel=tuple(panel),
         panel_label="minus law at fixed energy" if fixed else "minus Maxwell's law",
         **(words if in_metres else {}),

@@ -24,7 +24,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
 )
 from snooker_cli.figures.selection import gas
-from snooker_cli.formatting import short, with_error
+from snooker_cli.formatting import short
 from snooker_cli.scene import Scene
 
 IDEAL = "ideal gas"
@@ -94,9 +94,8 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
         ratios = [float(state.over_ideal.mean()) for state in states]
         for state, pressure, ratio in zip(states, means, ratios, strict=True):
             build.record(state.point, **state.conditions, pressure=pressure, over_ideal=ratio)
-        build.result(name, f"{min(ratios):.3f} to {max(ratios):.3f}")
     build.lines.append(legend_line(THEORY, "dotted"))
-    return build.figure(f"Simulated over ideal pressure: {build.results_text}.")
+    return build.figure()
 
 
 def temperature_ratio(build: FigureBuilder) -> FigureData:
@@ -119,10 +118,7 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
         Line(fine, curve, THEORY, NEUTRAL, "dotted"),
         Points(radii, y, y_error, "simulation"),
     ]
-    return build.figure(
-        f"The ratio is {short(y[0], 4)} at r = {short(radii[0])} m and {short(y[-1], 4)} at "
-        f"r = {short(radii[-1])} m, where theory has {short(curve[-1], 4)}."
-    )
+    return build.figure()
 
 
 def van_der_waals(build: FigureBuilder) -> FigureData:
@@ -169,23 +165,12 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
             van_der_waals=1 / (1 - b * packing[k]),
             theory=state.expected / state.ideal_pressure,
         )
-    low, high = np.argmin(packing), np.argmax(packing)
-    notes = f"; {short(single[low])} at a packing of {short(packing[low], 2)} and "
-    notes += f"{short(single[high])} at {short(packing[high], 2)}: the form is for a dilute gas."
-    if np.ptp(packing) <= SAME * packing[high]:
-        notes = "."
-    if misfit > 1:  # the points differ from the law by more than their errors
-        b_error *= misfit
-        notes += f" Its error has the factor √(χ²/dof) = {short(misfit, 2)}."
-    if np.min(np.diff(np.sort(packing))) <= SAME * packing[high]:
-        notes += " Points of one packing lie at one x."
-    warm = "" if math.isnan(a) else f" From temperatures, a = {with_error(a, a_error, 'J m²')}."
-    strip = " With walls, b has the strip that no centre reaches." * walls
     return build.figure(
-        f"Fitted with a = 0: b = {with_error(b, b_error, 'disk areas')}{notes}{warm}{strip}",
+        "With walls, b has the strip that no centre reaches." * walls,
         numbers={
             "excluded_disks": b,
-            "excluded_disks_error": b_error,
+            # The points may differ from the law by more than their errors.
+            "excluded_disks_error": b_error * max(misfit, 1.0),
             "attraction": a,
             "attraction_error": a_error,
         },
@@ -216,7 +201,6 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
         at_mean, at_end = mean_and_error(table[:, 1]), mean_and_error(table[:, 3])
         build.record(
             point,
-            f"{at_mean[0]:.3f}" + f" and {at_end[0]:.3f}" * (point in lossy),
             over_ideal_at_mean=at_mean,
             over_ideal_at_end=at_end,
             mean_temperature=float(table[:, 0].mean()),
@@ -230,7 +214,7 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
     which = "mean (filled) or final (open)" if lossy else "mean"
     return build.figure(
         f"A marker is the mean pressure of a repeat over the ideal gas's at its {which} "
-        f"temperature. Means: {build.results_text}.",
+        "temperature.",
         numbers={"ended_early": ended_early},
         y_log=highest > 20,
     )

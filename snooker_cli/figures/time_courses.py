@@ -24,7 +24,6 @@ from snooker_cli.figures.figure_data import (
     more_than_a_decade,
 )
 from snooker_cli.figures.selection import elastic, gas
-from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import Trace
 
@@ -51,11 +50,9 @@ def energy(build: FigureBuilder) -> FigureData:
             final_ratio=float(curves[0][1][-1]),
             largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves),
         )
-    kept = [record["largest_deviation"] for record in build.records if record["elastic"]]
-    caption = f"Elastic collisions keep the energy to {short(max(kept), 2)} of it." if kept else ""
     top = max(float(ratios.max()) for curves in ratios_of for _, ratios in curves)
     limits = (None, None) if log else (0.0, MORE * max(top, 1.0))
-    return build.figure(caption, logarithmic=log, y_limits=limits)
+    return build.figure(logarithmic=log, y_limits=limits)
 
 
 def momentum_component(name: str, build: FigureBuilder) -> FigureData:
@@ -75,9 +72,7 @@ def momentum_component(name: str, build: FigureBuilder) -> FigureData:
         )
     worst = max(record["largest_deviation"] for record in build.records)
     return build.figure(
-        f"The total momentum stays p{name}(0) to within {short(worst, 2)} of it, "
-        f"{short(worst / EPSILON, 2)} roundings, at "
-        f"{max(record['states'] for record in build.records)} times.",
+        f"Below: how far the total momentum is from p{name}(0).",
         numbers={"largest_deviation": worst},
         panel=(*deviation.bands, Reference("y", 0.0), *deviation.lines),
     )
@@ -102,11 +97,10 @@ def pressure(build: FigureBuilder) -> FigureData:
         top = max([top, *(_settled_top(*curve) for curve in curves)])
         times, rows = at_common_times(curves)
         final = mean_and_error(rows[:, -1])
-        build.record(point, with_error(*final, "Pa·m"), time=float(times[-1]), pressure=final)
+        build.record(point, time=float(times[-1]), pressure=final)
     if not any(record["pressure"] for record in build.records):
         raise FigureError("nothing hits the wall, so there is no pressure; run longer")
     return build.figure(
-        f"Mean at the end of the shortest repeat: {build.results_text}.",
         numbers={"theory": expected},
         y_limits=(0, (1 + MARGIN) * top),
     )
@@ -192,11 +186,9 @@ def hexatic_order(build: FigureBuilder) -> FigureData:
     for index, (point, scene, times, rows) in enumerate(over_time):
         build.add_means(index, build.label(point), times, rows[..., 0])
         final = mean_and_error(rows[:, -1, 0])
-        build.record(point, with_error(*final), final=final, balls=scene.number)
-    return build.figure(
-        f"At the end: {build.results_text}. N balls of a fluid have about 1/√N.",
-        logarithmic=build.covers_decades,
-    )
+        build.record(point, final=final, balls=scene.number)
+    caption = "N balls of a fluid have about 1/√N."
+    return build.figure(caption, logarithmic=build.covers_decades)
 
 
 def a2(build: FigureBuilder) -> FigureData:
@@ -218,12 +210,11 @@ def a2(build: FigureBuilder) -> FigureData:
                 build.lines.append(Line(times[[0, -1]], flat, None, index, "dotted"))
             final = mean_and_error(column[:, column.shape[1] // 2 :].mean(axis=1))
             build.record(point, species=name, second_half=final, theory=expected)
-            build.result(label, with_error(*final))
     source = ""
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line("theory", "dotted"))
-        source = " Theory: homogeneous cooling (van Noije & Ernst 1998); at CoR 1 about −1/N."
-    return build.figure(f"Mean over the second half: {build.results_text}.{source}")
+        source = "Theory: homogeneous cooling (van Noije & Ernst 1998); at CoR 1 about −1/N."
+    return build.figure(source)
 
 
 def species_temperature(build: FigureBuilder) -> FigureData:
@@ -234,12 +225,11 @@ def species_temperature(build: FigureBuilder) -> FigureData:
         means = rows[:, start:].mean(axis=1)
         for index, name in enumerate(names):
             build.add_means(index, name, times, rows[..., index])
-            build.result(name, with_error(*mean_and_error(means[:, index]), "J"))
         first, last = means[:, 0], means[:, -1]
         ratio = mean_and_error(first / last) if np.all(last > 0) else None
-        build.record(point, species=names, ratio=ratio)
-    when = "Mean over the second half" if kept else "At the end"
-    return build.figure(f"{when}: {build.results_text}.", logarithmic=build.covers_decades)
+        temperatures = {f"temperature_{k}": mean_and_error(row) for k, row in enumerate(means.T)}
+        build.record(point, species=names, **temperatures, ratio=ratio)
+    return build.figure(logarithmic=build.covers_decades)
 
 
 def local_energy(build: FigureBuilder) -> FigureData:
@@ -249,13 +239,10 @@ def local_energy(build: FigureBuilder) -> FigureData:
         build.add_means(index, build.label(point), times, ratios[..., 0], "solid")
         build.add_means(index, None, times, ratios[..., 1], "dotted")
         share = mean_and_error(rows[:, -1, 0] / rows[:, -1, 1])
-        build.record(point, with_error(*share), share=share)
+        build.record(point, share=share)
     build.lines.append(legend_line("all kinetic energy", "dotted"))
-    return build.figure(
-        f"The flow is that of cells with {structure.BALLS_IN_CELL:g} balls on average. Local over "
-        f"all energy at the end: {build.results_text}; 1 where neighbours move independently.",
-        logarithmic=build.covers_decades,
-    )
+    caption = f"The flow is that of cells with {structure.BALLS_IN_CELL:g} balls on average."
+    return build.figure(caption, logarithmic=build.covers_decades)
 
 
 def _both_energies(positions: Array, velocities: Array, scene: Scene) -> Array:

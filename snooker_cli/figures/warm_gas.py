@@ -27,7 +27,7 @@ from snooker_cli.figures.figure_data import (
     more_than_a_decade,
 )
 from snooker_cli.figures.selection import gas, value_at, varying
-from snooker_cli.formatting import counted, short, with_error
+from snooker_cli.formatting import counted
 from snooker_cli.laws import Law, Sides, Thermal
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
@@ -108,8 +108,7 @@ def stationary(build: FigureBuilder) -> FigureData:
             build.lines.append(Line(x, np.array(expected), None, index, "dotted"))
         label = build.label(group[0], names) or "simulation"
         build.lines.append(Points(x, y, errors, label, index))
-        build.result(build.label(group[0], names), f"{short(y[0])} to {short(y[-1])} J")
-    caption = f"{steady.text} T from the first to the last point: {build.results_text}."
+    caption = steady.text
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line("balance of energy, uniform gas", "dotted"))
         caption += " Dotted: balance of energy in a uniform gas (Kumaran 1998)."
@@ -178,9 +177,12 @@ def profiles(build: FigureBuilder) -> FigureData:
     for place, law in walls.items():
         at = np.array([place]), np.array([law.temperature / mean])
         build.lines.append(Points(*at, None, None, 1, filled=False))
+    with np.errstate(divide="ignore", invalid="ignore"):  # balls that move along one line
+        ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
     build.record(
         point,
         place=middles,
+        across_over_along=ratio,
         density=density.mean(axis=0),
         temperature=temperature.mean(axis=0),
         across=across.mean(axis=0),
@@ -191,11 +193,8 @@ def profiles(build: FigureBuilder) -> FigureData:
         first_density=mean_and_error(density[:, 0] / density.mean()),
         last_density=mean_and_error(density[:, -1] / density.mean()),
     )
-    with np.errstate(divide="ignore", invalid="ignore"):  # balls that move along one line
-        ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
     return build.figure(
-        f"{steady.text} T is {with_error(*mean_and_error(warm), 'J')} on average; its first part "
-        f"over the second is {with_error(*ratio)}.{' Open: the wall.' if walls else ''}",
+        f"{steady.text}{' Open: the wall.' if walls else ''}",
         x_label="distance from the centre (m)" if circle else "place across (m)",
     )
 
@@ -228,14 +227,12 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         given_rate = mean_and_error(part.wall_energy / part.length)
         taken_rate = mean_and_error(part.lost_energy * lossy / part.length)
         build.record(point, given_rate=given_rate, taken_rate=taken_rate)
-        units = with_error(*given_rate, "J/s"), with_error(*taken_rate, "J/s")
-        build.result(build.label(point), " and ".join(units))
     build.lines += [
         legend_line("walls gave", "solid"),
         legend_line("collisions took", "dashed"),
         legend_line("their difference, E − E(0)", "dotted"),
     ]
-    return build.figure(f"{steady.text} Given and taken per second of it: {build.results_text}.")
+    return build.figure(steady.text)
 
 
 def heat_flux(build: FigureBuilder) -> FigureData:
@@ -266,8 +263,6 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     ]
     middle = mean_and_error(enskog[:, 2:-2].mean(axis=1))
     both = [mean_and_error(side) for side in through.T]
-    fluxes = " and ".join(with_error(*flux) for flux in both)
-    words = f"{steady.text} Through the left and right wall: {fluxes} J/(m s)"
     numbers = {"left": both[0], "right": both[1], "enskog": middle}
     if scene.restitution == 1.0:
         flux = mean_and_error(through.mean(axis=1))
@@ -275,9 +270,7 @@ def heat_flux(build: FigureBuilder) -> FigureData:
         over = flux[0] / middle[0]
         ratio = over, math.hypot(flux[1], over * middle[1]) / abs(middle[0])
         numbers |= {"flux": flux, "over_enskog": ratio}
-        words += f"; their mean over −κ dT/dx of the middle: {with_error(*ratio)}"
     # A straight line through the two strips at a wall gives the gas at it.
-    jumps = []
     for side, (law, beside) in enumerate(zip(walls.values(), ((0, 1), (-1, -2)), strict=True)):
         if isinstance(law, Thermal):
             near = warm[:, beside] @ (1.5, -0.5)
@@ -285,12 +278,10 @@ def heat_flux(build: FigureBuilder) -> FigureData:
             slope = float(through[:, side].mean()) / conductivity[-side] * (-1) ** side
             expected = slope * theory.temperature_jump(*here)
             jump = mean_and_error(law.temperature - near)
-            jumps.append(f"{with_error(*jump)} J, by theory {short(expected)} J")
             numbers |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
     build.record(point, **numbers)
-    jumped = f" Wall less gas at it: {'; '.join(jumps)}." if jumps else ""
     elastic = "" if scene.restitution == 1.0 else " κ is that of elastic balls."
-    return build.figure(f"{words}.{jumped}{elastic}")
+    return build.figure(f"{steady.text}{elastic}")
 
 
 def equation_of_state(build: FigureBuilder) -> FigureData:
@@ -316,7 +307,6 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
             }
             numbers |= {"temperature": warm, "virial": inner, "wall": outer}
             build.record(point, packing=packing, **numbers)
-            result = with_error(*inner)
         first = scenes[0]
         packings, added, errors = np.array(rows).T
         label = build.label(group[0], names) or "simulation"
@@ -328,11 +318,10 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
             here = [_of_scene(first, float(packing)) for packing in grid]
             if len({scene.number for scene in scenes}) == 1 and np.isfinite(here).any():
                 build.lines.append(Line(grid, (np.array(here) - 1) / grid, None, index, "solid"))
-        build.result(build.label(group[0], names), result)
     drawn = {line.style for line in build.lines if isinstance(line, Line)}
     legend = {"solid": theory.FINITE, "dotted": theory.INFINITE}
     build.lines += [legend_line(legend[style], style) for style in legend if style in drawn]
-    return build.figure(f"{steady.text} PV/NT at the largest packing: {build.results_text}.")
+    return build.figure(steady.text)
 
 
 def _of_scene(scene: Scene, packing: float) -> float:

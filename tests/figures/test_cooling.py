@@ -66,7 +66,6 @@ def test_fits_are_those_of_the_repeat_and_of_all(
         sign = symbol if law == "exponential" else model.symbol
         averaged = with_error(over.value, over.error, "s⁻¹")
         assert line.label == f"{model.label}, mean of 3 repeats: {sign} = {averaged}"
-        assert f"{sign} = {averaged}, " in found.caption
     (band,) = layers(found, Band)
     values = np.concatenate([row for _, row in pairs])
     assert found.y_log

@@ -124,7 +124,7 @@ def test_the_law_of_speeds_counts_one_ball_less(periodic: Run, tmp_path: Path) -
     adrift = made(tmp_path / "adrift", "cor=1", "collisions=1000", text=ADRIFT)
     found = shown(adrift, "speeds")
     assert [line.label for line in laws(found)] == ["Maxwell–Boltzmann"]
-    assert "from Maxwell and Boltzmann's law" in found.caption
+    assert found.panel_label == "minus Maxwell's law"
     assert found.numbers["points"][0]["distance_from_fixed_energy"] is None
 
 
