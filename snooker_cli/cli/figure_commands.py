@@ -174,9 +174,9 @@ def _warn_of_missing(run: Run, selection: Selection) -> None:
 
 
 def _table(figure: FigureData) -> list[str]:
-    """The numbers of the points, as a table; empty if there are none."""
+    """The numbers of several points, as a table; empty if there are none."""
     rows = figure.numbers.get("points", [])
-    if not rows:
+    if len(rows) < 2:
         return []
     parameters = [row["parameters"] for row in rows]
     varying = [
