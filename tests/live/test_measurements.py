@@ -118,9 +118,9 @@ def test_a_measurement_is_that_of_the_program(
 ) -> None:
     """From the same starts.
 
-    T, P and PV/NT are sums over the same collisions: they differ by rounding. Python fits at most
-    64 points that stand for all collisions, with an error of third order in their 32 groups:
-    (1/32)³ = 3·10⁻⁵ of the rate.
+    T, P and PV/NT are sums over the same collisions: they differ by rounding. Python fits means of
+    255 groups of collisions, the page all of them. The largest group has 2/255 of the collisions.
+    Where ln E falls by d in it, its mean is d²/24 above the law; a rate changes by less than twice.
     """
     known = {scene["name"]: scene["config"] for scene in presets()}
     config, starts = known.get(name, {}) | CASES[name], 5
@@ -142,14 +142,16 @@ def test_a_measurement_is_that_of_the_program(
             assert row[f"{key}Error"] == pytest.approx(
                 compared[quantity]["error"], rel=1e-9, abs=1e-11
             )
+    fall = float(np.max(-np.log(run.table()["energy_ratio"])))
+    allowed = max((2 / 255 * fall) ** 2 / 12, 1e-9)
     fitted = {found["model"]: found for found in run.fit() if found["quantity"] == "kinetic_energy"}
     for key, law in (("k", "exponential"), ("alpha", "haff")):
         value, error = fitted[law]["value"], fitted[law]["error"]
         if value is None:
             assert row[key] is None
         else:
-            assert row[key] == pytest.approx(value, rel=3e-5)
-            assert row[f"{key}Error"] == pytest.approx(error, abs=3e-5 * value)
+            assert row[key] == pytest.approx(value, rel=allowed)
+            assert row[f"{key}Error"] == pytest.approx(error, abs=allowed * value)
     ended = run.table()["ending"]
     assert row["early"] == np.count_nonzero(ended == "wall trap")
     assert row["N"] == run[0, 0].scene.number
