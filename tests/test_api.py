@@ -214,7 +214,7 @@ def test_swept_limits_texts_and_nulls_are_columns(here: Path) -> None:
 
 def test_only_repeats_that_are_there_have_rows(separate: Path) -> None:
     run = snooker.open("small")
-    run.status(1, 1).path.unlink()
+    run.status_of(1, 1).path.unlink()
     assert run.table()["point"].tolist() == [0, 0, 0, 1, 1]
     assert run.table()["repeat"].tolist() == [0, 1, 2, 0, 2]
     shutil.rmtree(separate / "point-0000")
@@ -415,8 +415,14 @@ def test_errors_name_arguments_of_python(run: snooker.Run, command: Snooker) -> 
 
 def test_all_options_that_errors_name_have_an_argument() -> None:
     """But for what only commands do, and for commands in backticks."""
-    package = Path(api.__file__).parent
-    of_commands = ("api.py", "cli", "validation", "runs/dask_executor.py", "runs/verification.py")
+    package = Path(api.__file__).parents[1]
+    of_commands = (
+        "api/wording.py",
+        "cli",
+        "validation",
+        "runs/dask_executor.py",
+        "runs/verification.py",
+    )
     named = set()
     for path in package.rglob("*.py"):
         if path.relative_to(package).as_posix().startswith(of_commands):

@@ -13,11 +13,10 @@ import pytest
 from command_line import Snooker
 from config_texts import BASE
 
+from snooker_cli.api import Run
 from snooker_cli.cli import main
 from snooker_cli.cli.app import COMMANDS, HIDDEN, loaded
-from snooker_cli.cli.options import conditions
 from snooker_cli.config import parse
-from snooker_cli.runs import Run
 
 HEAVY = {"numba", "numpy", "scipy", "matplotlib", "h5py", "pydantic", "yaml", "jinja2", "typst"}
 NUMBERS = ("0", "-1", "1" + 40 * "0", "1e999", "nan", "inf", "", "x")
@@ -153,5 +152,5 @@ def test_values_that_fulfil_a_condition(text: str, chosen: object) -> None:
     """Of a range, those of the run's points that are numbers."""
     loaded_config = parse(BASE, "run.yaml", ["cor=0.7,0.75,0.8,0.9", "wall_cor=null,0,0.5,1"])
     run = Run(Path(), loaded_config.experiment, loaded_config.points())
-    ((_, found),) = conditions([text], run).items()
+    ((_, found),) = run.where(text).items()
     assert found == chosen
