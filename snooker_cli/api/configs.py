@@ -3,14 +3,13 @@
 import json
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from snooker_cli.api.results import Result
 from snooker_cli.api.wording import LIST_TEMPLATES, in_python
-from snooker_cli.config import SCHEMA_FILE, Loaded, Point, template_configs
+from snooker_cli.config import SCHEMA_FILE, Experiment, Loaded, Point, template_configs
 from snooker_cli.errors import UserError, check_name
 from snooker_cli.files import write_text
 from snooker_cli.formatting import plain
@@ -41,24 +40,20 @@ def _override(key: str, value: Any) -> str:
     return f"{key}={','.join(map(json.dumps, values if isinstance(values, list) else [values]))}"
 
 
-@dataclass(frozen=True)
-class CheckedConfig:
-    """A config whose points and starting scenes can exist."""
+def with_scenes(
+    config: Config, overrides: Overrides
+) -> tuple[Experiment, tuple[Point, ...], list[SceneClass]]:
+    """The experiment of a config, its points, and the classes of their starting scenes.
 
-    loaded: Loaded
-    points: tuple[Point, ...]
-    scene_classes: list[SceneClass]
-
-
-def checked_config(config: Config, overrides: Overrides) -> CheckedConfig:
-    """A config with the starting scene of every point. Raises ``ConfigError``."""
+    Raises ``ConfigError``, also for a scene that cannot exist.
+    """
     loaded = load(config, overrides)
     with reporting() as show:
-        return CheckedConfig(loaded, *checked(loaded, show))
+        return loaded.experiment, *checked(loaded, show)
 
 
 @in_python()
-def check(config: Config, overrides: Overrides = None) -> Result:
+def check_config(config: Config, overrides: Overrides = None) -> Result:
     """Check a config, with the starting scene of every point; what ``validate`` prints.
 
     config, overrides : as of ``run``
@@ -66,9 +61,9 @@ def check(config: Config, overrides: Overrides = None) -> Result:
     ``points``, ``repeats`` of each, and ``balls``, the least and the largest number of them. Raises
     ``ConfigError``.
     """
-    found = checked_config(config, overrides)
-    balls = sorted({number for scenes in found.scene_classes for number in scenes.balls})
-    number, repeats = len(found.points), found.loaded.experiment.repeats
+    experiment, points, scene_classes = with_scenes(config, overrides)
+    balls = sorted({number for scenes in scene_classes for number in scenes.balls})
+    number, repeats = len(points), experiment.repeats
     fewest = f"{balls[0]} to " if balls[1:] else ""
     name = "{…}" if isinstance(config, Mapping) else config
     line = f"{name}: valid; points: {number:,}, repeats of each: {repeats}, balls: "

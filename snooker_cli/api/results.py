@@ -27,6 +27,39 @@ class Result(dict[str, Any]):
         return "\n".join(self.lines)
 
 
+class Plan(Result):
+    """What a run would do, as ``run --dry-run --json`` prints it; ``print`` shows it as a text.
+
+    change : how the run would extend or reduce what is stored, as a sentence; empty if it does not
+    """
+
+    change: str
+
+
+class Outcome(Result):
+    """What a run did, as ``run --json`` prints it; ``print`` shows it as a text.
+
+    done : ``3 of 6 repeats done``
+    errors : of repeats that failed
+    interrupted : whether Ctrl-C ended it
+    """
+
+    done: str
+    errors: list[str]
+    interrupted: bool
+
+
+class Verdicts(Result):
+    """What a check of repeats found, as ``verify --json`` prints it.
+
+    sound : whether nothing is wrong
+    interrupted : whether Ctrl-C ended it
+    """
+
+    sound: bool
+    interrupted: bool = False
+
+
 class Results(list[dict[str, Any]]):
     """A list of results as ``--json`` prints it; ``print`` shows the text of the command.
 
@@ -48,6 +81,7 @@ class Records(list[dict[str, Any]]):
 
     notes : what a reader should know of the rows: records with ``parameters`` and ``note``
     unfinished : how many repeats an unfinished run has, as a sentence; else empty
+    warning : if most repeats ended early, a sentence with what helps; else empty
     """
 
     def __init__(
@@ -58,9 +92,10 @@ class Records(list[dict[str, Any]]):
         points: int,
         footer: Sequence[str] = (),
         unfinished: str = "",
+        warning: str = "",
     ) -> None:
         super().__init__(rows)
-        self.notes, self.unfinished = notes, unfinished
+        self.notes, self.unfinished, self.warning = notes, unfinished, warning
         self._points, self._footer = points, footer
 
     def only(self, quantity: Sequence[str], model: Sequence[str]) -> "Records":
@@ -80,7 +115,9 @@ class Records(list[dict[str, Any]]):
                     raise UserError(f"{problem}; there are {listed([*names])}")
             rows = rows_with(rows, field, parts or [""])
             notes = rows_with(notes, field, parts or [""])
-        return Records(rows, notes, points=self._points, unfinished=self.unfinished)
+        return Records(
+            rows, notes, points=self._points, unfinished=self.unfinished, warning=self.warning
+        )
 
     def lines(self, *, every: bool = False, brief: bool = False) -> list[str]:
         """The lines of the text above the remarks; the arguments are those of ``text``."""

@@ -16,7 +16,7 @@ from snooker_cli import runs
 from snooker_cli.api import exports
 from snooker_cli.api.output_files import check_free, make_folder, make_own_folder
 from snooker_cli.api.repeats import Repeat
-from snooker_cli.api.results import Records, Result, Results, SavedFigure
+from snooker_cli.api.results import Outcome, Records, Result, Results, SavedFigure, Verdicts
 from snooker_cli.api.wording import LIST_FIGURES, in_python, in_python_words
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError, UserError, check_name
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from snooker_cli.analysis.run_analysis import RunAnalysis
     from snooker_cli.animation import Film
     from snooker_cli.animation.film import Pace
-    from snooker_cli.api.simulating import Outcome
-    from snooker_cli.api.verdicts import Verdicts
 
 _log = logging.getLogger(__name__)
 
@@ -47,7 +45,7 @@ class Run(runs.Run):
     outcome : what ``snooker.run`` has just done; ``None`` for a run that was opened
     """
 
-    outcome: "Outcome | None" = None
+    outcome: Outcome | None = None
 
     def __dir__(self) -> list[str]:
         """What scripts use, for completion."""
@@ -111,7 +109,7 @@ class Run(runs.Run):
         return hashes_of(self, point, repeat)
 
     @in_python()
-    def verify(self, *, replay: bool = False, jobs: int | None = None) -> "Verdicts":
+    def verify(self, *, replay: bool = False, jobs: int | None = None) -> Verdicts:
         """Read and check every file: its hash, its config, its start.
 
         replay : simulate every repeat again, with threads, and compare all bits
@@ -133,7 +131,7 @@ class Run(runs.Run):
         collisions: int = 10_000,
         out: str | PathLike[str] | None = None,
         replace: bool = True,
-    ) -> "Verdicts":
+    ) -> Verdicts:
         """Prove which collisions of a repeat are certain, as ``verify --exact``.
 
         point, repeat : this repeat of a point, or of every point
@@ -248,13 +246,12 @@ class Run(runs.Run):
         from snooker_cli.figures.selection import Selection
 
         points = self.matching(**where)
-        if warning := early_warning(self, points):
-            _log.info("%s", warning)
         records = Records(
             *analysis,
             points=len(points),
             footer=() if where else footer,
             unfinished=unfinished(self, Selection(_alternatives(where))),
+            warning=early_warning(self, points),
         )
         return records.only(_several(quantity), _several(model)) if quantity or model else records
 

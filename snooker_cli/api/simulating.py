@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from snooker_cli import runs, theory
-from snooker_cli.api.configs import Config, Overrides, checked_config
-from snooker_cli.api.results import Result
+from snooker_cli.api.configs import Config, Overrides, with_scenes
+from snooker_cli.api.results import Outcome, Plan
 from snooker_cli.api.runs import Run
 from snooker_cli.api.wording import first, in_python
 from snooker_cli.errors import RunError, UserError
@@ -37,30 +37,10 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 
-class Plan(Result):
-    """What a run would do, as ``run --dry-run --json`` prints it; ``print`` shows it as a text.
-
-    change : how the run would extend or reduce what is stored, as a sentence; empty if it does not
-    """
-
-    change: str
-
-
-class Outcome(Result):
-    """What a run did, as ``run --json`` prints it; ``print`` shows it as a text.
-
-    done : ``3 of 6 repeats done``
-    errors : of repeats that failed
-    interrupted : whether Ctrl-C ended it
-    """
-
-    done: str
-    errors: list[str]
-    interrupted: bool
-
-
-class _Request:
+class Request:
     """A run that a user wants. Its config is checked; nothing is written yet.
+
+    The arguments are those of ``run``.
 
     share : the points and numbers of the repeats of a part, or None for all
     idle : a sentence if such a part has nothing to do
@@ -69,18 +49,18 @@ class _Request:
     def __init__(
         self,
         config: Config,
-        overrides: Overrides,
+        overrides: Overrides = None,
         *,
-        out: str | PathLike[str] | None,
-        fresh: bool,
-        jobs: int | None,
-        executor: str,
-        part: str | None,
+        out: str | PathLike[str] | None = None,
+        fresh: bool = False,
+        jobs: int | None = None,
+        executor: str = "threads",
+        part: str | None = None,
     ) -> None:
+        self.fresh, self.jobs, self.part = fresh, jobs, part
         self.cancelled = threading.Event()
-        found = checked_config(config, overrides)
-        self.scene_classes = found.scene_classes
-        run = Run(Path(), found.loaded.experiment, found.points)
+        experiment, points, self.scene_classes = with_scenes(config, overrides)
+        run = Run(Path(), experiment, points)
         name = run.identity if isinstance(config, Mapping) else Path(config).stem
         self.run = replace(run, directory=runs.RUNS / name if out is None else Path(out))
         self.share: set[tuple[int, int]] | None = None
@@ -88,48 +68,87 @@ class _Request:
         if part is not None:
             self.share, self.idle = _share(self.run, part, fresh)
         self.cluster = _cluster(executor, jobs, self.cancelled)
-        self.jobs = jobs
+
+    def plan(self) -> Plan:
+        """What it would do. Raises ``RunError`` for a folder with other results."""
+        with self.cluster or nullcontext():
+            change = runs.planned_change(self.run, fresh=self.fresh)
+            content = self._estimate(self.fresh)
+        lines = [*_plan_lines(content, self.part), *self.run.common_random_notes]
+        planned = Plan(content, [self.idle] if self.idle else lines)
+        planned.change = change
+        return planned
+
+    def carry_out(
+        self,
+        *,
+        checkpoint: float,
+        yes: bool,
+        progress: bool,
+        processes: bool = False,
+        command: str = "",
+    ) -> Outcome:
+        """Simulate what is missing; an interrupt and repeats that failed are in the outcome.
+
+        checkpoint, yes, progress : as of ``run``
+        processes, command : as of ``execute``
+        """
+        run, cluster = self.run, self.cluster
+        with cluster or nullcontext():
+            runs.planned_change(run, fresh=self.fresh)  # which may refuse, before the estimate
+            # Stored files are checked only if the whole run would be too much.
+            too_much = not yes and is_excessive(self._estimate(True))
+            if too_much and is_excessive(left := self._estimate(self.fresh)):
+                ways = "set fewer collisions or repeats, or `record: summary`, or give --yes"
+                raise UserError(_costs(left), ways)
+            results, watcher = execute_watched(
+                run,
+                fresh=self.fresh,
+                bar=progress,
+                part=self.share,
+                cancelled=self.cancelled,
+                workers=processors() if cluster else self._threads,
+                executor=cluster,
+                interval=checkpoint,
+                processes=processes,
+                command=command,
+            )
+        if not all(result.cached for result in results) and run.figures():
+            again = f"run `snooker plot {run.directory}` again"
+            _log.warning("%s: these figures are older; %s", run.figures_folder, again)
+        summary = run_summary(run, results, watcher)
+        outcome = Outcome(
+            summary, [self.idle] if self.idle else _outcome_lines(run, results, summary)
+        )
+        outcome.done = share_done(results, len(run.points) * run.experiment.repeats)
+        outcome.errors = [result.error for result in results if result.error]
+        outcome.interrupted = self.cancelled.is_set()
+        return outcome
 
     @property
-    def threads(self) -> int:
+    def _threads(self) -> int:
         """Threads that simulate, here or on the workers."""
         if self.cluster is None:
             return self.jobs or processors()
         threads: int = self.cluster.threads
         return max(1, min(threads, self.jobs or threads))
 
-    def plan(self, *, fresh: bool) -> dict[str, Any]:
-        """The estimate, as if the folder were empty if ``fresh``."""
-        return run_plan(self.run, self.scene_classes, self.threads, fresh=fresh, share=self.share)
+    def _estimate(self, fresh: bool) -> dict[str, Any]:
+        """What it takes, as if the folder were empty if ``fresh``."""
+        return run_plan(self.run, self.scene_classes, self._threads, fresh=fresh, share=self.share)
 
 
 @in_python()
-def plan(
-    config: Config,
-    overrides: Overrides = None,
-    *,
-    out: str | PathLike[str] | None = None,
-    fresh: bool = False,
-    jobs: int | None = None,
-    executor: str = "threads",
-    part: str | None = None,
-) -> Plan:
-    """What ``run`` with these arguments would do: repeats, the search, time and disk space.
+def plan(config: Config, overrides: Overrides = None, **how: Any) -> Plan:
+    """What ``run`` would do: repeats, the search, time and disk space.
+
+    how : ``out``, ``fresh``, ``jobs``, ``executor`` and ``part``, as of ``run``
 
     Nothing is simulated or written; stored files are read and checked. The keys are those of
     ``snooker run --dry-run --json``: ``to_do`` repeats, ``collisions``, ``seconds`` on ``threads``,
     ``bytes``, ... Raises as ``run`` does.
     """
-    request = _Request(
-        config, overrides, out=out, fresh=fresh, jobs=jobs, executor=executor, part=part
-    )
-    with request.cluster or nullcontext():
-        change = runs.planned_change(request.run, fresh=fresh)
-        content = request.plan(fresh=fresh)
-    lines = [*_plan_lines(content, part), *request.run.common_random_notes]
-    planned = Plan(content, [request.idle] if request.idle else lines)
-    planned.change = change
-    return planned
+    return Request(config, overrides, **how).plan()
 
 
 @in_python()
@@ -166,14 +185,10 @@ def run(
     """
     source = "{…}" if isinstance(config, Mapping) else repr(str(config))
     with showing_notices():
-        made, outcome = carry_out(
-            config,
-            overrides,
-            out=out,
-            fresh=fresh,
-            jobs=jobs,
-            executor=executor,
-            part=part,
+        request = Request(
+            config, overrides, out=out, fresh=fresh, jobs=jobs, executor=executor, part=part
+        )
+        outcome = request.carry_out(
             checkpoint=checkpoint,
             yes=yes,
             progress=progress,
@@ -184,63 +199,9 @@ def run(
     if outcome.errors:
         number = sum(point["repeats"] for point in outcome["points"])
         failed = f"{counted(len(outcome.errors), 'repeat')} of {number} failed"
-        problem = f"{made.directory}: {failed} ({outcome.errors[0]})"
+        problem = f"{request.run.directory}: {failed} ({outcome.errors[0]})"
         raise RunError(problem, "snooker.open gives the others")
-    return replace(made, outcome=outcome)
-
-
-def carry_out(
-    config: Config,
-    overrides: Overrides = None,
-    *,
-    out: str | PathLike[str] | None = None,
-    fresh: bool = False,
-    jobs: int | None = None,
-    executor: str = "threads",
-    part: str | None = None,
-    checkpoint: float = CHECKPOINT_INTERVAL,
-    yes: bool = True,
-    progress: bool = True,
-    processes: bool = False,
-    command: str = "",
-) -> tuple[Run, Outcome]:
-    """As ``run``, but an interrupt and repeats that failed are no errors.
-
-    processes, command : as of ``execute``
-    """
-    request = _Request(
-        config, overrides, out=out, fresh=fresh, jobs=jobs, executor=executor, part=part
-    )
-    target, cluster = request.run, request.cluster
-    with cluster or nullcontext():
-        runs.planned_change(target, fresh=fresh)  # which may refuse, before the estimate
-        # Stored files are checked only if the whole run would be too much.
-        too_much = not yes and is_excessive(request.plan(fresh=True))
-        if too_much and is_excessive(left := request.plan(fresh=fresh)):
-            ways = "set fewer collisions or repeats, or `record: summary`, or give --yes"
-            raise UserError(_estimate(left), ways)
-        results, watcher = execute_watched(
-            target,
-            fresh=fresh,
-            bar=progress,
-            part=request.share,
-            cancelled=request.cancelled,
-            workers=processors() if cluster else request.threads,
-            executor=cluster,
-            interval=checkpoint,
-            processes=processes,
-            command=command,
-        )
-    if not all(result.cached for result in results) and target.figures():
-        again = f"run `snooker plot {target.directory}` again"
-        _log.warning("%s: these figures are older; %s", target.figures_folder, again)
-    summary = run_summary(target, results, watcher)
-    lines = [request.idle] if request.idle else _outcome_lines(target, results, summary)
-    outcome = Outcome(summary, lines)
-    outcome.done = share_done(results, len(target.points) * target.experiment.repeats)
-    outcome.errors = [result.error for result in results if result.error]
-    outcome.interrupted = request.cancelled.is_set()
-    return target, outcome
+    return replace(request.run, outcome=outcome)
 
 
 def _share(run: Run, part: str, fresh: bool) -> tuple[set[tuple[int, int]], str]:
@@ -295,7 +256,7 @@ def _plan_lines(plan: dict[str, Any], part: str | None) -> Iterator[str]:
             yield f"  laws      {', '.join(laws)}"
         yield f"  records   {'events' if scenes['models']['events'] else 'a summary'}"
     yield ""
-    yield _estimate(plan)
+    yield _costs(plan)
     if plan["cools_out"]:
         yield (
             "This may take much longer: without walls, balls that cool drift together in the end, "
@@ -303,7 +264,7 @@ def _plan_lines(plan: dict[str, Any], part: str | None) -> Iterator[str]:
         )
 
 
-def _estimate(plan: dict[str, Any]) -> str:
+def _costs(plan: dict[str, Any]) -> str:
     if plan["to_do"] == 0:
         return "nothing to do"
     number = f"at most {plan['collisions']:,} collisions"

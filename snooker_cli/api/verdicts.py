@@ -10,7 +10,7 @@ from typing import Any
 
 from snooker_cli import store
 from snooker_cli.api.output_files import check_free
-from snooker_cli.api.results import Result, Results
+from snooker_cli.api.results import Result, Results, Verdicts
 from snooker_cli.api.wording import first, in_python_words
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import RunError, StoreError, UserError
@@ -34,17 +34,6 @@ from snooker_cli.trace import event_hashes
 
 COUNT_HEADINGS = (">done", ">running", ">failed", ">to do", ">collisions")
 AT_COLLAPSE = "Run the config with --fresh to end such repeats at the collapse."
-
-
-class Verdicts(Result):
-    """What a check of repeats found, as ``verify --json`` prints it.
-
-    sound : whether nothing is wrong
-    interrupted : whether Ctrl-C ended it
-    """
-
-    sound: bool
-    interrupted: bool = False
 
 
 def statuses_in(folder: Path) -> Results:

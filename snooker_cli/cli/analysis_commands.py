@@ -82,6 +82,8 @@ def _print_records(records: api.Records, as_json: bool, every: bool, brief: bool
     """Print what holds for each point, and unless `brief` is wanted, tables and remarks."""
     if brief and records.unfinished:  # else it is among the remarks
         notice(f"{records.unfinished}; run the config again for the rest")
+    if records.warning:
+        notice(records.warning)
     remarks = [] if brief else records.remarks(every=every)
     print_result(records, as_json, records.lines(every=every, brief=brief), remarks)
 

@@ -47,7 +47,7 @@ def validate(config: ConfigPath, override: Overrides = None) -> None:
 
     The check includes the starting scene of every point.
     """
-    print_line(str(api.check(config, override)))
+    print_line(str(api.check_config(config, override)))
 
 
 def schema() -> None:

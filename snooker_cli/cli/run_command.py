@@ -2,7 +2,7 @@
 
 import os
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -39,27 +39,17 @@ def run(
     repeats at a time [1024]. Without a scheduler, --part 1/4 to --part 4/4 on several machines
     share the work and the folder.
     """
-    where: dict[str, Any] = {
-        "out": out,
-        "fresh": fresh,
-        "jobs": jobs,
-        "executor": executor,
-        "part": part,
-    }
+    request = api.Request(
+        config, override, out=out, fresh=fresh, jobs=jobs, executor=executor, part=part
+    )
     if dry_run:
-        plan = api.plan(config, override, **where)
+        plan = request.plan()
         if plan.change:
             notice(plan.change)
         print_result(plan, as_json, plan.lines)
         return
-    _, outcome = api.carry_out(
-        config,
-        override,
-        **where,
-        checkpoint=60 * checkpoint,
-        yes=yes,
-        progress=not no_progress,
-        processes=True,
+    outcome = request.carry_out(
+        checkpoint=60 * checkpoint, yes=yes, progress=not no_progress, processes=True
     )
     print_result(outcome, as_json, outcome.lines)
     if outcome.interrupted:
