@@ -412,6 +412,15 @@ def test_conditions_are_keywords(run: snooker.Run) -> None:
         run.where("cor")
 
 
+@pytest.mark.parametrize("key", ["quantity", "since", "size", "repeats", "replace", "self"])
+def test_conditions_are_no_other_arguments(key: str, run: snooker.Run, command: Snooker) -> None:
+    """A key that is an argument of the function, too."""
+    for name in ("fit", "compare", "plot", "animate", "export"):
+        ended = command(name, "small", "--where", f"{key}=9")
+        assert ended.code == 2
+        assert re.search("has no key|no point has", ended.err), ended.err
+
+
 @pytest.mark.parametrize(
     ("wrong", "sentence"),
     [

@@ -153,7 +153,7 @@ class Run(runs.Run):
         """Keywords for ``matching`` from texts: ``"cor>0.8"``, ``"cor=0.7:0.9"``, ``"cor=0.8,1"``.
 
         ``run.table(**run.where("cor>0.8"))`` has the points with these values. Raises
-        ``UserError``.
+        ``UserError``, and ``FigureError`` for a key that the config does not have.
         """
         from snooker_cli.api.where import chosen_values
 
@@ -371,6 +371,7 @@ class Run(runs.Run):
         self,
         out: str | PathLike[str] | None = None,
         repeats: Sequence[int] | None = None,
+        /,
         *,
         since: float = 0.0,
         until: float | None = None,

@@ -8,7 +8,7 @@ from typing import Any
 from snooker_cli.config.axes import option_values
 from snooker_cli.config.problems import PathError
 from snooker_cli.errors import IN_COMMAND, UserError
-from snooker_cli.figures.selection import distinct
+from snooker_cli.figures.selection import distinct, value_at
 from snooker_cli.runs import Run
 
 COMPARED = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
@@ -16,7 +16,10 @@ COMPARED["="] = operator.ge  # of the lower end of a range
 
 
 def chosen_values(run: Run, conditions: Sequence[str]) -> dict[str, Any]:
-    """What ``Run.where`` returns: a value of each key, or a tuple of several of the run's."""
+    """What ``Run.where`` returns: a value of each key, or a tuple of several of the run's.
+
+    Keys are those of the config, so that they are no other arguments of the methods of ``Run``.
+    """
     values_of_key: dict[str, Any] = {}
     for text in conditions:
         where = f"--where {text}" if IN_COMMAND.get() else f"where({text!r})"
@@ -24,6 +27,7 @@ def chosen_values(run: Run, conditions: Sequence[str]) -> dict[str, Any]:
         if not match:
             raise UserError(f"{where}: give KEY=VALUE, as in cor=0.8, cor=0.7:0.9, cor>0.8")
         key, sign, value = match.groups()
+        value_at(run.points[0], key)  # raises for a key that the experiment does not have
         try:
             if sign == "=" and value.count(":") != 1:
                 values = option_values(value, where)
