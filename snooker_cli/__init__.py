@@ -2,7 +2,29 @@
 
 TYPE_CHECKING = False  # type checkers take it as true; typing takes 10 ms to load
 if TYPE_CHECKING:
-    from snooker_cli.api import LivePage, Repeat, Run, live, new_scene, open, run, simulate
+    from snooker_cli.api import (
+        LivePage,
+        Outcome,
+        Plan,
+        Records,
+        Repeat,
+        Run,
+        SavedFigure,
+        Verdicts,
+        check_config,
+        figure_list,
+        live,
+        new_scene,
+        open,
+        plan,
+        run,
+        simulate,
+        statuses,
+        template,
+        templates,
+        write_report,
+        write_template,
+    )
     from snooker_cli.config import ConfigError
     from snooker_cli.containers import Box, Channel, Circle, PeriodicBox
     from snooker_cli.errors import (
@@ -18,7 +40,9 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-__all__ = ["LivePage", "Repeat", "Run", "live", "new_scene", "open", "run", "simulate"]
+__all__ = ["LivePage", "Outcome", "Plan", "Records", "Repeat", "Run", "SavedFigure", "Verdicts"]
+__all__ += ["check_config", "figure_list", "live", "new_scene", "open", "plan", "run", "simulate"]
+__all__ += ["statuses", "template", "templates", "write_report", "write_template"]
 __all__ += ["Box", "Channel", "Circle", "PeriodicBox", "Scene", "Trace"]
 __all__ += ["ConfigError", "FigureError", "RunError", "SceneError", "SnookerError"]
 __all__ += ["StoreError", "UserError"]

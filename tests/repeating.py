@@ -91,7 +91,7 @@ def contents(run: Run) -> dict[tuple[int, int], str]:
 
 def file_of(run: Run, point: int, repeat: int) -> Path:
     """The file that has a repeat, or would have it alone."""
-    return run.status(point, repeat).path
+    return run.status_of(point, repeat).path
 
 
 def bytes_of(directory: Path) -> dict[str, bytes]:

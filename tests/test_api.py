@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import csv
 import dataclasses
+import io
 import json
 import re
 import shutil
@@ -23,6 +24,7 @@ import snooker_cli as snooker
 from snooker_cli import api
 from snooker_cli.analysis.decay import decays
 from snooker_cli.config.yaml_document import document
+from snooker_cli.formatting import plain
 from snooker_cli.laws import Constant
 from snooker_cli.runs import progress
 from snooker_cli.runs.batch import RepeatResult
@@ -214,7 +216,7 @@ def test_swept_limits_texts_and_nulls_are_columns(here: Path) -> None:
 
 def test_only_repeats_that_are_there_have_rows(separate: Path) -> None:
     run = snooker.open("small")
-    run.status(1, 1).path.unlink()
+    run.status_of(1, 1).path.unlink()
     assert run.table()["point"].tolist() == [0, 0, 0, 1, 1]
     assert run.table()["repeat"].tolist() == [0, 1, 2, 0, 2]
     shutil.rmtree(separate / "point-0000")
@@ -283,6 +285,143 @@ def test_figures_fits_and_comparisons_are_those_of_the_commands(
 
 
 @pytest.mark.parametrize(
+    ("arguments", "result"),
+    [
+        ("run small.yaml --dry-run -j 2", lambda _: snooker.plan("small.yaml", jobs=2)),
+        ("ls", lambda _: snooker.statuses()),
+        ("show small", lambda run: run.status()),
+        ("show small --hash --point 1", lambda run: run.hashes(1)),
+        ("verify small --replay", lambda run: run.verify(replay=True)),
+        ("validate small.yaml", lambda _: snooker.check_config("small.yaml")),
+    ],
+)
+def test_commands_print_the_results_of_functions(
+    arguments: str, result: Callable[[snooker.Run], Any], run: snooker.Run, command: Snooker
+) -> None:
+    """As a text, and as JSON."""
+    expected = result(run)
+    assert command(*arguments.split()).out == f"{expected}\n"
+    if not arguments.startswith("validate"):
+        content, same = json.loads(command(*arguments.split(), "--json").out), plain(expected)
+        for each in (content, same):
+            if isinstance(each, dict):
+                each.pop("free_bytes", None)  # which other programs change
+        assert content == same
+
+
+def test_records_are_printed_as_the_tables_of_commands(
+    run: snooker.Run, command: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """But for the names of options."""
+    monkeypatch.setenv("COLUMNS", "100")
+    assert command("fit", "small").out == f"{run.fit()}\n"
+    compared = command("compare", "small").out
+    words = compared.replace("--all also", "every=True also").split()
+    assert str(run.compare()).split() == words != compared.split()
+    brief = run.compare(cor=1.0).text(brief=True)
+    assert command("compare", "small", "--where", "cor=1", "--brief").out == f"{brief}\n"
+    every = run.fit(quantity="temperature", model=["haff"])
+    assert {(row["quantity"], row["model"]) for row in every} == {("temperature", "haff")}
+    assert every.notes == [note for note in run.fit().notes if note in every.notes]
+    with pytest.raises(snooker.UserError, match="quantity nonsense: no quantity contains this"):
+        run.fit(quantity="nonsense")
+
+
+def test_a_plan_and_an_outcome_count_the_same(here: Path) -> None:
+    planned = snooker.plan("small.yaml")
+    assert (planned["to_do"], planned.change) == (6, "")
+    assert not Path("runs").exists()
+    made = snooker.run("small.yaml", part="1/1", checkpoint=1.0, progress=False)
+    assert made.outcome is not None
+    assert made.outcome.done == "6 of 6 repeats done"
+    assert sum(point["repeats"] for point in made.outcome["points"]) == 6
+    assert snooker.open("small").outcome is None
+    longer = snooker.plan("small.yaml", {"repeats": 4})
+    assert (longer["cached"], longer["to_do"]) == (6, 2)
+    assert "repeats from 3 to 4" in longer.change
+
+
+def test_hashes_are_those_of_the_repeat(run: snooker.Run) -> None:
+    (record,) = run.hashes(0, 2)
+    assert record["hashes"] == run[0, 2].hashes()
+
+
+def test_a_damaged_file_has_no_sound_verdict(separate: Path) -> None:
+    run = snooker.open("small")
+    assert run.verify().sound
+    run.status_of(1, 1).path.write_bytes(b"text")
+    verdicts = run.verify()
+    assert [(bad["point"], bad["repeat"]) for bad in verdicts["bad"]] == [(1, 1)]
+    assert not verdicts.sound
+
+
+def test_figures_are_saved_and_the_possible_ones_listed(run: snooker.Run) -> None:
+    seen: list[str] = []
+    figures = run.save_figures(
+        "energy-fit",
+        out="drawn",
+        formats=["pdf"],
+        size=(3, 2.5),
+        saved=lambda figure: seen.append(figure.name),
+        cor=0.85,
+    )
+    assert seen == ["energy-fit"]
+    (figure,) = figures
+    assert [path.name for path in figure.files] == [
+        "energy-fit-cor-0.85.pdf",
+        "energy-fit-cor-0.85.json",
+    ]
+    assert figure.caption == json.loads(figure.files[-1].read_text("utf-8"))["caption"]
+    names = [row["figure"] for row in snooker.figure_list()]
+    rows = {row["figure"]: row for row in run.possible_figures(cor=1.0)}
+    assert [*rows] == names
+    assert not rows["energy-fit"]["possible"]
+    assert "nothing decays" in rows["energy-fit"]["left_out"][0]
+
+
+def test_templates_are_written_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    config, schema = snooker.write_template("haff")
+    assert config.read_text("utf-8") == snooker.template("haff")
+    assert snooker.check_config(config)["points"] >= 1
+    assert json.loads(schema.read_text("utf-8"))["$schema"]
+    assert "configs/hard/ring" in snooker.templates(examples=True).keys() - snooker.templates()
+    with pytest.raises(snooker.UserError, match=r"exists already; give out=… for another name"):
+        snooker.write_template("haff")
+
+
+def test_a_repeat_is_exported_to_files_and_streams(run: snooker.Run, command: Snooker) -> None:
+    stream = io.StringIO()
+    run.export_events(stream, 1, 2)
+    assert stream.getvalue() == command("export", "small", "--point", "1", "--repeat", "2").out
+    run.export_states("states.csv", [0.0, 0.5], repeat=1)
+    run.export_states("same.csv", "0,0.5", repeat=1)
+    lines = Path("states.csv").read_text("utf-8").splitlines()
+    assert len(lines) == 1 + 2 * (1 + run[0, 1].scene.number)
+    assert Path("same.csv").read_text("utf-8").splitlines() == lines
+    with pytest.raises(snooker.UserError, match="exists already; give replace=True"):
+        run.export("states.csv", replace=False)
+    with pytest.raises(snooker.UserError, match="this file holds results of a run"):
+        run.export(run.status_of(0, 0).path)
+
+
+def test_conditions_are_keywords(run: snooker.Run) -> None:
+    assert run.where("cor>0.9") == {"cor": 1.0}
+    assert [point.index for point in run.matching(**run.where("cor>0.9"))] == [1]
+    with pytest.raises(snooker.UserError, match=r"where\('cor'\): give KEY=VALUE"):
+        run.where("cor")
+
+
+@pytest.mark.parametrize("key", ["quantity", "since", "size", "repeats", "replace", "self"])
+def test_conditions_are_no_other_arguments(key: str, run: snooker.Run, command: Snooker) -> None:
+    """A key that is an argument of the function, too."""
+    for name in ("fit", "compare", "plot", "animate", "export"):
+        ended = command(name, "small", "--where", f"{key}=9")
+        assert ended.code == 2
+        assert re.search("has no key|no point has", ended.err), ended.err
+
+
+@pytest.mark.parametrize(
     ("wrong", "sentence"),
     [
         (lambda run: run[0], r"run\[0\]: give a point and a repeat"),
@@ -293,6 +432,10 @@ def test_figures_fits_and_comparisons_are_those_of_the_commands(
         (lambda run: run.plot("energy", cor=0.1), "no point has cor = 0.1"),
         (lambda run: run.fit(since=-1), "there is no range of times from -1 s"),
         (lambda run: snooker.open("smal"), "the nearest is smal"),
+        (lambda run: run.save_figures("energy", size=(1, 1)), "^size 1x1: give width and height"),
+        (lambda run: run.save_figures("energy", formats=["gif"]), "^formats gif: give svg"),
+        (lambda run: snooker.plan(CONFIG, part="3/2"), "^part 3/2: give K/N"),
+        (lambda run: snooker.run(CONFIG, executor="mpi"), "^executor mpi: give threads"),
     ],
 )
 def test_what_a_user_gets_wrong_is_a_sentence(
@@ -415,8 +558,14 @@ def test_errors_name_arguments_of_python(run: snooker.Run, command: Snooker) -> 
 
 def test_all_options_that_errors_name_have_an_argument() -> None:
     """But for what only commands do, and for commands in backticks."""
-    package = Path(api.__file__).parent
-    of_commands = ("api.py", "cli", "validation", "runs/dask_executor.py", "runs/verification.py")
+    package = Path(api.__file__).parents[1]
+    of_commands = (
+        "api/wording.py",
+        "cli",
+        "validation",
+        "runs/dask_executor.py",
+        "runs/verification.py",
+    )
     named = set()
     for path in package.rglob("*.py"):
         if path.relative_to(package).as_posix().startswith(of_commands):

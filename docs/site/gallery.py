@@ -58,7 +58,7 @@ def main() -> None:
     (DOCS / "gallery").mkdir(exist_ok=True)
     page = [HEAD]
     for config, (changes, figures) in FIGURES_OF.items():
-        name, folder = Path(config).name, "" if "/" in config else "snooker_cli/cli/templates"
+        name, folder = Path(config).name, "" if "/" in config else "snooker_cli/config/templates"
         source = ROOT / folder / f"{config}.yaml"
         run = snooker.run(source, changes, out=ROOT / "build" / "gallery" / name, fresh=True)
         options = "".join(f" -o {key}={value}" for key, value in changes.items())

@@ -26,6 +26,8 @@ PAIRED = (
 )
 """What a reader of the errors of comparisons has to know."""
 
+MORE_COMPARED = "--all also has these errors and the formulas of the source report."
+
 
 def main_rows(rows: Records) -> Records:
     """Rows or notes that are printed without ``--all``."""

@@ -3,34 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
-from snooker_cli.analysis.run_analysis import RunAnalysis, comparisons, fits
-from snooker_cli.analysis.tables import (
-    PAIRED,
-    main_rows,
-    note_lines,
-    rows_with,
-    short_name,
-    table_lines,
+from snooker_cli import api
+from snooker_cli.api import EXAMPLES, make_folder
+from snooker_cli.cli.options import (
+    RUN,
+    AsJson,
+    Names,
+    RunName,
+    Where,
+    conditions,
+    flag,
+    option,
+    split,
 )
-from snooker_cli.cli.options import RUN, AsJson, Names, RunName, Where, conditions, flag, option
-from snooker_cli.cli.output import make_folder, make_own_folder, print_line, print_result
+from snooker_cli.cli.output import print_line, print_result
 from snooker_cli.cli.run_command import run as simulate
-from snooker_cli.config import EXAMPLES
-from snooker_cli.errors import RunError, UserError, check_name, notice
-from snooker_cli.figures import FIGURES
-from snooker_cli.figures.captions import unfinished
-from snooker_cli.figures.selection import Selection, matching
-from snooker_cli.formatting import listed
-from snooker_cli.runs import open_run
-from snooker_cli.runs.progress import counting
-from snooker_cli.runs.status import early_warning, run_status
+from snooker_cli.errors import RunError, notice
 
 All = Annotated[bool, flag("--all", "Print more columns and rows.")]
 Brief = Annotated[bool, flag("--brief", "Print what holds for each point, without tables.")]
@@ -57,9 +49,10 @@ def fit(
     error, the temperature, and A = 1 for the pressure, which the source report has. With --from,
     the amplitude is free. The results of all times are kept in RUN/analysis.json.
     """
-    analyse = partial(fits, since=since, until=math.inf if until is None else until)
-    notes = [SAMPLING, JUDGEMENT]
-    _print_analysis(run, where, quantity, model, analyse, as_json, every, brief, notes)
+    opened, end = api.open(run), math.inf if until is None else until
+    chosen = conditions(where, opened)
+    records = opened.fit(since, end, quantity=quantity or (), model=model or (), **chosen)
+    _print_records(records, as_json, every, brief)
 
 
 def compare(
@@ -79,49 +72,20 @@ def compare(
     mean and the formulas of the source report. The results are
     kept in RUN/analysis.json.
     """
-    footer = f"{PAIRED} --all also has these errors and the formulas of the source report."
-    _print_analysis(run, where, quantity, model, comparisons, as_json, every, brief, [footer])
+    opened = api.open(run)
+    chosen = conditions(where, opened)
+    records = opened.compare(quantity=quantity or (), model=model or (), **chosen)
+    _print_records(records, as_json, every, brief)
 
 
-def _print_analysis(
-    name: str,
-    where: Sequence[str] | None,
-    quantity: Sequence[str] | None,
-    model: Sequence[str] | None,
-    analyse: Callable[..., RunAnalysis],
-    as_json: bool,
-    every: bool,
-    brief: bool,
-    footer: list[str],
-) -> None:
-    """Analyse points of a run, print rows and notes or, as JSON, the rows, and save both in a file.
-
-    quantity, model : parts of the names that a row may have
-    every : also rows for few readers; without it they are printed if no others are wanted
-    brief : only what holds for each point
-    """
-    run = open_run(name)
-    selection = Selection(conditions(where, run))
-    points = matching(run, selection)
-    analysis = analyse(run, points=points, counting=counting)
-    rows, notes = analysis.rows, analysis.notes
-    for field, parts in {"quantity": quantity or [""], "model": model or [""]}.items():
-        names = dict.fromkeys(f"'{short_name(row[field])}'" for row in rows)  # some have commas
-        for part in parts:
-            if names and not rows_with(rows, field, [part]):
-                problem = f"--{field} {part}: no {field} contains this"
-                raise UserError(f"{problem}; there are {listed([*names])}")
-        rows, notes = rows_with(rows, field, parts), rows_with(notes, field, parts)
-    lines = table_lines(rows if every else main_rows(rows) or rows, every, brief)
-    if where or quantity or model or not lines:
-        footer = []
-    below = [*footer, *note_lines(notes if every else main_rows(notes), len(points))]
-    missing = unfinished(run, selection) if brief else ""  # else it is among the notes
-    if missing:
-        notice(f"{missing}; run the config again for the rest")
-    if warning := early_warning(run, points):
-        notice(warning)
-    print_result(rows, as_json, lines, [] if brief else below)
+def _print_records(records: api.Records, as_json: bool, every: bool, brief: bool) -> None:
+    """Print what holds for each point, and unless `brief` is wanted, tables and remarks."""
+    if brief and records.unfinished:  # else it is among the remarks
+        notice(f"{records.unfinished}; run the config again for the rest")
+    if records.warning:
+        notice(records.warning)
+    remarks = [] if brief else records.remarks(every=every)
+    print_result(records, as_json, records.lines(every=every, brief=brief), remarks)
 
 
 def report(
@@ -135,15 +99,8 @@ def report(
     say most, a film in the HTML page, and how to reproduce it. An appendix has the config, fits and
     comparisons. The same runs give the same bytes. The names of the written files are printed.
     """
-    asked = list(FIGURES) if figures == "all" else figures.split(",") if figures else []
-    for name in asked:
-        check_name(name, FIGURES, "figure", "snooker plot --list")
-    opened = [open_run(name) for name in dict.fromkeys(runs)]
-    from snooker_cli.report.run_report import run_report  # takes a second to load
-
-    folder = out or make_own_folder(opened[0].directory / "report")
-    make_folder(folder)
-    for path in run_report(opened, folder, notice, asked):
+    asked = figures if figures == "all" else split(figures)
+    for path in api.write_report(dict.fromkeys(runs), out, asked):
         print_line(str(path))
 
 
@@ -165,7 +122,7 @@ def reproduce(
     for name in RUNS:
         state = ""
         with suppress(RunError):
-            state = run_status(open_run(runs / name))["state"]
+            state = api.open(runs / name).status()["state"]
         if state != "done":
             simulate(EXAMPLES / f"{name}.yaml", out=runs / name)
     for path in build(runs, out, notice):

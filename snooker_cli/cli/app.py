@@ -144,6 +144,6 @@ def _root(
         bool, typer.Option("--version", help="Show the version.", callback=_version)
     ] = False,
 ) -> None:
-    from snooker_cli.runs.progress import showing_notices
+    from snooker_cli.api import showing_notices
 
     context.with_resource(showing_notices())

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from snooker_cli.api import make_folder
 from snooker_cli.cli.app import Command, Group
 from snooker_cli.cli.options import AsJson, flag, option
-from snooker_cli.cli.output import make_folder, print_line
+from snooker_cli.cli.output import print_line
 from snooker_cli.errors import ExitCode, notice
 
 if TYPE_CHECKING:

@@ -6,13 +6,10 @@ from typing import Annotated
 
 import typer
 
-from snooker_cli.cli.options import Overrides, Replace, flag, option
-from snooker_cli.cli.output import check_free, print_line
+from snooker_cli import api
+from snooker_cli.cli.options import Overrides, Replace, flag, option, split
+from snooker_cli.cli.output import print_line
 from snooker_cli.errors import UserError, notice
-from snooker_cli.files import write_text
-from snooker_cli.formatting import counted, point_label
-from snooker_cli.live_page import live_page, report_scene
-from snooker_cli.runs.starting_state import load
 
 
 def live(
@@ -44,20 +41,11 @@ def live(
     the first point. A page of snooker under the same name
     is replaced, another file is not. The name of the written file is printed.
     """
-    path = out or Path("gas.html")
-    if path.suffix.lower() != ".html":
-        raise UserError(f"--out {path}: give a name that ends in .html")
-    check_free(path, replace)
-    given = load(report_scene() if config is None else config, overrides or ())
-    chosen = None if controls is None else [name.strip() for name in controls.split(",")]
-    page = live_page(given, controls=chosen, beginner=beginner, language=language)
-    points = given.points()
-    if len(points) > 1:
-        first = point_label(points[0].as_json())
-        notice(
-            f"the page shows the first of {counted(len(points), 'point')}, {first}; -o sets others"
-        )
-    write_text(path, page, given=out is not None)
+    if out is not None and out.suffix.lower() != ".html":
+        raise UserError(f"--out {out}: give a name that ends in .html")
+    chosen = None if controls is None else split(controls)
+    page = api.live(config, overrides, controls=chosen, beginner=beginner, language=language)
+    path = page.save(out, replace=replace)
     print_line(str(path))
     if open_page and not webbrowser.open(path.resolve().as_uri()):
         notice(f"no browser could be started; open {path} yourself")

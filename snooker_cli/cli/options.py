@@ -1,17 +1,12 @@
 """Arguments and options that several commands share."""
 
-import operator
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from snooker_cli.config.axes import option_values
-from snooker_cli.config.problems import PathError
-from snooker_cli.errors import UserError
-from snooker_cli.runs import Run
+from snooker_cli import api
 
 
 def flag(name: str, text: str, **more: Any) -> Any:
@@ -53,33 +48,12 @@ Jobs = Annotated[
     int | None, option("N", "Repeats at a time [all cores].", "-j", "--jobs", min=1, max=1024)
 ]
 
-_COMPARED = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
-_COMPARED["="] = operator.ge  # of the lower end of a range
+
+def conditions(where: Sequence[str] | None, run: api.Run) -> dict[str, Any]:
+    """The conditions of ``--where``, as keywords."""
+    return run.where(*(where or ()))
 
 
-def conditions(where: Sequence[str] | None, run: Run) -> dict[str, Any]:
-    """The conditions of ``--where``: a value of each key, or a tuple of several of the run's."""
-    from snooker_cli.figures.selection import distinct  # loads SciPy, which `ls` does not need
-
-    values_of_key: dict[str, Any] = {}
-    for text in where or ():
-        match = re.fullmatch(r"\s*([^<>=\s]+)\s*([<>]=?|=)\s*(.*\S)\s*", text)
-        if not match:
-            raise UserError(f"--where {text}: give KEY=VALUE, as in cor=0.8, cor=0.7:0.9, cor>0.8")
-        key, sign, value = match.groups()
-        try:
-            if sign == "=" and value.count(":") != 1:
-                values = option_values(value, f"--where {text}")
-            else:
-                low, *high = map(float, value.split(":") if sign == "=" else [value])
-                numbers = [n for n in distinct(run.points, key) if isinstance(n, int | float)]
-                values = [
-                    n for n in numbers if _COMPARED[sign](n, low) and n <= min(high, default=n)
-                ]
-                values = values or [f"{sign}{value}".removeprefix("=")]  # which no point has
-        except PathError as error:
-            raise UserError(f"--where {text}: {error}") from None
-        except ValueError:
-            raise UserError(f"--where {text}: give numbers, as in cor=0.7:0.9 or cor>0.8") from None
-        values_of_key[key] = tuple(values) if len(values) > 1 else values[0]
-    return values_of_key
+def split(text: str | None) -> list[str]:
+    """The words between commas; none without a text."""
+    return [word.strip() for word in text.split(",")] if text else []

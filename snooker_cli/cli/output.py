@@ -2,42 +2,17 @@
 
 import errno
 import json
-import os
 import shutil
 import sys
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
-from tempfile import TemporaryFile
 from typing import Any
 
 import typer
 
-from snooker_cli.errors import UserError, drop
-from snooker_cli.files import own_folder
+from snooker_cli.errors import drop
 from snooker_cli.formatting import printable, text_table
-from snooker_cli.pages.html_page import is_page
-from snooker_cli.runs.folder import writing
-
-
-def make_folder(folder: Path) -> None:
-    """Make a folder before long work. Raises ``RunError`` if no file can be written there."""
-    with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        TemporaryFile(dir=folder).close()
-
-
-def make_own_folder(folder: Path) -> Path:
-    """Make a folder in that of a run. Raises ``RunError`` if it cannot be made, or is a link."""
-    with writing(folder.parent):
-        return own_folder(folder)
-
-
-def check_free(out: Path, replace: bool) -> None:
-    """Raise ``UserError`` if writing a file would replace one that is not a page of snooker."""
-    if os.path.lexists(out) and not replace and not is_page(out):
-        raise UserError(f"{out}: exists already", "give --replace, or --out for another name")
 
 
 @contextmanager
@@ -83,11 +58,3 @@ def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print rows under headings; the last column is wrapped to the terminal."""
     lines = text_table(headings, rows)
     print_wrapped(lines, indent=lines[0].rindex(headings[-1]))
-
-
-def first(
-    lines: Sequence[str], most: int = 201, rest: str = " points; --json prints all"
-) -> list[str]:
-    """The first lines, and how many more there are; by default of a table of points."""
-    more = len(lines) - most
-    return [*lines[:most], *([f"... and {more:,} more{rest}"] if more > 0 else [])]

@@ -24,6 +24,7 @@ from snooker_cli.config.problems import (
     in_words,
     key_path,
 )
+from snooker_cli.config.template_configs import EXAMPLES, SCHEMA_FILE
 from snooker_cli.config.yaml_document import Mark, YamlDocument, document, text_of
 from snooker_cli.errors import SceneError
 from snooker_cli.formatting import plain
@@ -35,12 +36,6 @@ __all__ += ["digest", "extends", "load", "parse", "points", "to_json", "validate
 StateReader = Callable[[Start], Mapping[str, Any]]
 """A state that a config starts from -> its ``balls``, ``container`` and ``start``, as a config has
 them. Raises ``SceneError`` with the key that is wrong."""
-
-_PACKAGE = Path(__file__).parents[1]
-EXAMPLES = next(filter(Path.is_dir, (_PACKAGE / "configs", _PACKAGE.parent / "configs")), _PACKAGE)
-"""The folder of the example configs: inside an installed package, at the top of a checkout."""
-
-SCHEMA_FILE = EXAMPLES / "schema.json"  # draft 2020-12, written by ``tests/make_schema.py``
 
 
 @dataclass(frozen=True)

@@ -101,7 +101,8 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
             logs = np.log([fitted_curve(fit, fine) for fit in converged])
         name = f"{model.label}, {repeats}: {text}"
         build.lines.append(Line(fine, np.exp(logs.mean(axis=0)), name, _SERIES[decay.law]))
-        numbers[model.key] = decay.fits[row].value
+        numbers[model.key], numbers[f"{model.key}_error"] = mean.value, mean.error
+        numbers[f"repeat_{model.key}"] = decay.fits[row].value
         numbers["fits"].append(decay.as_json())
     # An exponential leaves slower decays by many decades.
     least = min(values.min() for _, values in started) / 10 if log else 0.0

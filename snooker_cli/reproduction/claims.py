@@ -17,7 +17,7 @@ from snooker_cli.reproduction.printed import (
     temperature_apart,
     tiny_balls,
 )
-from snooker_cli.reproduction.results import Results
+from snooker_cli.reproduction.run_results import Results
 from snooker_cli.reproduction.source_values import ROUNDING, SOURCE_VALUES, OurValue
 
 SIGMAS = 2.0  # standard errors beyond which a difference is one

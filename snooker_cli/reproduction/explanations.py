@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from snooker_cli import Run
-from snooker_cli.reproduction.results import Results, complete_repeats, decays, estimate
+from snooker_cli.reproduction.run_results import Results, complete_repeats, decays, estimate
 from snooker_cli.reproduction.source_values import (
     COEFFICIENTS,
     SOURCE_VALUES,

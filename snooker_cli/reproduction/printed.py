@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 from snooker_cli import Circle, theory
 from snooker_cli.formatting import listed, ratio, short, with_error
 from snooker_cli.reproduction.explanations import FACTOR
-from snooker_cli.reproduction.results import SETTLED, Results
+from snooker_cli.reproduction.run_results import SETTLED, Results
 from snooker_cli.reproduction.source_values import (
     COEFFICIENTS,
     ROUNDING,

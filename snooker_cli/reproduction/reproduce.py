@@ -18,7 +18,7 @@ from snooker_cli.report.document import Pages
 from snooker_cli.reproduction.claims import CLAIMS, check, decay_factors
 from snooker_cli.reproduction.explanations import explain
 from snooker_cli.reproduction.printed import KEYS, comparison, statements
-from snooker_cli.reproduction.results import SETTLED, WINDOWS, Results, results
+from snooker_cli.reproduction.run_results import SETTLED, WINDOWS, Results, results
 from snooker_cli.reproduction.source_values import LORD, TARGETS, TITLE, text_of_file
 from snooker_cli.validation import accuracy_study
 from snooker_cli.validation.physics_study import walls

@@ -204,7 +204,7 @@ def _simulated_long(
     the repeat begins again.
     """
     run, point = job.run, batch.point
-    path, older = run.path(*batch), run.status(point, repeat)
+    path, older = run.path(*batch), run.status_of(point, repeat)
     started, seconds, checkpoint = datetime.now(UTC), 0.0, None
     if older.state is RepeatState.INTERRUPTED and older.header is not None and older.path == path:
         try:

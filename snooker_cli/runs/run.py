@@ -183,7 +183,7 @@ class Run:
 
     def read(self, point: Point, repeat: int) -> Trace:
         """A repeat. Raises ``StoreError`` if it cannot be read or is not of this run."""
-        status = self.status(point.index, repeat)
+        status = self.status_of(point.index, repeat)
         return self._read(status.path, [status])[0]
 
     def _read(self, path: Path, statuses: Sequence[RepeatStatus]) -> list[Trace]:
@@ -199,7 +199,7 @@ class Run:
             return read()
         return MEMORY.get(("traces", path, numbers, info), read)
 
-    def status(self, point: int, repeat: int) -> RepeatStatus:
+    def status_of(self, point: int, repeat: int) -> RepeatStatus:
         """Whether a repeat is done, by the header of its file."""
         return self.statuses(point)[repeat]
 

@@ -75,7 +75,7 @@ def _read(start: Start) -> tuple[Trace, str]:
         if number >= end:
             there = f"{run.name} has {counted(end, key)}, from 0 to {end - 1}"
             raise SceneError(f"start.{key}", f"there is no {key} {number}; {there}")
-    status, which = run.status(start.point, start.repeat), f"repeat {start.repeat} of {run.name}"
+    status, which = run.status_of(start.point, start.repeat), f"repeat {start.repeat} of {run.name}"
     if status.header is None or status.state is RepeatState.MISSING:
         raise SceneError("start.repeat", f"{which} is not there yet; run its config first")
     if start.time is None and status.header.stop.reason is StopReason.INTERRUPTED:

@@ -322,7 +322,7 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
     and ``StoreError`` for a file that cannot be used.
     """
     run.chosen(point, repeat)
-    status = run.status(point, repeat)
+    status = run.status_of(point, repeat)
     status.accept()
     ((trace, header),) = store.read(status.path, [repeat])
     if key := unsupported_key(trace.start):

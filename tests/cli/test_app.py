@@ -13,11 +13,10 @@ import pytest
 from command_line import Snooker
 from config_texts import BASE
 
+from snooker_cli.api import Run
 from snooker_cli.cli import main
 from snooker_cli.cli.app import COMMANDS, HIDDEN, loaded
-from snooker_cli.cli.options import conditions
 from snooker_cli.config import parse
-from snooker_cli.runs import Run
 
 HEAVY = {"numba", "numpy", "scipy", "matplotlib", "h5py", "pydantic", "yaml", "jinja2", "typst"}
 NUMBERS = ("0", "-1", "1" + 40 * "0", "1e999", "nan", "inf", "", "x")
@@ -40,6 +39,21 @@ def test_help_lists_the_commands_without_loading_heavy_libraries() -> None:
     modules = {name.partition(".")[0] for name in done.stderr.split()}
     assert "typer" in modules
     assert not modules & HEAVY
+
+
+def test_the_list_of_runs_loads_no_heavy_libraries(tmp_path: Path) -> None:
+    script = (
+        "import sys\n"
+        "from snooker_cli.cli.app import app\n"
+        "app(['ls', '.'], standalone_mode=False)\n"
+        "print(*sys.modules)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    modules = {name.partition(".")[0] for name in done.stdout.split()}
+    assert "snooker_cli" in modules
+    assert not modules & {"numba", "scipy", "matplotlib"}
 
 
 def test_bash_completes_commands_and_options(
@@ -153,5 +167,5 @@ def test_values_that_fulfil_a_condition(text: str, chosen: object) -> None:
     """Of a range, those of the run's points that are numbers."""
     loaded_config = parse(BASE, "run.yaml", ["cor=0.7,0.75,0.8,0.9", "wall_cor=null,0,0.5,1"])
     run = Run(Path(), loaded_config.experiment, loaded_config.points())
-    ((_, found),) = conditions([text], run).items()
+    ((_, found),) = run.where(text).items()
     assert found == chosen

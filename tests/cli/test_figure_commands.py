@@ -14,6 +14,7 @@ import pytest
 from command_line import Snooker
 
 from snooker_cli import runs
+from snooker_cli.api import drawings
 from snooker_cli.cli import figure_commands
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.figures import FIGURES, Selection
@@ -39,7 +40,7 @@ def test_animate_writes_a_page_and_prints_that_it_leaves_out_collisions(
     assert data["subtitle"] == "cor=1.0, 7 balls, repeat 2"
     assert data["title"] == "small"
     assert (data["before"], data["collisions"]) == (0, 150)
-    monkeypatch.setattr(figure_commands, "MOST_COLLISIONS", 100)
+    monkeypatch.setattr("snooker_cli.animation.MOST_COLLISIONS", 100)
     short = ("animate", "small", "--point", "1", "--out", "film.html", "--pace", "events")
     assert "after 100 collisions" in snooker(*short).err
     ended = snooker(*short, "--collisions", "20", "--from", "0.5", "--seconds", "5")
@@ -89,8 +90,8 @@ def test_the_list_of_figures_opens_no_result(
 def test_without_names_figures_of_single_points_are_few(
     finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(figure_commands, "MOST_SERIES", 1)
-    monkeypatch.setattr(figure_commands, "FIGURES", {"tagged-path": FIGURES["tagged-path"]})
+    monkeypatch.setattr(drawings, "MOST_SERIES", 1)
+    monkeypatch.setattr(drawings, "FIGURES", {"tagged-path": FIGURES["tagged-path"]})
     few = snooker("plot", "small", "--format", "svg")
     assert few.out.split() == [
         f"runs/small/figures/tagged-path-cor-0.85.{ending}" for ending in ("svg", "json")

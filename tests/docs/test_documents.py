@@ -30,8 +30,8 @@ from snooker_cli import __version__
 from snooker_cli.analysis.comparison import compare
 from snooker_cli.analysis.decay import decays
 from snooker_cli.cli.app import COMMANDS, loaded
-from snooker_cli.cli.config_commands import templates
 from snooker_cli.config import digest, load, parse
+from snooker_cli.config.template_configs import templates
 from snooker_cli.engine.simulation import simulate_batch
 from snooker_cli.errors import ExitCode
 from snooker_cli.figures import FIGURES, Selection

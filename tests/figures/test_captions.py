@@ -65,7 +65,8 @@ def test_figures_of_an_unfinished_run(broken: Run, decaying: Run) -> None:
     assert np.isnan(layers(means, Points)[0].y_error).tolist() == [False, True]  # of one repeat
     fit = shown(broken, "energy-fit", cor=0.9)
     assert fit.numbers["repeat"] == 2
-    assert fit.numbers["k"] == shown(decaying, "energy-fit", repeat=2, cor=0.9).numbers["k"]
+    whole = shown(decaying, "energy-fit", repeat=2, cor=0.9)
+    assert fit.numbers["repeat_k"] == whole.numbers["repeat_k"]
     assert "no repeat is there yet" in why_not(broken, "energy", cor=1.0)
     assert "repeat 0 is not there yet" in why_not(broken, "energy", repeat=0, cor=0.9)
 

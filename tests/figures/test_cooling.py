@@ -60,7 +60,8 @@ def test_fits_are_those_of_the_repeat_and_of_all(
         (row,) = (row for row in found.numbers["fits"] if row["model"] == law)
         assert row == decay.as_json()
         assert (row["value"], row["error"], row["repeats"]) == (over.value, over.error, 3)
-        assert found.numbers[model.key] == results[1].value
+        assert found.numbers[model.key] == over.value
+        assert found.numbers[f"repeat_{model.key}"] == results[1].value
         logs = np.log([fitted_curve(result, line.x) for result in results])
         assert line.y == pytest.approx(np.exp(logs.mean(axis=0)), rel=1e-12)
         sign = symbol if law == "exponential" else model.symbol

@@ -53,10 +53,10 @@ def test_checkpoints_do_not_change_a_bit(
     monkeypatch.setattr(simulation, "CHUNK", PIECE)
     run = made(tmp_path / "pieces", text, *overrides)
     interrupts = 0
-    while run.status(0, 0).state is not RepeatState.DONE:
+    while run.status_of(0, 0).state is not RepeatState.DONE:
         (result,) = stopped(run, 2 * PIECE + 1, interval=0.0)
         assert result.error is None
-        interrupts += run.status(0, 0).state is RepeatState.INTERRUPTED
+        interrupts += run.status_of(0, 0).state is RepeatState.INTERRUPTED
     assert interrupts >= 2
     assert contents(run) == contents(whole)
     with pytest.raises(StoreError):  # a repeat that is done has none

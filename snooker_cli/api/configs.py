@@ -1,0 +1,112 @@
+"""Configs: templates of them, and the check of one."""
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from snooker_cli.api.results import Result
+from snooker_cli.api.wording import LIST_TEMPLATES, in_python
+from snooker_cli.config import SCHEMA_FILE, Experiment, Loaded, Point, template_configs
+from snooker_cli.errors import UserError, check_name
+from snooker_cli.files import write_text
+from snooker_cli.formatting import plain
+from snooker_cli.runs import starting_state
+from snooker_cli.runs.plan import SceneClass, checked
+from snooker_cli.runs.progress import reporting
+
+Config: TypeAlias = str | PathLike[str] | Mapping[str, Any]
+"""A YAML file, or the same keys as a dict."""
+
+Overrides: TypeAlias = Mapping[str, Any] | Iterable[str] | None
+"""Values of keys, or texts such as ``cor=0.8`` as the option ``-o`` has them."""
+
+
+@in_python()
+def load(config: Config, overrides: Overrides = None) -> Loaded:
+    """The experiment of a config, with the document that it comes from. Raises ``ConfigError``."""
+    if isinstance(overrides, Mapping):
+        overrides = [_override(key, value) for key, value in overrides.items()]
+    return starting_state.load(config, overrides or ())
+
+
+def _override(key: str, value: Any) -> str:
+    """An override as ``-o`` has it."""
+    if isinstance(value, str):
+        return f"{key}={value}"
+    values = plain(value)
+    return f"{key}={','.join(map(json.dumps, values if isinstance(values, list) else [values]))}"
+
+
+def with_scenes(
+    config: Config, overrides: Overrides
+) -> tuple[Experiment, tuple[Point, ...], list[SceneClass]]:
+    """The experiment of a config, its points, and the classes of their starting scenes.
+
+    Raises ``ConfigError``, also for a scene that cannot exist.
+    """
+    loaded = load(config, overrides)
+    with reporting() as show:
+        return loaded.experiment, *checked(loaded, show)
+
+
+@in_python()
+def check_config(config: Config, overrides: Overrides = None) -> Result:
+    """Check a config, with the starting scene of every point; what ``validate`` prints.
+
+    config, overrides : as of ``run``
+
+    ``points``, ``repeats`` of each, and ``balls``, the least and the largest number of them. Raises
+    ``ConfigError``.
+    """
+    experiment, points, scene_classes = with_scenes(config, overrides)
+    balls = sorted({number for scenes in scene_classes for number in scenes.balls})
+    number, repeats = len(points), experiment.repeats
+    fewest = f"{balls[0]} to " if balls[1:] else ""
+    name = "{…}" if isinstance(config, Mapping) else config
+    line = f"{name}: valid; points: {number:,}, repeats of each: {repeats}, balls: "
+    content = {"points": number, "repeats": repeats, "balls": [balls[0], balls[-1]]}
+    return Result(content, [f"{line}{fewest}{balls[-1]}"])
+
+
+def templates(*, examples: bool = False) -> dict[str, str]:
+    """The names of commented configs, and what each is for.
+
+    examples : also those of configs/: of the reproduction, and scenes that are hard to simulate
+    """
+    return {name: template_configs.purpose(path) for name, path in _paths(examples).items()}
+
+
+def _paths(with_examples: bool = True) -> dict[str, Path]:
+    return template_configs.templates() | (template_configs.examples() if with_examples else {})
+
+
+@in_python()
+def template(name: str) -> str:
+    """The text of a template or an example, for ``yaml.safe_load``. Raises ``UserError``."""
+    check_name(name, _paths(), "template", LIST_TEMPLATES)
+    return template_configs.template_text(_paths()[name])
+
+
+@in_python()
+def write_template(name: str, out: str | PathLike[str] | None = None) -> list[Path]:
+    """Write a template or an example, and the schema for editors beside it; both files.
+
+    out : the config [the name and .yaml]
+
+    Raises ``UserError`` if there is such a file, or no such template.
+    """
+    text, path = template(name), Path(out or f"{name}.yaml")
+    if os.path.lexists(path):
+        raise UserError(f"{path}: exists already", "give --out for another name")
+    write_text(path, template_configs.renamed(text, name, path.stem))
+    schema = path.with_name(template_configs.SCHEMA)
+    write_text(schema, schema_text())
+    return [path, schema]
+
+
+def schema_text() -> str:
+    """The JSON schema of configs, for editors."""
+    return SCHEMA_FILE.read_text("utf-8")

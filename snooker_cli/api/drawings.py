@@ -1,0 +1,203 @@
+"""Figures of a run as files, and which figures a run can give."""
+
+import logging
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from snooker_cli.analysis.run_analysis import shorter_note
+from snooker_cli.api.output_files import make_own_folder
+from snooker_cli.api.results import SavedFigure
+from snooker_cli.api.wording import LIST_FIGURES, first, in_python_words
+from snooker_cli.errors import FigureError, UserError, check_name
+from snooker_cli.figures import FIGURES, FigureData, Selection, selected
+from snooker_cli.figures.captions import unfinished
+from snooker_cli.figures.registry import figures_of, possible
+from snooker_cli.figures.selection import MOST_SERIES, begun, matching
+from snooker_cli.formatting import listed, point_label, text_table, with_error
+from snooker_cli.runs import Run
+from snooker_cli.runs.folder import writing
+from snooker_cli.runs.progress import reporting
+from snooker_cli.runs.status import early_warning
+
+FORMATS = ("svg", "png", "pdf")
+GIVEN = "temperature", "area", "packing"  # in tables only where they differ between points
+MOST_PIXELS = 10_000  # of a side of a PNG, which then takes 400 MB of memory
+
+_log = logging.getLogger(__name__)
+
+
+def registry() -> list[dict[str, Any]]:
+    """What ``snooker.figure_list`` returns."""
+    return [
+        {
+            "figure": spec.name,
+            "title": spec.title,
+            "needs": spec.needs,
+            "report_figures": list(spec.report_figures),
+        }
+        for spec in FIGURES.values()
+    ]
+
+
+def check_names(names: Iterable[str]) -> None:
+    """Raise ``UserError`` for a name that no figure has."""
+    for name in names:
+        check_name(name, FIGURES, "figure", LIST_FIGURES)
+
+
+def possible_figures(run: Run, names: Sequence[str], selection: Selection) -> list[dict[str, Any]]:
+    """What ``Run.possible_figures`` returns."""
+    check_names(names)
+    points = begun(run, selection)
+    return [
+        {
+            "figure": name,
+            "title": FIGURES[name].title,
+            "possible": fits,
+            "left_out": [_left_out(name, *reason, len(points), fits) for reason in why.items()],
+        }
+        for name, fits, why in possible(dict.fromkeys(names or FIGURES), points)
+    ]
+
+
+def save_figures(
+    run: Run,
+    names: Sequence[str],
+    out: Path | None,
+    selection: Selection,
+    *,
+    formats: Sequence[str],
+    size: str | Sequence[float] | None,
+    dpi: int | None,
+    saved: Callable[[SavedFigure], None],
+) -> list[SavedFigure]:
+    """What ``Run.save_figures`` does."""
+    check_names(names)
+    if not set(formats) <= set(FORMATS):
+        raise UserError(
+            f"--format {','.join(formats)}: give svg, png or pdf, or several with commas"
+        )
+    how = formats, _inches(size, dpi), dpi
+    wanted = list(dict.fromkeys(names or FIGURES))
+    _warn_of_missing(run, selection)
+    most = None if names or selection.where else MOST_SERIES
+    drawn: list[SavedFigure] = []
+    impossible: Counter[tuple[str, str]] = Counter()
+    for name, stem, figure in _with_progress(run, wanted, selection, most):
+        if isinstance(figure, FigureError):
+            impossible[name, str(figure)] += 1
+            continue
+        folder = make_own_folder(run.figures_folder) if out is None else out
+        files = _save(figure, folder / stem, *how)
+        drawn.append(SavedFigure(name, files, figure.caption, _table(figure)))
+        saved(drawn[-1])
+    names_drawn = list(dict.fromkeys(figure.name for figure in drawn))
+    single = [name for name in names_drawn if FIGURES[name].each_point]
+    if most and single and len(run.points) > most:
+        rest = in_python_words("--where or names of figures draw the others")
+        few = f"{listed(single)}: drawn for {most} of {len(run.points):,} points, evenly chosen"
+        _log.warning("%s; %s", few, rest)
+    if names or not drawn:
+        for (name, reason), times in impossible.items():
+            others = name in names_drawn
+            _log.warning("%s", _left_out(name, reason, times, len(run.points), others))
+    missing = [name for name in wanted if name not in names_drawn]
+    if missing and (names or not drawn):
+        raise UserError(f"{run.name} cannot give {', '.join(missing)}; see the reasons above")
+    return drawn
+
+
+def _with_progress(
+    run: Run, names: list[str], selection: Selection, most: int | None
+) -> Iterator[tuple[str, str, FigureData | FigureError]]:
+    """``figures_of``, while a terminal shows which repeat is read."""
+    figures = figures_of(run, names, selection, lambda text: show(text), most)
+    while True:
+        with reporting() as show:  # not while lines are printed
+            figure = next(figures, None)
+        if figure is None:
+            return
+        yield figure
+
+
+def _left_out(name: str, reason: str, times: int, total: int, others: bool) -> str:
+    """Why a figure is missing; ``others`` if it is there for other points."""
+    where = f" at {times:,} of {total:,} points" if others else ""
+    return f"{name} left out{where}: {in_python_words(reason)}"
+
+
+def _save(figure: FigureData, stem: Path, *how: Any) -> tuple[Path, ...]:
+    from snooker_cli.figures.drawing import save  # loads matplotlib
+
+    with writing(stem.parent):
+        return tuple(save(figure, stem, *how))
+
+
+def _warn_of_missing(run: Run, selection: Selection) -> None:
+    """Warn of repeats that are missing or shorter than the extended run, and of early ends."""
+    wanted = matching(run, selection)
+    with reporting() as show:
+        for number, point in enumerate(wanted, 1):
+            show(f"reading the files of point {number:,} of {len(wanted):,}")
+            run.statuses(point.index)  # which stay in memory
+    points = selected(run, selection)
+    if missing := unfinished(run, selection):
+        _log.warning("%s; run the config again for the rest", missing)
+    present = sum(len(run.present(point)) for point in points)
+    for sentence in (
+        shorter_note(sum(map(run.shorter, points)), present),
+        early_warning(run, points),
+    ):
+        if sentence:
+            _log.warning("%s", sentence)
+
+
+def _table(figure: FigureData) -> tuple[str, ...]:
+    """The numbers of the figure: a line for each, and a table if there are several points."""
+    rows: Sequence[Mapping[str, Any]] = figure.numbers.get("points", [])
+    several = len(rows) > 1
+    lines = [line for row in rows for line in _numbers(row)] if not several else _of_points(rows)
+    return tuple([*lines, *_numbers(figure.numbers)])
+
+
+def _numbers(values: Mapping[str, Any]) -> list[str]:
+    """``name = value ± error`` of the numbers that are no list."""
+    return [
+        f"{name.replace('_', ' ')} = {with_error(value, values.get(f'{name}_error'))}"
+        for name, value in values.items()
+        if isinstance(value, float) and not name.endswith("_error")
+    ]
+
+
+def _of_points(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The numbers of several points as a table."""
+    parameters = [row["parameters"] for row in rows]
+    varying = [
+        key for key, value in parameters[0].items() if any(p[key] != value for p in parameters)
+    ]
+    headings = ["point"]
+    columns = [[point_label({key: values[key] for key in varying}) for values in parameters]]
+    for name in [name for name in rows[0] if isinstance(rows[0][name], float)]:
+        cells = [with_error(row.get(name), row.get(f"{name}_error")) for row in rows]
+        if not name.endswith("_error") and (name not in GIVEN or len(set(cells)) > 1):
+            headings.append(f">{name.replace('_', ' ')}")
+            columns.append(cells)
+    lines = text_table(headings, [*zip(*columns, strict=True)])
+    return first(lines, noun=" points in the JSON file", rest="")
+
+
+def _inches(size: str | Sequence[float] | None, dpi: int | None) -> tuple[float, float] | None:
+    """Width and height of a figure. Raises ``UserError``."""
+    if size is None:
+        return None
+    text = size if isinstance(size, str) else "x".join(map(str, size))
+    match = re.fullmatch(r"(\d*\.?\d+)x(\d*\.?\d+)", text)
+    sides = (float(match[1]), float(match[2])) if match else None
+    if sides is None or not all(1.5 <= side <= 50 for side in sides):
+        raise UserError(f"--size {text}: give width and height from 1.5 to 50 inches, as in 6x4")
+    if dpi and max(sides) * dpi > MOST_PIXELS:
+        raise UserError(f"--size {text} --dpi {dpi}: give at most {MOST_PIXELS:,} pixels a side")
+    return sides

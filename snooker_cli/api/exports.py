@@ -1,0 +1,154 @@
+"""Results of a run for other programs: its table, and collisions or states of a repeat."""
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from itertools import chain
+from os import PathLike
+from pathlib import Path
+from typing import Any, TextIO, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from snooker_cli import export, store
+from snooker_cli.api.output_files import check_free, check_no_results
+from snooker_cli.config import Point, to_json
+from snooker_cli.config.axes import MAX_POINTS, option_values
+from snooker_cli.config.problems import PathError
+from snooker_cli.engine import replayed
+from snooker_cli.errors import UserError
+from snooker_cli.runs import RepeatStatus, Run
+from snooker_cli.runs.progress import counting
+
+Target: TypeAlias = str | PathLike[str] | TextIO
+"""A file by its name, or a stream that gets CSV."""
+
+UNITS = {"time": "s", "temperature": "J", "pressure": "Pa m", "mean_speed": "m s-1"}
+UNITS |= {"k": "s-1", "alpha": "s-1"}
+UNITS |= {"wall_energy": "J", "lost_energy": "J", "stationary_from": "s"}
+"""Of the columns of ``Run.table`` that have one."""
+
+TABLES = (".csv", ".parquet")  # files of columns
+
+
+def table_of(run: Run, points: tuple[Point, ...]) -> dict[str, NDArray[Any]]:
+    """What ``Run.table`` gives for points."""
+    from snooker_cli.analysis.run_analysis import results
+
+    tables: list[dict[str, list[Any]]] = []
+    for point, columns in zip(points, results(run, points, counting), strict=True):
+        if not columns:
+            continue
+        own = {"repeat": run.present(point)} | columns
+        number = len(own["repeat"])
+        swept = {
+            f"config.{key}" if key in own else key: [value] * number
+            for key, value in point.parameters
+        }
+        tables.append({"point": [point.index] * number} | swept | own)
+    return {
+        name: _column(list(chain.from_iterable(table[name] for table in tables)))
+        for name in tables[0]
+    }
+
+
+def _column(values: list[Any]) -> NDArray[Any]:
+    """Values as an array: numbers with nan for null, or texts."""
+    if all(value is None or isinstance(value, int | float) for value in values):
+        return np.array([math.nan if value is None else value for value in values])
+    return np.array([text if isinstance(text, str) else json.dumps(text) for text in values])
+
+
+def check_target(out: Target, formats: Iterable[str], replace: bool) -> str:
+    """The format of a target, as its ending. Raises ``UserError``."""
+    if not isinstance(out, str | PathLike):
+        return ".csv"
+    path = Path(out)
+    check_no_results(path)
+    if path.suffix.lower() not in formats:
+        raise UserError(f"--out {path}: give a name in .csv, .parquet, .h5md, .h5 or .xyz")
+    check_free(path, replace)
+    return path.suffix.lower()
+
+
+def write(
+    out: Target,
+    units: Mapping[str, str],
+    tables: Iterable[export.Table],
+    about: Mapping[str, Any],
+) -> None:
+    """Write tables to a file or as CSV to a stream; ``about`` is for a Parquet file."""
+    if isinstance(out, str | PathLike):
+        export.write_table(Path(out), units, tables, about)
+    else:
+        out.writelines(export.csv_lines(units, tables))
+
+
+def export_table(run: Run, out: Target, points: tuple[Point, ...], replace: bool) -> None:
+    """What ``Run.export`` does."""
+    check_target(out, TABLES, replace)
+    rows = table_of(run, points)
+    units = {name: UNITS.get(name, "") for name in rows}
+    write(out, units, [rows], {"config": to_json(run.experiment)})
+
+
+def export_events(run: Run, out: Target, point: int, repeat: int, replace: bool) -> None:
+    """What ``Run.export_events`` does. Memory stays bounded: the file is read in parts."""
+    check_target(out, TABLES, replace)
+    status = _recorded(run, point, repeat, "events")
+    (header,) = (header for header in store.check(status.path) if header.repeat == repeat)
+    pieces = (events for _, events in store.read_events(status.path, [repeat]))
+    about = {"events": header.collisions} | export.origin(header)
+    write(out, export.EVENTS, map(export.events_table, pieces), about)
+
+
+def export_states(
+    run: Run,
+    out: Target,
+    times: ArrayLike | str | None,
+    frames: int | None,
+    point: int,
+    repeat: int,
+    replace: bool,
+) -> None:
+    """What ``Run.export_states`` does."""
+    ending = check_target(out, (*TABLES, *export.STATES_FORMATS), replace)
+    if times is not None and frames is not None:
+        raise UserError("--times and --frames both choose times", "give one of them")
+    status = _recorded(run, point, repeat, "states")
+    ((trace, header),) = store.read(status.path, [repeat])
+    moments = _times(times, frames, trace.stop.time)
+    try:
+        batches = replayed(trace, moments)
+    except ValueError as error:
+        raise UserError(f"--times: {error}") from None
+    if isinstance(out, str | PathLike) and ending in export.STATES_FORMATS:
+        export.write_states(Path(out), trace.start, header, moments, batches)
+        return
+    about = {"frames": len(moments)} | export.origin(header)
+    write(out, export.STATES, map(export.states_table, batches), about)
+
+
+def _recorded(run: Run, point: int, repeat: int, what: str) -> RepeatStatus:
+    """The status of a repeat that has events. Raises ``UserError`` or ``StoreError``."""
+    if not run.chosen(point, repeat).experiment.keeps_events:
+        problem = f"{run.name} was run with `record: summary`: it has no {what} to export"
+        raise UserError(problem, "give --table, or run the config with `record: events`")
+    status = run.status_of(point, repeat)
+    status.accept()
+    return status
+
+
+def _times(times: ArrayLike | str | None, frames: int | None, end: float) -> NDArray[np.float64]:
+    """The times of the states, s. Raises ``UserError``."""
+    if times is None:
+        return np.linspace(0.0, end, frames or 2)
+    if not isinstance(times, str):
+        return np.atleast_1d(np.asarray(times, dtype=np.float64))
+    with suppress(PathError, TypeError, ValueError):
+        if values := option_values(times, f"--times {times}"):
+            return np.array([float(value) for value in values])  # type: ignore[arg-type]
+    ways = f"give times in s as 0,0.5,1 or as start:stop:count, at most {MAX_POINTS:,}"
+    raise UserError(f"--times {times}: {ways}")

@@ -1,0 +1,178 @@
+"""A repeat of a run, or a simulation without files: its collisions, states and observables."""
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import chain
+from os import PathLike
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from snooker_cli import engine, export
+from snooker_cli.api.wording import in_python
+from snooker_cli.config import Point
+from snooker_cli.engine import States
+from snooker_cli.errors import FigureError, UserError
+from snooker_cli.files import write_text
+from snooker_cli.formatting import point_label
+from snooker_cli.pages.html_page import in_notebook
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Events, Stop, Trace, event_hashes
+
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Repeat:
+    """A repeat of a run, or a simulation without files.
+
+    trace : all that is stored of it
+    point, number : its point and its number there; ``None`` for a simulation without files
+    """
+
+    trace: Trace
+    point: Point | None = None
+    number: int | None = None
+
+    @property
+    def _name(self) -> str:
+        if self.point is None:
+            return "simulation"
+        return f"repeat {self.number} of {point_label(self.point.as_json())}"
+
+    def __repr__(self) -> str:
+        return f"<{self._name}: {self.stop.message}>"
+
+    @property
+    def scene(self) -> Scene:
+        """The scene at the start."""
+        return self.trace.start
+
+    @property
+    def stop(self) -> Stop:
+        """How it ended: ``reason``, ``time`` (s), ``balls`` and ``message``."""
+        return self.trace.stop
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The swept keys and their values; none without a sweep."""
+        return {} if self.point is None else dict(self.point.parameters)
+
+    @cached_property
+    def events(self) -> "np.recarray[Any, Any]":
+        """All collisions in order: ``time`` (s), ``i``, ``j`` and ``impulse`` (kg m/s).
+
+        j is −1 for the container and −2 for a slide along the wall. Raises ``UserError`` for a
+        repeat that was recorded as a summary.
+        """
+        return _records(export.events_table(self._recorded()))
+
+    def states(self, times: ArrayLike) -> States:
+        """Places and velocities at times (s, ascending), just after a collision at that time.
+
+        The fields are ``time`` (*t*,), ``positions`` and ``velocities`` (*t*, *N*, 2), and
+        ``container_positions`` and ``container_velocities`` (*t*, 2), in s, m and m/s. They have
+        the bits of the simulation. Raises ``UserError`` for times that do not ascend within 0 and
+        the end, and for a summary.
+        """
+        return self._replayed(lambda: engine.replay(self.trace, np.atleast_1d(times)))
+
+    def hashes(self) -> list[tuple[int, str]]:
+        """Numbers of collisions, and the SHA-256 of as many: the first 1,000, 10,000 … and all.
+
+        Repeats with the same hash have the same collisions to the bit. Raises ``UserError`` for a
+        summary.
+        """
+        return event_hashes([self._recorded()])
+
+    def series(self) -> "np.recarray[Any, Any]":
+        """Observables at time zero and after each collision; a summary's on its grid of times.
+
+        ``time`` (s), ``kinetic_energy`` and ``container_energy`` (J); since the start
+        ``wall_impulse`` (kg m/s), ``pair_virial`` (impulse times distance, kg m²/s),
+        ``wall_events`` and ``pair_events``; ``mean_speed`` (m/s), and ``energy_moment``,
+        <k²>/<k>² of the balls' kinetic energies. If walls give energy, ``wall_energy`` and
+        ``lost_energy`` (J) are what they gave and what collisions between balls took. Very long
+        repeats give an even choice of rows.
+        """
+        from snooker_cli.analysis import time_series
+
+        return _records(time_series.series(self.trace).columns)
+
+    def measure(
+        self,
+        observable: Callable[[NDArray[np.float64], NDArray[np.float64], Scene], Any],
+        times: ArrayLike,
+    ) -> NDArray[Any]:
+        """Your own observable at times (s, ascending); its results are stacked, (*t*, ...).
+
+        observable : f(positions, velocities, scene), with (*N*, 2) arrays in m and m/s and the
+            scene at that time: ``scene.masses``, ``scene.container``, ...; a number or an array
+
+        Raises ``UserError`` as ``states`` does.
+        """
+        from snooker_cli.analysis import structure
+
+        batches = self._replayed(lambda: engine.replayed(self.trace, np.atleast_1d(times)))
+        values = (structure.of_states(observable, self.scene, states) for states in batches)
+        return np.array(list(chain.from_iterable(values)))
+
+    def state(self, time: float) -> Scene:
+        """The scene at a time, s: ``simulate`` continues from it, after ``replace`` with other CoR.
+
+        Raises ``UserError`` as ``states`` does.
+        """
+        at = self.states(time)
+        return replace(
+            self.scene,
+            positions=at.positions[0],
+            velocities=at.velocities[0],
+            container_position=at.container_positions[0],
+            container_velocity=at.container_velocities[0],
+        )
+
+    @in_python()
+    def animate(self, out: str | PathLike[str], **span: Any) -> Path:
+        """Write an HTML page that plays the repeat; its file.
+
+        span : ``since`` and ``until`` (s) and ``most`` collisions, as of ``animation.film``
+
+        Raises ``FigureError`` for a summary, too many balls or a time outside of the repeat.
+        """
+        from snooker_cli.animation import film, page
+
+        write_text(Path(out), page(film(self.trace, self._name, **span)), given=True)
+        return Path(out)
+
+    def _repr_html_(self) -> str | None:
+        """Its film; a notebook shows ``repr`` where there is none."""
+        from snooker_cli.animation import film, page
+
+        with suppress(FigureError):
+            return in_notebook(page(film(self.trace, self._name)), self._name, height=45)
+        return None
+
+    def _recorded(self) -> Events:
+        """The events. Raises ``UserError`` for a summary."""
+        if self.trace.events is None:
+            problem = "this repeat was recorded as a summary: it has no events"
+            raise UserError(problem, "run the config with `record: events`")
+        return self.trace.events
+
+    def _replayed(self, replay: Callable[[], Result]) -> Result:
+        """What a replay gives. Raises ``UserError``."""
+        self._recorded()
+        try:
+            return replay()
+        except ValueError as error:
+            raise UserError(str(error)) from None
+
+
+def _records(columns: Mapping[str, NDArray[Any]]) -> "np.recarray[Any, Any]":
+    """Columns as one structured array."""
+    types = [(name, column.dtype) for name, column in columns.items()]
+    return np.rec.fromarrays(list(columns.values()), dtype=types)

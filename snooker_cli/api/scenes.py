@@ -1,0 +1,105 @@
+"""Scenes from arrays, and simulations of them without files."""
+
+import math
+from collections.abc import Mapping
+from numbers import Real
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from snooker_cli import config as configs
+from snooker_cli import engine
+from snooker_cli.api.repeats import Repeat
+from snooker_cli.containers import Container
+from snooker_cli.errors import UserError
+from snooker_cli.laws import is_random
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.scene import Scene
+
+
+def new_scene(
+    positions: ArrayLike,
+    velocities: ArrayLike,
+    radii: ArrayLike,
+    masses: ArrayLike = 1.0,
+    *,
+    container: Container,
+    container_mass: float = math.inf,
+    cor: float = 1.0,
+    wall_cor: float | None = None,
+    cor_speed: float | None = None,
+    wall_cor_speed: float | None = None,
+    wall_speed: float | Mapping[str, float] | None = None,
+    wall_temperature: float | Mapping[str, float] | None = None,
+    collapse: str | Mapping[str, float] = "stop",
+) -> Scene:
+    """A scene from arrays, checked.
+
+    positions, velocities : (*N*, 2), m and m/s, from the container's centre
+    radii, masses : (*N*,) or one number, m and kg
+    container : ``Circle(radius)``, ``Box(width, height)``, ``Channel(width, height)`` or
+        ``PeriodicBox(width, height)``, m
+    container_mass : of a circle that moves, kg
+    cor, wall_cor, collapse : as in a config; the wall's CoR is that of the balls by default
+    cor_speed, wall_cor_speed, wall_speed, wall_temperature : as in a config; none by default
+
+    Raises ``ConfigError`` or ``SceneError``: balls that overlap or stick out, or a wrong value.
+    """
+    if not isinstance(container, Container):
+        raise UserError(f"container={container!r}: give Circle, Box, Channel or PeriodicBox")
+    given = (positions, velocities, radii, masses)
+    try:
+        columns = [np.asarray(values, dtype=np.float64) for values in given]
+        number = len(columns[0])
+        columns[2:] = [np.broadcast_to(column, number) for column in columns[2:]]
+        fit = number > 0 and columns[0].shape == columns[1].shape == (number, 2)
+    except (TypeError, ValueError):
+        fit = False
+    if not fit:
+        shapes = "give positions and velocities of shape (N, 2), and N or one radius and mass"
+        raise UserError("the arrays do not fit each other", shapes)
+    names = ("position", "velocity", "radius", "mass")
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    data = {
+        "container": {"shape": container.name, **container.lengths, "mass": container_mass},
+        "balls": {"list": [dict(zip(names, row, strict=True)) for row in rows]},
+        "cor": cor,
+        "wall_cor": wall_cor,
+        "cor_speed": cor_speed,
+        "wall_cor_speed": wall_cor_speed,
+        "wall_speed": wall_speed,
+        "wall_temperature": wall_temperature,
+        "collapse": collapse,
+        "collisions": 1,
+    }
+    return starting_scene(configs.load(data).experiment, 0)
+
+
+def simulate(
+    scene: Scene,
+    *,
+    collisions: int | None = None,
+    time: float | None = None,
+    summary: bool = False,
+) -> Repeat:
+    """Simulate a scene until a number of collisions or a time (s), whichever comes first.
+
+    summary : record observables on a grid of times instead of all collisions
+
+    Few inelastic balls in a periodic box drift apart and may need hours for the next collision:
+    give a ``time`` too. Raises ``UserError`` without a limit, for one that is not above 0, or for a
+    scene that the engine cannot simulate.
+    """
+    for name, limit in (("collisions", collisions), ("time", time)):
+        if limit is not None and not (isinstance(limit, Real) and 0 < limit < math.inf):
+            raise UserError(f"{name}={limit!r}: give a number above 0")
+    if is_random(scene.wall_law) and scene.wall_key is None:
+        problem = (
+            "a wall with a temperature draws random numbers, and the scene has no key for them"
+        )
+        raise UserError(problem, "give wall_key=0 or another whole number to `replace`")
+    whole = None if collisions is None else math.ceil(collisions)
+    try:
+        return Repeat(engine.simulate(scene, collisions=whole, time=time, summary=summary))
+    except ValueError as error:
+        raise UserError(str(error)) from None

@@ -1,0 +1,239 @@
+"""What is there of a run and whether it can be trusted: states, hashes, checks and proofs."""
+
+import json
+from collections.abc import Iterable, Mapping
+from datetime import datetime
+from itertools import groupby
+from operator import attrgetter, itemgetter
+from pathlib import Path
+from typing import Any
+
+from snooker_cli import store
+from snooker_cli.api.output_files import check_free
+from snooker_cli.api.results import Result, Results, Verdicts
+from snooker_cli.api.wording import first, in_python_words
+from snooker_cli.engine import ENGINE_VERSION
+from snooker_cli.errors import RunError, StoreError, UserError
+from snooker_cli.files import write_text
+from snooker_cli.formatting import (
+    counted,
+    listed,
+    point_label,
+    printable,
+    short,
+    size,
+    text_table,
+)
+from snooker_cli.runs import RepeatState, Run, open_run, runs_in
+from snooker_cli.runs.execution import processors
+from snooker_cli.runs.progress import counting, reporting
+from snooker_cli.runs.run import hidden_collapses
+from snooker_cli.runs.status import COUNTS, ended, run_status
+from snooker_cli.runs.verification import verify
+from snooker_cli.trace import event_hashes
+
+COUNT_HEADINGS = (">done", ">running", ">failed", ">to do", ">collisions")
+AT_COLLAPSE = "Run the config with --fresh to end such repeats at the collapse."
+
+
+def statuses_in(folder: Path) -> Results:
+    """What ``snooker.statuses`` returns."""
+    found: list[dict[str, Any]] = []
+    for path in runs_in(folder):
+        try:
+            opened = open_run(path)
+            with reporting() as show:
+                status = run_status(opened, show)
+            del status["ledger"]
+        except (RunError, StoreError) as error:
+            status = {"run": str(path), "error": str(error)}
+        found.append(status)
+    headings = ["run", ">points", ">repeats", *COUNT_HEADINGS]
+    headings += [">size", "last file", ">engine", "config"]
+    rows = [
+        [
+            Path(status["run"]).name,
+            *_counts(status, "points", "repeats"),
+            size(status["bytes"]),
+            _local_time(status["last_file"]),
+            str(status["engine_version"]),
+            status["config"],
+        ]
+        for status in found
+        if "error" not in status
+    ]
+    return Results(found, text_table(headings, rows))
+
+
+def status_of(run: Run) -> Result:
+    """What ``Run.status`` returns."""
+    with reporting() as show:
+        status = run_status(run, show)
+    content = status | {
+        "title": run.experiment.title,
+        "common_random": run.experiment.common_random,
+        "figures": [path.name for path in run.figures()],
+    }
+    hidden = hidden_collapses(run)
+    for point, number in hidden:
+        remark = f"has collapsed, which engine version {run.engine_version} did not recognise"
+        content["ledger"][point]["remarks"].append({"repeat": number, "remark": remark})
+    title = f" ({printable(content['title'])})" if content["title"] else ""
+    state = f"{content['run']}: {content['state']}{title}"
+    points = content["ledger"]
+    rows = [
+        [point_label(of_point["parameters"]), *_counts(of_point), ended(of_point)]
+        for of_point in points
+    ]
+    remarks: dict[str, None] = {}  # one for the repeats of a file
+    for number, of_point in enumerate(points):
+        for remark in of_point["remarks"]:
+            place = remark.get("file") or f"point {number}, repeat {remark['repeat']}"
+            remarks[f"{place}: {remark['remark']}"] = None
+    contents = [f"{counted(content['files'], 'file')} of {size(content['bytes'])}"]
+    if content["figures"]:
+        contents.append(counted(len(content["figures"]), "figure file"))
+    lines = [
+        f"{state}; engine {content['engine_version']}, config {content['config']}",
+        *first(text_table(["point", *COUNT_HEADINGS, "ended"], rows)),
+        *first([*remarks], 10, ""),
+        *[in_python_words(AT_COLLAPSE)][: len(hidden)],
+        listed(contents),
+    ]
+    if content["command"]:
+        written = _local_time(content["last_file"])
+        lines.append(f"last file {written}, by: {printable(content['command'])}")
+    return Result(content, lines + run.common_random_notes)
+
+
+def hashes_of(run: Run, point: int | None, repeat: int | None) -> Results:
+    """What ``Run.hashes`` returns. Memory stays bounded: events are read in parts."""
+    run.chosen(point or 0, repeat or 0)
+    found: list[dict[str, Any]] = []
+    for chosen in run.points if point is None else [run.points[point]]:
+        if not chosen.experiment.keeps_events:
+            problem = f"{run.name} was run with `record: summary`: it has no events to hash"
+            raise UserError(problem, "run the config with `record: events`")
+        there = [
+            status
+            for status in run.statuses(chosen.index)
+            if status.state is not RepeatState.MISSING and repeat in (None, status.repeat)
+        ]
+        for status in there:
+            status.accept()
+        # Repeats of one file follow each other, so each file is read once.
+        for path, of_file in groupby(there, key=attrgetter("path")):
+            store.check(path)
+            events = store.read_events(path, [status.repeat for status in of_file])
+            for number, pieces in groupby(events, key=itemgetter(0)):
+                found.append(
+                    {
+                        "point": chosen.index,
+                        "parameters": chosen.as_json(),
+                        "repeat": number,
+                        "hashes": event_hashes(events for _, events in pieces),
+                    }
+                )
+    rows = [
+        [f"{row['point']}", f"{row['repeat']}", f"{number:,}", text]
+        for row in found
+        for number, text in row["hashes"]
+    ]
+    lines = first(
+        text_table([">point", ">repeat", ">collisions", "SHA-256"], rows), noun=" lines", rest=""
+    )
+    if not found:
+        lines = [f"{run.directory}: no repeat is there yet; run the config to make it"]
+    return Results(found, lines)
+
+
+def _counts(record: Mapping[str, Any], *before: str) -> list[str]:
+    return [f"{record[name]:,}" for name in (*before, *COUNTS, "collisions")]
+
+
+def _local_time(text: str | None) -> str:
+    """A date and time in this machine's time zone, to the minute."""
+    return "–" if text is None else f"{datetime.fromisoformat(text).astimezone():%Y-%m-%d %H:%M}"
+
+
+def verified(run: Run, *, replay: bool, jobs: int | None) -> Verdicts:
+    """What ``Run.verify`` returns."""
+    verdicts = verify(run, replay=replay, workers=jobs or processors())
+    total = len(run.points) * run.experiment.repeats
+    found = sorted(counting(verdicts, "", total), key=lambda status: (status.point, status.repeat))
+    counts = {str(state): sum(status.state is state for status in found) for state in RepeatState}
+    del counts[str(RepeatState.UNUSABLE)]
+    bad = [
+        {
+            "point": status.point,
+            "repeat": status.repeat,
+            "path": str(status.path),
+            "error": str(status.error),
+        }
+        for status in found
+        if status.state is RepeatState.UNUSABLE
+    ]
+    how = "read and simulated again" if replay else "read again"
+    files = len({repeat["path"] for repeat in bad})
+    damage = f", {counted(files, 'bad file')}" if files else ""
+    complete = counted(counts["done"], "complete repeat")
+    lines = [*dict.fromkeys(str(repeat["error"]) for repeat in bad)]
+    lines.append(f"{run.directory}: {complete}{damage}, {how}")
+    states = {"missing": "", "interrupted": "", "shorter": " than the extended run"}
+    if rest := [f"{counts[name]:,} {name}{more}" for name, more in states.items() if counts[name]]:
+        lines.append(f"{listed(rest)}; run the config again to complete them")
+    content = {"run": str(run.directory), "replayed": replay, **counts, "bad": bad}
+    result = Verdicts(content, lines)
+    result.sound = not bad
+    return result
+
+
+def proofs(
+    run: Run, point: int | None, repeat: int, collisions: int, out: Path | None, replace: bool
+) -> Verdicts:
+    """What ``Run.prove`` returns."""
+    from snooker_cli.validation.proof import ERRORS, proven
+
+    chosen = [*range(len(run.points))] if point is None else [point]
+    if out is not None and len(chosen) > 1:
+        raise UserError("--out writes the certificate of one repeat", "give --point too")
+    if out is not None:
+        check_free(out, replace)
+    records, lines = [], []
+    for number in chosen:
+        proof = proven(run, number, repeat, collisions, counting)
+        if out is not None:
+            write_text(out, json.dumps(proof) + "\n", given=True)
+        records.append(
+            {key: proof[key] for key in proof if key not in ("scene", "events", "versions")}
+        )
+        certain, stored = proof["certain"], counted(proof["stored"], "event")
+        label = point_label(run.points[number].as_json())
+        share = "all" if certain == proof["stored"] else f"the first {certain:,} of"
+        again = ", simulated again" if proof["summary"] else ""
+        lines.append(
+            f"{run.name}, point {label}, repeat {repeat}{again}: {share} {stored} are certain"
+        )
+        lines += [proof["reason"]] if proof["reason"] else []
+        lines += _bounds(proof["bounds"], ERRORS)
+        if proof["verdict"] == "interrupted":
+            break
+    verdicts = {record["verdict"] for record in records}
+    if not verdicts & {"interrupted", "wrong"}:
+        start = "the config's" if run.engine_version == ENGINE_VERSION else "the stored"
+        lines.append(f"The bodies and the order of these events are certain, from {start} start.")
+        summary = "The stored summary is not compared; `--replay` does that."
+        finish = "The stored end and finish follow from all stored events."
+        lines.append(summary if any(record["summary"] for record in records) else finish)
+    result = Verdicts({"run": str(run.directory), "exact": records}, lines)
+    result.sound, result.interrupted = "wrong" not in verdicts, "interrupted" in verdicts
+    return result
+
+
+def _bounds(bounds: Iterable[Mapping[str, Any]], errors: Mapping[str, str]) -> list[str]:
+    """A table of the errors of events up to some numbers of them; empty if there are none."""
+    cells = [
+        [f"{bound['events']:,}", *(short(bound[name], 2) for name in errors)] for bound in bounds
+    ]
+    within = [f">{name}s within, {unit}" for name, unit in errors.items()]
+    return text_table([">up to event", *within], cells) if cells else []
