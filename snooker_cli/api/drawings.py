@@ -165,8 +165,10 @@ def _table(figure: FigureData) -> tuple[str, ...]:
 
 def _numbers(values: Mapping[str, Any]) -> list[str]:
     """``name = value ± error`` of the numbers that are no list."""
+    percent = "largest_residual"
     return [
         f"{name.replace('_', ' ')} = {with_error(value, values.get(f'{name}_error'))}"
+        + " %" * (name == percent)
         for name, value in values.items()
         if isinstance(value, float) and not name.endswith("_error")
     ]
