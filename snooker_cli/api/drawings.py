@@ -158,17 +158,16 @@ def _warn_of_missing(run: Run, selection: Selection) -> None:
 def _table(figure: FigureData) -> tuple[str, ...]:
     """The numbers of the figure: a line for each, and a table if there are several points."""
     rows: Sequence[Mapping[str, Any]] = figure.numbers.get("points", [])
-    several = len(rows) > 1
-    lines = [line for row in rows for line in _numbers(row)] if not several else _of_points(rows)
-    return tuple([*lines, *_numbers(figure.numbers)])
+    if len(rows) > 1:
+        return (*_of_points(rows), *_numbers(figure.numbers))
+    return (*(line for row in rows for line in _numbers(row)), *_numbers(figure.numbers))
 
 
 def _numbers(values: Mapping[str, Any]) -> list[str]:
     """``name = value ± error`` of the numbers that are no list."""
-    percent = "largest_residual"
     return [
         f"{name.replace('_', ' ')} = {with_error(value, values.get(f'{name}_error'))}"
-        + " %" * (name == percent)
+        + " %" * (name == "largest_residual")
         for name, value in values.items()
         if isinstance(value, float) and not name.endswith("_error")
     ]
