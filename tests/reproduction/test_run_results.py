@@ -14,7 +14,7 @@ from figure_runs import made
 
 import snooker_cli as snooker
 from snooker_cli.config import load
-from snooker_cli.reproduction import explanations, results
+from snooker_cli.reproduction import explanations, run_results
 from snooker_cli.reproduction.explanations import FIRST, SETTINGS, explain
 from snooker_cli.reproduction.source_values import SOURCE_VALUES, OurValue
 
@@ -39,13 +39,13 @@ def cooled(tmp_path_factory: pytest.TempPathFactory) -> snooker.Run:
 
 def test_the_slope_of_the_mean_pressure_is_that_of_the_events(cooled: snooker.Run) -> None:
     """Its error is that of leaving out one repeat after the other, to first order."""
-    repeats = results.complete_repeats(cooled)
-    found = results.mean_pressure_slope([repeat.series() for repeat in repeats])
+    repeats = run_results.complete_repeats(cooled)
+    found = run_results.mean_pressure_slope([repeat.series() for repeat in repeats])
     end, changes = min(repeat.stop.time for repeat in repeats), []
     for repeat in repeats:
         events, energy = repeat.events, np.log(repeat.series().kinetic_energy)
         rows = []
-        for time in (results.SETTLED, end):
+        for time in (run_results.SETTLED, end):
             before = events.time <= time
             impulse = float(events.impulse[(events.j == -1) & before].sum())
             rows.append((math.log(impulse / time), energy[np.count_nonzero(before)]))
@@ -56,10 +56,10 @@ def test_the_slope_of_the_mean_pressure_is_that_of_the_events(cooled: snooker.Ru
 
 
 def test_windows_have_the_impulses_and_energies_of_the_events(cooled: snooker.Run) -> None:
-    repeats = results.complete_repeats(cooled)
+    repeats = run_results.complete_repeats(cooled)
     scene = repeats[0].scene
-    found = results.in_windows(scene, [repeat.series() for repeat in repeats])
-    edges = np.linspace(0, min(repeat.stop.time for repeat in repeats), results.WINDOWS + 1)
+    found = run_results.in_windows(scene, [repeat.series() for repeat in repeats])
+    edges = np.linspace(0, min(repeat.stop.time for repeat in repeats), run_results.WINDOWS + 1)
     work, heat = [], []
     for repeat in repeats:
         events, course = repeat.events, repeat.series()
@@ -87,7 +87,7 @@ def test_factors_of_the_steady_gas_have_the_errors_of_both_points() -> None:
         | {"temperature": warm, "temperature_error": error}
         for cor, warm, error, virial in ((0.8, 20.0, 0.4, 1.65), (1.0, 50.0, 0.5, 1.8))
     ]
-    elastic, row = results.warm_gas(points)
+    elastic, row = run_results.warm_gas(points)
     assert (elastic["cor"], elastic["colder"]["value"], row["cor"]) == (1.0, 1.0, 0.8)
     assert row["colder"] == pytest.approx({"value": 2.5, "error": 2.5 * math.hypot(0.01, 0.02)})
     error = 1.8 / 1.65 * math.hypot(0.03 / 1.8, 0.03 / 1.65)
