@@ -141,14 +141,14 @@ def fit_all(
     Raises KeyError for an unknown model.
     """
     results: list[FitResult] = []
-    with np.errstate(all="ignore"):
-        for k in range(0, len(origin), TOGETHER):
-            rows = slice(k, k + TOGETHER)
-            some = Points(*(column[rows] for column in points))
-            results += _fitted(some, origin[rows], rounding[rows], model, amplitude)
+    for k in range(0, len(origin), TOGETHER):
+        rows = slice(k, k + TOGETHER)
+        some = Points(*(column[rows] for column in points))
+        results += _fitted(some, origin[rows], rounding[rows], model, amplitude)
     return results
 
 
+@np.errstate(all="ignore")
 def _fitted(
     points: Points, origin: Array, rounding: Array, model: str, amplitude: float | None
 ) -> list[FitResult]:

@@ -225,14 +225,10 @@ def _together(traces: Iterable[Trace]) -> Iterator[list[Trace]]:
         yield together
 
 
+# A file may hold values whose squares are no doubles; they give infinities and nan.
+@np.errstate(over="ignore", invalid="ignore")
 def _measured(traces: Sequence[Trace], limits: tuple[float, float], pairs: float) -> Measurement:
     """`measure` of repeats that fit in memory together."""
-    # A file may hold values whose squares are no doubles; they give infinities and nan.
-    with np.errstate(over="ignore", invalid="ignore"):
-        return _of_part(traces, limits, pairs)
-
-
-def _of_part(traces: Sequence[Trace], limits: tuple[float, float], pairs: float) -> Measurement:
     scene, skipped = traces[0].start, relaxation(traces[0].start.number, pairs)
     calm = [observables.before_collapse(trace) for trace in traces]
     relaxed = np.array([relaxed_at(trace, skipped) for trace in calm])

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import engine
-from snooker_cli.analysis.observables import INSTANT
+from snooker_cli.analysis.observables import INSTANT, drift_energy
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Series, Trace
 
@@ -146,8 +146,13 @@ class Curve(NamedTuple):
 
     def at(self, times: Array, values: Array) -> Array:
         """Values (*repeats*, *rows*) interpolated at times (s) that are those of all repeats."""
-        pairs = zip(self.time, values, strict=True)
-        return np.array([np.interp(times, time, value) for time, value in pairs])
+        return interpolated(times, self.time, values)
+
+
+def interpolated(places: Array, rows: Array, values: Array) -> Array:
+    """Values at rows (*repeats*, *rows*), interpolated at places that are those of all repeats."""
+    pairs = zip(rows, values, strict=True)
+    return np.array([np.interp(places, row, value) for row, value in pairs])
 
 
 def series(trace: Trace) -> Series:
@@ -178,9 +183,7 @@ class TimeSeries:
         scene = traces[0].start
         self.time, self.columns, self.starts, self.held = time, columns, starts, held
         self.gains = scene.wall_law.gains
-        velocities = np.stack([trace.start.velocities for trace in traces])
-        momenta = np.einsum("i,ric->rc", scene.masses, velocities)
-        self.drift = np.sum(momenta**2, axis=1) / (2 * np.sum(scene.masses))
+        self.drift = np.array([drift_energy(trace.start) for trace in traces])
         self.walls = scene.container.has_wall or scene.number == 1
         self.free = scene.number - (not self.walls)
         self.all_held = bool(np.all(held))
@@ -281,6 +284,7 @@ class Collisions:
     def __init__(self, rows: TimeSeries, traces: Sequence[Trace]) -> None:
         self.rows, self.traces = rows, traces
         self.first, self.last = rows.starts[:-1], rows.starts[1:] - 1
+        self.complete = np.array([trace.stop.reason.complete for trace in traces])
         self.count = rows.columns[AT_WALL] + rows.columns[BETWEEN]
         apart = np.append(np.diff(rows.time) > INSTANT * rows.time[1:], True)
         apart[self.last] = True
@@ -288,7 +292,7 @@ class Collisions:
         self.part = np.ones_like(self.time)
         if not rows.all_held:
             added = np.diff(self.count, prepend=0.0)
-            early = [not trace.stop.reason.complete for trace in traces]
+            early = ~self.complete
             added[self.last[early]] = np.minimum(added[self.last[early]], 1.0)
             between = ~rows.held_rows
             self.weight = np.where(between, added, self.weight)
@@ -421,7 +425,6 @@ class Collisions:
         """`Measurement.collision_speed`."""
         ends = self.rows.starts[1:]
         number = _sums(self.weight, self.first + 1, ends)
-        complete = np.array([trace.stop.reason.complete for trace in self.traces])
         with np.errstate(divide="ignore", invalid="ignore"):
             speeds = _sums(self.weight * self.after(SPEED), self.first + 1, ends) / number
-        return np.asarray(np.where(complete, speeds, math.nan))
+        return np.asarray(np.where(self.complete, speeds, math.nan))

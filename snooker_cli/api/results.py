@@ -159,7 +159,7 @@ class SavedFigure:
     """A figure that was drawn.
 
     files : an image for each format, and the JSON with its numbers
-    table : lines with the numbers of several points; empty for one
+    table : lines with its numbers; of several points they are a table
     """
 
     name: str

@@ -32,7 +32,8 @@ def plot(
     The JSON file has the numbers that a figure shows. Without names, all possible figures are
     drawn; RUN --list prints why others are not. Figures of single points are drawn for each point;
     without names and --where for 16 points at most.
-    The command prints the names of the written files, and the captions of figures that you name.
+    The command prints the names of the written files, and captions and numbers of figures that you
+    name.
     """
     if run is None:
         if not list_figures:

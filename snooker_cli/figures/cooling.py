@@ -12,6 +12,7 @@ from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_c
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import mean_and_error, meeting_temperature, standard_errors
+from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder
@@ -276,7 +277,7 @@ def _local_rates(measurement: Measurement) -> tuple[Array, Array, Array, float]:
     if end == 0:
         raise FigureError("a repeat has no length; run longer")
     edges = np.linspace(0.0, end, WINDOWS + 1)
-    energies = curve.at(edges, curve.energy / measurement.first_energy[:, np.newaxis])
+    energies = curve.at(edges, course(measurement, "kinetic_energy").value)
     if np.any(energies <= 0):
         raise FigureError("a repeat loses all of its energy, so it has no decay rate")
     calm = measurement.calm_events.sum(axis=1, keepdims=True)
@@ -341,11 +342,11 @@ def _against_counts(measurement: Measurement, counts: Array) -> tuple[Array, Arr
     Last, the ratio of the energy above the kept one: in a circle a component less shares it.
     """
     scene, curve = measurement.scene, measurement.curve
+    energy = course(measurement, "kinetic_energy").value
     ratio, wall, pairs = (
-        np.array([np.interp(counts, *row) for row in zip(curve.events, values, strict=True)])
-        for values in (curve.energy, curve.wall_events, curve.pair_events)
+        interpolated(counts, curve.events, values)
+        for values in (energy, curve.wall_events, curve.pair_events)
     )
-    ratio /= measurement.first_energy[:, np.newaxis]
     shared = predictions.components(scene)
     free, above = (
         theory.energy_ratio_by_events(

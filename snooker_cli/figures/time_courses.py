@@ -7,6 +7,7 @@ import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis import observables, predictions, structure
+from snooker_cli.analysis.decay import course
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import mean_and_error
 from snooker_cli.config import Point
@@ -38,9 +39,8 @@ def energy(build: FigureBuilder) -> FigureData:
     """Kinetic energy of balls and container over that at the start."""
     ratios_of = []
     for point in build.points:
-        measurement = build.measurement(point)
-        first = np.where(measurement.first_energy > 0, measurement.first_energy, 1.0)
-        ratios_of.append(courses(measurement.curve.time, measurement.curve.energy / first[:, None]))
+        energy = course(build.measurement(point), "kinetic_energy")
+        ratios_of.append(courses(energy.time, energy.value))
     log = more_than_a_decade(ratios for curves in ratios_of for _, ratios in curves)
     for index, (point, curves) in enumerate(zip(build.points, ratios_of, strict=True)):
         build.add_course(index, point, curves, logarithmic=log)

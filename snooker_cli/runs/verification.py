@@ -75,7 +75,7 @@ def check(path: Path) -> list[store.RepeatHeader]:
 
 @contextmanager
 def limited_memory(more: int) -> Iterator[None]:
-    """Inside, this process may take so many bytes more: beyond, ``MemoryError``. On Linux only."""
+    """Inside, this process may take this many bytes more, else ``MemoryError``. On Linux only."""
     statistics = Path("/proc/self/statm")
     if sys.platform == "win32" or not statistics.exists():
         yield

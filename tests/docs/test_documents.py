@@ -188,6 +188,13 @@ def test_commands_print_what_the_documents_show(
             shutil.copy(made, DOCS / name)
 
 
+def test_the_prose_has_the_diffusion_coefficients_that_the_command_prints() -> None:
+    text = text_of(DOCS / "student.md")
+    printed = re.findall(r"^diffusion coefficient = (.*)$", text, flags=re.MULTILINE)
+    assert len(printed) == 2
+    assert re.findall(r"([\d.]+ ± [\d.]+) m²/s", text) == printed
+
+
 def check_driven_gas(run: Run) -> None:
     """The student's gas is colder and denser in the middle than at the wall, and T grows as V²."""
     for speed in (1.0, 2.0, 4.0):
