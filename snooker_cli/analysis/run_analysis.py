@@ -140,7 +140,7 @@ def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict
     """All results of points: from the file, where that has those of these very repeats, or made."""
     most = BYTES_OF_POINT * len(run.points) * (1 + run.experiment.repeats // 100)
     saved, entries = _saved(run.directory / ANALYSIS, most), list[dict[str, Any]]()
-    made: dict[str, tuple[str, ...]] = {}  # the origin of results that are made now, by point
+    origins: dict[str, tuple[str, ...]] = {}  # the origin of results that are made now, by point
     if not any(map(run.present, points)):
         next(run.traces(points[0]))  # raises the error
     for point in points:
@@ -154,16 +154,16 @@ def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict
             mine = False
         if not mine:
             entry = saved[name] = {"results": _all_results(run, point, counting)}
-            made[name] = origin
+            origins[name] = origin
         entries.append(entry["results"])
-    if made:
+    if origins:
         try:
-            for name, origin in made.items():
+            for name, origin in origins.items():
                 saved[name]["hash"] = signature(origin, saved[name]["results"])
             try:
                 text = json.dumps(saved, allow_nan=False)
             except (ValueError, RecursionError):  # other points may hold anything
-                text = json.dumps({name: saved[name] for name in made}, allow_nan=False)
+                text = json.dumps({name: saved[name] for name in origins}, allow_nan=False)
             write_text(run.directory / ANALYSIS, text)
         except OSError as error:
             problem = f"cannot be written ({error_text(error)}); the result is not kept"

@@ -14,7 +14,7 @@ from snooker_cli.errors import UserError, check_name
 from snooker_cli.files import write_text
 from snooker_cli.formatting import plain
 from snooker_cli.runs import starting_state
-from snooker_cli.runs.plan import SceneClass, checked
+from snooker_cli.runs.plan import SceneClass, points_and_classes
 from snooker_cli.runs.progress import reporting
 
 Config: TypeAlias = str | PathLike[str] | Mapping[str, Any]
@@ -49,7 +49,7 @@ def with_scenes(
     """
     loaded = load(config, overrides)
     with reporting() as show:
-        return loaded.experiment, *checked(loaded, show)
+        return loaded.experiment, *points_and_classes(loaded, show)
 
 
 @in_python()

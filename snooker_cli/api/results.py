@@ -123,18 +123,18 @@ class Records(list[dict[str, Any]]):
         """The lines of the text above the remarks; the arguments are those of ``text``."""
         from snooker_cli.analysis.tables import table_lines
 
-        return table_lines(self._shown(every), every, brief)
+        return table_lines(self._rows(every), every, brief)
 
     def remarks(self, *, every: bool = False) -> list[str]:
         """The paragraphs below the tables: what the columns are, and the notes."""
         from snooker_cli.analysis.tables import main_rows, note_lines
 
         notes = note_lines(self.notes if every else main_rows(self.notes), self._points)
-        has_table = any(not row.get("elastic") for row in self._shown(every))
+        has_table = any(not row.get("elastic") for row in self._rows(every))
         footer = self._footer if has_table else ()
         return [in_python_words(line) for line in (*footer, *notes)]
 
-    def _shown(self, every: bool) -> list[dict[str, Any]]:
+    def _rows(self, every: bool) -> list[dict[str, Any]]:
         """The rows for most readers; all of them if there are no others."""
         from snooker_cli.analysis.tables import main_rows
 

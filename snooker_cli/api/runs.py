@@ -351,9 +351,9 @@ class Run(runs.Run):
         films = []
         for point, number in product(self.matching(**where), repeats):
             trace = self[point.index, number].trace
-            shown = {"cor": f"{trace.start.restitution:g}"} | dict(point.parameters)
+            parameters = {"cor": f"{trace.start.restitution:g}"} | dict(point.parameters)
             balls = counted(trace.start.number, "ball")
-            subtitle = f"{point_label(shown)}, {balls}, repeat {number}"
+            subtitle = f"{point_label(parameters)}, {balls}, repeat {number}"
             span = since, until, most or MOST_COLLISIONS
             try:
                 if trace.summary is not None and not self.can_be_replayed:
@@ -420,8 +420,8 @@ class Run(runs.Run):
         for film in films if most is None else ():
             if film.left_out:
                 ways = in_python_words("--from, --until and --collisions choose others")
-                shown = f"{len(film):,} collisions, at {film.end:.6g} s"
-                _log.warning("the film of %s ends after %s; %s", film.subtitle, shown, ways)
+                span = f"{len(film):,} collisions, at {film.end:.6g} s"
+                _log.warning("the film of %s ends after %s; %s", film.subtitle, span, ways)
         save_films(path, films, given=out is not None, pace=pace, seconds=seconds, rate=fps or 20)
         return path
 

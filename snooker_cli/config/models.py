@@ -44,14 +44,14 @@ MAX_INTEGER = 2**63 - 1  # the largest 64-bit integer, for files and arrays
 def _needs(phrase: str, is_number: bool = True) -> WrapValidator:
     """Replaces the errors about a value by one, with what is needed."""
 
-    def checked(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+    def validated(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
         try:
             return handler(value)
         except ValidationError:
             context = {"needs": phrase, "is_number": is_number}
             raise PydanticCustomError("needs", "{needs} is needed", context) from None
 
-    return WrapValidator(checked)
+    return WrapValidator(validated)
 
 
 Value = TypeVar("Value")

@@ -168,20 +168,22 @@ def description() -> dict[str, Any]:
             for boundary, parts in layouts.items()
         },
         "names": {
-            "ball": named(ks, "X", "Y", "U", "V", "CLOCK"),
-            "history": named(ks, "FORMER"),
-            "sums": named(
+            "ball": constants_of(ks, "X", "Y", "U", "V", "CLOCK"),
+            "history": constants_of(ks, "FORMER"),
+            "sums": constants_of(
                 ks,
                 *("CONTACT_LASTS", "EPOCH", "NOW", "STILL_SINCE", "TIME_LIMIT"),
                 *("WALL_IMPULSE", "PAIR_VIRIAL", "WALL_IMPULSE_REST", "PAIR_VIRIAL_REST"),
             ),
-            "counts": named(
+            "counts": constants_of(
                 ks, *("WALL_EVENTS", "PAIR_EVENTS", "FIRST", "SECOND", "STALLED", "INVOLVED", "KEY")
             ),
-            "law": named(restitution, "KIND", "COR", "SPEED", "TEMPERATURE", "COLUMNS"),
+            "law": constants_of(restitution, "KIND", "COR", "SPEED", "TEMPERATURE", "COLUMNS"),
             "kinds": {word: getattr(restitution, word.upper()) for word in LAWS if word != "sides"},
-            "answers": named(page_kernels, "REASON", "EVENTS_DONE", "REACHED", "LASTS", "GIVEN"),
-            "followed": named(
+            "answers": constants_of(
+                page_kernels, "REASON", "EVENTS_DONE", "REACHED", "LASTS", "GIVEN"
+            ),
+            "followed": constants_of(
                 page_kernels,
                 *("ENERGY", "CONTAINER_ENERGY", "WALL_IMPULSE", "PAIR_VIRIAL", "FOLLOWED_SUMS"),
             ),
@@ -194,7 +196,7 @@ def description() -> dict[str, Any]:
     }
 
 
-def named(module: Any, *names: str) -> dict[str, int]:
+def constants_of(module: Any, *names: str) -> dict[str, int]:
     """Constants of a module."""
     return {name: getattr(module, name) for name in names}
 

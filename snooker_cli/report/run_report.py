@@ -73,7 +73,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     cooling = [point for point in points if gas(point) != "elastic"] or points
     single = cooling[len(cooling) // 2]  # figures of one point and the film show it
     # The other process makes figures while this one makes the analyses.
-    made = {
+    drawings = {
         name: pages.other.submit(_figure, run, name, single)
         for name in RELEVANCE
         if name not in left_out
@@ -81,7 +81,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     status, fitted = run_status(run), fits(run, counting=counting)
     compared = comparisons(run, counting=counting)
     scene, files = setting(run, points, Selection()), list[str]()
-    for name, future in made.items():
+    for name, future in drawings.items():
         if isinstance(picture := future.result(), FigureData):
             files.append(f"{number}-{name}")
             pages.add_figure(files[-1], picture, known=scene)

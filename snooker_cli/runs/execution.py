@@ -319,7 +319,7 @@ def execute(
 
     with ThreadExecutor(workers, cancelled, processes) as threads:
         # Which repeats are stored, and which are missing?
-        statuses = _checked(run, threads, watcher, part)
+        statuses = _best_statuses(run, threads, watcher, part)
         for result in filter(None, map(cached, statuses)):
             finish(result)
         kept = {status.path for status in statuses if status.state is RepeatState.DONE}
@@ -353,7 +353,7 @@ def execute(
     return sorted(results, key=lambda result: (result.point, result.repeat))
 
 
-def _checked(
+def _best_statuses(
     run: Run, threads: Executor, watcher: Watcher, part: Set[tuple[int, int]] | None
 ) -> list[RepeatStatus]:
     """The best status of each repeat, or of those of a part; every file is read and checked.

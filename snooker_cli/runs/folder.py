@@ -50,8 +50,8 @@ def create(run: Run, *, fresh: bool = False) -> str:
     with writing(run.directory):
         if fresh:
             folders = _own_folders(run.directory)
-            made = (folder.glob(name) for folder in folders for name in MADE)
-            for old in (*chain.from_iterable(made), *run.figures()):
+            results = (folder.glob(name) for folder in folders for name in MADE)
+            for old in (*chain.from_iterable(results), *run.figures()):
                 old.unlink()
             for folder in folders:
                 with suppress(OSError):  # it is not empty

@@ -64,7 +64,7 @@ def unseen(_text: str) -> None:
     """Show nothing."""
 
 
-def checked(
+def points_and_classes(
     loaded: Loaded, show: Callable[[str], None] = unseen
 ) -> tuple[tuple[Point, ...], list[SceneClass]]:
     """The points of a loaded config and the classes of their scenes.
@@ -86,7 +86,7 @@ def scene_classes(
 ) -> list[SceneClass]:
     """The classes of the points' scenes. Places the balls of each scene once.
 
-    show : as of ``checked``
+    show : as of ``points_and_classes``
 
     Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated.
     """

@@ -47,11 +47,11 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
             yield from run.best(point.index, _checked_statuses(run, point.index))
         return
     # All files are read first: simulations need no limit of memory.
-    checked = [[*_checked_statuses(run, point.index)] for point in run.points]
+    of_points = [[*_checked_statuses(run, point.index)] for point in run.points]
     cancelled = threading.Event()
     with ThreadExecutor(workers, cancelled) as threads:
         try:
-            for point, statuses in zip(run.points, checked, strict=True):
+            for point, statuses in zip(run.points, of_points, strict=True):
                 again = threads.results(partial(_replayed, run, cancelled), statuses)
                 yield from run.best(point.index, again)
         finally:

@@ -82,7 +82,7 @@ def read(path: Path, wanted: Collection[int] | None = None) -> list[tuple[Trace,
     Raises ``StoreError``.
     """
     with _opened(path) as file:
-        return list(_checked(file, path, wanted, keep_events=True))
+        return list(_verified_repeats(file, path, wanted, keep_events=True))
 
 
 def check(path: Path) -> list[RepeatHeader]:
@@ -91,7 +91,7 @@ def check(path: Path) -> list[RepeatHeader]:
     Checks the hash of the content too.
     """
     with _opened(path) as file:
-        return [header for _, header in _checked(file, path, None, keep_events=False)]
+        return [header for _, header in _verified_repeats(file, path, None, keep_events=False)]
 
 
 def read_headers(path: Path) -> list[RepeatHeader]:
@@ -108,7 +108,7 @@ def read_checkpoint(path: Path) -> dict[str, NDArray[Any]] | None:
     with _opened(path) as file:
         if layout.CHECKPOINT not in file:
             return None
-        list(_checked(file, path, None, keep_events=False))
+        list(_verified_repeats(file, path, None, keep_events=False))
         names = file[layout.CHECKPOINT]
         checkpoint = {
             name: hdf5.read_rows(file, f"{layout.CHECKPOINT}/{name}", None) for name in names
@@ -256,7 +256,7 @@ def _rows(file: h5py.File, headers: Sequence[RepeatHeader]) -> list[slice]:
     return [slice(first, last) for first, last in pairwise(ends)]
 
 
-def _checked(
+def _verified_repeats(
     file: h5py.File, path: Path, wanted: Collection[int] | None, *, keep_events: bool
 ) -> Iterator[tuple[Trace, RepeatHeader]]:
     """Repeats whose content has the hash that was written, with or without their events."""

@@ -277,8 +277,8 @@ def _write_checkpoint(file: h5py.File, checkpoint: Mapping[str, NDArray[Any]]) -
         hdf5.write_rows(file, f"{layout.CHECKPOINT}/{name}", values)
     content = hdf5.read_attribute(file, layout.PARAMETERS, "content")
     try:
-        made = layout.checkpoint_hash(checkpoint, content)
+        content_hash = layout.checkpoint_hash(checkpoint, content)
     except OSError as error:
         _log.warning(NO_KEY, error_text(error))
-        made = "none"
-    file[layout.CHECKPOINT].attrs["content"] = np.bytes_(made, "ascii")
+        content_hash = "none"
+    file[layout.CHECKPOINT].attrs["content"] = np.bytes_(content_hash, "ascii")

@@ -20,7 +20,7 @@ from snooker_cli.engine import States, replay, series, simulate
 from snooker_cli.errors import UnsoundError, check_name
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.runs.plan import checked
+from snooker_cli.runs.plan import points_and_classes
 from snooker_cli.scene import EPSILON, PLACE
 from snooker_cli.trace import Events, StopReason, Trace
 from snooker_cli.validation.methods import (
@@ -211,8 +211,8 @@ def hard_plan(names: Sequence[str]) -> Record:
     """
     for name in names:
         check_name(name, CASES, "hard case", "snooker init --list")
-    usual = [name for name, known in CASES.items() if not known.get("by_name_only")]
-    return {"cases": [*dict.fromkeys(names)] or usual, "quick": False}
+    of_default = [name for name, known in CASES.items() if not known.get("by_name_only")]
+    return {"cases": [*dict.fromkeys(names)] or of_default, "quick": False}
 
 
 def steps(plan: Record) -> Iterator[Step]:
@@ -235,7 +235,7 @@ def verdict(name: str) -> Iterator[Record]:
     endings: Counter[str] = Counter()
     worst: dict[str, Check] = {}
     events, faults = 0, []
-    points, _ = checked(loaded)
+    points, _ = points_and_classes(loaded)
     for point in points:
         experiment = point.experiment
         scene = starting_scene(experiment, 0)

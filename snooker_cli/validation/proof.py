@@ -195,7 +195,7 @@ def wrong_contact(event: OwnEvent) -> str:
         offset = state.container.nearest_image(state.positions[i] - state.positions[j])
         gap = float(np.hypot(*offset) - state.radii[i] - state.radii[j])
     wrong = abs(gap) > place_rounding(event)
-    return f"{named(event.time, i, j)}, with a gap of {gap:.2g} m" if wrong else ""
+    return f"{contact_in_words(event.time, i, j)}, with a gap of {gap:.2g} m" if wrong else ""
 
 
 def wrong_impulse(before: Scene, event: OwnEvent) -> str:
@@ -214,7 +214,7 @@ def wrong_impulse(before: Scene, event: OwnEvent) -> str:
     if abs(event.impulse - impulse) <= rounding:
         return ""
     stored = f"with an impulse of {event.impulse:.6g} kg m/s"
-    return f"{named(event.time, event.i, event.j)}, {stored} for {impulse:.6g} kg m/s"
+    return f"{contact_in_words(event.time, event.i, event.j)}, {stored} for {impulse:.6g} kg m/s"
 
 
 def wrong_end(trace: Trace, limited: bool) -> str:
@@ -262,9 +262,9 @@ def difference(
     """
     own, late, wrong, state = "missing", until, "", last.state
     if event is not None:
-        own, late = named(event.time, event.i, event.j), event.time
+        own, late = contact_in_words(event.time, event.i, event.j), event.time
         wrong = wrong_contact(event)
-    true = named(float(truth.time), truth.i, truth.j) if truth else "none"
+    true = contact_in_words(float(truth.time), truth.i, truth.j) if truth else "none"
     with suppress(UndecidedError):
         for _, near in islice(follow(state), 1):
             moment, speed, overlap = last.time + float(near.time), float(near.speed), np.inf
@@ -272,14 +272,14 @@ def difference(
                 relative = np.hypot(*(state.velocities[near.i] - state.velocities[near.j]))
                 overlap = (state.radii[near.i] + state.radii[near.j]) * (speed / relative) ** 2 / 2
             if min((late - moment) * speed, overlap) > place_rounding(last):
-                follows = named(moment, near.i, near.j)
+                follows = contact_in_words(moment, near.i, near.j)
                 wrong = f"{own}; from snooker's own places, {follows} follows"
     if wrong:
         return "wrong", f"{wrong}; the true one is {true}"
     return "rounding", f"{own}; the true one is {true}: rounding, enlarged by chaos, decides"
 
 
-def named(moment: float, i: int, j: int) -> str:
+def contact_in_words(moment: float, i: int, j: int) -> str:
     bodies = f"ball {i} and the wall" if j == CONTAINER else f"balls {i} and {j}"
     return f"{bodies} at {moment:.10g} s"
 

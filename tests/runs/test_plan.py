@@ -16,8 +16,8 @@ from snooker_cli.runs.plan import (
     EVENT_IN_MEMORY,
     SceneClass,
     batch_size,
-    checked,
     is_excessive,
+    points_and_classes,
     run_plan,
     scene_classes,
 )
@@ -83,7 +83,7 @@ def test_the_collisions_of_a_repeat_that_ends_at_a_time_are_estimated(
 ) -> None:
     timed = GAS.replace("collisions: 10", "time: 5")
     loaded = parse(timed, overrides=overrides)
-    every, classes = checked(loaded)
+    every, classes = points_and_classes(loaded)
     plan = run_plan(Run(Path("absent"), loaded.experiment, every), classes, workers=1)
     (point,) = every
     scene, experiment = starting_scene(point.experiment, 0), point.experiment
@@ -97,7 +97,7 @@ def test_the_collisions_of_a_repeat_that_ends_at_a_time_are_estimated(
 
 def test_a_repeat_without_an_end_is_planned() -> None:
     loaded = parse(GAS, overrides=["collisions=null", "time=1e308"])
-    every, classes = checked(loaded)
+    every, classes = points_and_classes(loaded)
     plan = run_plan(Run(Path("absent"), loaded.experiment, every), classes, workers=1)
     assert plan["collisions"] == 1e18
     assert is_excessive(plan)
