@@ -263,10 +263,13 @@ class TimeSeries:
 
 def _sums(values: Array, first: Integers, last: Integers) -> Array:
     """Sums of the last axis from one index until before another, which may be the same."""
-    some, bounds = first < last, np.stack([first, np.maximum(first, last)], axis=-1)
-    padded = np.append(values, np.zeros((*values.shape[:-1], 1)), axis=-1)
-    sums = np.add.reduceat(padded, bounds.ravel(), axis=-1)[..., ::2]
-    return np.asarray(np.where(some, sums.reshape(*values.shape[:-1], *first.shape), 0.0))
+    end = values.shape[-1] - 1  # ``reduceat`` has no place after the last value, which is added
+    bounds = np.minimum(np.stack([first, np.maximum(first, last)], axis=-1), end)
+    sums = np.add.reduceat(values, bounds.ravel(), axis=-1)[..., ::2]
+    sums = sums.reshape(*values.shape[:-1], *first.shape)
+    final = values[..., end].reshape(*values.shape[:-1], *[1] * first.ndim)
+    sums += np.where((first < end) & (end < last), final, 0.0)
+    return np.asarray(np.where(first < last, sums, 0.0))
 
 
 class Collisions:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from snooker_cli.errors import UserError
+from snooker_cli.reproduction.explanations import FACTOR
 from snooker_cli.reproduction.printed import (
     KEYS,
     REFUSED,
@@ -43,6 +44,18 @@ def refused(rows: list[Any]) -> list[bool]:
 def row_of(found: Results, name: str) -> Any:
     """The comparison of a printed number."""
     return next(row for row in found["printed"] if row["name"] == name)
+
+
+def tiny_path(found: Results) -> float:
+    """The mean free path of balls of 0.01 m at the stated density, m."""
+    stated = row_of(found, "mean_free_path")["formula"] / FACTOR
+    return float(stated * found["radius"] / 0.01)
+
+
+def ended_early(found: Results) -> dict[float, int]:
+    """Repeats that ended early, by CoR."""
+    points = found["figures"]["decay-against-cor"]["points"]
+    return {point["parameters"]["cor"]: point["ended_early"] for point in points}
 
 
 def above(known: Any, limit: float) -> bool:
@@ -159,6 +172,16 @@ CLAIMS: Mapping[str, Callable[[Results], bool]] = {
         < ROUNDING
     ),
     # Laws of decay
+    "energy falls faster at smaller CoR": lambda found: (
+        (k := [point["k"] for point in found["figures"]["decay-against-cor"]["points"]])
+        == sorted(k, reverse=True)
+    ),
+    "all five repeats are complete": lambda found: all(
+        row["complete"] == row["requested"]
+        for key in KEYS
+        for laws in found["five"][key].values()
+        for row in laws.values()
+    ),
     "temperature decays as energy": lambda found: temperature_apart(found) < 1e-5,
     "five repeats refuse the exponential": lambda found: all(
         refused(energy(found, "five", "exponential"))
@@ -187,6 +210,12 @@ CLAIMS: Mapping[str, Callable[[Results], bool]] = {
         refused([found["stated"][key]["fits"]["pressure"]["exponential"] for key in KEYS])
     ),
     # Ideal gas
+    "small balls approach the ideal gas": lambda found: (
+        abs(by_radius(found)[min(by_radius(found))] - 1) < 0.02
+    ),
+    "the path of tiny balls is longer than the container": lambda found: (
+        tiny_path(found) > 2 * found["container_radius"]
+    ),
     "the ideal gas law fails as balls grow": lambda found: (
         [*map(by_radius(found).get, sorted(by_radius(found)))] == sorted(by_radius(found).values())
     ),
@@ -215,6 +244,14 @@ CLAIMS: Mapping[str, Callable[[Results], bool]] = {
         for point in found["figures"]["fig18"]["points"]
     ),
     # Beyond the source report
+    "most repeats that end early have a small CoR": lambda found: (
+        sum(number for cor, number in ended_early(found).items() if cor < 0.7)
+        > 0.5 * sum(ended_early(found).values())
+    ),
+    "all repeats at the lowest CoR with an elastic wall are complete": lambda found: (
+        found["haff"]["elastic-wall"][0]["complete"]
+        == found["figures"]["event-decay"]["points"][0]["repeats"]
+    ),
     "theory is too high for balls from rings": lambda found: all(
         row["excess"] > SIGMAS * row["error"] for row in found["haff"]["restitution"]
     ),

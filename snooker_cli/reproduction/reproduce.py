@@ -15,9 +15,9 @@ from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.files import write_json
 from snooker_cli.formatting import plain, short, with_error
 from snooker_cli.report.document import Pages
-from snooker_cli.reproduction.claims import CLAIMS, check, decay_factors
+from snooker_cli.reproduction.claims import CLAIMS, check, decay_factors, tiny_path
 from snooker_cli.reproduction.explanations import explain
-from snooker_cli.reproduction.printed import KEYS, comparison, statements
+from snooker_cli.reproduction.printed import KEYS, REFUSED, comparison, statements
 from snooker_cli.reproduction.run_results import SETTLED, WINDOWS, Results, results
 from snooker_cli.reproduction.source_values import LORD, TARGETS, TITLE, text_of_file
 from snooker_cli.validation import accuracy_study
@@ -76,8 +76,8 @@ def build(folder: Path, out: Path, report_progress: Callable[[str], None]) -> li
             pictures[file] = pages.add_figure(file, figure_data(runs, file), entry["label"])
         report_progress("results, and what the text says about them")
         found = all_results(runs, pictures)
-        write_json(out / "numbers.json", six_digits(found))
         check(found | {"measured": {name: measurement(name) for name in MEASUREMENTS}})
+        write_json(out / "numbers.json", six_digits(found))
         for point in runs["decay"].points:
             pages.add_player(runs["decay"], point)
         report_progress("pages")
@@ -131,6 +131,8 @@ def values(found: Results, experiments: Mapping[str, Any]) -> dict[str, Any]:
         "lord": 2 * LORD,
         "windows": WINDOWS,
         "settled": SETTLED,
+        "refused": REFUSED,
+        "tiny_path": tiny_path(found),
         "factors": decay_factors(found),
         "holds": holds,
         "held": _held,

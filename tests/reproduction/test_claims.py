@@ -164,4 +164,4 @@ def test_no_result_is_typed_in_the_text() -> None:
 
 
 SETTINGS = ("0.8", "0.9", "0.95", "0.01", "0.001")
-"""CoR, radii, and limits of p that the text names."""
+"""CoR and radii that the text names."""
