@@ -25,14 +25,19 @@ from snooker_cli.analysis.measurement import (
     relaxing,
     typical_pairs,
 )
-from snooker_cli.analysis.predictions import EQUILIBRIUM, NO_THEORY, UNITS, Row, SpeedLaw
+from snooker_cli.analysis.predictions import (
+    CHI_SQUARE,
+    EQUILIBRIUM,
+    NO_THEORY,
+    UNITS,
+    Row,
+    SpeedLaw,
+)
 from snooker_cli.formatting import plain
 from snooker_cli.trace import StopReason, Trace
 
 LEAST_EXPECTED = 8
 """Balls expected in the first and last bin of the chi-square; bins with fewer are merged."""
-
-CHI_SQUARE = "χ² of the speed distribution, per degree of freedom"
 
 
 @dataclass(frozen=True)
@@ -67,7 +72,7 @@ class Comparison:
 
     def as_json(self) -> dict[str, Any]:
         """A row of ``compare --json``; what is not a number is null."""
-        row = {"quantity": self.quantity, "unit": UNITS.get(self.quantity, "1"), **vars(self)}
+        row = {"quantity": self.quantity, "unit": UNITS[self.quantity], **vars(self)}
         return dict(plain(row | {"difference_in_errors": self.in_errors}))
 
 
@@ -94,16 +99,15 @@ def comparisons_of(
     moved = measurement.collisions > 0
     moving = measurement.chosen(moved)
     relaxed = moving.chosen(np.isfinite(moving.relaxed.length))
-    used, settled = len(moving.time), len(relaxed.time)
+    used, relaxed_count = len(moving.time), len(relaxed.time)
     if used < total:
         which = "the repeat" if total == 1 else f"{total - used} of {total} repeats"
         notes.append(Note(f"{which} {'has' if total - used == 1 else 'have'} no collisions"))
     if not used:
         return [], notes
     if scene.number > 1:
-        notes.append(
-            Note(_relaxation(measurement, used - settled), ", ".join((*EQUILIBRIUM, CHI_SQUARE)))
-        )
+        affected = ", ".join((*EQUILIBRIUM, CHI_SQUARE))
+        notes.append(Note(_relaxation(measurement, used - relaxed_count), affected))
     notes += predictions.notes(scene)
     fitted = {
         (decay.quantity, decay.law): np.array([fit.value for fit in decay.fits])[moved]
@@ -111,12 +115,12 @@ def comparisons_of(
     }
     comparisons: list[Comparison] = []
     with np.errstate(divide="ignore", invalid="ignore"):  # rows without a value are left out
-        if settled:
+        if relaxed_count:
             for rows in (predictions.pressures, predictions.rates, predictions.speeds):
-                comparisons += _compared(rows(relaxed), settled, notes)
+                comparisons += _compared(rows(relaxed), relaxed_count, notes)
             counts = relaxed.speeds.sum(axis=0)
             laws = predictions.speed_laws(scene) if counts.any() else []
-            comparisons += [_chi_square(law, counts, settled) for law in laws]
+            comparisons += [_chi_square(law, counts, relaxed_count) for law in laws]
         comparisons += _compared(predictions.cooling(moving, fitted), used, notes)
     if ratio := theory.critical_ratio(scene, scene.restitution):
         none = math.nan, math.nan, math.nan, math.nan

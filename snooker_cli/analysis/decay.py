@@ -172,7 +172,7 @@ class Decay:
             "model": self.law,
             "amplitude": "fixed at 1" if self.held else "free",
             **vars(self.over_repeats),
-            "unit": "s-1",
+            "unit": "1/s",
             "short": self.short,
             "complete": number_complete(self.ended),
             "reason": self.reason,
@@ -262,7 +262,7 @@ def course(
         return _in_windows(measurement, name, since, until)
     curve, weight = measurement.curve, measurement.curve.weight
     if QUANTITIES[name].is_mean:
-        begins, first = measurement.settled.T
+        begins, first = measurement.first_fitted_pressure.T
         origin = np.maximum(begins, curve.time[:, 0])
         value, means = curve.pressure, curve.group_pressure
         weight = np.where(np.isnan(means), 0.0, weight)

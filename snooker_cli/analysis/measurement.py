@@ -56,8 +56,9 @@ class Measurement:
     windows, whole, relaxed : averages over ``WINDOWS`` equal windows of time; over all of it; after
         the relaxation, nan in repeats that are too short
     curve : between the times that are fitted
-    settled : (*repeats*, 2) time (s) and mean pressure since the start (Pa m) just after
-        ``SKIPPED_COLLISIONS``, or later if no ball has hit the wall; nan in shorter repeats
+    first_fitted_pressure : (*repeats*, 2) time (s) and mean pressure since the start (Pa m)
+        just after ``SKIPPED_COLLISIONS``, or later if no ball has hit the wall; nan in shorter
+        repeats
     across : (*repeats*, WINDOWS) as in `observables.shares_across`
     by_side : (*repeats*, WINDOWS, *sides*) as in `observables.wall_energies`, J; nan unless the
         laws of straight walls differ
@@ -80,7 +81,7 @@ class Measurement:
     whole: Averages
     relaxed: Averages
     curve: Curve
-    settled: Array
+    first_fitted_pressure: Array
     across: Array
     by_side: Array
     rotation_energy: Array
@@ -240,7 +241,7 @@ def _measured(traces: Sequence[Trace], limits: tuple[float, float], pairs: float
     calm_lasts = np.array([trace.stop.time for trace in calm])
     after = rows.averages(np.stack([relaxed, calm_lasts], axis=1), ends)
     collisions = Collisions(rows, traces)
-    curve, settled = collisions.curve(*limits)
+    curve, first_fitted_pressure = collisions.curve(*limits)
     kinetic, energies = rows.columns[KINETIC], rows.columns[KINETIC] + rows.columns[CONTAINER]
     sides = np.full((len(traces), WINDOWS, len(scene.container.sides)), math.nan)
     if isinstance(scene.wall_law, Sides):
@@ -250,10 +251,10 @@ def _measured(traces: Sequence[Trace], limits: tuple[float, float], pairs: float
     return Measurement(
         scene=scene,
         windows=windows,
-        whole=windows.since(0),
+        whole=windows.from_window(0),
         relaxed=Averages(*(column[:, 0] for column in after)),
         curve=curve,
-        settled=settled,
+        first_fitted_pressure=first_fitted_pressure,
         across=np.stack([observables.shares_across(trace, WINDOWS) for trace in traces]),
         by_side=sides,
         rotation_energy=_rotation_energies(traces),

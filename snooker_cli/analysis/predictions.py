@@ -35,10 +35,13 @@ GIVEN = "energy from the walls"
 NO_THEORY = "no theory"
 """The model of a row that has a measured value only."""
 
+CHI_SQUARE = "χ² of the speed distribution, per degree of freedom"
+
 UNITS = dict.fromkeys(("Haff's α", "decay constant of energy", "decay constant of pressure"), "1/s")
 UNITS |= EQUILIBRIUM
 UNITS |= {"pressure by the virial": "Pa m", GIVEN: "J/s"}
-UNITS |= {"energy taken by a collision": "J"}
+UNITS |= {"energy taken by a collision": "J", CHI_SQUARE: "1"}
+UNITS |= dict.fromkeys(("energy left at the end", "L/L_c", "T across/T along"), "1")
 UNITS |= dict.fromkeys((f"energy from the {side} wall" for side in Box.sides), "J/s")
 
 HEAVY = 1000.0
@@ -206,28 +209,29 @@ def _heavy(scene: Scene) -> bool:
 def pressures(measurement: Measurement) -> Iterator[Row]:
     """Pressures: of an ideal gas, and of equal hard disks."""
     scene, relaxed = measurement.scene, measurement.relaxed
-    pressure, warm = relaxed.pressure(scene), relaxed.kinetic_energy / scene.number
+    pressure, temperature = relaxed.pressure(scene), relaxed.kinetic_energy / scene.number
     ideal = theory.ideal_gas_pressure(scene.number, 1.0, scene.container.area)
     ratio = relaxed.ideal_gas_ratio(scene)
-    yield "pressure", IDEAL, pressure, ideal * warm
-    yield "temperature", f"{IDEAL}, PV/N", warm, pressure / ideal
+    yield "pressure", IDEAL, pressure, ideal * temperature
+    yield "temperature", f"{IDEAL}, PV/N", temperature, pressure / ideal
     yield "PV/NT", IDEAL, ratio, 1.0
     if not scene.equal_balls:
         return
     walls, number, radius = scene.container.has_wall, scene.number, float(scene.radii[0])
     # Without walls balls meet at a temperature of their own; with them this is one.
-    met = relaxed.meeting / warm
+    met = relaxed.meeting / temperature
     if walls:
         accessible = theory.accessible_wall_pressure(number, 1.0, radius, scene.container)
-        yield "pressure", "accessible area", pressure, accessible * warm
+        yield "pressure", "accessible area", pressure, accessible * temperature
     disks = dict[str, DiskRatio]()
     if scene_state(scene, 1.0) is not None:
         disks = disk_ratios(scene)
         excluded = theory.van_der_waals_pressure(number, 1.0, scene.container.area, radius) / ideal
-        yield "pressure", "van der Waals", pressure, (1 + (excluded - 1) * met) * ideal * warm
+        corrected = 1 + (excluded - 1) * met
+        yield "pressure", "van der Waals", pressure, corrected * ideal * temperature
     expected = {model: 1 + (one.pressure - 1) * met for model, one in disks.items()}
     for model, value in expected.items():
-        yield "pressure", model, pressure, value * ideal * warm
+        yield "pressure", model, pressure, value * ideal * temperature
     for model, value in expected.items():
         yield "PV/NT", model, ratio, value
     for model, one in disks.items() if walls else ():

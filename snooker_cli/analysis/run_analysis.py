@@ -33,7 +33,8 @@ Counting = Callable[[Iterator[Trace], str, int], Iterator[Trace]]
 
 Records: TypeAlias = list[dict[str, Any]]
 
-SOURCES = ("analysis/*.py", "engine/*.py", "*.py")  # they decide what an analysis finds
+SOURCES = ("analysis/*.py", "engine/*.py", "runs/*.py", "*.py")
+"""Whatever decides what an analysis finds."""
 
 BYTES_OF_POINT = 100_000  # of its results with up to 100 repeats; they take a fifth of it
 
@@ -97,7 +98,7 @@ def comparisons(
     return _of_all(run, tuple(points or run.points), "comparisons", counting)
 
 
-def results(
+def table_columns(
     run: Run, points: Sequence[Point], counting: Counting = uncounted
 ) -> list[dict[str, list[Any]]]:
     """The columns of ``Run.table`` of ``api`` by point, with a value for each repeat that is there.
@@ -193,7 +194,7 @@ def measurement_of(
     statuses = run.statuses(point.index)
     there = [status for status in statuses if status.repeat in set(repeats)]
     key = "measurement", point.index, *_fingerprints(there)
-    pairs = typical_pairs(_ended(statuses))
+    pairs = typical_pairs(_pair_counts(statuses))
     return MEMORY.get(key, lambda: measure(traces(), pairs=pairs), run)
 
 
@@ -205,7 +206,7 @@ def _fingerprints(statuses: Sequence[RepeatStatus]) -> Iterator[str]:
             yield f"{status.repeat} {status.header.fingerprint if status.header else ''}"
 
 
-def _ended(statuses: Sequence[RepeatStatus]) -> Iterator[tuple[int, bool]]:
+def _pair_counts(statuses: Sequence[RepeatStatus]) -> Iterator[tuple[int, bool]]:
     """Collisions between balls of each repeat that is there, and whether it is complete."""
     for status in statuses:
         if status.header is not None:

@@ -151,7 +151,7 @@ def rows(measurement: Measurement, first: int) -> Iterator[Row]:
     Theory is that of a uniform gas with Maxwell's speeds. Elastic balls in walls of one temperature
     are in equilibrium. Then theory also has the rate of hits for N balls in the container.
     """
-    scene, steady = measurement.scene, measurement.windows.since(first)
+    scene, steady = measurement.scene, measurement.windows.from_window(first)
     number, container, radius = scene.number, scene.container, float(scene.radii[0])
     density, mass, equal = number / container.area, float(scene.masses[0]), scene.equal_balls
     temperatures, fluid = expected_temperatures(scene), _is_fluid(scene)
@@ -236,7 +236,7 @@ def notes(measurement: Measurement, first: int) -> Iterator[Note]:
 
 def _rotation(measurement: Measurement, first: int) -> str:
     """A sentence on the share of the energy that a smooth driven circle keeps in a rotation."""
-    energy = measurement.windows.since(first).kinetic_energy
+    energy = measurement.windows.from_window(first).kinetic_energy
     share, error = observables.mean_and_error(measurement.rotation_energy / energy)
     if share < observables.ROUNDING:
         return "common rotation: none, and a smooth circle adds none"

@@ -5,11 +5,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-from snooker_cli.analysis.comparison import CHI_SQUARE
 from snooker_cli.analysis.decay import FURTHER, range_held
 from snooker_cli.analysis.fitting import LAWS
 from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FEW_REPEATS, holding
-from snooker_cli.analysis.predictions import GIVEN
+from snooker_cli.analysis.predictions import CHI_SQUARE, GIVEN
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.formatting import point_label, probability, ratio, short, text_table, with_error
 

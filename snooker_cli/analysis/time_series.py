@@ -88,7 +88,7 @@ class Averages(NamedTuple):
         with np.errstate(invalid="ignore", divide="ignore"):
             return 1 + self.pair_virial / (2 * self.kinetic_energy * self.length)
 
-    def since(self, first: int) -> "Averages":
+    def from_window(self, first: int) -> "Averages":
         """Averages over the spans from one on, which are equally long."""
         columns = [column[:, first:] for column in self]
         means = [column.mean(axis=1) for column in columns[:MEANS]]
@@ -111,7 +111,7 @@ class Curve(NamedTuple):
     kinetic_energy, container_energy : J, at the rows
     wall_events, pair_events : collisions before the rows
     pressure : mean pressure since the start, Pa m; nan at the start
-    energy_moment : ∫ ``Series.energy_moment`` dt since the start, s
+    energy_moment_integral : ∫ ``Series.energy_moment`` dt since the start, s
     wall_energy, lost_energy : as in ``Series``; nan unless walls give energy
     weight : collisions of a group that count, zero if there is none; the start counts as one
     group_time, group_kinetic, group_container, group_pressure : means over these collisions of the
@@ -125,7 +125,7 @@ class Curve(NamedTuple):
     wall_events: Array
     pair_events: Array
     pressure: Array
-    energy_moment: Array
+    energy_moment_integral: Array
     wall_energy: Array
     lost_energy: Array
     weight: Array
@@ -338,7 +338,7 @@ class Collisions:
         return self.pressure(self.time, self.after(IMPULSE), moved, self.after(VIRIAL))
 
     def curve(self, since: float, until: float) -> tuple[Curve, Array]:
-        """`Measurement.curve` between times (s), and `Measurement.settled`."""
+        """`Measurement.curve` between times (s), and `Measurement.first_fitted_pressure`."""
         rows, weight = self.rows, self.weight * ((self.time >= since) & (self.time <= until))
         row, begin = self._groups(weight)
         time = self._edges(row, begin)
@@ -368,7 +368,7 @@ class Collisions:
             wall_events=rows.columns[AT_WALL, row],
             pair_events=rows.columns[BETWEEN, row],
             pressure=self.pressure(time, impulse, moved, virial),
-            energy_moment=moment,
+            energy_moment_integral=moment,
             wall_energy=given,
             lost_energy=lost,
             weight=number,

@@ -35,10 +35,10 @@ TABLES = (".csv", ".parquet")  # files of columns
 
 def table_of(run: Run, points: tuple[Point, ...]) -> dict[str, NDArray[Any]]:
     """What ``Run.table`` gives for points."""
-    from snooker_cli.analysis.run_analysis import results
+    from snooker_cli.analysis.run_analysis import table_columns
 
     tables: list[dict[str, list[Any]]] = []
-    for point, columns in zip(points, results(run, points, counting), strict=True):
+    for point, columns in zip(points, table_columns(run, points, counting), strict=True):
         if not columns:
             continue
         own = {"repeat": run.present(point)} | columns

@@ -178,7 +178,8 @@ class Run(runs.Run):
         where : only points with these values, as in ``matching``
 
         ``point``, the swept keys (nan for null), ``repeat``; ``ending`` as ``show`` has it and
-        ``complete``; ``time`` (s) and numbers of ``collisions``. ``temperature`` (J), ``pressure``
+        ``complete``; ``time`` (s) and numbers of ``collisions``, of which ``wall_collisions`` are
+        with the wall and ``pair_collisions`` between balls. ``temperature`` (J), ``pressure``
         (Pa m) and ``mean_speed`` (m/s) are means over the time of the repeat. ``energy_ratio`` is
         the energy at the end over that at the start. ``k`` and ``alpha`` (1/s) are fits to the
         energy: the constants of exp(−kt) and of Haff's law; nan without a fit. Where walls give

@@ -15,7 +15,7 @@ from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import listed, short
 from snooker_cli.runs import RepeatState, RepeatStatus, Run
-from snooker_cli.runs.run import repeats_in
+from snooker_cli.runs.run import point_and_repeats
 
 Item = TypeVar("Item")
 Gas: TypeAlias = Literal["cooling", "elastic", "warm"]
@@ -68,7 +68,7 @@ def begun(run: Run, selection: Selection) -> tuple[Point, ...]:
         return (
             bool(files)
             if selection.repeat is None
-            else any(selection.repeat in repeats_in(file)[1] for file in files)
+            else any(selection.repeat in point_and_repeats(file)[1] for file in files)
         )
 
     return _some(run, selection, is_there)

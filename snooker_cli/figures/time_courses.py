@@ -257,7 +257,7 @@ def _a2(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
         return
     for point, times in _common_times(build, SUMS):
         curve = build.measurement(point).curve
-        moments = np.diff(curve.at(times, curve.energy_moment), axis=1) / np.diff(times)
+        moments = np.diff(curve.at(times, curve.energy_moment_integral), axis=1) / np.diff(times)
         middle = (times[1:] + times[:-1]) / 2
         yield point, build.start(point), middle, _known(moments[..., np.newaxis] / 2 - 1)
 

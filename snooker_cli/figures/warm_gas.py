@@ -69,7 +69,7 @@ class _Steady:
 
     def averages(self, point: Point) -> Averages:
         """Averages over this part of the repeats of a point."""
-        return self.build.measurement(point).windows.since(self.first(point))
+        return self.build.measurement(point).windows.from_window(self.first(point))
 
     def temperatures(self, point: Point) -> Array:
         """Mean energies of a ball in this part, J; (*repeats*,)."""

@@ -23,7 +23,7 @@ from snooker_cli.files import (
     write_json,
 )
 from snooker_cli.formatting import listed, plain, printable
-from snooker_cli.runs.run import ANALYSIS, FIGURES, MANIFEST, RepeatState, Run, repeats_in
+from snooker_cli.runs.run import ANALYSIS, FIGURES, MANIFEST, RepeatState, Run, point_and_repeats
 
 if sys.platform != "win32":
     import fcntl
@@ -79,7 +79,7 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
     """
     directory = run.directory
     # A run has its manifest before its repeats.
-    if _repeats_in(directory) and not _is_run(directory):
+    if _repeat_files(directory) and not _is_run(directory):
         return "" if fresh else _restored(run)
     if not _is_run(directory):
         other = directory.is_dir() and any(path.suffix != ".part" for path in directory.iterdir())
@@ -130,9 +130,9 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
 
 def _restored(run: Run) -> str:
     """What ``planned_change`` returns where the manifest is lost. Raises ``RunError``."""
-    for path in _repeats_in(run.directory):
+    for path in _repeat_files(run.directory):
         reason = "belongs to a longer sweep"
-        if repeats_in(path)[0] < len(run.points):
+        if point_and_repeats(path)[0] < len(run.points):
             others = (s for s in run.file_statuses(path) if s.state is RepeatState.UNUSABLE)
             reason = next((s.error.reason for s in others if s.header and s.error), "")
         if reason:
@@ -144,9 +144,9 @@ def _restored(run: Run) -> str:
     return f"{run.directory}: {LOST}; it is made again, and the repeats are kept"
 
 
-def _repeats_in(directory: Path) -> list[Path]:
+def _repeat_files(directory: Path) -> list[Path]:
     """The files of repeats in a folder."""
-    return [path for path in directory.glob("point-*/repeats-*-*.h5") if repeats_in(path)[1]]
+    return [path for path in directory.glob("point-*/repeats-*-*.h5") if point_and_repeats(path)[1]]
 
 
 def _physics(point: Point) -> tuple[dict[str, Any], str]:
@@ -198,7 +198,7 @@ def open_run(name: str | Path) -> Run:
             advice = f"give one of the runs in it: {listed(inside[:MOST_NAMED] + more)}"
         elif near:
             advice = f"the nearest is {Path(name).with_name(near[0])}, and `snooker ls` lists all"
-        if _repeats_in(lost := Path(name)) or _repeats_in(lost := RUNS / name):
+        if _repeat_files(lost := Path(name)) or _repeat_files(lost := RUNS / name):
             advice = f"run its config again with --out {lost}, which keeps the repeats"
             raise RunError(f"{lost}: {LOST}", advice)
         raise RunError(f"{name}: there is no run here (no {MANIFEST})", advice)
@@ -235,7 +235,7 @@ def runs_in(directory: Path) -> list[Path]:
 
     With those that have lost their manifest, so that no repeat is hidden.
     """
-    if _is_run(directory) or _repeats_in(directory):
+    if _is_run(directory) or _repeat_files(directory):
         return [directory]
     if not directory.is_dir():
         raise RunError(

@@ -136,7 +136,7 @@ class Run:
     def batches(self, point: int) -> list[Path]:
         """The files of a point's batches."""
         files = (self.directory / f"point-{point:04d}").glob("repeats-*-*.h5")
-        return sorted(path for path in files if repeats_in(path)[1])
+        return sorted(path for path in files if point_and_repeats(path)[1])
 
     def chosen(self, point: int, repeat: int) -> Point:
         """The point with a number. Raises ``UserError`` if there is no such point or repeat."""
@@ -227,7 +227,7 @@ class Run:
             return
         for path in chain.from_iterable(self.batches(point.index) for point in self.points):
             # A file with later repeats than this run has belongs to a longer run: it stays.
-            if path not in kept and repeats_in(path)[1].stop <= self.experiment.repeats:
+            if path not in kept and point_and_repeats(path)[1].stop <= self.experiment.repeats:
                 discard(path)
 
     def file_statuses(self, path: Path, *, check: Check | None = None) -> list[RepeatStatus]:
@@ -236,7 +236,7 @@ class Run:
         check : checks the content too; without it, headers are read once, as long as the file's
             size and age stay
         """
-        point, repeats = repeats_in(path)
+        point, repeats = point_and_repeats(path)
         try:
             info = store.file_info(path)
             if info is None:  # another process has just deleted it
@@ -350,7 +350,7 @@ def hidden_collapses(run: Run) -> list[tuple[int, int]]:
 _FILE = re.compile(r"point-(\d+)/repeats-(\d+)-(\d+)\.h5")
 
 
-def repeats_in(path: Path) -> tuple[int, range]:
+def point_and_repeats(path: Path) -> tuple[int, range]:
     """The point and the repeats in the name of a batch's file; no repeats for another file."""
     match = _FILE.fullmatch(f"{path.parent.name}/{path.name}")
     point, first, last = map(int, match.groups()) if match else (-1, 0, -1)

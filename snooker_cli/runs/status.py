@@ -9,6 +9,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from datetime import UTC, datetime
+from itertools import chain
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from snooker_cli.files import unfinished
 from snooker_cli.formatting import counted, printable
 from snooker_cli.laws import Constant
 from snooker_cli.runs.folder import failures, is_locked
-from snooker_cli.runs.run import RepeatState, RepeatStatus, Run, repeats_in
+from snooker_cli.runs.run import RepeatState, RepeatStatus, Run, point_and_repeats
 from snooker_cli.trace import StopReason
 
 COUNTS = ("done", "running", "failed", "to_do")  # each repeat is counted in one of these
@@ -37,7 +38,8 @@ def run_status(run: Run, reading: Callable[[str], None] = lambda _: None) -> dic
     """
     locked = is_locked(run.directory)
     folders = run.directory.glob("point-*") if locked else ()
-    writing = [repeats_in(target_of(part)) for folder in folders for part in unfinished(folder)]
+    parts = chain.from_iterable(map(unfinished, folders))
+    writing = [point_and_repeats(target_of(part)) for part in parts]
     failed = failures(run)
     numbers = dict.fromkeys((*COUNTS, "collisions"), 0)
     ledger: list[dict[str, Any]] = [

@@ -22,7 +22,8 @@ from snooker_cli.trace import StopReason
 if sys.platform != "win32":
     import resource
 
-MEMORY, MEMORY_PER_BYTE = 10**9, 8  # that reading a file may take, and more for each of its bytes
+READING_MEMORY, MEMORY_PER_BYTE = 10**9, 8
+"""Bytes that reading a file may take, and more for each of its bytes."""
 
 ADVICE = "delete it and run again"
 
@@ -69,7 +70,7 @@ def _checked_statuses(run: Run, point: int) -> Iterator[RepeatStatus]:
 def check(path: Path) -> list[store.RepeatHeader]:
     """As ``store.check``, but a file may not fill the memory. Raises ``StoreError``."""
     size = (store.file_info(path) or (0, 0))[0]
-    with limited_memory(MEMORY + MEMORY_PER_BYTE * size):
+    with limited_memory(READING_MEMORY + MEMORY_PER_BYTE * size):
         return store.check(path)
 
 
@@ -124,7 +125,7 @@ def origin_fault(run: Run, header: store.RepeatHeader) -> str:
     ]
     if names:
         return f"repeat {repeat} was simulated with another {listed(names)} than the config's"
-    limits = limits_of(run, header.provenance)
+    limits = config_of(run, header.provenance)
     at_time = header.stop.time, limits.time
     ends = {
         StopReason.COLLISIONS: (header.collisions, limits.collisions),
@@ -141,7 +142,7 @@ def origin_fault(run: Run, header: store.RepeatHeader) -> str:
     return ""
 
 
-def limits_of(run: Run, source: store.Provenance) -> Experiment:
+def config_of(run: Run, source: store.Provenance) -> Experiment:
     """The config whose limits a stored repeat has, perhaps from before an extension of the run."""
     experiment = run.points[source.point].experiment
     if source.digest == run.digests[source.point]:
@@ -152,7 +153,7 @@ def limits_of(run: Run, source: store.Provenance) -> Experiment:
 def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Event) -> bool:
     """Whether simulating a repeat again gives the same bits, or is cancelled."""
     source = header.provenance
-    experiment, limits = run.points[source.point].experiment, limits_of(run, source)
+    experiment, limits = run.points[source.point].experiment, config_of(run, source)
     most = limits.collisions or header.collisions
     interrupted = header.stop.reason is StopReason.INTERRUPTED
     fingerprint = store.Fingerprint()

@@ -24,7 +24,7 @@ from snooker_cli.files import own_folder, read_text, signature, sources_hash, wr
 from snooker_cli.formatting import counted, duration, plain
 from snooker_cli.laws import Sides, WallLaw, word_of
 from snooker_cli.runs import Run
-from snooker_cli.runs.verification import ADVICE, limits_of, origin_fault
+from snooker_cli.runs.verification import ADVICE, config_of, origin_fault
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import CONTAINER, SLIDE, StopReason, Trace
 from snooker_cli.validation.exact_twin import (
@@ -339,7 +339,7 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
         kept = json.loads(read_text(path))
         if kept["hash"] == signature(origin, kept["proof"]):
             return dict(kept["proof"])
-    summary, limits = trace.events is None, limits_of(run, header.provenance)
+    summary, limits = trace.events is None, config_of(run, header.provenance)
     if summary:
         most = min(trace.collisions, collisions)
         trace = simulate(trace.start, collisions=most, time=limits.time)

@@ -11,9 +11,10 @@ from scenes import gas
 
 from snooker_cli import containers, theory
 from snooker_cli.analysis import comparison, decay, predictions
-from snooker_cli.analysis.comparison import CHI_SQUARE, Comparison
+from snooker_cli.analysis.comparison import Comparison
 from snooker_cli.analysis.measurement import measure, relaxed_at
 from snooker_cli.analysis.observables import mean_and_error, reduced_speed_counts
+from snooker_cli.analysis.predictions import CHI_SQUARE
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
 from snooker_cli.engine.simulation import simulate_batch

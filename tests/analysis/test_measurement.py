@@ -103,7 +103,7 @@ def test_means_over_time_by_hand(in_circle: Trace) -> None:
     found = measure([in_circle])
     assert found.windows.kinetic_energy[0].tolist() == [2] * 2 + [0.5] * 14 + [0.125] * 4
     assert found.whole.kinetic_energy[0] == pytest.approx(11.5 / 20, rel=4 * EPSILON)
-    assert found.windows.since(16).kinetic_energy.tolist() == [0.125]
+    assert found.windows.from_window(16).kinetic_energy.tolist() == [0.125]
     assert (found.first_energy[0], found.last_energy[0]) == (2, 0.125)
     # The start, and the three collisions: two of them at one instant count as the last.
     curve = found.curve
@@ -243,7 +243,7 @@ def test_the_curve_is_that_of_slow_loops(measured: tuple[Trace, Measurement]) ->
     first = next((row for row in instants if events[row] >= SKIPPED_COLLISIONS), None)
     if first is not None:
         expected = [time[first], after[first]]
-        assert found.settled[0] == pytest.approx(expected, rel=1e-12)
+        assert found.first_fitted_pressure[0] == pytest.approx(expected, rel=1e-12)
 
 
 def test_after_the_relaxation_only_calm_collisions_count(
@@ -275,7 +275,8 @@ def test_repeats_are_measured_as_each_alone(monkeypatch: pytest.MonkeyPatch) -> 
                 pairs = zip(getattr(found, name), getattr(single, name), strict=True)
                 for values, own in pairs:
                     np.testing.assert_allclose(values[row], own[0], rtol=1e-12, err_msg=name)
-            assert found.settled[row] == pytest.approx(single.settled[0], rel=1e-12, nan_ok=True)
+            expected = pytest.approx(single.first_fitted_pressure[0], rel=1e-12, nan_ok=True)
+            assert found.first_fitted_pressure[row] == expected
     chosen = together.chosen(np.array([False, True, False, True]))
     assert chosen.collisions.tolist() == [40, 700]
     assert chosen.curve.time.tolist() == together.curve.time[[1, 3]].tolist()

@@ -22,7 +22,7 @@ from snooker_cli.runs.run import ANALYSIS
 KINDS = {
     "fits": run_analysis.fits,
     "comparisons": run_analysis.comparisons,
-    "table": lambda run: run_analysis.results(run, run.points),
+    "table": lambda run: run_analysis.table_columns(run, run.points),
 }
 
 

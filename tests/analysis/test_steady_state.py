@@ -283,7 +283,7 @@ def test_a_warm_gas_has_no_decay_constants(driven: list[Trace]) -> None:
 def test_averages_over_windows_are_those_over_the_part(driven: list[Trace]) -> None:
     """The means of windows, and their gains, are those from the start of the first to the end."""
     measured = measure(driven[:2])
-    steady = measured.windows.since(8)
+    steady = measured.windows.from_window(8)
     for repeat, trace in enumerate(driven[:2]):
         columns, since = series(trace), 0.4 * trace.stop.time
         first = np.searchsorted(columns.time, since, side="right") - 1

@@ -34,7 +34,7 @@ def test_a_file_may_not_take_much_memory(
     store.write(small, [(0, traces["events"])], provenance)
     store.write(large, [(0, traces["events"])], replace(provenance, config=text))
     assert len(verification.check(large)) == 1
-    monkeypatch.setattr(verification, "MEMORY", 10**8)
+    monkeypatch.setattr(verification, "READING_MEMORY", 10**8)
     monkeypatch.setattr(verification, "MEMORY_PER_BYTE", 0)
     assert len(verification.check(small)) == 1
     with pytest.raises(DeniedError, match="needs more memory than there is"):
@@ -55,7 +55,7 @@ def test_a_file_without_memory_is_one_bad_file(
     """The other files are read."""
     path = finished / "point-0000" / "repeats-0000-0002.h5"
     hostile.provenance(machine="a" * 10**8)(path)
-    monkeypatch.setattr(verification, "MEMORY", 10**8)
+    monkeypatch.setattr(verification, "READING_MEMORY", 10**8)
     monkeypatch.setattr(verification, "MEMORY_PER_BYTE", 0)
     ended = snooker("verify", "small")
     assert (ended.code, ended.err) == (1, "")
