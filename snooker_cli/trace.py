@@ -256,6 +256,11 @@ class Summary:
     speed_histogram: NDArray[np.int64]
 
 
+def even_choice(count: int, most: int) -> NDArray[np.int64]:
+    """At most ``most`` of ``count`` rows at even distances, with the first and the last."""
+    return np.linspace(0, count - 1, min(count, most)).round().astype(np.int64)
+
+
 SPEED_BIN, SPEED_BINS = 0.125, 32  # width of a bin of reduced speed, and number of bins
 
 

@@ -20,6 +20,7 @@ from snooker_cli.trace import (
     StopReason,
     Summary,
     Trace,
+    even_choice,
 )
 
 Array = NDArray[np.float64]
@@ -54,11 +55,6 @@ def before_collapse(trace: Trace) -> Trace:
         pair_events=int(calm.pair_events[-1]),
         summary=Summary(calm, summary.speed_histogram[:rows]),
     )
-
-
-def _evenly(count: int, most: int) -> NDArray[np.intp]:
-    """An even choice of at most ``most`` of ``count`` rows, with the first and the last."""
-    return np.linspace(0, count - 1, min(count, most)).round().astype(np.intp)
 
 
 # A trace -> energy, temperature and pressure, over time and as means.
@@ -164,7 +160,7 @@ def at_collisions(trace: Trace, most: int = 2000) -> States:
     if trace.events is None:
         raise ValueError("this repeat was recorded as a summary: it has no states to show")
     most = max(2, min(most, MOST_BALLS // trace.start.number))
-    rows = _evenly(len(trace.events) + 1, most)
+    rows = even_choice(len(trace.events) + 1, most)
     return replay(trace, np.concatenate([[0.0], trace.events.time])[rows])
 
 

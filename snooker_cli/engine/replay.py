@@ -14,7 +14,7 @@ from snooker_cli.engine.conversion import new_states, origin_of
 from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.errors import UnsoundError
-from snooker_cli.trace import SLIDE, SPEED_BINS, Series, Trace, joined
+from snooker_cli.trace import SLIDE, SPEED_BINS, Series, Trace, even_choice, joined
 
 ESCAPE = 1.0  # of the container's size from its centre; rounding takes balls over half of it
 BATCH = (
@@ -112,7 +112,7 @@ def series(trace: Trace, most: int | None = None) -> Series:
         raise ValueError("this repeat has neither events nor a summary")
     events, slides = trace.events, trace.start.slides
     rows = len(events) + 1
-    kept = np.linspace(0, rows - 1, min(rows, most or rows)).round().astype(np.int64)
+    kept = even_choice(rows, most or rows)
     time = np.concatenate([[0.0], events.time])[kept]
     if slides:  # what slides presses until the end, though there is no event
         time = np.append(time, trace.stop.time)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.analysis.observables import instants
 from snooker_cli.formatting import plain
+from snooker_cli.trace import even_choice
 
 Array: TypeAlias = NDArray[np.float64]
 Course: TypeAlias = tuple[Array, Array]  # times (s) and values
@@ -177,5 +178,4 @@ def more_than_a_decade(columns: Iterable[Array]) -> bool:
 def thinned(time: Array) -> NDArray[np.intp]:
     """An even choice of at most ``MOST_VERTICES`` rows, one per instant, the first and the last."""
     rows = instants(time)
-    chosen = np.linspace(0, len(rows) - 1, min(len(rows), MOST_VERTICES)).astype(np.intp)
-    return np.asarray(rows[chosen])
+    return np.asarray(rows[even_choice(len(rows), MOST_VERTICES)])

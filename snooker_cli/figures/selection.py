@@ -6,8 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias, TypeVar
 
-import numpy as np
-
 from snooker_cli import theory
 from snooker_cli.config import Point
 from snooker_cli.config.models import Model
@@ -16,6 +14,7 @@ from snooker_cli.errors import FigureError
 from snooker_cli.formatting import listed, short
 from snooker_cli.runs import RepeatState, RepeatStatus, Run
 from snooker_cli.runs.run import point_and_repeats
+from snooker_cli.trace import even_choice
 
 Item = TypeVar("Item")
 Gas: TypeAlias = Literal["cooling", "elastic", "warm"]
@@ -140,8 +139,7 @@ def at_middle(points: Sequence[Point], keys: Sequence[str]) -> Sequence[Point]:
 
 def spread(items: Sequence[Item], most: int) -> list[Item]:
     """At most this many items, from the first to the last at even distances."""
-    rows = np.linspace(0, len(items) - 1, min(len(items), most)).round().astype(int)
-    return [items[row] for row in rows]
+    return [items[row] for row in even_choice(len(items), most)]
 
 
 def ranks(points: Sequence[Point]) -> tuple[float, ...]:

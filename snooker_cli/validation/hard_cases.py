@@ -22,7 +22,7 @@ from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.plan import points_and_classes
 from snooker_cli.scene import EPSILON, PLACE
-from snooker_cli.trace import Events, StopReason, Trace
+from snooker_cli.trace import Events, StopReason, Trace, even_choice
 from snooker_cli.validation.methods import (
     deepest_overlap,
     farthest_escape,
@@ -138,7 +138,7 @@ def _states(trace: Trace) -> tuple[States, Floats]:
     times = np.concatenate([[0.0], trace.events.time, [end]])
     pairs = max(1, number * (number - 1) // 2)
     rows = max(2, min(len(times), BUDGET // pairs, BUDGET // number))
-    kept = np.linspace(0, len(times) - 1, rows).round().astype(np.int64)
+    kept = even_choice(len(times), rows)
     return replay(trace, times[kept]), np.diff(times, append=end)[kept]
 
 

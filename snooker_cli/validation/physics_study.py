@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis.observables import mean_and_error, standard_errors
-from snooker_cli.analysis.steady_state import expected_temperatures
+from snooker_cli.analysis.observables import mean_and_error
+from snooker_cli.analysis.steady_state import expected_temperatures, pooled_ratio
 from snooker_cli.config import Experiment
 from snooker_cli.containers import SHAPES
 from snooker_cli.engine import States, replay, series, simulate
@@ -470,12 +470,12 @@ def conduction_rows(gas: GasSample) -> Iterator[Record]:
         *(expected * difference / whole, "Enskog and Maxwell's jump"),
         systematic=expected * difference / whole * 2 * open_part / whole,
     )
-    conductivity = ratio_of_means(fluxes, slopes)
+    conductivity = mean_and_error(pooled_ratio(fluxes, slopes))
     yield known_value(
         *(HEAT, "conductivity, 1/s", gas, conductivity, expected, "Enskog, Gass 1971"),
         systematic=float(packing.mean()) * expected,
     )
-    across, error = ratio_of_means(np.full(gas.seeds, difference), slopes)
+    across, error = mean_and_error(pooled_ratio(np.full(gas.seeds, difference), slopes))
     jumps = (across - width) / 2, error / 2
     name = "jump over gradient, m"
     yield known_value(HEAT, name, gas, jumps, jump, "Maxwell 1879", systematic=open_part)
@@ -504,12 +504,6 @@ def conduction(gas: GasSample, trace: Trace) -> dict[str, float]:
         "temperature": float(energies.mean()),
         "packing": float(packing),
     }
-
-
-def ratio_of_means(values: Floats, others: Floats) -> tuple[float, float]:
-    """The ratio of two means over seeds, and its standard error to first order."""
-    ratio = float(values.mean() / others.mean())
-    return ratio, float(standard_errors(values - ratio * others) / abs(others.mean()))
 
 
 ROWS: Mapping[str, Callable[[GasSample], Iterator[Record]]] = {
