@@ -194,3 +194,9 @@ def text_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[s
     forms = [f"{'>' if to[:1] == '>' else '<'}{max(map(len, cells))}" for to, cells in columns]
     lines = ([f"{cell:{form}}" for cell, form in zip(row, forms, strict=True)] for row in table)
     return ["  ".join(cells).rstrip() for cells in lines]
+
+
+def range_held(row: Mapping[str, Any]) -> str:
+    """``1.5/6.1``: until when the law of a row of fits holds, of the judged time (s)."""
+    holds, end = short(row["holds_to"]), short(row["judged_to"])
+    return "–" if holds == "–" else f"{holds}/{end}"

@@ -35,7 +35,7 @@ from snooker_cli.analysis.goodness import (
 from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure
 from snooker_cli.analysis.observables import elastic
 from snooker_cli.analysis.time_series import ROWS
-from snooker_cli.formatting import listed, plain, short
+from snooker_cli.formatting import listed, plain
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import StopReason, Trace
 
@@ -74,7 +74,7 @@ QUANTITIES: dict[str, Quantity] = {
 """Every quantity that is fitted, by its name in the rows of ``snooker fit --json``."""
 
 
-class Decays(NamedTuple):
+class Course(NamedTuple):
     """How a quantity of the repeats falls, in units of its first value.
 
     points : that are fitted, means over groups of collisions or over windows of time
@@ -182,12 +182,6 @@ class Decay:
         return dict(plain(row))
 
 
-def range_held(row: Mapping[str, Any]) -> str:
-    """``1.5/6.1``: until when the law of a row of fits holds, of the judged time (s)."""
-    holds, end = short(row["holds_to"]), short(row["judged_to"])
-    return "–" if holds == "–" else f"{holds}/{end}"
-
-
 def reported_constants(measurement: Measurement) -> Array:
     """The source report's decay constants of the energy, 1/s, by its equations 6 and 7.
 
@@ -253,31 +247,32 @@ def decays_of(
 
 def course(
     measurement: Measurement, name: str, since: float = 0.0, until: float = math.inf
-) -> Decays:
+) -> Course:
     """The decay of a quantity in repeats that are measured between these times, s.
 
     Raises ``KeyError`` for an unknown quantity.
     """
-    if name.startswith("local"):
-        return _in_windows(measurement, name, since, until)
     curve, weight = measurement.curve, measurement.curve.weight
-    if QUANTITIES[name].is_mean:
+    origin, first = curve.time[:, 0], measurement.start_energy
+    value, means = curve.kinetic_energy, curve.group_kinetic
+    if name in ("local_pressure", "local_energy"):
+        return _in_windows(measurement, name, since, until)
+    if name == "kinetic_energy":
+        first = measurement.first_energy
+        value, means = curve.energy, means + curve.group_container
+    elif QUANTITIES[name].is_mean:
         begins, first = measurement.first_fitted_pressure.T
         origin = np.maximum(begins, curve.time[:, 0])
         value, means = curve.pressure, curve.group_pressure
         weight = np.where(np.isnan(means), 0.0, weight)
-    else:
-        origin, first = curve.time[:, 0], measurement.start_energy
-        value, means = curve.kinetic_energy, curve.group_kinetic
-        if name == "kinetic_energy":
-            first = measurement.first_energy
-            value, means = curve.energy, means + curve.group_container
+    elif name != "temperature":
+        raise KeyError(name)
     scale = np.where(first > 0, first, 1.0)[:, np.newaxis]
     points = Points(curve.group_time, means / scale, weight)
-    return Decays(points, origin, curve.time, value / scale)
+    return Course(points, origin, curve.time, value / scale)
 
 
-def _in_windows(measurement: Measurement, name: str, since: float, until: float) -> Decays:
+def _in_windows(measurement: Measurement, name: str, since: float, until: float) -> Course:
     """Means over the windows of time; of repeats with fewer collisions than windows nothing."""
     if name == "local_energy":
         value, first = measurement.windows.total_energy, measurement.first_energy
@@ -289,10 +284,10 @@ def _in_windows(measurement: Measurement, name: str, since: float, until: float)
     inside = enough[:, np.newaxis] & (time >= since) & (time <= until)
     value = value / np.where(first > 0, first, 1.0)[:, np.newaxis]
     origin = time[np.arange(len(time)), np.argmax(inside, axis=1)]
-    return Decays(Points(time, value, inside.astype(np.float64)), origin, time, value)
+    return Course(Points(time, value, inside.astype(np.float64)), origin, time, value)
 
 
-def _ranges(falling: Decays, judged: "NDArray[np.bool_]", scene: Scene) -> list[Range]:
+def _ranges(falling: Course, judged: "NDArray[np.bool_]", scene: Scene) -> list[Range]:
     """The ranges in which laws are judged on some repeats; none where nothing decays."""
     if elastic(scene) or scene.wall_law.gains or not judged.any():
         return []
@@ -304,7 +299,7 @@ def _ranges(falling: Decays, judged: "NDArray[np.bool_]", scene: Scene) -> list[
 
 
 def _fits(
-    measurement: Measurement, falling: Decays, quantity: Quantity, law: str, held: bool
+    measurement: Measurement, falling: Course, quantity: Quantity, law: str, held: bool
 ) -> list[FitResult]:
     """The fits of a law to the repeats; a mean since the start has its mean model."""
     model, scene = LAWS[law], measurement.scene

@@ -202,7 +202,7 @@ def _fingerprints(statuses: Sequence[RepeatStatus]) -> Iterator[str]:
     """What identifies the repeats that are there. Raises ``StoreError`` as reading them does."""
     for status in statuses:
         if status.state is not RepeatState.MISSING:
-            status.accept()
+            status.raise_if_unusable()
             yield f"{status.repeat} {status.header.fingerprint if status.header else ''}"
 
 

@@ -5,12 +5,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-from snooker_cli.analysis.decay import FURTHER, range_held
+from snooker_cli.analysis.decay import FURTHER
 from snooker_cli.analysis.fitting import LAWS
 from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FEW_REPEATS, holding
 from snooker_cli.analysis.predictions import CHI_SQUARE, GIVEN
 from snooker_cli.analysis.run_analysis import Records
-from snooker_cli.formatting import point_label, probability, ratio, short, text_table, with_error
+from snooker_cli.formatting import (
+    point_label,
+    probability,
+    range_held,
+    ratio,
+    short,
+    text_table,
+    with_error,
+)
 
 FIT_COLUMNS = "quantity | model | A | >constant, 1/s | >p | >holds, s | >end/fit"
 COMPARE_COLUMNS = "quantity | model | >measured | >predicted | >difference | >in errors"

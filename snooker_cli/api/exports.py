@@ -137,7 +137,7 @@ def _recorded(run: Run, point: int, repeat: int, what: str) -> RepeatStatus:
         problem = f"{run.name} was run with `record: summary`: it has no {what} to export"
         raise UserError(problem, "give --table, or run the config with `record: events`")
     status = run.status_of(point, repeat)
-    status.accept()
+    status.raise_if_unusable()
     return status
 
 

@@ -120,7 +120,7 @@ def hashes_of(run: Run, point: int | None, repeat: int | None) -> Results:
             if status.state is not RepeatState.MISSING and repeat in (None, status.repeat)
         ]
         for status in there:
-            status.accept()
+            status.raise_if_unusable()
         # Repeats of one file follow each other, so each file is read once.
         for path, of_file in groupby(there, key=attrgetter("path")):
             store.check(path)

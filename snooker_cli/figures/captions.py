@@ -323,7 +323,7 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
     """The sentences that end a caption: the scene's constants, the repeats and their endings."""
     ended = [status for point in points for status in statuses(run, point, selection)]
     for status in ended:
-        status.accept()
+        status.raise_if_unusable()
     early = early_endings(Counter(status.header.stop.reason for status in ended if status.header))
     number = run.experiment.repeats
     single = number == 1 or selection.repeat is not None

@@ -13,7 +13,7 @@ import snooker_cli as snooker
 from snooker_cli import Run
 from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.files import write_json
-from snooker_cli.formatting import plain, short, with_error
+from snooker_cli.formatting import plain, range_held, short, with_error
 from snooker_cli.report.document import Pages
 from snooker_cli.reproduction.claims import CLAIMS, check, decay_factors, tiny_path
 from snooker_cli.reproduction.explanations import explain
@@ -135,7 +135,7 @@ def values(found: Results, experiments: Mapping[str, Any]) -> dict[str, Any]:
         "tiny_path": tiny_path(found),
         "factors": decay_factors(found),
         "holds": holds,
-        "held": _held,
+        "held": range_held,
         "ours": _ours,
         "walls": walls,
         "zip": zip,
@@ -154,9 +154,3 @@ def _ours(row: Mapping[str, Any]) -> str:
         return with_error(ours["value"], ours["error"])
     off = ours["value"] - row["value"]
     return f"{row['digits']} {'+' if off > 0 else '−'} {short(abs(off), 1)}"
-
-
-def _held(row: Mapping[str, Any]) -> str:
-    """``1.5/6.1``: until when a law is not refused, of the judged time (s)."""
-    holds, end = short(row["holds_to"]), short(row["judged_to"])
-    return "–" if holds == "–" else f"{holds}/{end}"

@@ -287,7 +287,7 @@ def _scenes(run: Run, batch: Batch) -> tuple[dict[int, Scene], list[RepeatResult
     return scenes, failed
 
 
-def cached(status: RepeatStatus) -> RepeatResult | None:
+def stored_result(status: RepeatStatus) -> RepeatResult | None:
     """The result of a repeat that is done already; None if it is not."""
     header = status.header
     if status.state is not RepeatState.DONE or header is None:

@@ -26,9 +26,9 @@ from snooker_cli.runs.batch import (
     Job,
     RepeatResult,
     Results,
-    cached,
     compile_for,
     simulate_and_store,
+    stored_result,
     unexpected,
 )
 from snooker_cli.runs.execution import Executor, Watcher
@@ -101,7 +101,7 @@ def simulate_remotely(remote: RemoteRun, batch: Batch) -> Results:
         if remote.software != software():
             raise _other_software(f"the worker on {platform.node()}", software(), remote.software)
         run = _opened(remote)
-        stored = list(map(cached, run.file_statuses(run.path(*batch), check=store.check)))
+        stored = list(map(stored_result, run.file_statuses(run.path(*batch), check=store.check)))
         if len(stored) == len(batch.repeats) and all(stored):
             return [replace(result, cached=False) for result in stored if result]
         compile_for(run.points[batch.point].experiment)

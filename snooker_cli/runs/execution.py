@@ -33,9 +33,9 @@ from snooker_cli.runs.batch import (
     Job,
     RepeatResult,
     Results,
-    cached,
     compile_for,
     simulate_and_store,
+    stored_result,
 )
 from snooker_cli.runs.folder import (
     FAILURES,
@@ -320,7 +320,7 @@ def execute(
     with ThreadExecutor(workers, cancelled, processes) as threads:
         # Which repeats are stored, and which are missing?
         statuses = _best_statuses(run, threads, watcher, part)
-        for result in filter(None, map(cached, statuses)):
+        for result in filter(None, map(stored_result, statuses)):
             finish(result)
         kept = {status.path for status in statuses if status.state is RepeatState.DONE}
         missing = [

@@ -59,7 +59,7 @@ class RepeatStatus(NamedTuple):
     header: RepeatHeader | None = None
     error: StoreError | None = None
 
-    def accept(self) -> None:
+    def raise_if_unusable(self) -> None:
         """Raise ``StoreError`` for a file that cannot be used; reading reports a missing one."""
         if self.error and self.state is RepeatState.UNUSABLE:
             raise self.error
@@ -188,7 +188,7 @@ class Run:
 
     def _read(self, path: Path, statuses: Sequence[RepeatStatus]) -> list[Trace]:
         for status in statuses:
-            status.accept()
+            status.raise_if_unusable()
         numbers = tuple(status.repeat for status in statuses)
         info = store.file_info(path)
 

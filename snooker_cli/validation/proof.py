@@ -323,7 +323,7 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
     """
     run.chosen(point, repeat)
     status = run.status_of(point, repeat)
-    status.accept()
+    status.raise_if_unusable()
     ((trace, header),) = store.read(status.path, [repeat])
     if key := unsupported_key(trace.start):
         raise UserError(f"{run.name}: --exact cannot follow a scene with {key}")
