@@ -191,9 +191,13 @@ def measurement_of(
 
     traces : gives these repeats, if they must be read
     """
-    statuses = run.statuses(point.index)
-    there = [status for status in statuses if status.repeat in set(repeats)]
-    key = "measurement", point.index, *_fingerprints(there)
+    statuses, wanted = run.statuses(point.index), set(repeats)
+    there = [status for status in statuses if status.repeat in wanted]
+    usable = [s for s in statuses if s.state not in (RepeatState.MISSING, RepeatState.UNUSABLE)]
+    key, of_all = (("measurement", point.index, *_fingerprints(some)) for some in (there, usable))
+    measured: Measurement | None = MEMORY.find(of_all, run)
+    if measured is not None and len(there) < len(usable):
+        return measured.chosen(np.array([status.repeat in wanted for status in usable]))
     pairs = typical_pairs(_pair_counts(statuses))
     return MEMORY.get(key, lambda: measure(traces(), pairs=pairs), run)
 

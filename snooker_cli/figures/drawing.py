@@ -249,6 +249,8 @@ def save(
     paths = [stem.with_name(f"{stem.name}.{ending}") for ending in (*formats, "json")]
     with styled():
         figure = draw(data, size)
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # texts and axes have their places for all formats
         for form, path in zip(formats, paths, strict=False):
             caption = {"Subject" if form == "pdf" else "Description": data.caption}
             metadata = {"Title": data.title} | caption | METADATA[form]

@@ -45,7 +45,7 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     measure = run_analysis.measure
     monkeypatch.setattr(run_analysis, "measure", counted)
     # No measurement stays in memory, as in another command.
-    forgetful = SimpleNamespace(get=lambda _key, make, _owner: make())
+    forgetful = SimpleNamespace(find=lambda *_: None, get=lambda _key, make, _owner: make())
     monkeypatch.setattr(run_analysis, "MEMORY", forgetful)
     return numbers
 
