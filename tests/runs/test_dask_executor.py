@@ -232,19 +232,6 @@ def test_a_stored_batch_is_not_simulated_again(remote: RemoteRun, finished: Path
     assert not path.exists()
 
 
-def test_a_stored_batch_that_lacks_a_repeat_is_simulated_again(
-    remote: RemoteRun, finished: Path
-) -> None:
-    """That repeat failed, and its error must be reported."""
-    path = finished / "point-0000" / "repeats-0000-0002.h5"
-    kept = [(header.repeat, trace) for trace, header in store.read(path, [0, 2])]
-    store.write(path, kept, store.check(path)[0].provenance)
-    results = simulate_remotely(remote, FIRST)
-    assert results is not None
-    assert [result.repeat for result in results] == [0, 1, 2]
-    assert [header.repeat for header in store.check(path)] == [0, 1, 2]
-
-
 @pytest.mark.parametrize(
     ("change", "problem"),
     [

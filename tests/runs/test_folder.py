@@ -60,16 +60,13 @@ def test_a_run_is_found_by_its_folder_or_its_name(
     assert (run.directory, run.name) == (Path("runs/cooling"), "cooling")
 
 
-@pytest.mark.parametrize(
-    "content",
-    ["", "[]", '{"experiment": {"cor": 2}}', "\ufffe", '"digest": "0'],
-)
-def test_a_damaged_manifest_is_refused(content: str, copied: Path, small_config: str) -> None:
+@pytest.mark.parametrize("damage", ["no text", "another digest"])
+def test_a_damaged_manifest_is_refused(damage: str, copied: Path, small_config: str) -> None:
     manifest = copied / MANIFEST
-    if content.startswith('"digest"'):  # so it is not of the points of its experiment
-        content = manifest.read_text().replace('"digest": "', content, 1)
-    encoding = "utf-16" if content == "\ufffe" else "utf-8"
-    manifest.write_bytes(content.encode(encoding))
+    whole = manifest.read_bytes()
+    manifest.write_bytes(
+        b"\xff\xfe" if damage == "no text" else whole.replace(b'"digest": "', b'"digest": "0', 1)
+    )
     with pytest.raises(StoreError, match="cannot be read"):
         runs.open_run(copied)
     run = run_of(copied, small_config)
@@ -90,9 +87,7 @@ def test_a_fixed_and_a_free_container_can_be_swept(tmp_path: Path, small_config:
 # Create and extend
 
 
-@pytest.mark.parametrize(
-    "override", ["seed=2", "balls.speed=11", "cor=0.85", "cor=1.0,0.85", "record=summary"]
-)
+@pytest.mark.parametrize("override", ["balls.speed=11", "cor=1.0,0.85", "record=summary"])
 def test_another_experiment_is_refused(override: str, copied: Path, small_config: str) -> None:
     other = run_of(copied, small_config, override, "collisions=151")
     assert refusal(other) == "other_config"
@@ -134,8 +129,6 @@ def test_the_same_physics_keeps_the_results(
     ("before", "after", "cut"),
     [
         (["collisions=150"], ["collisions=149"], "collisions from 150 to 149"),
-        (["collisions=150"], ["collisions=300", "time=1"], "time from null to 1.0"),
-        (["collisions=150", "time=9"], ["time=8"], "time from 9.0 to 8.0"),
         (["collisions=150", "time=9"], ["collisions=151", "time=9.5"], ""),
         (["time=9"], ["collisions=150", "time=10"], "collisions from null to 150"),
         (["collisions=100,200"], ["collisions=300,100"], "from [100, 200] to [300, 100]"),

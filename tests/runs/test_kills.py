@@ -110,10 +110,7 @@ CHECKPOINTS = ["--checkpoint", "0.0005"]  # minutes
     ("collisions", "more"),
     [
         pytest.param(5_000, [], id="short"),
-        pytest.param(400_000, [], id="long"),
-        pytest.param(400_000, CHECKPOINTS, id="checkpoints"),
-        pytest.param(5_000, ["--part"], id="parts"),
-        pytest.param(400_000, [*CHECKPOINTS, "--part"], id="parts with checkpoints"),
+        pytest.param(400_000, [*CHECKPOINTS, "--part"], id="long, checkpoints, parts"),
     ],
 )
 def test_no_kill_leaves_a_torn_file(
@@ -214,7 +211,7 @@ def test_no_kill_of_an_extension_loses_a_repeat(one_point: str, tmp_path: Path) 
 READERS = ["fit", "compare", "verify", "show", "ls", "export", "plot"]
 
 
-@pytest.mark.parametrize("meeting", ["both run", "one is killed", "one extends, one reads"])
+@pytest.mark.parametrize("meeting", ["both run", "one extends, one reads"])
 def test_two_processes_meet_in_one_folder(meeting: str, one_point: str, tmp_path: Path) -> None:
     """One has the lock, and the other ends with a sentence; what is read is whole."""
     chance, config, directory = random.Random(meeting), tmp_path / "c.yaml", tmp_path / "shared"
@@ -235,16 +232,11 @@ def test_two_processes_meet_in_one_folder(meeting: str, one_point: str, tmp_path
             second = started(reader, directory, *more.get(reader, []))
         else:
             second = started_run(config, directory, *limits)
-        if meeting == "one is killed":
-            time.sleep(chance.uniform(0.0, STARTING))
-            first.kill()
+
         talk = "".join(process.communicate()[1] for process in (first, second))
-        expected = {
-            "both run": [(0, 0), (0, 2), (2, 0)],
-            "one is killed": [(-9, 0), (-9, 2), (0, 0), (0, 2), (2, 0)],
-            "one extends, one reads": [(0, 0), (0, 1)],
-        }
-        assert (first.returncode, second.returncode) in expected[meeting], talk
+        expected = [(0, 0), (0, 1)] if reads else [(0, 0), (0, 2), (2, 0)]
+        assert (first.returncode, second.returncode) in expected, talk
+
         for line in talk.splitlines():
             assert re.match("snooker: (?!a bug)", line), talk
             assert "repeats-" not in line or "is longer than the run was; give" in line, talk

@@ -71,10 +71,8 @@ def test_a_plan_counts_what_is_left_to_do(finished_run: Run) -> None:
 @pytest.mark.parametrize(
     "overrides",
     [
-        [],
         ["cor=0.9", "balls.radius=0.6", "collapse=slide"],
         ["container={shape: periodic, width: 20}", "cor=0.9", "time=50"],
-        ["balls=[{radius: 1, count: 1, speed: 0.1}, {count: 60, radius: 0.1, speed: 9}]"],
         ["time=1e6", "collisions=70"],
     ],
 )
