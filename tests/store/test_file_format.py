@@ -33,11 +33,9 @@ Row = dict[str, str]
 Snooker = Callable[..., Any]
 
 SCENES: dict[str, Callable[[], Scene]] = {
-    "fixed": lambda: gas("circle", 20, 0.3),
-    "free": lambda: gas("circle", 20, 0.3, container_mass=20.0),
+    "free": lambda: gas("circle", 20, 0.3, mixed=True, container_mass=20.0),
     "box": lambda: gas("box", 60, 0.3, aspect=1.5),
     "periodic": lambda: gas("periodic", 60, 0.3),
-    "mixed": lambda: gas("circle", 20, 0.3, mixed=True, cor=0.9),
     "thermal": lambda: replace(
         gas("circle", 20, 0.3),
         pair_law=Viscoelastic(0.9, 5.0),
@@ -165,7 +163,7 @@ def trace_of(scene: str, record: str) -> Trace:
 
 @pytest.mark.parametrize(
     ("scene", "record"),
-    [*itertools.product(SCENES, ["events", "summary"]), ("fixed", "long")],
+    [*itertools.product(SCENES, ["events", "summary"]), ("free", "long")],
 )
 def test_a_batchs_file_has_what_the_page_says(
     scene: str, record: str, tmp_path: Path, provenance: Provenance
