@@ -12,7 +12,7 @@ from repeating import batches_of, file_of
 
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Line, Points, Selection, registry, selected
+from snooker_cli.figures import FIGURES, Points, Selection, registry, selected
 from snooker_cli.figures.captions import FigureBuilder, unfinished
 from snooker_cli.figures.selection import along, evenly
 from snooker_cli.runs import Run
@@ -84,19 +84,6 @@ def test_selections(warm: Run, where: dict[str, Any], indices: list[int]) -> Non
     assert [point.index for point in selected(warm, Selection(where))] == indices
 
 
-@pytest.mark.parametrize(
-    ("selection", "sentence"),
-    [
-        (Selection({"balls.speed": 7.0}), "no point has balls.speed = 7.0: there it is 5.0, 10.0"),
-        (Selection({"balls.sped": 7.0}), "no key balls.sped"),
-        (Selection(repeat=3), "repeats 0 to 2"),
-    ],
-)
-def test_what_cannot_be_selected(warm: Run, selection: Selection, sentence: str) -> None:
-    with pytest.raises(FigureError, match=sentence):
-        FIGURES["speeds"].make(warm, selection)
-
-
 def test_many_points_over_several_keys_have_the_middle_of_the_others() -> None:
     grid = parse(BASE, overrides=["cor=0.5:0.9:5", "balls.radius=0.5,0.7,1"]).points()
     assert [point.parameters for point in evenly(grid, 6)] == [
@@ -141,10 +128,3 @@ def test_states_are_as_many_as_a_figure_can_afford(decaying: Run) -> None:
     assert afforded(3 * 19) == (2, 1)  # the share of the point is one
     with pytest.raises(FigureError, match="too long for more than 15 balls"):
         afforded(30)
-
-
-def test_a_mean_curve_ends_with_the_shortest_repeat(tmp_path: Path) -> None:
-    overrides = ("balls.rings=1", "cor=0.85", "wall_cor=null", "repeats=12", "seed=8")
-    run = made(tmp_path / "trapped", *overrides)
-    (line,) = (line for line in layers(shown(run, "energy-fit"), Line) if line.broad)
-    assert line.x[-1] == min(trace.stop.time for trace in traces(run, 0))

@@ -6,13 +6,11 @@ import html
 import json
 import re
 import shutil
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import Ended
 from figure_runs import BASE, BOX
 from figure_runs import made as made_run
 from pypdf import PdfReader
@@ -118,7 +116,6 @@ def test_its_tables_are_the_rows_of_the_commands(small: Path, finished_run: Run)
     [
         (["cor=1"], {"energy", "a2", "hexatic-order", "local-energy"}),
         (["cor=0.9"], {"pressure", "hexatic-order", "local-energy"}),
-        (["cor=0.9,1"], {"hexatic-order", "local-energy"}),
         (["balls.radius=1.9"], {"pressure"}),
         # L/L_c is 2.7: clusters are dense in a dilute gas.
         (["cor=0.5", "balls.rings=9", "balls.radius=0.3"], {"pressure"}),
@@ -198,7 +195,10 @@ def test_names_and_titles_are_text(
     assert "a | b" in plain
 
 
-def test_an_unfinished_run_says_so(finished_one_each: Run, tmp_path: Path) -> None:
+def test_an_unfinished_run_says_so(
+    finished_one_each: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "trivial", no_figures)
     copy = shutil.copytree(finished_one_each.directory, tmp_path / "small")
     for path in copy.glob("point-0001/*.h5"):
         path.unlink()
@@ -209,16 +209,3 @@ def test_an_unfinished_run_says_so(finished_one_each: Run, tmp_path: Path) -> No
         path.unlink()
     with pytest.raises(FigureError, match="no repeat is there yet"):
         made(tmp_path / "report", open_run(copy))
-
-
-def test_the_command_prints_its_files(
-    finished: Path, snooker: Callable[..., Ended], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(module, "trivial", no_figures)
-    ended = snooker("report", "small")
-    assert ended.code == 0, ended.err
-    assert ended.out.splitlines() == [
-        "runs/small/report/report.html",
-        "runs/small/report/report.pdf",
-    ]
-    assert (finished / "report" / "small.yaml").exists()
