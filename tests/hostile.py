@@ -283,8 +283,8 @@ def cut(share: float) -> Damage:
     return lambda path: path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
 
 
-AMOUNTS = (0.0, -1.0, np.nan, np.inf, 5e-324, 1e300)
-WRONG = (np.nan, np.inf, -1.0, 1e300)
+AMOUNTS = (0.0, np.nan, 5e-324, 1e300)
+WRONG = (np.nan, -1.0, 1e300)
 TYPES = {
     "text": h5py.string_dtype(),
     "sequence": h5py.vlen_dtype("i1"),
@@ -360,7 +360,6 @@ REFUSED: dict[str, dict[str, Damage]] = {
         "another filter": dataset(
             TIME, lambda file, name, rows: file.create_dataset(name, (rows,), "f8", scaleoffset=3)
         ),
-        "chunks of one row": dataset(TIME, declared(None, 1)),
         "many chunks of one row": dataset(TIME, declared(3 * 10**7, 1)),
         "large chunk": dataset(TIME, declared(None, 5 * 10**8)),
     },
@@ -373,7 +372,6 @@ REFUSED: dict[str, dict[str, Damage]] = {
     },
     "has a chunk that is missing": {
         "one": dataset(TIME, declared(None, ROWS)),
-        "of many rows": dataset(TIME, declared(5 * 10**8, 5 * 10**8)),
         "each": dataset(TIME, declared(5 * 10**8, ROWS)),
     },
     "it unpacks to more than": {"zeros": dataset(TIME, zeros(8 * 10**7))},
@@ -392,28 +390,21 @@ REFUSED: dict[str, dict[str, Damage]] = {
 OTHERS: dict[str, Damage] = {
     "far: all times × 1e20": times(1e20),
     "fast: 1e150 m/s": scene("velocities", 1e150, 0),
-    "container: away": scene("container_position", 1.0, 0),
     "container: moves, though it is fixed": fixed_and_moving(),
     "rule: a box": rules(shape="box"),
     "stop: balls": trace("stop.balls", (10**30,)),
     "stop: reason": ending(reason=ESCAPES),
     "stop: message": trace("stop.message", ESCAPES),
     "ending: null": parameter("ending", np.array([b"null"] * 3)),
-    "ending: deep": parameter("ending", np.array([DEEP.encode()] * 3)),
     "rows: none": parameter("rows", np.zeros(0, np.int64)),
     "repeats: twice": parameter("repeat", np.array([0, 0, 2])),
     "repeats: large": parameter("repeat", np.array([-1, 1, 2**62])),
     "provenance: command": provenance(command=ESCAPES),
-    "provenance: config": provenance(config='{"collisions": 1000000000000000}'),
     "provenance: config of another": provenance(config='{"collisions": 149}'),
     "provenance: config of nothing": provenance(config=ESCAPES),
-    "provenance: digest": provenance(digest=ESCAPES),
     "provenance: point": provenance(point="0"),
-    "provenance: engine version": provenance(engine_version=10**30),
     "provenance: deep": parameter("provenance", np.bytes_(DEEP.encode())),
-    "provenance: an array": dataset(layout.PROVENANCE, filled(lambda _: np.zeros(1000))),
     "version: text": attribute("schema_version", ESCAPES),
-    "scene: deep": attribute("scene", DEEP),
     "scene: bytes": attribute("scene", np.bytes_(b"\xff\x1b")),
     "storage: no deflate stream": dataset(TIME, chunk(b"\x78\x01" + bytes(range(255, 0, -1)))),
     "storage: lost link": linked(h5py.SoftLink("/nowhere")),
@@ -507,10 +498,8 @@ def manifest(name: str, value: Any) -> Damage:
 
 
 MANIFESTS: dict[str, Damage] = {
-    "empty": text(""),
     "deep": text(DEEP),
     "deep inside": text('{"experiment": ' + "[" * 900 + "]" * 900 + "}"),
-    "bytes": text(b"\xff\xfe\x00"),
     "many digits": text('{"engine_version": ' + "9" * 5000 + "}"),
     "escapes": text(json.dumps({ESCAPES: 1})),
     **{f"a {json.dumps(value)}": text(json.dumps(value)) for value in (None, "a", {}, [[]])},

@@ -17,7 +17,7 @@ from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure, pair
 from snooker_cli.analysis.observables import INSTANT
 from snooker_cli.analysis.time_series import ROWS, SKIPPED_COLLISIONS, series
 from snooker_cli.containers import SHAPES, Circle, Container
-from snooker_cli.engine import replay, simulate
+from snooker_cli.engine import simulate
 from snooker_cli.laws import Thermal
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import SPEED_BINS, Series, Stop, StopReason, Summary, Trace
@@ -290,20 +290,6 @@ def test_a_curve_between_times_has_the_collisions_there() -> None:
     assert since * 0.9 < curve.time[0, 0] < curve.time[0, -1] < until * 1.1
     means = (curve.weight * curve.group_time).sum() / curve.weight.sum()
     assert means == pytest.approx(series(trace).time[inside].mean(), rel=1e-12)
-
-
-def test_mean_free_path_is_the_way_between_contacts() -> None:
-    """From the states between events: the length of all ways over two ends for each contact."""
-    trace = simulate(gas("circle", 19, 0.19, cor=0.95), collisions=400)
-    events = trace.events
-    assert events is not None
-    times = np.append(0.0, events.time)
-    speeds = np.linalg.norm(replay(trace, times).velocities, axis=2).sum(axis=1)
-    ways = np.sum(speeds[:-1] * np.diff(times))
-    expected = ways / (2 * np.count_nonzero(~events.at_wall))
-    whole = measure([trace]).whole
-    path = whole.mean_speed * whole.length * 19 / (2 * whole.pair_events)
-    assert path[0] == pytest.approx(expected, rel=1e-10)
 
 
 def test_virial_and_wall_pressure_obey_the_virial_theorem() -> None:

@@ -11,9 +11,8 @@ from figure_runs import BASE, BOX, DECAYING, layers, made, shown, traces, why_no
 from repeating import batches_of, file_of
 
 from snooker_cli.config import parse
-from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Points, Selection, registry, selected
-from snooker_cli.figures.captions import FigureBuilder, unfinished
+from snooker_cli.figures.captions import unfinished
 from snooker_cli.figures.selection import along, evenly
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
@@ -92,11 +91,6 @@ def test_many_points_over_several_keys_have_the_middle_of_the_others() -> None:
     assert evenly(grid) == list(grid)
     ((*series,),) = along(grid, ["cor"], None)
     assert series == evenly(grid, 6)
-    together = (
-        "sweep={zip: {cor: [0.5, 0.6, 0.7], balls.speed: [1, 2, 3]}, balls.radius: [0.5, 0.7, 1]}"
-    )
-    points = parse(BASE, overrides=[together]).points()
-    assert [point.index for point in evenly(points, 6)] == [1, 4, 7]
 
 
 def test_many_collisions_are_those_of_few_repeats(
@@ -111,20 +105,3 @@ def test_many_collisions_are_those_of_few_repeats(
         figure = FIGURES[name].make(decaying, Selection())
         assert [row["repeats"] for row in figure.numbers["points"]] == [3, 3]
         assert "evenly chosen" not in figure.caption
-
-
-def test_states_are_as_many_as_a_figure_can_afford(decaying: Run) -> None:
-    """19 balls, three repeats of three points: fewer repeats first, and then fewer states."""
-
-    def afforded(most: int, **options: int) -> tuple[int, int]:
-        build = FigureBuilder(decaying, Selection(), [list(decaying.points)], {"kind": "energy"})
-        states = build.states(decaying.points[0], 61, most, **options)
-        return states, len(build.repeats(decaying.points[0]))
-
-    assert afforded(10**9) == (61, 3)
-    assert afforded(3 * 19 * 61 * 2, fewest=61) == (61, 2)
-    assert afforded(3 * 19 * 61 * 2) == (40, 3)
-    assert afforded(3 * 20 * 10, each=1, fewest=61) == (10, 1)
-    assert afforded(3 * 19) == (2, 1)  # the share of the point is one
-    with pytest.raises(FigureError, match="too long for more than 15 balls"):
-        afforded(30)

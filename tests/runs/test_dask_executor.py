@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
-import re
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -250,67 +248,6 @@ def test_a_worker_refuses_what_it_must_not_simulate(
 
 
 # Workers that die
-
-
-AS_A_RESULT_IS_FETCHED = """
-import os, signal, sys
-import distributed
-from snooker_cli.cli import main
-
-fetched = distributed.Client._gather_remote
-
-async def without_a_scheduler(client, *arguments):
-    os.kill(scheduler, signal.SIGKILL)
-    return await fetched(client, *arguments)
-
-distributed.Client._gather_remote = without_a_scheduler
-scheduler = int(sys.argv.pop(1))
-main()
-"""
-
-
-@pytest.fixture
-def lonely(tmp_path: Path) -> Iterator[tuple[int, str]]:
-    """A scheduler in a process of its own, with one worker: its process and its address."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    address = f"tcp://127.0.0.1:{port}"
-    options = {
-        "scheduler": ["--host", "127.0.0.1", "--port", str(port), "--no-dashboard"],
-        "worker": [address, "--nthreads", "1", "--no-dashboard", "--no-nanny"],
-    }
-    processes = [
-        subprocess.Popen(
-            [sys.executable, "-m", f"distributed.cli.dask_{name}", *given],
-            cwd=tmp_path,
-            stderr=subprocess.DEVNULL,
-        )
-        for name, given in options.items()
-    ]
-    yield processes[0].pid, f"dask={address}"
-    for process in processes:
-        process.kill()
-        process.wait()
-
-
-def test_a_scheduler_that_dies_ends_the_run(
-    here: Path, lonely: tuple[int, str], snooker: Snooker
-) -> None:
-    """At the worst time: the client is fetching a result, which dask then never ends."""
-    process, address = lonely
-    command = ["run", "small.yaml", "--no-progress", "--executor", address]
-    ended = subprocess.run(
-        [sys.executable, "-c", AS_A_RESULT_IS_FETCHED, str(process), *command],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
-    assert ended.returncode == 4
-    assert f"failed: the dask scheduler at {address[5:]} is gone; start it and" in ended.stderr
-    assert not re.search("Traceback|CRITICAL|unexpected", ended.stderr)
-    assert snooker("run", "small.yaml", "--no-progress").code == 0
 
 
 class Killer(threading.Thread):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import StoreError
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import RepeatResult
-from snooker_cli.runs.execution import ThreadExecutor, Watcher
+from snooker_cli.runs.execution import Watcher
 from snooker_cli.runs.folder import FAILURES, failures, record_failure
 from snooker_cli.runs.status import run_status
 from snooker_cli.trace import StopReason
@@ -27,7 +26,7 @@ class Notes(Watcher):
     """What a run reports."""
 
     def __init__(self) -> None:
-        self.collisions = self.begun = 0
+        self.collisions = 0
         self.results: list[RepeatResult] = []
         self.refused: list[str] = []
 
@@ -38,7 +37,6 @@ class Notes(Watcher):
         assert compiling > 0
         assert self.collisions == 0
         assert all(result.cached for result in self.results)
-        self.begun += 1
 
     def events(self, number: int) -> None:
         self.collisions += number
@@ -55,23 +53,6 @@ def copied(finished_one_each: Run, tmp_path: Path) -> Run:
 
 
 # Resuming
-
-
-def test_a_second_run_simulates_nothing(copied: Run) -> None:
-    before, notes = bytes_of(copied.directory), Notes()
-    results = done(copied, watcher=notes)
-    assert [(result.point, result.repeat) for result in results] == [
-        (point.index, repeat)
-        for point in copied.points
-        for repeat in range(copied.experiment.repeats)
-    ]
-    assert sorted(notes.results, key=lambda result: (result.point, result.repeat)) == results
-    for result in results:
-        trace = copied.read(copied.points[result.point], result.repeat)
-        assert (result.stop, result.collisions) == (trace.stop, trace.collisions)
-        assert (result.cached, result.error) == (True, None)
-    assert (notes.collisions, notes.begun) == (0, 0)
-    assert bytes_of(copied.directory) == before
 
 
 def changed(**provenance: Any) -> Callable[[Path], None]:
@@ -201,25 +182,3 @@ def test_a_cut_line_of_the_record_hides_no_other(copied: Run) -> None:
     with (copied.directory / FAILURES).open("a") as file:
         file.write('{"point": 1, "rep')
     assert failures(copied) == {(0, 1): "no room"}
-
-
-# Interrupts
-
-
-def test_a_cancelled_run_leaves_threads_alone_that_have_nothing_to_store() -> None:
-    """Such as one that places a million balls."""
-    cancelled, begun, continues = threading.Event(), threading.Event(), threading.Event()
-
-    def slow(item: int) -> int:
-        if item > 0:
-            begun.set()
-            assert continues.wait(60)
-        return item
-
-    with ThreadExecutor(2, cancelled) as threads:
-        results = threads.results(slow, range(7))
-        assert next(results) == 0
-        assert begun.wait(60)
-        cancelled.set()
-        assert list(results) == []
-    continues.set()

@@ -49,17 +49,6 @@ def refusal(run: Run, *, fresh: bool = False) -> str:
 # Open and read
 
 
-def test_a_run_is_found_by_its_folder_or_its_name(
-    copied: Path, finished_run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    for name in (finished_run.directory, str(finished_run.directory)):
-        assert runs.open_run(name) == finished_run
-    shutil.move(copied, tmp_path / "runs" / "cooling")
-    monkeypatch.chdir(tmp_path)
-    run = runs.open_run("cooling")
-    assert (run.directory, run.name) == (Path("runs/cooling"), "cooling")
-
-
 @pytest.mark.parametrize("damage", ["no text", "another digest"])
 def test_a_damaged_manifest_is_refused(damage: str, copied: Path, small_config: str) -> None:
     manifest = copied / MANIFEST
@@ -224,15 +213,6 @@ def test_only_what_this_machine_left_is_deleted(finished_one_each: Run, copied: 
     with runs.locked(copied):
         left = {*files(finished_one_each.directory), str(other.relative_to(copied))}
         assert set(files(copied)) == left
-
-
-def test_a_folder_of_runs_is_no_run_but_names_some(tmp_path: Path) -> None:
-    for name in "abcdefg":
-        (tmp_path / name).mkdir()
-        (tmp_path / name / MANIFEST).touch()
-    named = ", ".join(str(tmp_path / name) for name in "abcde")
-    with pytest.raises(RunError, match=f"give one of the runs in it: {named} and 2 more$"):
-        runs.open_run(tmp_path)
 
 
 def test_a_lost_manifest_is_made_again(

@@ -11,7 +11,6 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from pathlib import Path
 
@@ -21,7 +20,7 @@ from repeating import batches_of, contents, done, made
 from snooker_cli import runs
 from snooker_cli.errors import RunError
 from snooker_cli.runs import execution
-from snooker_cli.runs.execution import Processes, Watcher, execute
+from snooker_cli.runs.execution import Watcher, execute
 
 
 @pytest.fixture(autouse=True)
@@ -84,25 +83,6 @@ def test_a_killed_process_is_one_sentence(small_config: str, tmp_path: Path) -> 
         done(run, workers=2, watcher=Kills(), processes=True)
     assert not multiprocessing.active_children()
     assert len(done(run)) == 120
-
-
-def test_processes_end_although_one_died_with_a_lock() -> None:
-    """One that waits for work has a lock that the others need to end, and they ignore SIGTERM."""
-    with Processes(2) as processes:
-        long, short = processes.submit(time.sleep, 600), processes.submit(os.getpid)
-        waiting = short.result()
-        time.sleep(0.2)
-        os.kill(waiting, signal.SIGKILL)
-        with pytest.raises(BrokenProcessPool):
-            long.result(timeout=60)
-        processes.kill()
-        ending = threading.Thread(target=processes.shutdown)
-        ending.start()
-        ending.join(timeout=60)
-        left = multiprocessing.active_children()
-        for process in left:
-            process.kill()
-        assert not left
 
 
 def test_without_shared_memory_threads_simulate(

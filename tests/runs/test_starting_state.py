@@ -6,7 +6,6 @@ import csv
 import io
 import json
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +17,7 @@ import snooker_cli
 from snooker_cli import api
 from snooker_cli.config import Experiment, Start, digest, to_json
 from snooker_cli.errors import SnookerError
-from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.starting_state import load, state_of
-from snooker_cli.scene import check
 
 # Two balls overlap by 2e-14 m at the time of this collision, as it is stored.
 TOUCHING = """
@@ -180,20 +177,3 @@ def test_a_summary_has_its_ends(here: Path) -> None:
     assert state_of(Start(run="source", time=0.0))["container"]["velocity"] == [0.0, 0.0]
     with pytest.raises(SnookerError, match="a summary has places only at 0 and at its end"):
         state_of(Start(run="source", time=end / 2))
-
-
-@pytest.mark.parametrize("config", [FREE, {**PERIODIC, "cor": 1.0}], ids=["free", "periodic"])
-def test_every_state_is_a_start(config: Any, here: Path) -> None:
-    """At the times of collisions, late in a run: balls overlap by the rounding of these times."""
-    repeat = done(config | {"collisions": 40_000, "repeats": 1}, "source")[0, 0]
-    deepest = 0.0
-    for time in repeat.events.time[-60:].tolist():
-        experiment = of_state(
-            {"start": {"run": "source", "time": time}, "cor": 1.0, "collisions": 1}
-        )
-        scene = starting_scene(experiment, 0)
-        gaps = scene.container.nearest_image(scene.positions[:, np.newaxis] - scene.positions)
-        distances = np.hypot(*np.moveaxis(gaps, -1, 0)) - scene.radii - scene.radii[:, np.newaxis]
-        deepest = min(deepest, float(np.min(distances + np.diag(np.full(scene.number, np.inf)))))
-        check(replace(scene))  # as a list, of which nothing else is known
-    assert deepest < -1e-14
