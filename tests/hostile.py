@@ -541,31 +541,6 @@ BESIDE: dict[str, tuple[str, Damage]] = {
 }
 """Other files of a run, by name."""
 
-GOOD = """\
-container: {radius: 10.0, mass: 1.0e7}
-balls: {rings: 1, radius: 1.0, speed: 10.0}
-cor: 0.85
-collisions: 150
-"""
-
-
-def configs(size: int) -> dict[str, str | bytes]:
-    """Texts of configs with about as many characters."""
-    n = size // 8
-    return {
-        "deep": "[" * 8 * n,
-        "laughs": "\n".join(f"a{k}: &a{k} [{f'*a{k - 1}, ' * 10}]" for k in range(12)),
-        "unknown keys": GOOD + "".join(f"k{k}: 1\n" for k in range(n * 4 // 5)),
-        "one key many times": GOOD + "cor: 1\n" * n,
-        "keys with escapes": GOOD + json.dumps({ESCAPES: ESCAPES})[1:-1],
-        "raw escapes": GOOD + "title: \x1b[2J",
-        "many large numbers": "a: [" + "1e999, " * n + "]",
-        "many digits": GOOD + "seed: " + "9" * 7 * n,
-        "many balls": "cor: 1\nballs: {list: [" + "{}, " * 2 * n + "]}",
-        "many documents": "---\n" * 2 * n,
-        "bytes": b"\xff\xfe\x00\x1b",
-    }
-
 
 def damaged(path: Path, damages: dict[str, Damage], chosen: slice = ALL) -> Iterator[str]:
     """The name of each of some damages, while the file at a path has it."""

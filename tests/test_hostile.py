@@ -147,27 +147,6 @@ def test_hostile_manifests(command: str, share: int, finished: Path, snooker: Sn
         check(snooker, command, name)
 
 
-@pytest.mark.parametrize("size", [1 << 12, pytest.param(250_000, marks=pytest.mark.long)])
-def test_hostile_configs(size: int, here: Path, snooker: Snooker) -> None:
-    for name, content in hostile.configs(size).items():
-        hostile.text(content)(here / "any.yaml")
-        assert check(snooker, "run any.yaml --dry-run --yes", name) == 3, name
-
-
-def test_little_memory_is_taken(finished: Path) -> None:
-    """A small process starts the command: at first a child has all memory of its parent."""
-    hostile.REPEATS[BOMB](finished / REPEATS)
-    arguments = [sys.executable, "-m", "snooker_cli", "export", "runs/small"]
-    measured = "done = subprocess.run(sys.argv[1:], stdout=2, check=False).returncode"
-    used = "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, done)"
-    small = [sys.executable, "-c", f"import resource, subprocess, sys; {measured}; {used}"]
-    ended = subprocess.run([*small, *arguments], capture_output=True, text=True, check=True)
-    kilobytes, code = map(int, ended.stdout.split())
-    assert code == 1
-    assert "a chunk has another size than it declares" in ended.stderr
-    assert 1024 * kilobytes < BYTES
-
-
 def test_settings_of_numba_in_the_folder_are_refused(finished: Path) -> None:
     """They lead Numba to compiled code, which it runs; nothing is deleted before."""
     settings, planted = Path(".numba_config.yaml"), Path("planted")

@@ -412,11 +412,3 @@ def test_the_decay_does_not_depend_on_how_long_the_run_was(cold: list[Trace]) ->
     assert first > 0.1
     assert long == pytest.approx(first, rel=0.005)
     assert list(map(haff, cold)) == pytest.approx([first] * 3, rel=0.01)
-
-
-def test_means_of_a_late_window_do_not_feel_what_was_before(cold: list[Trace]) -> None:
-    """Before it was 1e27 times as much."""
-    trace, found = cold[1], series(cold[1])
-    late = measure([trace]).windows.kinetic_energy[0, -1]
-    rows = found.time >= trace.stop.time * (1 - 1.1 / WINDOWS)
-    assert found.kinetic_energy[rows].min() <= late <= found.kinetic_energy[rows].max()

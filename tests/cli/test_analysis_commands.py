@@ -12,10 +12,8 @@ import pytest
 from command_line import Snooker
 from repeating import made
 
-from snooker_cli.analysis import run_analysis
 from snooker_cli.cli import analysis_commands
 from snooker_cli.reproduction.reproduce import RUNS
-from snooker_cli.runs.run import ANALYSIS
 
 
 def test_an_unfinished_run_is_analysed_as_far_as_it_is(separate: Path, snooker: Snooker) -> None:
@@ -47,20 +45,6 @@ def test_an_unfinished_extension_is_analysed_with_a_note(
     assert (
         "snooker: 6 of 6 repeats end " in snooker("plot", "small", "energy", "--format", "svg").err
     )
-
-
-def test_an_analysis_that_cannot_be_saved_is_printed(
-    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refused(path: Path, content: object) -> None:
-        raise PermissionError(13, "Permission denied")
-
-    printed = snooker("fit", "small", "--json").out
-    (finished / ANALYSIS).unlink()
-    monkeypatch.setattr(run_analysis, "write_text", refused)
-    ended = snooker("fit", "small", "--json")
-    assert (ended.code, ended.out, ended.err.count("\n")) == (0, printed, 1)
-    assert ended.err.startswith("snooker: runs/small/analysis.json: cannot be written ")
 
 
 def test_rows_for_few_readers_are_those_of_all(finished: Path, snooker: Snooker) -> None:

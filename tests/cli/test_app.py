@@ -41,21 +41,6 @@ def test_help_lists_the_commands_without_loading_heavy_libraries() -> None:
     assert not modules & HEAVY
 
 
-def test_the_list_of_runs_loads_no_heavy_libraries(tmp_path: Path) -> None:
-    script = (
-        "import sys\n"
-        "from snooker_cli.cli.app import app\n"
-        "app(['ls', '.'], standalone_mode=False)\n"
-        "print(*sys.modules)\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
-    )
-    modules = {name.partition(".")[0] for name in done.stdout.split()}
-    assert "snooker_cli" in modules
-    assert not modules & {"numba", "scipy", "matplotlib"}
-
-
 def test_bash_completes_commands_and_options(
     snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:

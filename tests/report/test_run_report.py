@@ -16,8 +16,6 @@ from figure_runs import made as made_run
 from pypdf import PdfReader
 
 from snooker_cli.analysis.decay import NO_LOSSES
-from snooker_cli.analysis.run_analysis import fits
-from snooker_cli.analysis.tables import fit_cells, main_rows, point_heading
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection
@@ -28,8 +26,6 @@ from snooker_cli.report import run_report as module
 from snooker_cli.report.document import unbroken
 from snooker_cli.report.run_report import RELEVANCE, _config, run_report, trivial
 from snooker_cli.runs import Run, open_run
-
-ROW = re.compile(r"<tr>(.*?)</tr>", re.DOTALL)
 
 
 def made(folder: Path, *runs: Run) -> Path:
@@ -96,19 +92,6 @@ def test_its_config_makes_the_same_points(small: Path, finished_run: Run, tmp_pa
     assert "mass" not in _config(run, tmp_path).splitlines()[0]
     points = load(tmp_path / "box.yaml").points()
     assert tuple(digest(point.experiment) for point in points) == run.digests
-
-
-def test_its_tables_are_the_rows_of_the_commands(small: Path, finished_run: Run) -> None:
-    rows = [
-        [html.unescape(cell).strip() for cell in re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row)]
-        for row in ROW.findall(page(small))
-    ]
-    expected = [row for row in main_rows(fits(finished_run).rows) if not row["elastic"]]
-    assert len(expected) > 3
-    heading = [point_heading(expected[0])]
-    first = rows.index(heading) + 1
-    shown = rows[first : first + len(expected)]
-    assert [[unbroken(cell) for cell in fit_cells(row)] for row in expected] == shown
 
 
 @pytest.mark.parametrize(

@@ -94,25 +94,6 @@ def test_a_strangers_checkpoint_is_not_used(
     assert "the repeat begins again" in caplog.text
 
 
-def test_a_wrong_key_is_named_and_not_the_result(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(simulation, "CHUNK", PIECE)
-    text, overrides = CONFIGS["all pairs, free"]
-    run = made(tmp_path / "run", text, *overrides)
-    stopped(run, PIECE + 1)
-    key = tmp_path / "state" / "snooker" / "key"
-    key.parent.mkdir(parents=True)
-    key.write_bytes(bytes(7))
-
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    user_key.cache_clear()
-    with pytest.raises(StoreError, match="cannot be checked without your key") as refused:
-        store.read_checkpoint(file_of(run, 0, 0))
-    assert str(key) in refused.value.problem
-    user_key.cache_clear()
-
-
 def test_without_a_key_nothing_is_lost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -22,7 +22,7 @@ from repeating import bytes_of, contents, done, made
 from snooker_cli import runs, store
 from snooker_cli.runs import dask_executor
 from snooker_cli.runs.batch import Batch
-from snooker_cli.runs.dask_executor import RemoteRun, simulate_remotely, software, stop
+from snooker_cli.runs.dask_executor import RemoteRun, simulate_remotely, software
 from snooker_cli.runs.folder import failures
 from snooker_cli.trace import StopReason
 
@@ -212,22 +212,6 @@ def remote(finished: Path) -> RemoteRun:
     run = runs.open_run(finished)
     name, directory = str(finished), finished.absolute()
     return RemoteRun(name, software(), directory, run.identity, "snooker", 600.0)
-
-
-def test_a_stored_batch_is_not_simulated_again(remote: RemoteRun, finished: Path) -> None:
-    """Of a worker that died before it could report. A stopped run begins nothing."""
-    before = bytes_of(finished)
-    results = simulate_remotely(remote, FIRST)
-    assert results is not None
-    path = finished / "point-0000" / "repeats-0000-0002.h5"
-    for result, header in zip(results, store.check(path), strict=True):
-        assert result.error is None
-        assert (result.repeat, result.stop) == (header.repeat, header.stop)
-    assert bytes_of(finished) == before
-    path.unlink()
-    assert stop(remote.name) == set()
-    assert simulate_remotely(remote, FIRST) is None
-    assert not path.exists()
 
 
 @pytest.mark.parametrize(

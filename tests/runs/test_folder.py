@@ -8,7 +8,6 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 from repeating import done, made, run_of
 
@@ -62,15 +61,6 @@ def test_a_damaged_manifest_is_refused(damage: str, copied: Path, small_config: 
     assert refusal(run) == ""
     runs.create(run, fresh=True)
     assert runs.open_run(copied) == run
-
-
-def test_a_fixed_and_a_free_container_can_be_swept(tmp_path: Path, small_config: str) -> None:
-    """JSON has no infinity, and a manifest is JSON."""
-    run = made(tmp_path, small_config, "container.mass=1e7,.inf")
-    json.loads((tmp_path / MANIFEST).read_text(), parse_constant=pytest.fail)
-    assert runs.open_run(tmp_path).points == run.points
-    assert {point.experiment.container.mass for point in run.points} == {1e7, np.inf}
-    runs.create(run)
 
 
 # Create and extend

@@ -148,16 +148,6 @@ def test_a_container_that_is_given_replaces_that_of_the_run(here: Path) -> None:
         of_state(config | {"container": {"shape": "box"}})
 
 
-def test_all_points_of_a_sweep_start_from_the_state(here: Path) -> None:
-    source = done(FREE, "source")
-    config = {"start": {"run": "source", "time": 1.0}, "cor": 1.0, "collisions": 20}
-    run = done(config, "again", **{"cor": [0.5, 0.9], "balls.list[0].mass": [1.0, 2.0]})
-    state = source[0, 0].state(1.0)
-    assert [repeat.scene.masses[0] for repeat in run] == [1.0, 2.0, 1.0, 2.0]
-    for repeat in run:
-        assert np.array_equal(repeat.scene.velocities, state.velocities)
-
-
 def test_repeats_differ_by_the_random_numbers_of_walls(here: Path) -> None:
     done(FREE | {"container": {"radius": 10.0}}, "source")
     config = {"start": {"run": "source"}, "cor": 0.9, "collisions": 20, "repeats": 2}
