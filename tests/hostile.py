@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import zlib
 from collections.abc import Callable, Iterator
@@ -75,17 +74,6 @@ def event(name: str, value: float) -> Damage:
 def scene(name: str, value: Any, row: int | None = None) -> Damage:
     """Changes a value of the start and of the finish."""
     return trace(f"start.{name} finish.{name}", value, row)
-
-
-def fixed_and_moving() -> Damage:
-    """A fixed container that has a velocity; a free one may begin with any."""
-    new = {"container_mass": math.inf, "container_velocity": np.array([1.0, 0.0])}
-
-    def change(before: Trace) -> Trace:
-        start, finish = (replace(state, **new) for state in (before.start, before.finish))
-        return replace(before, start=start, finish=finish)
-
-    return with_traces(change)
 
 
 def times(factor: float) -> Damage:
@@ -233,12 +221,6 @@ def external(file: h5py.File, name: str, rows: int) -> None:
     file.create_dataset(name, (rows,), "f8", external=[("/etc/passwd", 0, 8 * rows)])
 
 
-def virtual(file: h5py.File, name: str, rows: int) -> None:
-    held = h5py.VirtualLayout((rows,), "f8")
-    held[:] = h5py.VirtualSource("other.h5", "data", (rows,))
-    file.create_virtual_dataset(name, held)
-
-
 def linked(link: Any) -> Damage:
     """Replaces the times by a link."""
 
@@ -277,10 +259,6 @@ def holes(path: Path) -> None:
 def text(content: str | bytes) -> Damage:
     data = content if isinstance(content, bytes) else content.encode()
     return lambda path: path.write_bytes(data)
-
-
-def cut(share: float) -> Damage:
-    return lambda path: path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
 
 
 AMOUNTS = (0.0, np.nan, 5e-324, 1e300)
@@ -356,7 +334,6 @@ REFUSED: dict[str, dict[str, Damage]] = {
     "neither a group nor a dataset": {"type by name": parameter("named", np.dtype("f8"))},
     "is stored in a way that snooker does not use": {
         "external": dataset(TIME, external),
-        "virtual": dataset(TIME, virtual),
         "another filter": dataset(
             TIME, lambda file, name, rows: file.create_dataset(name, (rows,), "f8", scaleoffset=3)
         ),
@@ -390,7 +367,6 @@ REFUSED: dict[str, dict[str, Damage]] = {
 OTHERS: dict[str, Damage] = {
     "far: all times × 1e20": times(1e20),
     "fast: 1e150 m/s": scene("velocities", 1e150, 0),
-    "container: moves, though it is fixed": fixed_and_moving(),
     "rule: a box": rules(shape="box"),
     "stop: balls": trace("stop.balls", (10**30,)),
     "stop: reason": ending(reason=ESCAPES),
@@ -414,7 +390,6 @@ OTHERS: dict[str, Damage] = {
         lambda file: file.__setitem__("particles/again", file["particles"])
     ),
     "file: noise": text(bytes(range(256)) * 40),
-    "file: most of it": cut(0.95),
     "file: a folder": folder,
     "file: a pipe": fifo,
     "file: a loop": loop,

@@ -119,21 +119,6 @@ def test_failed_repeats_are_an_error(finished: Path) -> None:
     assert repr(made.points[0]) == "<point 0: cor=0.85>"
 
 
-@pytest.mark.parametrize(
-    ("config", "overrides", "sentence"),
-    [
-        (CONFIG | {"corr": 1}, None, "^corr: .*did you mean cor"),
-        (CONFIG, {"balls.radius": 9.0}, "are too large for a container"),
-    ],
-)
-def test_a_bad_config_is_a_config_error(
-    config: Any, overrides: Any, sentence: str, here: Path
-) -> None:
-    with pytest.raises(snooker.ConfigError, match=sentence):
-        snooker.run(config, overrides)
-    assert not Path("runs").exists()
-
-
 def test_the_table_has_a_row_for_each_repeat(run: snooker.Run) -> None:
     table = run.table()
     assert {column.shape for column in table.values()} == {(6,)}

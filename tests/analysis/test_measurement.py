@@ -113,21 +113,6 @@ def test_means_over_time_by_hand(in_circle: Trace) -> None:
     assert found.collision_speed[0] == (0.5 + 0.25) / 2
 
 
-def test_nothing_is_measured_over_no_time(in_circle: Trace) -> None:
-    still = replace(
-        in_circle,
-        events=in_circle.events[:0],
-        stop=in_circle.stop._replace(time=0.0),
-        wall_events=0,
-        pair_events=0,
-    )
-    found = measure([still])
-    assert np.isnan(found.whole.kinetic_energy).all()
-    assert np.isnan(found.whole.pressure(still.start)).all()
-    assert found.last_energy.tolist() == [2]
-    assert found.curve.weight.sum() == 1
-
-
 # Against slow loops over the rows
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import gas, report_scene, scene_of
+from scenes import gas, report_scene
 
 from snooker_cli.analysis import observables
 from snooker_cli.analysis.measurement import measure
@@ -133,23 +133,6 @@ def test_where_no_speeds_are_counted(simulated: Trace) -> None:
     for trace in (alone, still):
         assert observables.sampling_times(trace).tolist() == []
         assert observables.reduced_speed_counts(trace).sum() == 0
-
-
-def test_the_last_sample_is_not_rounded_past_the_end(summarised: Trace) -> None:
-    """A case in which a multiple of the rounded interval comes out above the run's time."""
-    pair_events, end = 335, 0.83840099289538
-    assert summarised.summary is not None
-    few = summarised.summary.series[[0, -1]]
-    grid = replace(few, time=np.array([0.0, end]), pair_events=np.array([0.0, pair_events]))
-    trace = replace(
-        summarised,
-        start=scene_of([(-3, 0, 0, 0, 1, 2), (3, 0, 0, 0, 1, 2)]),
-        stop=summarised.stop._replace(time=end),
-        summary=replace(summarised.summary, series=grid),
-    )
-    times = observables.sampling_times(trace)
-    assert len(times) == pair_events // 5
-    assert times[-1] <= end
 
 
 @pytest.mark.parametrize("summary", [False, True])

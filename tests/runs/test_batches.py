@@ -163,19 +163,3 @@ def test_a_repeat_without_a_place_for_its_balls_fails_alone(
     whole = made(tmp_path / "whole", one_point, "repeats=4")
     done(whole)
     assert contents(run) == contents(whole)
-
-
-# Interrupts
-
-
-def test_an_interrupted_batch_of_several_repeats_is_abandoned(
-    one_point: str, tmp_path: Path
-) -> None:
-    overrides = ("collisions=150000", "repeats=2")
-    run = made(tmp_path / "run", one_point, *overrides)
-    assert stopped(run, 100_000) == []
-    assert bytes_of(run.directory) == {}
-    assert [result.cached for result in done(run)] == [False, False]
-    whole = made(tmp_path / "whole", one_point, *overrides)
-    done(whole)
-    assert contents(run) == contents(whole)

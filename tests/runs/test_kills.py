@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
-import pty
 import random
 import signal
 import subprocess
 import sys
-import termios
 import time
 from pathlib import Path
 from typing import Any
@@ -144,28 +141,3 @@ def test_no_kill_leaves_a_torn_file(
     assert (CHECKPOINTS[0] in more) or not growing
     assert_completes(directory, text, tmp_path / "uninterrupted")
     assert all(store.check(path) == headers for path, headers in whole.items())
-
-
-def test_a_lost_connection_saves_what_sigterm_saves(one_point: str, tmp_path: Path) -> None:
-    """The terminal goes away, with all that is printed there, and the system sends SIGHUP."""
-    config, directory = tmp_path / "c.yaml", tmp_path / "run"
-    config.write_text(one_point)
-    terminal, its_end = pty.openpty()
-    long = ["--yes", "-o", "collisions=50000000", "-o", "repeats=1"]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "snooker_cli", "run", config, "--out", directory, *long],
-        stdin=its_end,
-        stdout=its_end,
-        stderr=its_end,
-        start_new_session=True,
-        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
-    )
-    os.close(its_end)
-    wait_for_part(directory, process)
-    os.close(terminal)
-    assert process.wait(timeout=120) == 130
-    (saved,) = files_in(directory)
-    (header,) = store.check(saved)
-    assert header.stop.reason is StopReason.INTERRUPTED
-    assert header.collisions > 0
-    assert store.read_checkpoint(saved)
