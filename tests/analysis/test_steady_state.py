@@ -151,19 +151,9 @@ def test_a_driven_circle_keeps_the_common_rotation(driven: list[Trace]) -> None:
     assert f": {with_error(share, error)} % of the energy; " in sentence
     assert ("`common_rotation: false`" in sentence) == (share > 1)
 
-    # Nothing is kept by a wall with a temperature, by a box, or of a gas without angular momentum.
+    # Nothing is kept by a wall with a temperature.
     scene = gas("circle", 20, 0.05, cor=0.9)
     assert sentences(repeats_of(scene, Thermal(20.0), 6)) == []
-    square = replace(gas("box", 20, 0.05, cor=0.9), container=Box(60.0, 60.0))
-    assert sentences(repeats_of(square, Driven(1.0, 3.0), 6)) == []
-    starts = []
-    for trace in driven:
-        (x, y), (u, v) = trace.start.positions.T, trace.start.velocities.T
-        rate = np.sum(x * v - y * u) / np.sum(x * x + y * y)
-        velocities = np.column_stack([u + rate * y, v - rate * x])
-        starts.append(replace(trace.start, velocities=velocities))
-    still = simulate_batch(starts, collisions=30_000)
-    assert sentences(still) == ["common rotation: none, and a smooth circle adds none"]
 
 
 def test_two_temperatures_have_no_theory_of_the_mean_one() -> None:

@@ -1,4 +1,4 @@
-"""The runner as a process: kills and signals."""
+"""The runner as a process that is killed: no file is torn, and a later run completes it."""
 
 from __future__ import annotations
 
@@ -88,9 +88,6 @@ def assert_completes(directory: Path, text: str, reference: Path) -> None:
     uninterrupted = made(reference, text, repeats)
     done(uninterrupted)
     assert contents(run) == contents(uninterrupted)
-
-
-# Kills and signals
 
 
 CHECKPOINTS = ["--checkpoint", "0.0005"]  # minutes
