@@ -305,9 +305,7 @@ def test_conditions_are_no_other_arguments(key: str, run: snooker.Run, command: 
         (lambda run: run[0, 0].states([2.0, 1.0]), "times must ascend"),
         (lambda run: run[0, 0].measure(energy, 1e9), "times must ascend within 0 and"),
         (lambda run: run.plot("energy", cor=0.1), "no point has cor = 0.1"),
-        (lambda run: run.fit(since=-1), "there is no range of times from -1 s"),
         (lambda run: snooker.open("smal"), "the nearest is smal"),
-        (lambda run: run.save_figures("energy", size=(1, 1)), "^size 1x1: give width and height"),
         (lambda run: snooker.plan(CONFIG, part="3/2"), "^part 3/2: give K/N"),
     ],
 )

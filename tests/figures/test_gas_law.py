@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import PERIODIC, in_circle, layers, made, shown, traces, why_not
+from figure_runs import PERIODIC, in_circle, layers, made, shown, traces
 
 from snooker_cli import theory
 from snooker_cli.analysis.measurement import measure
@@ -98,11 +98,3 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
     singles = [state["excluded_disks"] for state in numbers["points"]]
     assert 1.9 < singles[0] < 2.1
     assert singles[0] > numbers["excluded_disks"] > singles[-1]
-
-
-def test_van_der_waals_needs_several_states_and_one_radius(warm: Run, decaying: Run) -> None:
-    assert "one radius" in why_not(warm, "van-der-waals")
-    assert "two or more areas" in why_not(
-        warm, "van-der-waals", balls__radius=1.0, balls__speed=5.0
-    )
-    assert "two or more areas" in why_not(decaying, "van-der-waals")

@@ -18,7 +18,6 @@ from snooker_cli.runs import Run
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher
 from snooker_cli.runs.folder import FAILURES, failures, record_failure
-from snooker_cli.runs.status import run_status
 from snooker_cli.trace import StopReason
 
 
@@ -151,30 +150,6 @@ def test_an_interrupt_while_extending_loses_no_collision(
 
 
 # Failures
-
-
-def test_one_failing_repeat_does_not_stop_the_others(
-    copied: Run, finished_run: Run, one_each: None
-) -> None:
-    for path in copied.directory.glob("point-*/*"):
-        path.unlink()
-    copied.path(0, [1]).mkdir()
-    notes = Notes()
-    results = done(copied, workers=2, watcher=notes)
-    failed = [result for result in results if result.error]
-    assert [(result.point, result.repeat) for result in failed] == [(0, 1)]
-    assert failed[0].error is not None
-    assert "repeats-0001-0001.h5: cannot write the result" in failed[0].error
-    assert failed[0] in notes.results
-    assert failures(copied) == {(0, 1): failed[0].error}
-    first, second = run_status(copied)["ledger"]
-    assert (first["done"], first["failed"], first["to_do"], second["done"]) == (2, 1, 0, 3)
-    assert first["remarks"] == [{"repeat": 1, "remark": f"failed: {failed[0].error}"}]
-    copied.path(0, [1]).rmdir()
-    assert [result.cached for result in done(copied)] == [True, False, True, True, True, True]
-    assert failures(copied) == {}
-    assert not (copied.directory / FAILURES).exists()
-    assert contents(copied) == contents(finished_run)
 
 
 def test_a_cut_line_of_the_record_hides_no_other(copied: Run) -> None:

@@ -48,13 +48,9 @@ def refusal(run: Run, *, fresh: bool = False) -> str:
 # Open and read
 
 
-@pytest.mark.parametrize("damage", ["no text", "another digest"])
-def test_a_damaged_manifest_is_refused(damage: str, copied: Path, small_config: str) -> None:
+def test_a_manifest_with_other_digests_is_refused(copied: Path, small_config: str) -> None:
     manifest = copied / MANIFEST
-    whole = manifest.read_bytes()
-    manifest.write_bytes(
-        b"\xff\xfe" if damage == "no text" else whole.replace(b'"digest": "', b'"digest": "0', 1)
-    )
+    manifest.write_text(manifest.read_text().replace('"digest": "', '"digest": "0', 1))
     with pytest.raises(StoreError, match="cannot be read"):
         runs.open_run(copied)
     run = run_of(copied, small_config)
@@ -64,16 +60,6 @@ def test_a_damaged_manifest_is_refused(damage: str, copied: Path, small_config: 
 
 
 # Create and extend
-
-
-@pytest.mark.parametrize("override", ["balls.speed=11", "cor=1.0,0.85", "record=summary"])
-def test_another_experiment_is_refused(override: str, copied: Path, small_config: str) -> None:
-    other = run_of(copied, small_config, override, "collisions=151")
-    assert refusal(other) == "other_config"
-    key = override.partition("=")[0].partition(".")[0]
-    with pytest.raises(RunError, match=f"{key}|sweep"):
-        runs.create(other)
-    assert not runs.planned_change(other, fresh=True)
 
 
 @pytest.mark.parametrize(
@@ -104,30 +90,13 @@ def test_the_same_physics_keeps_the_results(
     assert after == before
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "cut"),
-    [
-        (["collisions=150"], ["collisions=149"], "collisions from 150 to 149"),
-        (["collisions=150", "time=9"], ["collisions=151", "time=9.5"], ""),
-        (["time=9"], ["collisions=150", "time=10"], "collisions from null to 150"),
-        (["collisions=100,200"], ["collisions=300,100"], "from [100, 200] to [300, 100]"),
-    ],
-)
-def test_no_repeat_is_shortened(
-    before: list[str], after: list[str], cut: str, tmp_path: Path, small_config: str
-) -> None:
-    swept = "," in before[0]
-    bare = small_config if swept else small_config.replace("collisions: 150\n", "")
-    bare = bare.replace("repeats: 3", "repeats: 1")
-    done(made(tmp_path, bare, *before))
-    changed = run_of(tmp_path, bare, *after)
-    if cut:
-        assert refusal(changed) == "shorter_limits"
-        with pytest.raises(RunError, match=re.escape(cut)):
-            runs.create(changed)
-    else:
+def test_no_repeat_of_a_sweep_of_limits_is_shortened(tmp_path: Path, small_config: str) -> None:
+    """Though the first point becomes longer."""
+    done(made(tmp_path, small_config, "repeats=1", "collisions=100,200"))
+    changed = run_of(tmp_path, small_config, "repeats=1", "collisions=300,100")
+    assert refusal(changed) == "shorter_limits"
+    with pytest.raises(RunError, match=re.escape("from [100, 200] to [300, 100]")):
         runs.create(changed)
-        assert runs.open_run(tmp_path) == changed
 
 
 def test_an_extension_can_be_undone_until_its_first_repeat_is_done(
@@ -142,17 +111,12 @@ def test_an_extension_can_be_undone_until_its_first_repeat_is_done(
     assert files(tmp_path) == before
 
 
-@pytest.mark.parametrize(
-    ("key", "code"),
-    [("engine_version", "other_engine_version"), ("schema_version", "other_schema")],
-)
-def test_results_of_another_version_are_refused_or_replaced(
-    key: str, code: str, copied: Path, small_config: str
-) -> None:
+def test_results_of_another_engine_are_refused_or_replaced(copied: Path, small_config: str) -> None:
     manifest = json.loads((copied / MANIFEST).read_text())
-    write_json(copied / MANIFEST, manifest | {key: manifest[key] + 1})
+    newer = {"engine_version": manifest["engine_version"] + 1}
+    write_json(copied / MANIFEST, manifest | newer)
     run = run_of(copied, small_config)
-    assert refusal(run) == code
+    assert refusal(run) == "other_engine_version"
     runs.create(run, fresh=True)
     assert list(files(copied)) == [MANIFEST]
     assert runs.open_run(copied) == run
