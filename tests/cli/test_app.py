@@ -104,7 +104,7 @@ def test_every_numeric_option_refuses_a_wrong_value_in_one_sentence(
         "run": ("small.yaml",),
         "plot": ("small", "energy", "--format=svg"),
         "export": ("small", "--states"),
-        "animate": ("small", "--out=f.gif"),
+        "animate": ("small", "--seconds=0.1", "--out=f.gif"),
     }
     options = [
         (name, parameter.opts[-1])
