@@ -15,7 +15,6 @@ from snooker_cli import files
 from snooker_cli.files import (
     append_text,
     atomic_write,
-    own_folder,
     read_text,
     user_key,
     write_json,
@@ -63,13 +62,6 @@ def test_under_an_own_name_a_link_is_replaced(tmp_path: Path) -> None:
         assert (path.read_text(), link.read_text(), link.is_symlink()) == ("old", "new", False)
     append_text(link, "er")
     assert link.read_text() == "newer"
-
-
-def test_a_link_is_no_own_folder(tmp_path: Path) -> None:
-    assert own_folder(own_folder(tmp_path / "own")).is_dir()
-    (tmp_path / "link").symlink_to(tmp_path / "own")
-    with pytest.raises(OSError, match="a link instead of the folder link"):
-        own_folder(tmp_path / "link")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no such files")

@@ -100,7 +100,7 @@ def test_reading_refuses_a_summary_for_what_is_wrong(warm: Run, tmp_path: Path) 
     """The reason has the name of the wrong column."""
     names = [*SERIES_UNITS, "speed_histogram"]
     columns = {key: d for key, d in hostile.KINDS["summary"].items() if key.split(": ")[0] in names}
-    assert len(columns) == 4 * len(SERIES_UNITS) + 2
+    assert len(columns) == 3 * len(SERIES_UNITS) + 2
     path = Path(shutil.copy(warm.batches(0)[0], tmp_path))
     for key in hostile.damaged(path, columns):
         column = key.partition(":")[0]
@@ -147,66 +147,27 @@ def test_hostile_manifests(command: str, share: int, finished: Path, snooker: Sn
         check(snooker, command, name)
 
 
-@pytest.mark.parametrize("size", [1 << 12, pytest.param(250_000, marks=pytest.mark.long)])
-@pytest.mark.parametrize("command", ["validate any.yaml", "run any.yaml --dry-run --yes"])
-def test_hostile_configs(command: str, size: int, here: Path, snooker: Snooker) -> None:
-    for name, content in hostile.configs(size).items():
-        hostile.text(content)(here / "any.yaml")
-        assert check(snooker, command, name) == 3, name
-
-
-@pytest.mark.parametrize("command", ["export", pytest.param("verify", marks=pytest.mark.long)])
-def test_little_memory_is_taken(command: str, finished: Path) -> None:
-    """A small process starts the command: at first a child has all memory of its parent."""
-    hostile.REPEATS[BOMB](finished / REPEATS)
-    arguments = [sys.executable, "-m", "snooker_cli", command, "runs/small"]
-    measured = "done = subprocess.run(sys.argv[1:], stdout=2, check=False).returncode"
-    used = "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, done)"
-    small = [sys.executable, "-c", f"import resource, subprocess, sys; {measured}; {used}"]
-    ended = subprocess.run([*small, *arguments], capture_output=True, text=True, check=True)
-    kilobytes, code = map(int, ended.stdout.split())
-    assert code == 1
-    assert "a chunk has another size than it declares" in ended.stderr
-    assert 1024 * kilobytes < BYTES
-
-
-@pytest.mark.parametrize("command", ["run small.yaml --fresh --no-progress", "compare small"])
-def test_settings_of_numba_in_the_folder_are_refused(
-    command: str, finished: Path, snooker: Snooker
-) -> None:
+def test_settings_of_numba_in_the_folder_are_refused(finished: Path) -> None:
     """They lead Numba to compiled code, which it runs; nothing is deleted before."""
     settings, planted = Path(".numba_config.yaml"), Path("planted")
     settings.write_text(f"cache_dir: {planted}\n")
     before = sorted(finished.rglob("*"))
-    in_new_process = [sys.executable, "-m", "snooker_cli", *command.split()]
-    done = subprocess.run(in_new_process, capture_output=True, text=True, check=False)
+    command = [sys.executable, "-m", "snooker_cli", "run", "small.yaml", "--fresh"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     assert f"{finished.parents[1]}: contains {settings}, which" in done.stderr
     assert sorted(finished.rglob("*")) == before
     assert not planted.exists()
 
 
-@pytest.mark.parametrize("kind", ["text", "bytes", "pipe"])
-def test_settings_of_matplotlib_in_the_folder_are_not_read(kind: str, finished: Path) -> None:
-    """A pipe would block, and text that is no text end the command."""
-    settings = Path("matplotlibrc")
-    if kind == "pipe":
-        os.mkfifo(settings)
-    else:
-        settings.write_bytes(b"savefig.dpi: 7\n" if kind == "text" else bytes(range(256)))
-    program = "from snooker_cli.figures import drawing; import matplotlib"
-    program += "; print(matplotlib.rcParams['savefig.dpi'])"
-    found = [
-        subprocess.run(
-            [sys.executable, "-c", f"{first}; {program}"],
-            capture_output=True,
-            text=True,
-            check=True,
-            timeout=60,
-        ).stdout
-        for first in ("pass", "from snooker_cli.animation import movie")
-    ]
-    assert found == ["figure\n", "figure\n"]
+def test_settings_of_matplotlib_in_the_folder_are_not_read(finished: Path) -> None:
+    """A pipe would block."""
+    os.mkfifo("matplotlibrc")
+    for first in ("from snooker_cli.figures import drawing", "import snooker_cli.animation.movie"):
+        program = f"{first}; import matplotlib; print(matplotlib.rcParams['savefig.dpi'])"
+        command = [sys.executable, "-c", program]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+        assert done.stdout == "figure\n"
 
 
 def test_a_wrong_checkpoint_concerns_only_run(
@@ -266,32 +227,20 @@ def test_hostile_files_beside_the_repeats(name: str, finished: Path, snooker: Sn
     assert check(snooker, "run small.yaml --no-progress --fresh", name) == 0
 
 
-@pytest.mark.parametrize("kind", [hostile.fifo, hostile.endless, hostile.holes, hostile.folder])
-def test_a_hostile_certificate(kind: hostile.Damage, finished: Path, snooker: Snooker) -> None:
-    pytest.importorskip("flint")
-    kept = finished / "point-0000" / "exact-0000.json"
-    kept.touch()
-    kind(kept)
-    assert check(snooker, "verify small --exact --collisions 9", "certificate") == 0
-
-
 OWN_FILES = {
     "fit small": ["analysis.json"],
     "plot small energy": ["figures/energy.svg", "figures/energy.png", "figures/energy.json"],
     "animate small --replace": ["film-cor-0.85.html"],
     "verify small --exact --point 0 --collisions 9": ["point-0000/exact-0000.json"],
     "run small.yaml --no-progress": ["point-0000/repeats-0000-0002.h5"],
-    "run small.yaml --no-progress --part 1/1": ["failures.jsonl"],
     "run small.yaml --no-progress --fresh": ["run.json"],
-    "report small": ["report/report.html", "report/report.pdf", "report/small.yaml"],
-    "live --replace": ["../../gas.html"],
 }
 """Files by the command that writes them under names of its own, from the run's folder."""
 
 
 @pytest.mark.parametrize("command", OWN_FILES)
 def test_no_link_in_a_run_leads_a_command_to_another_file(
-    command: str, finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+    command: str, finished: Path, snooker: Snooker
 ) -> None:
     precious, text = Path("precious"), "what the user keeps elsewhere"
     precious.write_text(text)
@@ -302,10 +251,7 @@ def test_no_link_in_a_run_leads_a_command_to_another_file(
             precious.write_text(text := path.read_text())
         path.unlink(missing_ok=True)
         path.symlink_to(precious.resolve())
-    if "--part" in command:
-        (finished / REPEATS).unlink()
-        monkeypatch.setattr("snooker_cli.runs.batch.versions", lambda: 1 / 0)
-    assert snooker(*command.split()).code in (0, 4)
+    assert snooker(*command.split()).code == 0
     assert precious.read_text() == text
     for name in OWN_FILES[command]:
         assert not (finished / name).is_symlink()
@@ -315,11 +261,9 @@ def test_no_link_in_a_run_leads_a_command_to_another_file(
     ("command", "name"),
     [
         ("run small.yaml --no-progress", "point-0000"),
-        ("run small.yaml --no-progress --fresh", "point-0000"),
         ("run small.yaml --no-progress --fresh", "figures"),
         ("run small.yaml --no-progress --part 1/1", "point-0000"),
         ("plot small energy", "figures"),
-        ("report small", "report"),
         ("report small", "report/figures"),
     ],
 )

@@ -17,7 +17,7 @@ from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure, pair
 from snooker_cli.analysis.observables import INSTANT
 from snooker_cli.analysis.time_series import ROWS, SKIPPED_COLLISIONS, series
 from snooker_cli.containers import SHAPES, Circle, Container
-from snooker_cli.engine import replay, simulate
+from snooker_cli.engine import simulate
 from snooker_cli.laws import Thermal
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import SPEED_BINS, Series, Stop, StopReason, Summary, Trace
@@ -111,21 +111,6 @@ def test_means_over_time_by_hand(in_circle: Trace) -> None:
     assert curve.group_time[0, :3].tolist() == [0, 2, 16]
     assert curve.group_kinetic[0, :3].tolist() == [2, 0.5, 0.125]
     assert found.collision_speed[0] == (0.5 + 0.25) / 2
-
-
-def test_nothing_is_measured_over_no_time(in_circle: Trace) -> None:
-    still = replace(
-        in_circle,
-        events=in_circle.events[:0],
-        stop=in_circle.stop._replace(time=0.0),
-        wall_events=0,
-        pair_events=0,
-    )
-    found = measure([still])
-    assert np.isnan(found.whole.kinetic_energy).all()
-    assert np.isnan(found.whole.pressure(still.start)).all()
-    assert found.last_energy.tolist() == [2]
-    assert found.curve.weight.sum() == 1
 
 
 # Against slow loops over the rows
@@ -293,20 +278,6 @@ def test_a_curve_between_times_has_the_collisions_there() -> None:
     assert means == pytest.approx(series(trace).time[inside].mean(), rel=1e-12)
 
 
-def test_mean_free_path_is_the_way_between_contacts() -> None:
-    """From the states between events: the length of all ways over two ends for each contact."""
-    trace = simulate(gas("circle", 19, 0.19, cor=0.95), collisions=400)
-    events = trace.events
-    assert events is not None
-    times = np.append(0.0, events.time)
-    speeds = np.linalg.norm(replay(trace, times).velocities, axis=2).sum(axis=1)
-    ways = np.sum(speeds[:-1] * np.diff(times))
-    expected = ways / (2 * np.count_nonzero(~events.at_wall))
-    whole = measure([trace]).whole
-    path = whole.mean_speed * whole.length * 19 / (2 * whole.pair_events)
-    assert path[0] == pytest.approx(expected, rel=1e-10)
-
-
 def test_virial_and_wall_pressure_obey_the_virial_theorem() -> None:
     """Σ m x·v changes by 2∫K + ΣJd of the balls, less each wall hit's J times its distance."""
     trace = simulate(report_scene(), collisions=3000)
@@ -427,11 +398,3 @@ def test_the_decay_does_not_depend_on_how_long_the_run_was(cold: list[Trace]) ->
     assert first > 0.1
     assert long == pytest.approx(first, rel=0.005)
     assert list(map(haff, cold)) == pytest.approx([first] * 3, rel=0.01)
-
-
-def test_means_of_a_late_window_do_not_feel_what_was_before(cold: list[Trace]) -> None:
-    """Before it was 1e27 times as much."""
-    trace, found = cold[1], series(cold[1])
-    late = measure([trace]).windows.kinetic_energy[0, -1]
-    rows = found.time >= trace.stop.time * (1 - 1.1 / WINDOWS)
-    assert found.kinetic_energy[rows].min() <= late <= found.kinetic_energy[rows].max()

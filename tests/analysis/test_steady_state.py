@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,6 @@ import pytest
 from scenes import gas
 from scipy import stats
 
-import snooker_cli as snooker
 from snooker_cli.analysis import steady_state
 from snooker_cli.analysis.comparison import Comparison, compare
 from snooker_cli.analysis.decay import WARM, decays, fit_notes
@@ -20,7 +18,7 @@ from snooker_cli.analysis.goodness import equal_means
 from snooker_cli.analysis.measurement import WINDOWS, measure
 from snooker_cli.analysis.observables import wall_energies
 from snooker_cli.analysis.predictions import NO_THEORY
-from snooker_cli.containers import Box, Channel
+from snooker_cli.containers import Box
 from snooker_cli.engine import replay, series
 from snooker_cli.engine.simulation import simulate_batch
 from snooker_cli.formatting import with_error
@@ -45,7 +43,7 @@ def repeats_of(scene: Scene, wall_law: Any, number: int = REPEATS, **limits: Any
 @pytest.fixture(scope="module")
 def thermal() -> list[Trace]:
     """Seven elastic balls that start at 2.5 times the temperature of the wall."""
-    return repeats_of(gas("circle", 7, 0.1), Thermal(20.0), 60)
+    return repeats_of(gas("circle", 7, 0.1), Thermal(20.0), 12)
 
 
 @pytest.fixture(scope="module")
@@ -106,41 +104,25 @@ def test_what_the_test_lacks_is_a_sentence(thermal: list[Trace]) -> None:
     assert [note.note for note in notes] == [few.note]
 
 
+def test_a_thermal_wall_sets_the_temperature(thermal: list[Trace]) -> None:
+    """Seven balls are canonical: the kurtosis is 2, not that of a fixed energy, 1.75."""
+    rows, _ = compare(thermal)
+    assert row(rows, "temperature", "temperature of the wall").predicted == 20.0
+    assert row(rows, "kurtosis of speeds", "Maxwell-Boltzmann").predicted == 2.0
+    assert not [row for row in rows if "fixed energy" in row.model or "Haff" in row.quantity]
+
+
+def test_a_driven_wall_sets_the_temperature_of_the_balance(driven: list[Trace]) -> None:
+    rows, _ = compare(driven)
+    (warm,) = steady_state.expected_temperatures(driven[0].start).values()
+    assert row(rows, "temperature", steady_state.BALANCE).predicted == pytest.approx(warm)
+
+
 # Rows
 
 
-def test_elastic_balls_and_a_thermal_wall_are_in_equilibrium(thermal: list[Trace]) -> None:
-    """Seven balls are canonical: the kurtosis is 2, not that of a fixed energy, 1.75."""
-    rows, notes = compare(thermal)
-    for quantity, model in (
-        ("temperature", "temperature of the wall"),
-        ("mean speed", "Maxwell-Boltzmann"),
-        ("kurtosis of speeds", "Maxwell-Boltzmann"),
-        ("T across/T along", "equal parts"),
-    ):
-        found = row(rows, quantity, model)
-        assert abs(found.in_errors) < 4, quantity
-        assert found.difference_error < 0.02 * found.predicted
-        assert (found.repeats, found.complete, found.simulated) == (60, 60, 60)
-    # Scaled particle theory is within 1 % for so few balls.
-    for quantity in ("PV/NT", "PV/NT by the virial", "wall rate of a ball"):
-        found = row(rows, quantity, "hard disks, finite N")
-        assert found.difference == pytest.approx(0, abs=0.01 * found.predicted)
-    assert not [row for row in rows if "fixed energy" in row.model or "Haff" in row.quantity]
-    assert any(note.note.startswith("stationary from ") for note in notes)
-
-
-@pytest.mark.parametrize(
-    "shape", ["circle", pytest.param("box", marks=pytest.mark.long), "channel"]
-)
-def test_a_driven_gas_takes_what_it_is_given(driven: list[Trace], shape: str) -> None:
-    traces = driven
-    if shape != "circle":
-        container = Box(50.0, 40.0) if shape == "box" else Channel(50.0, 40.0)
-        scene = replace(gas("periodic", 50, 0.05, cor=0.9), container=container)
-        scene = replace(scene, positions=0.9 * scene.positions * np.array([50, 40]) / 56.05)
-        traces = repeats_of(scene, Driven(0.95, 3.0), 8, collisions=40_000)
-    rows, _ = compare(traces)
+def test_a_driven_gas_takes_what_it_is_given(driven: list[Trace]) -> None:
+    rows, _ = compare(driven)
     balance = row(rows, "energy from the walls", "taken by collisions")
     assert abs(balance.in_errors) < 4
     large = row(rows, "PV/NT by the virial", "hard disks, N → ∞")
@@ -149,42 +131,7 @@ def test_a_driven_gas_takes_what_it_is_given(driven: list[Trace], shape: str) ->
     # Theory has the rate of hits in equilibrium only.
     rates = {row.model for row in rows if row.quantity == "wall rate of a ball"}
     assert rates == {"ideal gas"}
-    across = row(rows, "T across/T along", "equal parts").measured
-    assert across > 1.02 if shape != "box" else 0.9 < across < 1.1
-
-
-@pytest.mark.parametrize(
-    ("balls", "packing", "cor", "law"),
-    [(40, 0.0004, 0.98, Driven(1.0, 1.0)), (37, 0.05, 0.99, Driven(0.98, 2.0))],
-)
-def test_a_driven_gas_has_the_temperature_of_the_balance(
-    balls: int, packing: float, cor: float, law: Driven
-) -> None:
-    """Little is lost on the way across: less than a collision between hits of a wall."""
-    scene = gas("circle", balls, packing, cor=cor)
-    (warm,) = steady_state.expected_temperatures(replace(scene, wall_law=law, wall_key=0)).values()
-    scene = replace(scene, velocities=scene.velocities * math.sqrt(2 * warm) / 10)
-    rows, _ = compare(repeats_of(scene, law, 16, collisions=60_000))
-    found = row(rows, "temperature", steady_state.BALANCE)
-    assert found.predicted == pytest.approx(warm)
-    assert found.difference == pytest.approx(0, abs=0.05 * warm)
-
-
-@pytest.mark.parametrize(("radius", "excess"), [(0.1, 0.055), (0.4, 0.116)])
-def test_the_balance_is_too_warm_where_balls_lose_much_on_the_way(
-    radius: float, excess: float, tmp_path: Path
-) -> None:
-    """The percentages in `theory.balance_temperature`, from 400 repeats."""
-    balls = {"count": 37, "radius": radius, "speed": 10.0, "common_rotation": False}
-    config = {"container": {"radius": 10.0}, "balls": balls | {"speeds": "maxwell"}}
-    config |= {"cor": 0.9, "wall_speed": 1.0, "wall_cor": 1.0, "collisions": 40_000, "repeats": 40}
-    (found,) = (
-        row
-        for row in snooker.run(config, out=tmp_path / "run", progress=False).compare()
-        if row["model"] == steady_state.BALANCE
-    )
-    off = found["predicted"] / found["measured"] - 1
-    assert abs(off - excess) < 0.0005 + 3 * found["difference_error"] / found["measured"]
+    assert row(rows, "T across/T along", "equal parts").measured > 1.02
 
 
 def test_a_driven_circle_keeps_the_common_rotation(driven: list[Trace]) -> None:
@@ -204,19 +151,9 @@ def test_a_driven_circle_keeps_the_common_rotation(driven: list[Trace]) -> None:
     assert f": {with_error(share, error)} % of the energy; " in sentence
     assert ("`common_rotation: false`" in sentence) == (share > 1)
 
-    # Nothing is kept by a wall with a temperature, by a box, or of a gas without angular momentum.
+    # Nothing is kept by a wall with a temperature.
     scene = gas("circle", 20, 0.05, cor=0.9)
     assert sentences(repeats_of(scene, Thermal(20.0), 6)) == []
-    square = replace(gas("box", 20, 0.05, cor=0.9), container=Box(60.0, 60.0))
-    assert sentences(repeats_of(square, Driven(1.0, 3.0), 6)) == []
-    starts = []
-    for trace in driven:
-        (x, y), (u, v) = trace.start.positions.T, trace.start.velocities.T
-        rate = np.sum(x * v - y * u) / np.sum(x * x + y * y)
-        velocities = np.column_stack([u + rate * y, v - rate * x])
-        starts.append(replace(trace.start, velocities=velocities))
-    still = simulate_batch(starts, collisions=30_000)
-    assert sentences(still) == ["common rotation: none, and a smooth circle adds none"]
 
 
 def test_two_temperatures_have_no_theory_of_the_mean_one() -> None:
@@ -278,18 +215,3 @@ def test_a_warm_gas_has_no_decay_constants(driven: list[Trace]) -> None:
     constants = decays(driven[:3])
     assert not any(fit.converged for decay in constants for fit in decay.fits)
     assert [note.note for note in fit_notes(constants)] == [WARM]
-
-
-def test_averages_over_windows_are_those_over_the_part(driven: list[Trace]) -> None:
-    """The means of windows, and their gains, are those from the start of the first to the end."""
-    measured = measure(driven[:2])
-    steady = measured.windows.from_window(8)
-    for repeat, trace in enumerate(driven[:2]):
-        columns, since = series(trace), 0.4 * trace.stop.time
-        first = np.searchsorted(columns.time, since, side="right") - 1
-        gained = columns.wall_energy[-1] - columns.wall_energy[first]
-        assert steady.wall_energy[repeat] == pytest.approx(gained, rel=1e-9)
-        assert steady.length[repeat] == pytest.approx(trace.stop.time - since)
-        times = np.append(np.maximum(columns.time[first:], since), trace.stop.time)
-        mean = np.sum(columns.kinetic_energy[first:] * np.diff(times)) / (trace.stop.time - since)
-        assert steady.kinetic_energy[repeat] == pytest.approx(mean, rel=1e-9)

@@ -82,7 +82,6 @@ def test_walls_that_do_not_give_what_collisions_take_are_named() -> None:
     ("changes", "words"),
     [
         ({"holds_to": 1.5, "probability": 1e-7}, "holds to 1.5 s, not to 3 s (p <0.001)"),
-        ({"holds_to": 0.01, "probability": 0.002}, "does not hold (p = 0.002)"),
         (
             {"probability": None, "holds_to": None},
             "is not tested (too few repeats or collisions)",

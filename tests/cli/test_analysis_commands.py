@@ -12,14 +12,8 @@ import pytest
 from command_line import Snooker
 from repeating import made
 
-from snooker_cli import store
-from snooker_cli.analysis import run_analysis
 from snooker_cli.cli import analysis_commands
 from snooker_cli.reproduction.reproduce import RUNS
-from snooker_cli.runs import RepeatState, RepeatStatus, Run
-from snooker_cli.runs.run import ANALYSIS
-from snooker_cli.runs.status import early_warning
-from snooker_cli.trace import StopReason
 
 
 def test_an_unfinished_run_is_analysed_as_far_as_it_is(separate: Path, snooker: Snooker) -> None:
@@ -51,20 +45,6 @@ def test_an_unfinished_extension_is_analysed_with_a_note(
     assert (
         "snooker: 6 of 6 repeats end " in snooker("plot", "small", "energy", "--format", "svg").err
     )
-
-
-def test_an_analysis_that_cannot_be_saved_is_printed(
-    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refused(path: Path, content: object) -> None:
-        raise PermissionError(13, "Permission denied")
-
-    printed = snooker("fit", "small", "--json").out
-    (finished / ANALYSIS).unlink()
-    monkeypatch.setattr(run_analysis, "write_text", refused)
-    ended = snooker("fit", "small", "--json")
-    assert (ended.code, ended.out, ended.err.count("\n")) == (0, printed, 1)
-    assert ended.err.startswith("snooker: runs/small/analysis.json: cannot be written ")
 
 
 def test_rows_for_few_readers_are_those_of_all(finished: Path, snooker: Snooker) -> None:
@@ -128,14 +108,3 @@ def test_a_warning_names_what_helps_where_most_repeats_ended_early(
             assert "; all 3 repeats ended early" in ended.out
         assert snooker(command, "small", "--where", "cor=1.0", "--brief").err == ""
     assert snooker("plot", "small", "energy", *where[1:], "--format", "svg").err == warning
-
-
-def test_a_warning_of_interrupted_repeats_says_how_to_finish(
-    finished_one_each: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run = finished_one_each
-    (header,) = store.read_headers(run.batches(0)[0])
-    stop = header.stop._replace(reason=StopReason.INTERRUPTED)
-    cut = [RepeatStatus(0, 0, Path(), RepeatState.INTERRUPTED, header._replace(stop=stop))]
-    monkeypatch.setattr(Run, "statuses", lambda *_: cut)
-    assert early_warning(run, run.points[:1]).endswith("; run the config again to finish them")

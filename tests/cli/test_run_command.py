@@ -8,38 +8,11 @@ from pathlib import Path
 import pytest
 from command_line import Snooker
 
-from snooker_cli.runs import progress
-from snooker_cli.runs.batch import RepeatResult
-
 HARD = Path(__file__).parents[2] / "configs" / "hard"
 
 
 def overrides(*keys: str) -> list[str]:
     return [f"--override={key}" for key in keys]
-
-
-def test_a_folder_that_is_deleted_during_a_run_is_an_error(
-    here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The run ends soon, and leaves no folder that the next run would refuse."""
-    finish, done = progress.RunProgress.finished, []
-
-    def finished(self: progress.RunProgress, result: RepeatResult) -> None:
-        finish(self, result)
-        if not done:
-            shutil.rmtree("runs/small")
-        done.append(result)
-
-    monkeypatch.setattr(progress.RunProgress, "finished", finished)
-    many = ["run", "small.yaml", "-o", "collisions=2000", "-o", "repeats=10000", "-j", "1"]
-    ended = snooker(*many)
-    assert (ended.code, ended.out) == (2, "")
-    assert ended.err.splitlines()[-1] == (
-        "snooker: runs/small: was deleted, moved or replaced during the run; "
-        "run the same command again"
-    )
-    assert 0 < len(done) < 20000
-    assert not Path("runs/small").exists()
 
 
 @pytest.mark.parametrize(

@@ -93,7 +93,6 @@ def test_values_of_a_zip_are_checked_together() -> None:
         (" cor = 0.5 # half", BASE.replace("cor: 0.8", "cor: 0.5")),
         ("title='a, b: c = d'", BASE + "title: 'a, b: c = d'\n"),
         (f"sweep={{zip: {OTHERS}}}", BASE + f"sweep: {{zip: {OTHERS}}}\n"),
-        ("cor=0.1, 0.2", BASE + "sweep: {cor: [0.1, 0.2]}\n"),
         ("balls.rings=range(7, 0, -3)", BASE + "sweep: {balls.rings: [7, 4, 1]}\n"),
         ("wall_cor=null, 1", BASE + "sweep: {wall_cor: [null, 1]}\n"),
     ],

@@ -155,9 +155,8 @@ def test_the_scene_has_the_collapse_of_the_config() -> None:
 
 def test_other_values_of_collapse_are_refused() -> None:
     balls = "balls={count: 1, radius: 1, speed: 1}"
-    values = ("go", "3", "null", "{}", "{tc: 1, elastic_below: 1}", "{tc: 2}", "{elastic_below: 0}")
     for collapse, override in (
-        *((value, "cor=1") for value in values),
+        *((value, "cor=1") for value in ("go", "{}", "{tc: 1, elastic_below: 1}", "{tc: 2}")),
         ("slide", "container.mass=5"),
         ("slide", "container={shape: box, width: 20}"),
         ("slide", "wall_cor=0.999999999999"),  # the engine would add up 1e13 bounces

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import layers, made, shown, traces, why_not
+from figure_runs import layers, made, shown, traces
 
 from snooker_cli.analysis import diffusion
 from snooker_cli.figures import Line, Points, Reference
@@ -70,17 +70,3 @@ def test_walls_limit_the_displacement(tmp_path: Path) -> None:
     (limit,) = layers(shown(run, "mean-squared-displacement"), Reference)
     assert limit.value == pytest.approx((6 - 0.8) ** 2, rel=1e-4)
     assert limit.label == "random places in the circle"
-
-
-def test_reasons(tmp_path: Path) -> None:
-    short = made(tmp_path / "short", "time=1", text=TEXT)
-    assert "run longer" in why_not(short, "mean-squared-displacement")
-    lossy = made(tmp_path / "lossy", "time=1", "cor=0.9", text=TEXT)
-    assert "elastic" in why_not(lossy, "velocity-autocorrelation")
-    alone = made(
-        tmp_path / "alone",
-        "balls={rings: 0, radius: 1, speed: 1}",
-        "container={radius: 6}",
-        text=TEXT,
-    )
-    assert "alone" in why_not(alone, "mean-squared-displacement")

@@ -11,9 +11,8 @@ from figure_runs import BASE, BOX, DECAYING, layers, made, shown, traces, why_no
 from repeating import batches_of, file_of
 
 from snooker_cli.config import parse
-from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Line, Points, Selection, registry, selected
-from snooker_cli.figures.captions import FigureBuilder, unfinished
+from snooker_cli.figures import FIGURES, Points, Selection, registry, selected
+from snooker_cli.figures.captions import unfinished
 from snooker_cli.figures.selection import along, evenly
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
@@ -74,27 +73,12 @@ def test_figures_of_an_unfinished_run(broken: Run, decaying: Run) -> None:
 @pytest.mark.parametrize(
     ("where", "indices"),
     [
-        ({}, [0, 1, 2, 3, 4, 5]),
-        ({"balls.radius": 1}, [3, 4, 5]),
-        ({"balls.radius": 1.0, "balls.speed": (5.0, 20.0)}, [3, 5]),
+        ({"balls.radius": 1, "balls.speed": (5.0, 20.0)}, [3, 5]),
         ({"cor": 1.0, "balls.mass": 1}, [0, 1, 2, 3, 4, 5]),  # which are not swept
     ],
 )
 def test_selections(warm: Run, where: dict[str, Any], indices: list[int]) -> None:
     assert [point.index for point in selected(warm, Selection(where))] == indices
-
-
-@pytest.mark.parametrize(
-    ("selection", "sentence"),
-    [
-        (Selection({"balls.speed": 7.0}), "no point has balls.speed = 7.0: there it is 5.0, 10.0"),
-        (Selection({"balls.sped": 7.0}), "no key balls.sped"),
-        (Selection(repeat=3), "repeats 0 to 2"),
-    ],
-)
-def test_what_cannot_be_selected(warm: Run, selection: Selection, sentence: str) -> None:
-    with pytest.raises(FigureError, match=sentence):
-        FIGURES["speeds"].make(warm, selection)
 
 
 def test_many_points_over_several_keys_have_the_middle_of_the_others() -> None:
@@ -105,11 +89,6 @@ def test_many_points_over_several_keys_have_the_middle_of_the_others() -> None:
     assert evenly(grid) == list(grid)
     ((*series,),) = along(grid, ["cor"], None)
     assert series == evenly(grid, 6)
-    together = (
-        "sweep={zip: {cor: [0.5, 0.6, 0.7], balls.speed: [1, 2, 3]}, balls.radius: [0.5, 0.7, 1]}"
-    )
-    points = parse(BASE, overrides=[together]).points()
-    assert [point.index for point in evenly(points, 6)] == [1, 4, 7]
 
 
 def test_many_collisions_are_those_of_few_repeats(
@@ -124,27 +103,3 @@ def test_many_collisions_are_those_of_few_repeats(
         figure = FIGURES[name].make(decaying, Selection())
         assert [row["repeats"] for row in figure.numbers["points"]] == [3, 3]
         assert "evenly chosen" not in figure.caption
-
-
-def test_states_are_as_many_as_a_figure_can_afford(decaying: Run) -> None:
-    """19 balls, three repeats of three points: fewer repeats first, and then fewer states."""
-
-    def afforded(most: int, **options: int) -> tuple[int, int]:
-        build = FigureBuilder(decaying, Selection(), [list(decaying.points)], {"kind": "energy"})
-        states = build.states(decaying.points[0], 61, most, **options)
-        return states, len(build.repeats(decaying.points[0]))
-
-    assert afforded(10**9) == (61, 3)
-    assert afforded(3 * 19 * 61 * 2, fewest=61) == (61, 2)
-    assert afforded(3 * 19 * 61 * 2) == (40, 3)
-    assert afforded(3 * 20 * 10, each=1, fewest=61) == (10, 1)
-    assert afforded(3 * 19) == (2, 1)  # the share of the point is one
-    with pytest.raises(FigureError, match="too long for more than 15 balls"):
-        afforded(30)
-
-
-def test_a_mean_curve_ends_with_the_shortest_repeat(tmp_path: Path) -> None:
-    overrides = ("balls.rings=1", "cor=0.85", "wall_cor=null", "repeats=12", "seed=8")
-    run = made(tmp_path / "trapped", *overrides)
-    (line,) = (line for line in layers(shown(run, "energy-fit"), Line) if line.broad)
-    assert line.x[-1] == min(trace.stop.time for trace in traces(run, 0))

@@ -73,20 +73,6 @@ def test_distances_are_those_of_equal_steps_of_time(decaying: Run) -> None:
     assert band.steps
 
 
-def test_distances_between_balls(decaying: Run) -> None:
-    found = shown(decaying, "pair-distances", repeat=1, cor=1.0)
-    trace = traces(decaying, 2)[1]
-    assert trace.events is not None
-    positions = replay(trace, np.append(0.0, trace.events.time)).positions
-    first, second = np.triu_indices(trace.start.number, k=1)
-    apart = positions[:, first] - positions[:, second]
-    smallest = float(np.hypot(apart[..., 0], apart[..., 1]).min())
-    assert found.numbers["smallest_distance"] == smallest
-    assert found.numbers["largest_overlap"] == 2.0 - smallest
-    # A position is rounded at each of the ball's flights, to half of the spacing at 10 m or less.
-    assert smallest > 2 - 100 * 10 * EPSILON
-
-
 def test_speeds_in_metres_if_elastic(warm: Run) -> None:
     found = shown(warm, "speeds", balls__radius=1.0)
     assert found.x_label == "speed (m/s)"

@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import itertools
 import json
-import os
-import pickle
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pytest
 from figure_runs import ELASTIC, MIXTURE, made
@@ -157,37 +152,3 @@ def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
     assert points["y_error"] == [0.1, None, 0.3]
     assert [[vertical["value"]] * 2, [0.0, 1.0]] in drawn
     assert [[0.0, 1.0], [horizontal["value"]] * 2] in drawn
-
-
-ELSEWHERE = """
-import pickle, sys
-from pathlib import Path
-import snooker_cli.figures
-assert "matplotlib" not in sys.modules
-from snooker_cli.figures.drawing import save
-assert "matplotlib.pyplot" not in sys.modules
-save(pickle.loads(Path("shown").read_bytes()), Path("third"))
-"""
-
-
-@pytest.mark.long
-def test_the_same_bytes_every_time(saved: list[Path], tmp_path: Path) -> None:
-    before = dict(matplotlib.rcParams)
-    first = [path.read_bytes() for path in saved]
-    assert [path.name for path in saved] == ["a.b.svg", "a.b.png", "a.b.json"]
-    assert "“Quoted” &amp; &lt;escaped&gt; − 1/3." in first[0].decode()
-    assert b"dc:date" not in first[0]
-    assert b"Software" not in first[1]
-    assert [path.read_bytes() for path in save(EVERYTHING, tmp_path / "second")] == first
-    assert dict(matplotlib.rcParams) == before
-    # A user's settings must not show, nor the seed of Python's hashes in another process.
-    (tmp_path / "matplotlibrc").write_text("lines.linewidth: 9\nfont.size: 30\n")
-    (tmp_path / "shown").write_bytes(pickle.dumps(EVERYTHING))
-    subprocess.run(
-        [sys.executable, "-c", ELSEWHERE],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONHASHSEED": "7", "SOURCE_DATE_EPOCH": "1"},
-        check=True,
-    )
-    endings = ("svg", "png", "json")
-    assert [(tmp_path / f"third.{ending}").read_bytes() for ending in endings] == first

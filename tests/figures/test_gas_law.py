@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import PERIODIC, in_circle, layers, made, shown, traces, why_not
+from figure_runs import PERIODIC, in_circle, layers, made, shown, traces
 
 from snooker_cli import theory
 from snooker_cli.analysis.measurement import measure
@@ -56,18 +56,6 @@ def test_pressure_against_temperature(warm: Run) -> None:
     assert point["over_ideal"] == pytest.approx(large.y[2] / (19 * 200 / (100 * math.pi)), rel=1e-9)
 
 
-def test_temperature_ratio_against_the_ball_radius(warm: Run) -> None:
-    found = shown(warm, "temperature-ratio", balls__speed=10.0)
-    (points,) = layers(found, Points)
-    assert points.x.tolist() == [0.2, 1.0]
-    for k, index in enumerate((1, 4)):
-        ratios = [50 / (pressure_of(trace) * 100 * math.pi / 19) for trace in traces(warm, index)]
-        assert points.y[k] == pytest.approx(np.mean(ratios), rel=1e-13)
-        expected = in_circle(50.0, points.x[k])
-        theirs = found.numbers["points"][k]["theory"]
-        assert theirs == pytest.approx(19 * 50 / (100 * math.pi) / expected, rel=1e-13)
-
-
 def test_ideal_ratio_is_taken_at_two_temperatures(decaying: Run) -> None:
     found = shown(decaying, "ideal-ratio", cor=0.8)
     at_end, at_mean, *keys = layers(found, Points)
@@ -110,11 +98,3 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
     singles = [state["excluded_disks"] for state in numbers["points"]]
     assert 1.9 < singles[0] < 2.1
     assert singles[0] > numbers["excluded_disks"] > singles[-1]
-
-
-def test_van_der_waals_needs_several_states_and_one_radius(warm: Run, decaying: Run) -> None:
-    assert "one radius" in why_not(warm, "van-der-waals")
-    assert "two or more areas" in why_not(
-        warm, "van-der-waals", balls__radius=1.0, balls__speed=5.0
-    )
-    assert "two or more areas" in why_not(decaying, "van-der-waals")

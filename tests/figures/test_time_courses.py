@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from figure_runs import around, in_circle, layers, shown, traces, why_not
+from figure_runs import around, in_circle, layers, shown, traces
 
 from snooker_cli.analysis import structure
 from snooker_cli.analysis.measurement import measure
@@ -42,8 +42,8 @@ def test_energy_of_one_repeat_and_of_all(decaying: Run) -> None:
     assert records[2]["largest_deviation"] < 200 * 19 * EPSILON
 
 
-@pytest.mark.parametrize(("component", "kind"), [(0, "momentum-x"), (1, "momentum-y")])
-def test_momentum_is_summed_from_the_states(decaying: Run, component: int, kind: str) -> None:
+def test_momentum_is_summed_from_the_states(decaying: Run) -> None:
+    component, kind = 1, "momentum-y"
     found = shown(decaying, kind, cor=0.9, repeat=2)
     trace = traces(decaying, 1)[2]
     assert trace.events is not None
@@ -83,9 +83,6 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
     (point,) = found.numbers["points"]
     assert point["pressure"] == pytest.approx(final.mean(), rel=1e-14)
     assert point["pressure_error"] == pytest.approx(final.std(ddof=1) / math.sqrt(3), rel=1e-12)
-    band, _ = layers(found, Band)
-    assert band.x[-1] == end
-    assert band.high[-1] - band.low[-1] == pytest.approx(2 * final.std(ddof=1), rel=1e-12)
     (reference,) = layers(found, Reference)
     assert reference.value == in_circle(50.0, 1.0)
 
@@ -107,12 +104,3 @@ def test_times_end_with_the_shortest_repeat_and_begin_at_zero(periodic: Run) -> 
     (band, _) = layers(found, Band)
     error = float(standard_errors(np.array(rows))[0])
     assert (band.high[20] - band.low[20]) / 2 == pytest.approx(error, rel=1e-9)
-
-
-def test_reasons_for_missing_structure(periodic: Run, warm: Run) -> None:
-    assert "it needs 2 to 6 species of balls, not 1" in why_not(
-        periodic, "species-temperature", cor=1
-    )
-    for kind in ("pair-correlation", "hexatic-order", "local-energy"):
-        assert "record: events" in why_not(warm, kind)
-    assert len(layers(shown(warm, "a2"), Line)) > 1  # a summary has a2

@@ -6,20 +6,16 @@ import html
 import json
 import re
 import shutil
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import Ended
 from figure_runs import BASE, BOX
 from figure_runs import made as made_run
 from pypdf import PdfReader
 
 from snooker_cli.analysis.decay import NO_LOSSES
-from snooker_cli.analysis.run_analysis import fits
-from snooker_cli.analysis.tables import fit_cells, main_rows, point_heading
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection
@@ -30,8 +26,6 @@ from snooker_cli.report import run_report as module
 from snooker_cli.report.document import unbroken
 from snooker_cli.report.run_report import RELEVANCE, _config, run_report, trivial
 from snooker_cli.runs import Run, open_run
-
-ROW = re.compile(r"<tr>(.*?)</tr>", re.DOTALL)
 
 
 def made(folder: Path, *runs: Run) -> Path:
@@ -100,25 +94,11 @@ def test_its_config_makes_the_same_points(small: Path, finished_run: Run, tmp_pa
     assert tuple(digest(point.experiment) for point in points) == run.digests
 
 
-def test_its_tables_are_the_rows_of_the_commands(small: Path, finished_run: Run) -> None:
-    rows = [
-        [html.unescape(cell).strip() for cell in re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row)]
-        for row in ROW.findall(page(small))
-    ]
-    expected = [row for row in main_rows(fits(finished_run).rows) if not row["elastic"]]
-    assert len(expected) > 3
-    heading = [point_heading(expected[0])]
-    first = rows.index(heading) + 1
-    shown = rows[first : first + len(expected)]
-    assert [[unbroken(cell) for cell in fit_cells(row)] for row in expected] == shown
-
-
 @pytest.mark.parametrize(
     ("overrides", "left_out"),
     [
         (["cor=1"], {"energy", "a2", "hexatic-order", "local-energy"}),
         (["cor=0.9"], {"pressure", "hexatic-order", "local-energy"}),
-        (["cor=0.9,1"], {"hexatic-order", "local-energy"}),
         (["balls.radius=1.9"], {"pressure"}),
         # L/L_c is 2.7: clusters are dense in a dilute gas.
         (["cor=0.5", "balls.rings=9", "balls.radius=0.3"], {"pressure"}),
@@ -198,7 +178,10 @@ def test_names_and_titles_are_text(
     assert "a | b" in plain
 
 
-def test_an_unfinished_run_says_so(finished_one_each: Run, tmp_path: Path) -> None:
+def test_an_unfinished_run_says_so(
+    finished_one_each: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "trivial", no_figures)
     copy = shutil.copytree(finished_one_each.directory, tmp_path / "small")
     for path in copy.glob("point-0001/*.h5"):
         path.unlink()
@@ -209,16 +192,3 @@ def test_an_unfinished_run_says_so(finished_one_each: Run, tmp_path: Path) -> No
         path.unlink()
     with pytest.raises(FigureError, match="no repeat is there yet"):
         made(tmp_path / "report", open_run(copy))
-
-
-def test_the_command_prints_its_files(
-    finished: Path, snooker: Callable[..., Ended], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(module, "trivial", no_figures)
-    ended = snooker("report", "small")
-    assert ended.code == 0, ended.err
-    assert ended.out.splitlines() == [
-        "runs/small/report/report.html",
-        "runs/small/report/report.pdf",
-    ]
-    assert (finished / "report" / "small.yaml").exists()

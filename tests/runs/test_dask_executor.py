@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
-import re
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -24,7 +22,7 @@ from repeating import bytes_of, contents, done, made
 from snooker_cli import runs, store
 from snooker_cli.runs import dask_executor
 from snooker_cli.runs.batch import Batch
-from snooker_cli.runs.dask_executor import RemoteRun, simulate_remotely, software, stop
+from snooker_cli.runs.dask_executor import RemoteRun, simulate_remotely, software
 from snooker_cli.runs.folder import failures
 from snooker_cli.trace import StopReason
 
@@ -216,35 +214,6 @@ def remote(finished: Path) -> RemoteRun:
     return RemoteRun(name, software(), directory, run.identity, "snooker", 600.0)
 
 
-def test_a_stored_batch_is_not_simulated_again(remote: RemoteRun, finished: Path) -> None:
-    """Of a worker that died before it could report. A stopped run begins nothing."""
-    before = bytes_of(finished)
-    results = simulate_remotely(remote, FIRST)
-    assert results is not None
-    path = finished / "point-0000" / "repeats-0000-0002.h5"
-    for result, header in zip(results, store.check(path), strict=True):
-        assert result.error is None
-        assert (result.repeat, result.stop) == (header.repeat, header.stop)
-    assert bytes_of(finished) == before
-    path.unlink()
-    assert stop(remote.name) == set()
-    assert simulate_remotely(remote, FIRST) is None
-    assert not path.exists()
-
-
-def test_a_stored_batch_that_lacks_a_repeat_is_simulated_again(
-    remote: RemoteRun, finished: Path
-) -> None:
-    """That repeat failed, and its error must be reported."""
-    path = finished / "point-0000" / "repeats-0000-0002.h5"
-    kept = [(header.repeat, trace) for trace, header in store.read(path, [0, 2])]
-    store.write(path, kept, store.check(path)[0].provenance)
-    results = simulate_remotely(remote, FIRST)
-    assert results is not None
-    assert [result.repeat for result in results] == [0, 1, 2]
-    assert [header.repeat for header in store.check(path)] == [0, 1, 2]
-
-
 @pytest.mark.parametrize(
     ("change", "problem"),
     [
@@ -263,67 +232,6 @@ def test_a_worker_refuses_what_it_must_not_simulate(
 
 
 # Workers that die
-
-
-AS_A_RESULT_IS_FETCHED = """
-import os, signal, sys
-import distributed
-from snooker_cli.cli import main
-
-fetched = distributed.Client._gather_remote
-
-async def without_a_scheduler(client, *arguments):
-    os.kill(scheduler, signal.SIGKILL)
-    return await fetched(client, *arguments)
-
-distributed.Client._gather_remote = without_a_scheduler
-scheduler = int(sys.argv.pop(1))
-main()
-"""
-
-
-@pytest.fixture
-def lonely(tmp_path: Path) -> Iterator[tuple[int, str]]:
-    """A scheduler in a process of its own, with one worker: its process and its address."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    address = f"tcp://127.0.0.1:{port}"
-    options = {
-        "scheduler": ["--host", "127.0.0.1", "--port", str(port), "--no-dashboard"],
-        "worker": [address, "--nthreads", "1", "--no-dashboard", "--no-nanny"],
-    }
-    processes = [
-        subprocess.Popen(
-            [sys.executable, "-m", f"distributed.cli.dask_{name}", *given],
-            cwd=tmp_path,
-            stderr=subprocess.DEVNULL,
-        )
-        for name, given in options.items()
-    ]
-    yield processes[0].pid, f"dask={address}"
-    for process in processes:
-        process.kill()
-        process.wait()
-
-
-def test_a_scheduler_that_dies_ends_the_run(
-    here: Path, lonely: tuple[int, str], snooker: Snooker
-) -> None:
-    """At the worst time: the client is fetching a result, which dask then never ends."""
-    process, address = lonely
-    command = ["run", "small.yaml", "--no-progress", "--executor", address]
-    ended = subprocess.run(
-        [sys.executable, "-c", AS_A_RESULT_IS_FETCHED, str(process), *command],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
-    assert ended.returncode == 4
-    assert f"failed: the dask scheduler at {address[5:]} is gone; start it and" in ended.stderr
-    assert not re.search("Traceback|CRITICAL|unexpected", ended.stderr)
-    assert snooker("run", "small.yaml", "--no-progress").code == 0
 
 
 class Killer(threading.Thread):

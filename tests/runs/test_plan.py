@@ -6,15 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from snooker_cli.config import parse, points
+from snooker_cli.config import parse
 from snooker_cli.engine import simulate
-from snooker_cli.errors import SceneError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import Run
 from snooker_cli.runs.plan import (
     BATCH_BYTES,
     EVENT_IN_MEMORY,
-    SceneClass,
     batch_size,
     is_excessive,
     points_and_classes,
@@ -29,35 +27,6 @@ cor: 1
 collisions: 10
 """
 
-TWO_BALLS = """\
-container: {radius: 10.0}
-balls:
-  list:
-    - {position: [-4, 0], velocity: [1, 0.1], radius: 1}
-    - {position: [4, 0], velocity: [-1, 0], radius: 1}
-cor: 1
-collisions: 10
-"""
-
-
-def classes_of(text: str, *overrides: str) -> list[SceneClass]:
-    return scene_classes(points(parse(text, overrides=overrides).experiment))
-
-
-def test_a_scene_that_cannot_exist_names_its_point(small_config: str) -> None:
-    swept = parse(small_config, overrides=["balls.radius=1.0,3.0"]).experiment
-    with pytest.raises(SceneError, match=r"\(at the point .*balls\.radius=3\.0\)") as caught:
-        scene_classes(points(swept))
-    assert caught.value.key == "balls"
-
-
-def test_repeats_of_given_balls_are_refused() -> None:
-    """They would be the same bits again: nothing in a list is random."""
-    scene_classes(points(parse(TWO_BALLS).experiment))
-    with pytest.raises(SceneError, match=r"^4 repeats of balls\.list .*; set repeats: 1") as caught:
-        scene_classes(points(parse(TWO_BALLS, overrides=["repeats=4"]).experiment))
-    assert caught.value.key == "repeats"
-
 
 def test_a_plan_counts_what_is_left_to_do(finished_run: Run) -> None:
     classes = scene_classes(finished_run.points)
@@ -71,10 +40,8 @@ def test_a_plan_counts_what_is_left_to_do(finished_run: Run) -> None:
 @pytest.mark.parametrize(
     "overrides",
     [
-        [],
         ["cor=0.9", "balls.radius=0.6", "collapse=slide"],
         ["container={shape: periodic, width: 20}", "cor=0.9", "time=50"],
-        ["balls=[{radius: 1, count: 1, speed: 0.1}, {count: 60, radius: 0.1, speed: 9}]"],
         ["time=1e6", "collisions=70"],
     ],
 )

@@ -2,45 +2,18 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import replace
 from pathlib import Path
 
 import hostile
 import pytest
 from command_line import Snooker
 
-from snooker_cli import store
-from snooker_cli.errors import DeniedError
 from snooker_cli.runs import verification
 from snooker_cli.runs.verification import limited_memory
-from snooker_cli.store import Provenance
-from snooker_cli.trace import Trace
 
 pytestmark = pytest.mark.skipif(
     not Path("/proc/self/statm").exists(), reason="memory is limited on Linux only"
 )
-
-
-def test_a_file_may_not_take_much_memory(
-    traces: dict[str, Trace],
-    provenance: Provenance,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Where a small file is read, a large one is refused."""
-    small, large = tmp_path / "small.h5", tmp_path / "large.h5"
-    text = json.dumps({"title": "a" * 100_000_000})
-    store.write(small, [(0, traces["events"])], provenance)
-    store.write(large, [(0, traces["events"])], replace(provenance, config=text))
-    assert len(verification.check(large)) == 1
-    monkeypatch.setattr(verification, "READING_MEMORY", 10**8)
-    monkeypatch.setattr(verification, "MEMORY_PER_BYTE", 0)
-    assert len(verification.check(small)) == 1
-    with pytest.raises(DeniedError, match="needs more memory than there is"):
-        verification.check(large)
-    monkeypatch.undo()
-    assert len(verification.check(large)) == 1
 
 
 def test_after_a_file_the_limit_is_the_old_one() -> None:

@@ -9,14 +9,12 @@ import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
-import h5py
 import pytest
 from repeating import content_hash
 
 from snooker_cli import store
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
-from snooker_cli.errors import StoreError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance, Recorder
@@ -41,25 +39,10 @@ def events_of(trace: Trace) -> Events:
     return trace.events
 
 
-def test_a_missing_chunk_is_damage(trace: Trace, tmp_path: Path, provenance: Provenance) -> None:
-    """But of residuals, those that were never written are zero."""
-    path = tmp_path / "long.h5"
-    store.write(path, [(0, trace)], provenance)
-    with h5py.File(path, "r+") as file:
-        old = file["observables/impulse/value"]
-        options = {"maxshape": (None,), "shuffle": True, "compression": 1}
-        new = file.create_dataset("new", old.shape, old.dtype, chunks=old.chunks, **options)
-        new.attrs.update(old.attrs)
-        for start in (0, 2 * ROWS, 3 * ROWS):
-            new.id.write_direct_chunk((start,), old.id.read_direct_chunk((start,))[1])
-        del file["observables/impulse/value"]
-        file.move("new", "observables/impulse/value")
-    with pytest.raises(StoreError, match="has a chunk that is missing"):
-        store.check(path)
-
-
-@pytest.mark.parametrize("number", [0, 1, ROWS - 1, ROWS, ROWS + 1, 2 * ROWS, LONG])
-@pytest.mark.parametrize("piece", [777 * 13, ROWS, LONG])
+@pytest.mark.parametrize(
+    ("number", "piece"),
+    [(0, ROWS), (ROWS, ROWS), (ROWS + 1, 777 * 13), (LONG, 777 * 13), (LONG, LONG)],
+)
 def test_the_pieces_do_not_matter(
     number: int, piece: int, trace: Trace, tmp_path: Path, provenance: Provenance
 ) -> None:
@@ -142,7 +125,8 @@ for case in sys.argv[2:]:
 def test_a_full_disk_is_reported(small_config: str, tmp_path: Path) -> None:
     """Files may not grow beyond a size: at once, after some chunks, or in the end."""
     path = tmp_path / "one.h5"
-    cases = ["300,1000", "200000,1000", "200000,100000", "200000,2400000"]
+    cases = ["300,1000", "200000,100000", "200000,2400000"]
+
     done = subprocess.run(
         [sys.executable, "-c", FULL, path, *cases],
         input=small_config.replace("0.85", "1.0").replace("sweep: {cor: [1.0, 1.0]}", ""),
