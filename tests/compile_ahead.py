@@ -10,6 +10,7 @@ from zlib import crc32
 
 from scenes import EVERYONE, NEIGHBOURS, gas
 
+from snooker_cli.analysis.measurement import measure
 from snooker_cli.cli import COLLECT_AFTER
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.engine.jit import cache_folder
@@ -40,6 +41,7 @@ def compile_type(shape: str, mass: float | None, search: type[Simulation], balls
     scene = replace(gas(shape, 60, 0.3, mixed=balls == MIXED, **free), slides=balls == SLIDING)
     simulate(scene, collisions=2, summary=True, search=search)
     trace = simulate(scene, collisions=2, search=search)
+    measure([trace])
     series(trace)
     replay(trace, [0.0])
 
