@@ -3,7 +3,7 @@
 import math
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from decimal import Decimal
 from typing import Any
 
@@ -119,12 +119,26 @@ def _plain_word(word: str) -> str:
     return raised + bare.encode("ascii", "backslashreplace").decode("ascii")
 
 
+TYPED = 10  # characters of a number that a user may have typed; longer ones are computed
+
+
+def value_text(value: object) -> str:
+    """The value of a swept key, as tables, figures and file names show it.
+
+    A computed number, such as 0.6928571428571428 of a range, has six digits.
+    """
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float) and len(repr(value)) > TYPED:
+        return f"{value:.6g}"
+    return str(value)
+
+
 def point_label(parameters: Mapping[str, object]) -> str:
     """A point's swept keys and values, as in ``cor=0.8, balls.radius=1.0``."""
     nulls = {"container.mass": "∞", "wall_cor": "cor"}  # what they stand for
     values = ((key, nulls.get(key) if v is None else v) for key, v in parameters.items())
-    yaml = ((key, str(v).lower() if isinstance(v, bool) else v) for key, v in values)
-    return printable(", ".join(f"{key}={value}" for key, value in yaml)) or "all"
+    return printable(", ".join(f"{key}={value_text(v)}" for key, v in values)) or "all"
 
 
 def listed(words: Sequence[str]) -> str:
@@ -194,6 +208,17 @@ def text_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[s
     forms = [f"{'>' if to[:1] == '>' else '<'}{max(map(len, cells))}" for to, cells in columns]
     lines = ([f"{cell:{form}}" for cell, form in zip(row, forms, strict=True)] for row in table)
     return ["  ".join(cells).rstrip() for cells in lines]
+
+
+def spans(numbers: Iterable[int]) -> str:
+    """Rising whole numbers as a sentence has them: ``0 to 4 and 7``."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    return listed([f"{run[0]} to {run[-1]}" if run[1:] else str(run[0]) for run in runs])
 
 
 def range_held(row: Mapping[str, Any]) -> str:

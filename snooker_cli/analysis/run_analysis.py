@@ -221,7 +221,7 @@ def _traces(
     run: Run, point: Point, present: Sequence[int], counting: Counting
 ) -> Callable[[], Iterator[Trace]]:
     """Gives the repeats of a point, while something shows how many were read."""
-    label = f"point {point.index + 1} of {len(run.points)}"
+    label = f"point {run.points.index(point) + 1} of {len(run.points)}"
     return lambda: counting(run.traces(point, present), label, len(present))
 
 

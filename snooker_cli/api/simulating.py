@@ -62,7 +62,13 @@ class Request:
         experiment, points, self.scene_classes = with_scenes(config, overrides)
         run = Run(Path(), experiment, points)
         name = run.identity if isinstance(config, Mapping) else Path(config).stem
-        self.run = replace(run, directory=runs.RUNS / name if out is None else Path(out))
+        run = replace(run, directory=runs.RUNS / name if out is None else Path(out))
+        self.run = run if fresh else runs.continued(run)
+        numbered = dict(zip(points, self.run.points, strict=True))
+        self.scene_classes = [
+            replace(scenes, points=tuple(numbered[point] for point in scenes.points))
+            for scenes in self.scene_classes
+        ]
         self.share: set[tuple[int, int]] | None = None
         self.idle = ""
         if part is not None:
@@ -328,5 +334,7 @@ def _outcome_lines(
 def _collapse_hints(run: Run, results: Sequence[RepeatResult]) -> list[str]:
     """How the config can be changed so that collapsed repeats continue, each way once."""
     reasons = {(result.point, result.stop.reason) for result in results if result.stop}
-    ways = (continuing(run.points[point].experiment, reason) for point, reason in sorted(reasons))
+    ways = (
+        continuing(run.by_number[point].experiment, reason) for point, reason in sorted(reasons)
+    )
     return [f"To continue such repeats, set {way}." for way in dict.fromkeys(filter(None, ways))]

@@ -75,9 +75,10 @@ def status_of(run: Run) -> Result:
         "figures": [path.name for path in run.figures()],
     }
     hidden = hidden_collapses(run)
+    row_of = {row["point"]: row for row in content["ledger"]}
     for point, number in hidden:
         remark = f"has collapsed, which engine version {run.engine_version} did not recognise"
-        content["ledger"][point]["remarks"].append({"repeat": number, "remark": remark})
+        row_of[point]["remarks"].append({"repeat": number, "remark": remark})
     title = f" ({printable(content['title'])})" if content["title"] else ""
     state = f"{content['run']}: {content['state']}{title}"
     points = content["ledger"]
@@ -86,9 +87,9 @@ def status_of(run: Run) -> Result:
         for of_point in points
     ]
     remarks: dict[str, None] = {}  # one for the repeats of a file
-    for number, of_point in enumerate(points):
+    for of_point in points:
         for remark in of_point["remarks"]:
-            place = remark.get("file") or f"point {number}, repeat {remark['repeat']}"
+            place = remark.get("file") or f"point {of_point['point']}, repeat {remark['repeat']}"
             remarks[f"{place}: {remark['remark']}"] = None
     contents = [f"{counted(content['files'], 'file')} of {size(content['bytes'])}"]
     if content["figures"]:
@@ -97,6 +98,7 @@ def status_of(run: Run) -> Result:
         f"{state}; engine {content['engine_version']}, config {content['config']}",
         *first(text_table(["point", *COUNT_HEADINGS, "ended"], rows)),
         *first([*remarks], 10, ""),
+        *first([_not_listed(point) for point in content["former"]], 10, ""),
         *[in_python_words(AT_COLLAPSE)][: len(hidden)],
         listed(contents),
     ]
@@ -110,7 +112,7 @@ def hashes_of(run: Run, point: int | None, repeat: int | None) -> Results:
     """What ``Run.hashes`` returns. Memory stays bounded: events are read in parts."""
     run.chosen(point or 0, repeat or 0)
     found: list[dict[str, Any]] = []
-    for chosen in run.points if point is None else [run.points[point]]:
+    for chosen in run.points if point is None else [run.by_number[point]]:
         if not chosen.experiment.keeps_events:
             problem = f"{run.name} was run with `record: summary`: it has no events to hash"
             raise UserError(problem, "run the config with `record: events`")
@@ -145,6 +147,12 @@ def hashes_of(run: Run, point: int | None, repeat: int | None) -> Results:
     if not found:
         lines = [f"{run.directory}: no repeat is there yet; run the config to make it"]
     return Results(found, lines)
+
+
+def _not_listed(point: Mapping[str, Any]) -> str:
+    """A line on a point that the sweep no longer has."""
+    label = point_label(point["parameters"])
+    return f"point {point['point']} ({label}): stored, but the sweep no longer lists it"
 
 
 def _counts(record: Mapping[str, Any], *before: str) -> list[str]:
@@ -194,7 +202,7 @@ def proofs(
     """What ``Run.prove`` returns."""
     from snooker_cli.validation.proof import ERRORS, proven
 
-    chosen = [*range(len(run.points))] if point is None else [point]
+    chosen = [*run.by_number] if point is None else [point]
     if out is not None and len(chosen) > 1:
         raise UserError("--out writes the certificate of one repeat", "give --point too")
     if out is not None:
@@ -208,7 +216,7 @@ def proofs(
             {key: proof[key] for key in proof if key not in ("scene", "events", "versions")}
         )
         certain, stored = proof["certain"], counted(proof["stored"], "event")
-        label = point_label(run.points[number].as_json())
+        label = point_label(run.by_number[number].as_json())
         share = "all" if certain == proof["stored"] else f"the first {certain:,} of"
         again = ", simulated again" if proof["summary"] else ""
         lines.append(

@@ -14,7 +14,16 @@ from pydantic import ValidationError
 from snooker_cli.config.axes import overridden, unzipped
 from snooker_cli.config.messages import config_error
 from snooker_cli.config.models import BallCount, BallList, Experiment, Rings, Start
-from snooker_cli.config.points import LIMITS, Point, digest, extends, points, to_json, validated
+from snooker_cli.config.points import (
+    LIMITS,
+    Point,
+    digest,
+    extends,
+    points,
+    to_json,
+    validated,
+    with_values,
+)
 from snooker_cli.config.problems import (
     NOWHERE,
     ConfigError,
@@ -31,7 +40,7 @@ from snooker_cli.formatting import plain
 
 __all__ = ["EXAMPLES", "LIMITS", "SCHEMA_FILE", "BallCount", "BallList", "Rings"]
 __all__ += ["ConfigError", "Experiment", "Loaded", "Point", "Start", "StateReader"]
-__all__ += ["digest", "extends", "load", "parse", "points", "to_json", "validated"]
+__all__ += ["digest", "extends", "load", "parse", "points", "to_json", "validated", "with_values"]
 
 StateReader = Callable[[Start], Mapping[str, Any]]
 """A state that a config starts from -> its ``balls``, ``container`` and ``start``, as a config has

@@ -54,7 +54,8 @@ class Point:
     """One combination of a sweep's values."""
 
     index: int
-    """Place in the grid, from 0; the last axis runs fastest."""
+    """Its number in a run. It is the place in the grid, from 0, with the last axis fastest, unless
+    the sweep of a stored run has changed since."""
     parameters: tuple[tuple[str, Value], ...]
     """The swept keys and their values here, in the order written; () without a sweep."""
     experiment: Experiment
@@ -191,6 +192,15 @@ def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
             physics["common_rotation"] = False
     text = json.dumps(physics, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def with_values(experiment: Experiment, parameters: Mapping[str, Value]) -> Experiment:
+    """The experiment of the point of a sweep at which keys have these values.
+
+    Raises ConfigError for a key or a value that it cannot have.
+    """
+    base = dict(experiment) | {"sweep": ()}
+    return _point(0, base, [(key, 0, value) for key, value in parameters.items()]).experiment
 
 
 def stream_seed(experiment: Experiment) -> int:

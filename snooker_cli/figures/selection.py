@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal
 from typing import Any, Literal, TypeAlias, TypeVar
 
 from snooker_cli import theory
@@ -11,7 +12,7 @@ from snooker_cli.config import Point
 from snooker_cli.config.models import Model
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
-from snooker_cli.formatting import listed, short
+from snooker_cli.formatting import listed, short, value_text
 from snooker_cli.runs import RepeatState, RepeatStatus, Run
 from snooker_cli.runs.run import point_and_repeats
 from snooker_cli.trace import even_choice
@@ -39,7 +40,7 @@ def file_stem(name: str, selection: Selection) -> str:
     parts = []
     for key, value in selection.where.items():
         values = value if isinstance(value, tuple) else (value,)
-        parts += [key, *("null" if item is None else str(item) for item in values)]
+        parts += [key, *("null" if item is None else value_text(item) for item in values)]
     if selection.repeat is not None:
         parts += ["repeat", str(selection.repeat)]
     return name + "".join("-" + re.sub(r"[^A-Za-z0-9._-]", "_", part) for part in parts)
@@ -84,12 +85,23 @@ def matching(run: Run, selection: Selection) -> tuple[Point, ...]:
     for key, wanted in selection.where.items():
         # A list of coordinates is itself a tuple, and may be the one value that is wanted.
         values = (wanted, *wanted) if isinstance(wanted, tuple) else (wanted,)
+        known = distinct(points, key)
+        values = tuple(_known_value(value, known) for value in values)
         chosen = tuple(point for point in points if value_at(point, key) in values)
         if not chosen:
-            present = listed([str(value) for value in distinct(points, key)])
+            present = listed([value_text(value) for value in known])
             raise FigureError(f"{run.name}: no point has {key} = {wanted}: there it is {present}")
         points = chosen
     return points
+
+
+def _known_value(wanted: Any, known: Sequence[Any]) -> Any:
+    """A wanted value, or the only one of the known numbers that rounds to it."""
+    if wanted in known or not isinstance(wanted, float) or not math.isfinite(wanted):
+        return wanted
+    digits = len(Decimal(repr(wanted)).normalize().as_tuple().digits)
+    rounded = [n for n in known if isinstance(n, float) and float(f"{n:.{digits}g}") == wanted]
+    return rounded[0] if len(rounded) == 1 else wanted
 
 
 def value_at(point: Point, key: str) -> Any:

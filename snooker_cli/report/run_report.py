@@ -87,6 +87,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
             pages.add_figure(files[-1], picture, known=scene)
         else:
             left_out[name] = picture
+    of_point = {row["point"]: row for row in status["ledger"]}
     what = {p: finding(_of([p], fitted.rows), _of([p], compared.rows)) for p in shown}
     return {
         "run": run,
@@ -95,7 +96,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         "name": printable(run.name),
         "file": printable(shlex.quote(run.name)),
         "scene": scene,
-        "points": [(status["ledger"][p.index], starts.get(p.index)) for p in shown],
+        "points": [(of_point[p.index], starts.get(p.index)) for p in shown],
         "finding": overview(fitted.rows, compared.rows) if shown[1:] else what[shown[0]],
         "few": " ".join(few_repeats(fitted.rows)),
         "warning": early_warning(run, points),

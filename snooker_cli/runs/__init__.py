@@ -1,7 +1,15 @@
 """A run: its folder, its points and repeats, and how they are simulated."""
 
-from snooker_cli.runs.folder import RUNS, create, locked, open_run, planned_change, runs_in
+from snooker_cli.runs.folder import (
+    RUNS,
+    continued,
+    create,
+    locked,
+    open_run,
+    planned_change,
+    runs_in,
+)
 from snooker_cli.runs.run import MANIFEST, RepeatState, RepeatStatus, Run
 
 __all__ = ["MANIFEST", "RUNS", "RepeatState", "RepeatStatus", "Run"]
-__all__ += ["create", "locked", "open_run", "planned_change", "runs_in"]
+__all__ += ["continued", "create", "locked", "open_run", "planned_change", "runs_in"]

@@ -122,7 +122,7 @@ class Job:
 
     def provenance(self, point: int, started: datetime, seconds: float) -> store.Provenance:
         """Where a batch that is stored now comes from."""
-        given = self.run.points[point]
+        given = self.run.by_number[point]
         return store.Provenance(
             config=to_json(given.experiment),
             digest=self.run.digests[point],
@@ -138,7 +138,7 @@ class Job:
 
     def limits(self, point: int) -> dict[str, Any]:
         """The arguments of ``simulate`` that a point has."""
-        experiment = self.run.points[point].experiment
+        experiment = self.run.by_number[point].experiment
         return {
             "collisions": experiment.collisions,
             "time": experiment.time,
@@ -274,7 +274,7 @@ def _simultaneous(trace: Trace) -> int:
 def _scenes(run: Run, batch: Batch) -> tuple[dict[int, Scene], list[RepeatResult]]:
     """The scenes of a batch by their repeats, and the results of those that have none."""
     point, repeats = batch
-    experiment = run.points[point].experiment
+    experiment = run.by_number[point].experiment
     if len(repeats) > 1:
         with suppress(SceneError):
             return dict(zip(repeats, starting_scenes(experiment, repeats), strict=True)), []

@@ -104,7 +104,7 @@ def simulate_remotely(remote: RemoteRun, batch: Batch) -> Results:
         stored = list(map(stored_result, run.file_statuses(run.path(*batch), check=store.check)))
         if len(stored) == len(batch.repeats) and all(stored):
             return [replace(result, cached=False) for result in stored if result]
-        compile_for(run.points[batch.point].experiment)
+        compile_for(run.by_number[batch.point].experiment)
         return simulate_and_store(Job(run, remote.command, remote.interval), batch, mine)
     except RunError as error:
         return [RepeatResult(batch.point, repeat, error=str(error)) for repeat in batch.repeats]

@@ -155,7 +155,7 @@ class ThreadExecutor(Executor):
 
     def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
         clock, run = time.perf_counter(), job.run
-        points = [run.points[point] for point in sorted({point for point, _ in missing})]
+        points = [run.by_number[point] for point in sorted({point for point, _ in missing})]
         scenes = [same[0].experiment for same in alike(points).values()]
         for _ in self.results(compile_for, scenes):
             pass
@@ -394,7 +394,7 @@ def _batches(run: Run, missing: Iterable[tuple[int, int]]) -> list[Batch]:
     """The missing repeats, in batches of consecutive ones."""
     batches: list[Batch] = []
     for point, pairs in groupby(missing, key=itemgetter(0)):
-        size = batch_size(run.points[point].experiment)
+        size = batch_size(run.by_number[point].experiment)
         # Among consecutive numbers, the difference from their rank is the same.
         ranked = enumerate(repeat for _, repeat in pairs)
         for _, together in groupby(ranked, key=lambda pair: pair[1] - pair[0]):

@@ -5,15 +5,27 @@ import json
 import os
 import sys
 import time
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from itertools import chain
+from dataclasses import replace
+from itertools import chain, count
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from snooker_cli import store
-from snooker_cli.config import LIMITS, Experiment, Point, digest, extends, points, validated
-from snooker_cli.errors import DeniedError, RunError, StoreError, error_text
+from snooker_cli.config import (
+    LIMITS,
+    ConfigError,
+    Experiment,
+    Point,
+    digest,
+    extends,
+    points,
+    validated,
+    with_values,
+)
+from snooker_cli.errors import DeniedError, RunError, SnookerError, StoreError, error_text
 from snooker_cli.files import (
     append_text,
     discard,
@@ -22,11 +34,13 @@ from snooker_cli.files import (
     unfinished,
     write_json,
 )
-from snooker_cli.formatting import listed, plain, printable
+from snooker_cli.formatting import counted, listed, plain, printable
 from snooker_cli.runs.run import ANALYSIS, FIGURES, MANIFEST, RepeatState, Run, point_and_repeats
 
 if sys.platform != "win32":
     import fcntl
+
+SomeRun = TypeVar("SomeRun", bound=Run)
 
 RUNS = Path("runs")
 
@@ -93,8 +107,12 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
     if fresh:
         return ""
     stored = open_run(directory)
-    limits = _changed_limits(stored, run)
-    pairs = zip(run.points, stored.points, strict=False)
+    before = {point.index: point for point in (*stored.points, *stored.former)}
+    pairs = [(point, before[point.index]) for point in run.points if point.index in before]
+    added = [point for point in run.points if point.index not in before]
+    former = {point.index for point in stored.former}
+    left_out = [point for point in run.former if point.index not in former]
+    limits = _changed_limits(pairs)
     # Whether some point would end earlier than the stored run.
     earlier = not all(extends(new.experiment, old.experiment) for new, old in pairs)
     refusal, code = "", ""
@@ -104,7 +122,10 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
             f"results of engine version {stored.engine_version}, where this snooker has version "
             f"{run.engine_version}, which may give other bits"
         )
-    elif list(map(_physics, run.points)) != list(map(_physics, stored.points)):
+    elif not (
+        all(_physics(new) == _physics(old) for new, old in pairs)
+        and all(_is_of_sweep(stored, point) for point in added)
+    ):
         keys = [key for key in Experiment.model_fields if key not in ("title", "repeats")]
         new, old = run.experiment, stored.experiment
         changed = ", ".join(key for key in keys if getattr(new, key) != getattr(old, key))
@@ -112,27 +133,77 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
     elif earlier and _has_longer_repeat(run):
         code, refusal = "shorter_limits", f"repeats longer than this config asks for ({limits})"
     if refusal:
-        advice = "give --fresh to replace them or --out for another folder"
+        advice = "give --out for another folder, or --fresh, which deletes them"
         raise RunError(f"{directory}: holds {refusal}", advice, code=code)
     if earlier:
         return f"{directory} ends earlier than before: {limits}; no repeat is longer yet"
     wanted, present = run.experiment.repeats, stored.experiment.repeats
     more = f"repeats from {present} to {wanted}" if wanted > present else ""
-    change = f"this extends {directory}: {', '.join(filter(None, (limits, more)))}"
+    new_points = counted(len(added), "new point") if added else ""
+    gone = f"{counted(len(left_out), 'point')} no longer listed, stored as before"
+    changes = [text for text in (limits, more, new_points, gone if left_out else "") if text]
+    verb = "extends" if limits or more or added else "changes"
+    change = f"this {verb} {directory}: {', '.join(changes)}"
     if limits:
         again = "shorter repeats are simulated again, with the same collisions up to their end"
         return f"{change}; {again}"
     if wanted < present:
         used = f"this config uses {wanted} of them; the other files stay"
         return f"{directory} has {present} repeats, and {used}"
-    return change if more else ""
+    return change if changes else ""
+
+
+def continued(run: SomeRun) -> SomeRun:
+    """The run, with the numbers that its points have in its folder.
+
+    A point keeps its number while the sweep changes around it; new ones have higher numbers. So
+    repeats stay where they are. Those that the sweep no longer lists are ``former``. A folder
+    without a run, or with one that cannot be read, changes nothing: `planned_change` says why.
+    """
+    try:
+        stored = open_run(run.directory) if _is_run(run.directory) else None
+    except SnookerError:
+        stored = None
+    if stored is None:
+        return run
+    before = [*stored.points, *stored.former]
+    numbers: dict[int, int] = {}  # by the place among the new points
+    # First those that are the same with their limits, because limits may be swept too.
+    for without in ((), LIMITS):
+        taken, same = set(numbers.values()), dict[str, deque[int]]()
+        for point in before:
+            if point.index not in taken:
+                identity = digest(point.experiment, without=without)
+                same.setdefault(identity, deque()).append(point.index)
+        for place, point in enumerate(run.points):
+            if place not in numbers:
+                alike = same.get(digest(point.experiment, without=without))
+                numbers |= {place: alike.popleft()} if alike else {}
+    following = count(max(point.index for point in before) + 1)
+    for place in range(len(run.points)):
+        if place not in numbers:
+            numbers[place] = next(following)
+    numbered = tuple(replace(point, index=numbers[k]) for k, point in enumerate(run.points))
+    former = tuple(point for point in before if point.index not in numbers.values())
+    return replace(run, points=numbered, former=former)
+
+
+def _is_of_sweep(stored: Run, point: Point) -> bool:
+    """Whether a point has the physics of a stored config, but for the values of swept keys."""
+    if not {key for key, _ in stored.points[0].parameters} <= {key for key, _ in point.parameters}:
+        return False
+    try:
+        here = with_values(stored.experiment, dict(point.parameters))
+    except ConfigError:
+        return False
+    return digest(here, without=LIMITS) == digest(point.experiment, without=LIMITS)
 
 
 def _restored(run: Run) -> str:
     """What ``planned_change`` returns where the manifest is lost. Raises ``RunError``."""
     for path in _repeat_files(run.directory):
         reason = "belongs to a longer sweep"
-        if point_and_repeats(path)[0] < len(run.points):
+        if point_and_repeats(path)[0] in run.by_number:
             others = (s for s in run.file_statuses(path) if s.state is RepeatState.UNUSABLE)
             reason = next((s.error.reason for s in others if s.header and s.error), "")
         if reason:
@@ -149,19 +220,18 @@ def _repeat_files(directory: Path) -> list[Path]:
     return [path for path in directory.glob("point-*/repeats-*-*.h5") if point_and_repeats(path)[1]]
 
 
-def _physics(point: Point) -> tuple[dict[str, Any], str]:
+def _physics(point: Point) -> str:
     """What two points have in common if one continues the other."""
-    parameters = {key: value for key, value in point.as_json().items() if key not in LIMITS}
-    return parameters, digest(point.experiment, without=LIMITS)
+    return digest(point.experiment, without=LIMITS)
 
 
-def _changed_limits(before: Run, now: Run) -> str:
-    """The limits that differ between two runs: ``collisions from 150 to 300``."""
+def _changed_limits(pairs: Sequence[tuple[Point, Point]]) -> str:
+    """The limits that differ between points now and before: ``collisions from 150 to 300``."""
     changes = []
     for name in LIMITS:
         values = [
-            list(dict.fromkeys(getattr(point.experiment, name) for point in run.points))
-            for run in (before, now)
+            list(dict.fromkeys(getattr(point.experiment, name) for point in points))
+            for points in ([old for _, old in pairs], [new for new, _ in pairs])
         ]
         if values[0] != values[1]:
             old, new = (json.dumps(limits if limits[1:] else limits[0]) for limits in values)
@@ -209,8 +279,15 @@ def open_run(name: str | Path) -> Run:
         version, engine_version = content["schema_version"], content["engine_version"]
         if {type(version), type(engine_version)} != {int}:
             raise ValueError("one of its versions is no whole number")
-        run = Run(directory, experiment, points(experiment), engine_version)
-        if [point["digest"] for point in content["points"]] != list(run.digests):
+        rows = content["points"]
+        numbered = zip(points(experiment), rows, strict=True)
+        listed_points = tuple(replace(point, index=row["index"]) for point, row in numbered)
+        former = tuple(map(_former, content.get("former", ())))
+        run = Run(directory, experiment, listed_points, engine_version, former)
+        numbers = [point.index for point in (*listed_points, *former)]
+        if len({n for n in numbers if type(n) is int and n >= 0}) < len(numbers):
+            raise ValueError("two of its points have one number")
+        if [row["digest"] for row in rows] != list(run.digests.values()):
             raise ValueError("its points are not those of its experiment")
     except PermissionError:
         raise DeniedError(manifest) from None
@@ -228,6 +305,11 @@ def open_run(name: str | Path) -> Run:
             code="other_schema",
         )
     return run
+
+
+def _former(row: Mapping[str, Any]) -> Point:
+    """A point of a manifest that the sweep no longer lists."""
+    return Point(row["index"], tuple(row["parameters"].items()), validated(row["experiment"]))
 
 
 def runs_in(directory: Path) -> list[Path]:

@@ -146,7 +146,7 @@ def share_done(outcomes: Sequence[RepeatResult], wanted: int) -> str:
 
 def run_summary(run: Run, results: Sequence[RepeatResult], progress: RunProgress) -> dict[str, Any]:
     """What ``run --json`` prints: of each point the repeats, how they ended, and the time."""
-    by_point: list[list[RepeatResult]] = [[] for _ in run.points]
+    by_point: dict[int, list[RepeatResult]] = {point.index: [] for point in run.points}
     for result in results:
         by_point[result.point].append(result)
     points = [
@@ -165,7 +165,7 @@ def run_summary(run: Run, results: Sequence[RepeatResult], progress: RunProgress
             ],
             "errors": [repeat.error for repeat in repeats if repeat.error],
         }
-        for point, repeats in zip(run.points, by_point, strict=True)
+        for point, repeats in zip(run.points, by_point.values(), strict=True)
     ]
     seconds = progress.seconds
     return {

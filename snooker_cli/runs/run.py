@@ -18,7 +18,7 @@ from snooker_cli.config import Experiment, Point, digest, extends, to_json, vali
 from snooker_cli.engine import ENGINE_VERSION, stands_still
 from snooker_cli.errors import AbsentError, RunError, StoreError, UserError
 from snooker_cli.files import discard, read_text
-from snooker_cli.formatting import point_label, printable
+from snooker_cli.formatting import point_label, printable, spans
 from snooker_cli.memory import MEMORY
 from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason, Trace
@@ -81,12 +81,14 @@ class Run:
     """A run's folder and the experiment whose repeats it holds.
 
     engine_version : of the engine that makes its repeats
+    former : points that the sweep no longer lists; their repeats stay in the folder
     """
 
     directory: Path
     experiment: Experiment
     points: tuple[Point, ...]
     engine_version: int = ENGINE_VERSION
+    former: tuple[Point, ...] = ()
 
     @property
     def name(self) -> str:
@@ -94,14 +96,19 @@ class Run:
         return self.directory.name
 
     @cached_property
-    def digests(self) -> tuple[str, ...]:
-        """What identifies each point."""
-        return tuple(digest(point.experiment) for point in self.points)
+    def by_number(self) -> dict[int, Point]:
+        """The points by their numbers, which also name their folders."""
+        return {point.index: point for point in self.points}
+
+    @cached_property
+    def digests(self) -> dict[int, str]:
+        """What identifies each point, by its number."""
+        return {point.index: digest(point.experiment) for point in self.points}
 
     @property
     def identity(self) -> str:
         """Eight hexadecimal digits for all that determines the physics of the run's points."""
-        return hashlib.sha256("".join(self.digests).encode()).hexdigest()[:8]
+        return hashlib.sha256("".join(self.digests.values()).encode()).hexdigest()[:8]
 
     @property
     def can_be_replayed(self) -> bool:
@@ -116,15 +123,27 @@ class Run:
 
     def manifest(self) -> dict[str, Any]:
         """The content of ``run.json``: the experiment and what identifies its points."""
+        former = [
+            {
+                "index": point.index,
+                "parameters": point.as_json(),
+                "experiment": json.loads(to_json(point.experiment)),
+            }
+            for point in self.former
+        ]
         return {
             "schema_version": store.SCHEMA_VERSION,
             "engine_version": self.engine_version,
             "experiment": json.loads(to_json(self.experiment)),
             "points": [
-                {"index": point.index, "parameters": point.as_json(), "digest": identity}
-                for point, identity in zip(self.points, self.digests, strict=True)
+                {
+                    "index": point.index,
+                    "parameters": point.as_json(),
+                    "digest": self.digests[point.index],
+                }
+                for point in self.points
             ],
-        }
+        } | ({"former": former} if former else {})
 
     # The files of batches.
 
@@ -140,12 +159,12 @@ class Run:
 
     def chosen(self, point: int, repeat: int) -> Point:
         """The point with a number. Raises ``UserError`` if there is no such point or repeat."""
-        given = ("point", point, len(self.points)), ("repeat", repeat, self.experiment.repeats)
-        for noun, number, count in given:
-            if not 0 <= number < count:
-                existing = f"{self.name} has {noun}s 0 to {count - 1}"
+        given = ("point", point, self.by_number), ("repeat", repeat, range(self.experiment.repeats))
+        for noun, number, numbers in given:
+            if number not in numbers:
+                existing = f"{self.name} has {noun}s {spans(numbers)}"
                 raise UserError(f"there is no {noun} {number}: {existing}")
-        return self.points[point]
+        return self.by_number[point]
 
     def present(self, point: Point) -> list[int]:
         """The repeats of a point that have a file, with any content."""
@@ -260,7 +279,7 @@ class Run:
 
     def _classified(self, path: Path, point: int, header: RepeatHeader) -> RepeatStatus:
         """Whether a repeat with this header belongs to this run and is complete."""
-        source, own = header.provenance, self.points[point]
+        source, own = header.provenance, self.by_number[point]
         state, reason, advice = RepeatState.UNUSABLE, "", REPLACES
         most = own.experiment.collisions or math.inf
         if source.engine_version != self.engine_version:

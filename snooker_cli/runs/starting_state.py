@@ -14,7 +14,7 @@ from snooker_cli import config as configs
 from snooker_cli.config import Loaded, Start
 from snooker_cli.engine import States, replay
 from snooker_cli.errors import SceneError, SnookerError
-from snooker_cli.formatting import counted
+from snooker_cli.formatting import spans
 from snooker_cli.runs.folder import open_run
 from snooker_cli.runs.run import RepeatState
 from snooker_cli.scene import place_rounding
@@ -68,12 +68,12 @@ def _read(start: Start) -> tuple[Trace, str]:
         run = open_run(start.run)
     except SnookerError as error:
         raise SceneError("start.run", str(error)) from None
-    for key, number, end in (
-        ("point", start.point, len(run.points)),
-        ("repeat", start.repeat, run.experiment.repeats),
+    for key, number, numbers in (
+        ("point", start.point, run.by_number),
+        ("repeat", start.repeat, range(run.experiment.repeats)),
     ):
-        if number >= end:
-            there = f"{run.name} has {counted(end, key)}, from 0 to {end - 1}"
+        if number not in numbers:
+            there = f"{run.name} has {key}s {spans(numbers)}"
             raise SceneError(f"start.{key}", f"there is no {key} {number}; {there}")
     status, which = run.status_of(start.point, start.repeat), f"repeat {start.repeat} of {run.name}"
     if status.header is None or status.state is RepeatState.MISSING:
@@ -82,7 +82,7 @@ def _read(start: Start) -> tuple[Trace, str]:
         finish = "run its config again to finish it, or give a time"
         raise SceneError("start.repeat", f"{which} was interrupted; {finish}")
     try:
-        return run.read(run.points[start.point], start.repeat), status.header.fingerprint
+        return run.read(run.by_number[start.point], start.repeat), status.header.fingerprint
     except SnookerError as error:
         raise SceneError("start.run", str(error)) from None
 

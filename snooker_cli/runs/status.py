@@ -42,10 +42,16 @@ def run_status(run: Run, reading: Callable[[str], None] = lambda _: None) -> dic
     writing = [point_and_repeats(target_of(part)) for part in parts]
     failed = failures(run)
     numbers = dict.fromkeys((*COUNTS, "collisions"), 0)
-    ledger: list[dict[str, Any]] = [
-        {"parameters": point.as_json(), **numbers, "ended": Counter(), "remarks": []}
+    ledger: dict[int, dict[str, Any]] = {
+        point.index: {
+            "point": point.index,
+            "parameters": point.as_json(),
+            **numbers,
+            "ended": Counter(),
+            "remarks": [],
+        }
         for point in run.points
-    ]
+    }
     files: dict[Path, tuple[int, int, RepeatStatus]] = {}
     # Each repeat counts once: the first of done, running, failed and to do that is true of it.
     for status in _read(run, reading):
@@ -69,7 +75,7 @@ def run_status(run: Run, reading: Callable[[str], None] = lambda _: None) -> dic
             unusable = state == "to_do" and status.state is RepeatState.UNUSABLE
             file = {"file": str(status.path)} if unusable else {}
             row["remarks"].append({"repeat": status.repeat, "remark": remark} | file)
-    totals = {name: sum(row[name] for row in ledger) for name in numbers}
+    totals = {name: sum(row[name] for row in ledger.values()) for name in numbers}
     state = "unfinished" if totals["failed"] + totals["to_do"] else "done"
     header = written = None
     if files:  # an archive may give a file any date
@@ -88,16 +94,15 @@ def run_status(run: Run, reading: Callable[[str], None] = lambda _: None) -> dic
         "engine_version": run.engine_version,
         "config": run.identity,
         "command": header.provenance.command if header else "",
-        "ledger": ledger,
+        "ledger": [*ledger.values()],
+        "former": [{"point": p.index, "parameters": p.as_json()} for p in run.former],
     }
 
 
 def _read(run: Run, reading: Callable[[str], None]) -> Iterator[RepeatStatus]:
     """Whether each repeat is done, point after point."""
-    for point in run.points:
-        reading(
-            f"{run.name}: reading the files of point {point.index + 1:,} of {len(run.points):,}"
-        )
+    for place, point in enumerate(run.points, 1):
+        reading(f"{run.name}: reading the files of point {place:,} of {len(run.points):,}")
         yield from run.statuses(point.index)
 
 

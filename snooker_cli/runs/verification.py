@@ -117,7 +117,7 @@ def origin_fault(run: Run, header: store.RepeatHeader) -> str:
 
     The start of another engine version is not known.
     """
-    experiment, repeat = run.points[header.provenance.point].experiment, header.repeat
+    experiment, repeat = run.by_number[header.provenance.point].experiment, header.repeat
     wanted = store.written_rules(collision_rules(experiment))
     rules = header.rules  # zero and false are as good as absent
     names = [
@@ -144,7 +144,7 @@ def origin_fault(run: Run, header: store.RepeatHeader) -> str:
 
 def config_of(run: Run, source: store.Provenance) -> Experiment:
     """The config whose limits a stored repeat has, perhaps from before an extension of the run."""
-    experiment = run.points[source.point].experiment
+    experiment = run.by_number[source.point].experiment
     if source.digest == run.digests[source.point]:
         return experiment
     return validated(json.loads(source.config))
@@ -153,7 +153,7 @@ def config_of(run: Run, source: store.Provenance) -> Experiment:
 def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Event) -> bool:
     """Whether simulating a repeat again gives the same bits, or is cancelled."""
     source = header.provenance
-    experiment, limits = run.points[source.point].experiment, config_of(run, source)
+    experiment, limits = run.by_number[source.point].experiment, config_of(run, source)
     most = limits.collisions or header.collisions
     interrupted = header.stop.reason is StopReason.INTERRUPTED
     fingerprint = store.Fingerprint()
