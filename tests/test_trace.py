@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import EVERYONE, NEIGHBOURS, report_scene, scene_of
+from scenes import EVERYONE, NEIGHBOURS, scene_of
 
 from snooker_cli.engine import simulate
-from snooker_cli.trace import CONTAINER, SLIDE, Events, Simultaneous
+from snooker_cli.trace import SLIDE, Events, Simultaneous
 
 
 def counted(pieces: list[Events]) -> int:
@@ -45,12 +45,6 @@ def test_collisions_at_the_time_of_another_of_the_same_ball(rows, cuts):
     edges = [0, *sorted(min(cut, len(rows)) for cut in cuts), len(rows)]
     pieces = [events[slice(*pair)] for pair in itertools.pairwise(edges)]
     assert counted(pieces) == naive
-
-
-def test_a_gas_has_none():
-    events = simulate(report_scene(), collisions=10_000).events
-    assert CONTAINER in events.j
-    assert counted([events]) == 0
 
 
 @pytest.mark.parametrize("search", [EVERYONE, NEIGHBOURS])

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import EPSILON, EVERYONE, NEIGHBOURS, energy_losses, scene_of
+from scenes import EPSILON, NEIGHBOURS, energy_losses, scene_of
 
 from snooker_cli.analysis.observables import (
     total_angular_momentum,
@@ -29,9 +29,9 @@ def launched_along_the_wall(angle: float) -> Scene:
 # --- one elastic ball -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("corners", "turns"), [(5, 2), (3, 1), (7, 3), (4, 1)])
-def test_star_polygon(corners, turns):
-    """{p/q}: chords of 2a sin(pi q/p) that touch the circle of radius a cos(pi q/p)."""
+def test_star_polygon():
+    """{5/2}: chords of 2a sin(2 pi/5) that touch the circle of radius a cos(2 pi/5)."""
+    corners, turns = 5, 2
     angle = math.pi * turns / corners
     trace = simulate(launched_along_the_wall(angle), collisions=100 * corners)
     time = trace.events.time
@@ -43,8 +43,7 @@ def test_star_polygon(corners, turns):
     walk = 6 / math.sqrt(12) * math.sin(angle) ** 2 * np.sqrt(np.cumsum(np.spacing(time) ** 2))
     bound = interval * off + np.spacing(time) + walk
     assert np.all(abs(np.diff(time, prepend=0.0) - interval) < bound)
-    if (corners, turns) == (5, 2):
-        assert time[4] == pytest.approx(8.559508647, abs=5e-10)
+    assert time[4] == pytest.approx(8.559508647, abs=5e-10)
 
     places = replay(trace, time).positions[:, 0]
     closed = np.hypot(*(places[corners - 1 :: corners] - [A, 0.0]).T)
@@ -55,20 +54,12 @@ def test_star_polygon(corners, turns):
     assert np.allclose(np.hypot(*caustic.T), A * math.cos(angle), rtol=0, atol=A * off[-1])
 
 
-@pytest.mark.parametrize(
-    ("search", "container_mass", "bounces"),
-    [(EVERYONE, math.inf, 100_000), (NEIGHBOURS, math.inf, 20_000), (NEIGHBOURS, 1e12, 20_000)],
-)
-def test_whispering_gallery(search, container_mass, bounces):
-    """At an angle of 1e-6 a chord takes 2a sin(angle)/v = 1.8e-6 s, and none is missed.
-
-    A thousand thousand million times as heavy, the container is as good as fixed.
-    """
-    angle = 1e-6
+def test_whispering_gallery():
+    """At an angle of 1e-6 a chord takes 2a sin(angle)/v = 1.8e-6 s, and none is missed."""
+    angle, bounces = 1e-6, 20_000
     ball = (A, 0.0, -SPEED * math.sin(angle), SPEED * math.cos(angle), 1.0, 1.0)
-    company = (0.0, 0.0, 0.0, 0.0, 1.0 if math.isinf(container_mass) else 0.5, 1.0)
-    scene = scene_of([ball, company], container_mass=container_mass)
-    trace = simulate(scene, collisions=bounces, search=search)
+    scene = scene_of([ball, (0.0, 0.0, 0.0, 0.0, 1.0, 1.0)])
+    trace = simulate(scene, collisions=bounces, search=NEIGHBOURS)
     interval = 2 * A * math.sin(angle) / SPEED
     # A bounce rounds the direction by some epsilon; in the angle, they add up as a walk.
     walk = 6 * math.sqrt(bounces) * 2 * EPSILON / angle
@@ -81,8 +72,8 @@ def test_whispering_gallery(search, container_mass, bounces):
 # --- all at once ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("cor", [1.0, 0.9, 0.5])
-@pytest.mark.parametrize("number", [2, 3, 6, 12, 36])
+@pytest.mark.parametrize("cor", [1.0, 0.5])
+@pytest.mark.parametrize("number", [2, 3, 36])
 def test_ring_that_closes_in(number, cor):
     """All touch at once, when the ring's radius is r/sin(pi/n); E, L and p come through."""
     radius, speed, start = 0.5, 3.0, 8.0

@@ -88,8 +88,6 @@ CONTAINERS = {
     "box": {"shape": "box", "aspect": 1.3},
     "periodic": {"shape": "periodic", "aspect": 1.3},
 }
-RARE = pytest.mark.long
-"""A type of scene that would be compiled for this alone."""
 
 
 @pytest.mark.parametrize(("packing", "number", "count"), [(0.3, 24, 80), (0.002, 30, 15)])
@@ -101,9 +99,6 @@ RARE = pytest.mark.long
         *(("box", True, cor) for cor in (0.5, 1.0)),
         ("box", False, 0.9),
         *(("periodic", False, cor) for cor in (0.8, 1.0)),
-        pytest.param("circle", True, 0.9, marks=RARE),
-        pytest.param("light circle", False, 0.9, marks=RARE),
-        pytest.param("periodic", True, 0.9, marks=RARE),
     ],
 )
 def test_a_gas_in_cells(container, mixed, cor, packing, number, count):
