@@ -85,13 +85,6 @@ def test_balls_are_put_inside(container):
 
 
 @every_container
-def test_files_hold_the_lengths(container):
-    """As the radius of a circle, or at the beginning of the size; see ``Container.keys``."""
-    stored = [container.radius] if isinstance(container, Circle) else container.size
-    assert list(container.lengths.values()) == list(stored[: len(container.keys)])
-
-
-@every_container
 def test_distances_of_random_places_have_their_density(container):
     """Compared by cumulative fractions, whose error is at most 1/(2√n)."""
     radius = 0.3

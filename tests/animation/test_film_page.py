@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 from browser import Browser
 from moving_pictures import SHAPES, films, slack, sliding, sliding_films, times_of
-from scenes import gas
 
 from snooker_cli.analysis import diffusion
 from snooker_cli.animation import Film, film, page
 from snooker_cli.animation.movie import BIN, BINS, EDGE, FLASH, GREEN, MOST_FLASHES, MOST_SHARE
-from snooker_cli.engine import replay, simulate
+from snooker_cli.engine import replay
 from snooker_cli.pages.html_page import text_of
 from snooker_cli.trace import SLIDE
 
@@ -121,28 +120,6 @@ def test_a_film_of_a_part_begins_and_ends_there(opened: Opened) -> None:
     assert ends == [100, 150, 100]
     assert browser.value("player.screens[0].isStored")
     assert browser.value("player.screens[0].count") == "collision 100 of 150"
-
-
-LATE = """
-(() => {
-  const course = player.charts.courseOf(player.screens[0].gas, 0), { pressures, seen } = course;
-  const rows = [...course.rows, ...course.later].map(({ time, energy }) => [time, energy]);
-  return [rows, pressures.length, seen.length];
-})()
-"""
-
-
-def test_the_charts_of_a_late_film_have_its_collisions_and_no_others(opened: Opened) -> None:
-    """Also if many are before it, and the energy was higher then."""
-    trace = simulate(gas("box", 60, 0.3, cor=0.99), collisions=20_000)
-    assert trace.events is not None
-    late = film(trace, "late", since=float(trace.events.time[-300]))
-    rows, pressures, seen = opened(late).value(LATE)
-    times, energies = np.array(rows).T
-    assert times[0] >= late.start
-    assert len(times) >= 100
-    assert np.max(energies) <= 1.001 * np.max(late.kinetic_energy)
-    assert pressures > 0 < seen
 
 
 TAG = """

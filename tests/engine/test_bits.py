@@ -198,14 +198,13 @@ def test_a_repeat_that_is_continued_has_the_same_bits(name, monkeypatch):
 # --- other processors, and no compiler --------------------------------------------------------
 
 FEW_EVENTS = (
-    "circle, mixture",
+    "circle",
     "circle, free, mixture",
     "circle, tc",
     "circle, wall trap",
     "circle, sliding",
     "circle, thermal",
     "box, sides",
-    "channel, driven",
     "periodic box",
 )
 """Cases of which plain Python simulates some events too."""

@@ -312,29 +312,6 @@ def test_nothing_comes_between_the_bounces_of_a_wall_trap():
 # --- the clock stops -------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("cor", [0.0717, 0.0720])
-@every_container
-def test_three_balls_in_a_line(container, cor):
-    """Two close in on one between them. Below e = 7 - 4 sqrt(3) = 0.0718 they hit it infinitely
-    often (McNamara & Young, Phys. Fluids A 4, 496 (1992)); above it they part."""
-    radii = (1.5, 0.5, 1.5) if container in UNEQUAL else (1.0, 1.0, 1.0)
-    starts = zip((-3.0, 0.1, 3.0), (1.0, 0.0, -1.0), radii, strict=True)
-    balls = [(x, 0.0, u, 0.0, radius, 1.0) for x, u, radius in starts]
-    scene = scene_of(balls, restitution=cor, **CONTAINERS[container])
-    trace = simulate(scene, collisions=10_000, time=6.0)
-    if cor < 7 - 4 * math.sqrt(3):
-        assert trace.stop.reason is StopReason.COLLAPSE
-        assert not trace.stop.reason.complete
-        # 0.9 m are between the middle one and its nearer neighbour, 1.1 m to the other.
-        assert 0.9 < trace.stop.time < 1.1
-        assert trace.events.time[-1] == trace.events.time[-100] == trace.stop.time
-        assert set(trace.stop.balls) in ({0, 1}, {1, 2})
-    else:
-        assert trace.stop.reason is StopReason.TIME
-        assert not trace.events.at_wall.any()
-        assert np.all(np.diff(trace.finish.velocities[:, 0]) > 0)
-
-
 def test_few_balls_of_a_large_gas_collapse():
     """Of 1,000 dilute balls: before the limit for them few collide, in no time."""
     experiment = parse("""
@@ -374,36 +351,6 @@ def test_a_row_in_which_each_meets_each(cor):
         assert len(trace.events) == number * (number - 1) // 2
         assert trace.events.time[-1] == 0.0
         assert not stands_still(scene, trace.events[:-1])
-
-
-@pytest.mark.parametrize(("ratio", "cor"), [(1e6, 1.0), (1e2, 0.99), (1e6, 0.99)])
-def test_a_light_ball_between_heavy_ones(ratio, cor):
-    """They touch. An angle theta has pi/theta collisions (Galperin 2003), or with losses, if
-    sin(theta) < (1 - e)/(1 + e), infinitely many."""
-    balls = [(-4.0, 0.0, 1.0, 0.0, 1.0, 1.0), (-2.0, 0.0, 0.0, 0.0, 1.0, 1 / ratio)]
-    balls.append((0.0, 0.0, 0.0, 0.0, 1.0, 1.0))
-    scene = scene_of(balls, restitution=cor, container=Box(20.0, 16.0))
-    trace = simulate(scene, collisions=1_000_000, time=4.0)
-    angle = math.acos(ratio / (1 + ratio))
-    if math.sin(angle) < (1 - cor) / (1 + cor):
-        assert trace.stop.reason is StopReason.COLLAPSE
-    else:
-        assert trace.stop.reason is StopReason.TIME
-        most = int(math.pi / angle)
-        assert len(trace.events) == most if cor == 1.0 else most <= len(trace.events) < 2 * most
-        assert trace.events.time[-1] == trace.events.time[0]
-
-
-@pytest.mark.parametrize(("mass", "radius"), [(math.inf, 1.0), (1e7, 0.5)])
-def test_a_ball_along_an_elastic_wall_touches_it_at_every_moment(mass, radius):
-    balls = [(9.0, 0.0, 0.0, 10.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0, radius, 1.0)]
-    scene = scene_of(balls, container_mass=mass, restitution=0.5)
-    trace = simulate(scene, collisions=1000)
-    assert trace.stop.reason is StopReason.COLLAPSE
-    assert trace.stop.balls == (0,)
-    assert "inelastic" not in trace.stop.message
-    assert math.fsum(trace.events.impulse) == 0.0
-    assert trace.finish.kinetic_energy == scene.kinetic_energy
 
 
 # --- what is modelled -------------------------------------------------------------------------

@@ -121,21 +121,6 @@ def test_a_kernel_leaves_reference_counts_as_they_were() -> None:
     assert [sys.getrefcount(array) for array in (given[0], given[1].floats)] == before
 
 
-def test_numba_is_imported_with_the_first_kernel_that_is_called() -> None:
-    """Its import takes longer than commands that simulate nothing."""
-    program = """
-import sys
-import snooker_cli.cli, snooker_cli.analysis.observables, snooker_cli.runs.execution
-print("numba" in sys.modules)
-from scenes import report_scene
-snooker_cli.engine.specialisation(report_scene())
-print("numba" in sys.modules)
-snooker_cli.engine.simulate(report_scene(), collisions=1)
-print("numba" in sys.modules)
-"""
-    assert output_of(program).split() == ["False", "False", "True"]
-
-
 # The folder
 
 FOLDER = "from snooker_cli.engine.jit import cache_folder; print(cache_folder())"
@@ -262,30 +247,6 @@ def test_a_folder_that_others_can_change_is_refused(
     assert instead == temporary / f"snooker-{user}" / folder.name
     assert (mode(instead.parent), mode(instead)) == (0o700, 0o700)
     assert str(instead) in warning
-
-
-@on_posix
-def test_a_user_without_a_home_has_a_temporary_cache(
-    cache: Path,
-    temporary: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    warnings_of: Callable[[], list[str]],
-) -> None:
-    """As in a container with ``--user 12345``: neither HOME nor a line in /etc/passwd."""
-
-    def unknown(number: int) -> None:
-        raise KeyError(number)
-
-    for name in ("HOME", "XDG_CACHE_HOME"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr("pwd.getpwuid", unknown)
-    set_folder("", monkeypatch)
-    folder = jit.cache_folder()
-    assert folder is not None
-    assert folder.parent == temporary / f"snooker-{os.geteuid()}"
-    (warning,) = warnings_of()
-    assert "home directory" in warning
-    assert str(folder) in warning
 
 
 @pytest.mark.long

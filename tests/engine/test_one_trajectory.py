@@ -24,7 +24,7 @@ from snooker_cli.laws import Constant, Driven, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
 
-MOST = 100_000  # events
+MOST = 40_000  # events
 FACTORS = 0.0, 1.7, 4.0  # of the usual width of cells; they are at least a ball wide
 
 
@@ -152,7 +152,7 @@ def random_scene(seed: int) -> tuple[Scene, float]:
         shape,
         number,
         math.exp(dice.uniform(math.log(1e-3), math.log(0.5 if shape == "circle" else 0.3))),
-        mixed=dice.random() < 0.4,
+        mixed=shape in ("circle", "box") and dice.random() < 0.4,
         cor=cor,
         wall_cor=dice.choice([1.0, cor, dice.uniform(0.05, 1.0)]),
         container_mass=10 ** dice.uniform(0, 7) if free else math.inf,

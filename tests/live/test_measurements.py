@@ -163,20 +163,6 @@ def test_a_measurement_is_that_of_the_program(
             assert predicted == ([] if value is None else [pytest.approx(value, rel=1e-9)])
 
 
-def test_too_few_collisions_between_balls_have_no_means(javascript: LiveScripts) -> None:
-    """100 balls need 500: of these 250, five of a ball, are skipped."""
-    row = javascript.value(
-        "tableRow(config, [0, 1].map((k) => measureRepeat(config, k)))", config=ideal(3000)
-    )
-    assert (row["short"], row["pressure"], row["ratio"]) == (500, None, None)
-
-
-def ideal(collisions: int) -> dict[str, Any]:
-    """The complete config of the ideal gas, with a number of collisions."""
-    (config,) = (scene["config"] for scene in presets() if scene["name"] == "ideal")
-    return config | {"collisions": collisions}
-
-
 def test_the_running_gas_measures_as_a_repeat_does(javascript: LiveScripts) -> None:
     """The decay constants of its thinned series, and the means over all its time."""
     live, decay, whole, most = javascript.value(

@@ -15,7 +15,6 @@ from snooker_cli.config import Experiment
 from snooker_cli.containers import SHAPES, Circle, Container, PeriodicBox
 from snooker_cli.errors import SceneError
 from snooker_cli.laws import Constant
-from snooker_cli.neighbours import near_pairs
 from snooker_cli.placement.places import lattice, ring_positions, unit_polygon
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene, check
@@ -142,17 +141,6 @@ def test_dilute_gases_are_uniform(shape):
         along, as_expected = x * found[0] + y * found[1], x * expected[0] + y * expected[1]
         assert stats.kstest(along, as_expected).pvalue > 0.001
     assert stats.kstest(np.hypot(*found), np.hypot(*expected)).pvalue > 0.001
-
-
-def test_pairs_of_a_dilute_gas_are_independent():
-    """Each ball has packing * (k^2 - 4) others within k radii: they only exclude each other."""
-    packing, reach, number = 0.01, 10, 20_000
-    scene = gas("periodic", {"count": number}, packing=packing)
-    near = near_pairs(scene.positions, scene.radii, reach - 2, scene.container.period)
-    pairs = sum(len(i) for i, _, _ in near)
-    expected = number / 2 * packing * (reach**2 - 4)
-    # Nearly Poisson's; the next virial coefficient adds less than the packing to the number.
-    assert abs(pairs - expected) < 4 * math.sqrt(expected) + packing * expected
 
 
 GOLDEN = {

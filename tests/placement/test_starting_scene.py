@@ -6,7 +6,6 @@ import re
 import numpy as np
 import pytest
 from scenes import EPSILON, experiment
-from scipy import stats
 
 from snooker_cli.analysis.observables import total_momentum
 from snooker_cli.config import Experiment, parse, points
@@ -401,12 +400,6 @@ def test_a_start_without_a_common_rotation(balls):
     expected = np.column_stack([u0 + rate * y, v0 - rate * x]) * math.sqrt(before / rest)
     assert scene.velocities[first:] == pytest.approx(expected, rel=1e-12, abs=1e-12)
     assert rate**2 * inertia > 1e-6 * before  # there was a rotation
-
-
-def test_speeds_have_maxwells_distribution():
-    scene = gas("radius: 1", "{count: 20000, packing: 1.0e-4, speed: 3, speeds: maxwell}")
-    speeds = np.hypot(*scene.velocities.T)
-    assert stats.kstest(speeds, stats.rayleigh(scale=3 / math.sqrt(2)).cdf).pvalue > 0.001
 
 
 # All repeats of a point at once

@@ -74,13 +74,6 @@ def test_sonine_coefficient_from_the_collision_integral(restitution):
     assert mu2_slope / mu2 == pytest.approx(3 / 16, rel=1e-12)
 
 
-def test_sonine_coefficient_against_direct_simulation():
-    # The first approximation neglects a3: the bound is the one its docstring states.
-    simulated = {0.5: 0.0729, 0.7: -0.0017, 0.8: -0.0263, 0.9: -0.0298, 0.95: -0.0211}
-    for restitution, a2 in simulated.items():
-        assert theory.sonine_coefficient(restitution) == pytest.approx(a2, abs=0.005)
-
-
 def test_energy_by_events_agrees_with_haff_in_time():
     # Both ways of counting the same loss: events as a function of time, then energy.
     e, rate, t = 0.9, 240.0, np.linspace(0, 8, 30)
