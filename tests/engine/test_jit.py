@@ -194,28 +194,6 @@ on_posix = pytest.mark.skipif(sys.platform == "win32", reason="it has no such pe
 
 
 @on_posix
-def test_only_the_user_can_change_the_cache(
-    cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Even if new files are open to all, and ``~/.cache/snooker`` is from an older version."""
-    before = os.umask(0)
-    try:
-        folder = jit.cache_folder()
-        assert folder is not None
-        assert folder.parent == cache
-        assert {mode(cache), mode(folder)} == {0o700}
-        (tmp_path / "snooker").mkdir()
-        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-        set_folder("", monkeypatch)
-        folder = jit.cache_folder()
-    finally:
-        os.umask(before)
-    assert folder is not None
-    assert folder.parent == tmp_path / "snooker"
-    assert (mode(folder.parent), mode(folder)) == (0o755, 0o700)
-
-
-@on_posix
 @pytest.mark.parametrize("who", ["group", "parent", "link", "other user"])
 def test_a_folder_that_others_can_change_is_refused(
     who: str,

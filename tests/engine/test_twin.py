@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import NEIGHBOURS, Ball, displaced, gas, mixed_scene, report_scene, scene_of
 
-from snooker_cli.containers import SHAPES, Circle, Container, PeriodicBox
+from snooker_cli.containers import SHAPES, Box, Circle, Container, PeriodicBox
 from snooker_cli.engine import simulate
 from snooker_cli.laws import Constant, Driven, Law, Sides, Viscoelastic, WallLaw
 from snooker_cli.scene import Scene
@@ -31,6 +31,18 @@ def row() -> Scene:
     """Newton's row of five with gaps, along a diameter, and back from the elastic wall."""
     balls = [(1.5 * k - 6.5, 0.0, 0.0 if k else 10.0, 0.0, 0.5, 1.0) for k in range(5)]
     return scene_of(balls, restitution=0.9)
+
+
+def star() -> Scene:
+    """A ball along the star {5/2}, on which errors hardly grow."""
+    angle = 2 * math.pi / 5
+    return scene_of([(9.0, 0.0, -10 * math.sin(angle), 10 * math.cos(angle), 1.0, 1.0)])
+
+
+def billiard() -> Scene:
+    """A ball from side to side of a box, round one at rest: no chaos either."""
+    balls = [(-2.0, 2.0, 10.0, 6.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0, 0.5, 1.0)]
+    return scene_of(balls, container=Box(12.0, 8.0))
 
 
 DRIVEN, SOFT = Driven(0.9, 2.0), Viscoelastic(0.8, 3.0)
@@ -51,6 +63,8 @@ COURSES = {
     "mixture": (partial(mixed_scene, math.inf, 0.9), 200),
     "mixture, light container": (partial(mixed_scene, 20.0, 0.9), 200),
     "row": (row, 160),
+    "star": (star, 290),
+    "billiard": (billiard, 1000),
     "driven circle": (partial(laws, "circle", Constant(0.9), DRIVEN), 90),
     "e(v) of balls": (partial(laws, "periodic", SOFT, Constant(1.0)), 60),
     "e(v) everywhere": (partial(laws, "circle", SOFT, SOFT), 100),

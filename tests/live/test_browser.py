@@ -366,32 +366,6 @@ def test_a_beginners_view_leaves_things_out(
     assert rest == [not is_brief, not is_brief, True, kept]
 
 
-PATH_BY_NUMBER = """
-(async () => {
-  const field = find("tagged"), seen = [];
-  const type = (value) => {
-    field.value = value;
-    field.onchange();
-    seen.push([live.gas.tagged, field.value, find("said").textContent]);
-  };
-  for (const value of ["5", "37", ""]) type(value);
-  const places = [...document.querySelectorAll("input, select, button")].map(({ id }) => id);
-  return [seen, field.labels[0].textContent.trim(), field.tabIndex,
-    places.indexOf("colours") + 1 === places.indexOf("tagged")];
-})()
-"""
-
-
-def test_a_path_is_chosen_by_a_number(opened: Opened) -> None:
-    seen, label, focus, follows = opened().value(PATH_BY_NUMBER)
-    assert seen == [
-        [5, "5", "The path of ball 5 is shown."],
-        [5, "5", "There is no ball 37: give a number from 0 to 36."],
-        [None, "", "No path is shown."],
-    ]
-    assert (label, focus, follows) == ("path of ball", 0, True)
-
-
 IN_A_FRAME = """
 <script>
 started.then(async () => {

@@ -139,15 +139,7 @@ def test_a_start_is_the_same_in_every_browser(engine: JavaScript) -> None:
     ("changes", "sentence"),
     [
         ({"balls": {"rings": 3, "radius": 2.0, "speed": 1.0}}, "radius can be at most 1.333 m"),
-        (
-            {"balls": {"count": 100, "radius": 1.0, "speed": 1.0}},
-            "radii of at most 0.8878 of these",
-        ),
         ({"balls": {"count": 5, "radius": 1.0, "speed": 1e-160}}, "nearer to 1"),
-        (
-            {"balls": {"list": [{"position": [9.5, 0], "velocity": [0, 0], "radius": 1.0}]}},
-            "ball 0 sticks out of the container by 0.5 m",
-        ),
         (
             {"balls": {"list": [{"position": [0, 0], "velocity": [0, 0], "radius": 10.0}]}},
             "cannot move",
