@@ -63,30 +63,21 @@ def assert_one_trajectory(
     return expected
 
 
-circle, box = partial(gas, "circle"), partial(gas, "box", aspect=1.5)
-channel, periodic = partial(gas, "channel", aspect=0.7), partial(gas, "periodic", aspect=1.3)
+circle, periodic = partial(gas, "circle"), partial(gas, "periodic", aspect=1.3)
 
 GASES: dict[str, Callable[[], Scene]] = {
-    "packed": partial(circle, 200, 0.5),
     "dilute": partial(circle, 60, 0.003),
     "inelastic": partial(report_scene, cor=0.95, wall_cor=1.0),
-    "mixture": partial(circle, 60, 0.3, mixed=True, cor=0.98, wall_cor=1.0),
-    "free, dilute": partial(circle, 60, 0.01, container_mass=20.0),
     "free, mixture": partial(circle, 60, 0.3, mixed=True, cor=0.99, container_mass=20.0),
-    "box, dilute": partial(box, 60, 0.003),
     "periodic": partial(periodic, 60, 0.3, cor=0.99),
-    "periodic, dilute": partial(periodic, 60, 0.001),
     "periodic, two balls": partial(periodic, 2, 0.02),
     "wall trap": partial(report_scene, radius=0.1, cor=0.8),
     "wall trap, free": partial(report_scene, radius=0.1, cor=0.8, container_mass=50.0),
     "collapse": partial(periodic, 60, 0.3, cor=0.1),
-    "durations": lambda: replace(report_scene(cor=0.8), contact_duration=0.1),
-    "viscoelastic": lambda: heated(
-        report_scene(radius=0.1, cor=0.8), Viscoelastic(0.8, 5.0), cor_speed=5.0
+    "sides": lambda: heated(gas("box", 60, 0.3, cor=0.9, aspect=1.5), SIDES),
+    "channel, driven": lambda: heated(
+        gas("channel", 60, 0.3, cor=0.9, aspect=0.7), Driven(0.9, 2.0)
     ),
-    "thermal": lambda: heated(circle(60, 0.3, cor=0.9), Thermal(20.0), cor_speed=5.0),
-    "sides": lambda: heated(box(60, 0.3, cor=0.9), SIDES),
-    "channel, driven": lambda: heated(channel(60, 0.3, cor=0.9), Driven(0.9, 2.0)),
 }
 
 
