@@ -208,17 +208,14 @@ def test_a_lone_ball_in_a_wall_trap():
     assert len(until.events) == 5
 
 
-@pytest.mark.parametrize(
-    ("container", "wall_cor", "seen"),
-    [("circle", 0.5, 12), ("light circle", 0.9, 80)],
-)
-def test_what_a_wall_trap_still_does(container, wall_cor, seen):
-    """The exact twin bounces on, ``seen`` times. After these, chords and impulses are geometric."""
+def test_what_a_wall_trap_in_a_light_container_still_does():
+    """The exact twin bounces on, 80 times. After these, chords and impulses are geometric."""
+    wall_cor = 0.9
     scene = scene_of(
-        [(2.0, -4.0, 3.0, 7.0, 1.0, 3.0)], wall_restitution=wall_cor, **CONTAINERS[container]
+        [(2.0, -4.0, 3.0, 7.0, 1.0, 3.0)], wall_restitution=wall_cor, container_mass=5.0
     )
     trace = simulate(scene, collisions=1000)
-    bounces = exact_events(scene, len(trace.events) + seen)[len(trace.events) :]
+    bounces = exact_events(scene, len(trace.events) + 80)[len(trace.events) :]
     last, rest = bounces[-1], wall_cor / (1.0 - wall_cor)
     expected = float(last.time + rest * (last.time - bounces[-2].time))
     assert trace.stop.accumulation_time == pytest.approx(expected, rel=1e-9)
