@@ -350,6 +350,17 @@ def test_a_row_in_which_each_meets_each(cor):
         assert not stands_still(scene, trace.events[:-1])
 
 
+def test_a_ball_along_an_elastic_wall_touches_it_at_every_moment():
+    balls = [(9.0, 0.0, 0.0, 10.0, 1.0, 1.0), AT_REST]
+    scene = scene_of(balls, restitution=0.5)
+    trace = simulate(scene, collisions=1000)
+    assert trace.stop.reason is StopReason.COLLAPSE
+    assert trace.stop.balls == (0,)
+    assert "inelastic" not in trace.stop.message
+    assert math.fsum(trace.events.impulse) == 0.0
+    assert trace.finish.kinetic_energy == scene.kinetic_energy
+
+
 # --- what is modelled -------------------------------------------------------------------------
 
 

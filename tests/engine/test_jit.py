@@ -194,6 +194,42 @@ on_posix = pytest.mark.skipif(sys.platform == "win32", reason="it has no such pe
 
 
 @on_posix
+def test_a_disk_without_room_ends_no_run(cache: Path, warnings_of: Callable[[], list[str]]) -> None:
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, before[1]))
+    try:
+        assert jit.kernel(sum_of)(*arguments()) == sum_of(*arguments())
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    (warning,) = warnings_of()
+    assert "every process compiles again" in warning
+
+
+@on_posix
+def test_only_the_user_can_change_the_cache(
+    cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Even if new files are open to all, and ``~/.cache/snooker`` is from an older version."""
+    before = os.umask(0)
+    try:
+        folder = jit.cache_folder()
+        assert folder is not None
+        assert folder.parent == cache
+        assert {mode(cache), mode(folder)} == {0o700}
+        (tmp_path / "snooker").mkdir()
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+        set_folder("", monkeypatch)
+        folder = jit.cache_folder()
+    finally:
+        os.umask(before)
+    assert folder is not None
+    assert folder.parent == tmp_path / "snooker"
+    assert (mode(folder.parent), mode(folder)) == (0o755, 0o700)
+
+
+@on_posix
 @pytest.mark.parametrize("who", ["group", "parent", "link", "other user"])
 def test_a_folder_that_others_can_change_is_refused(
     who: str,
@@ -225,6 +261,30 @@ def test_a_folder_that_others_can_change_is_refused(
     assert instead == temporary / f"snooker-{user}" / folder.name
     assert (mode(instead.parent), mode(instead)) == (0o700, 0o700)
     assert str(instead) in warning
+
+
+@on_posix
+def test_a_user_without_a_home_has_a_temporary_cache(
+    cache: Path,
+    temporary: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    warnings_of: Callable[[], list[str]],
+) -> None:
+    """As in a container with ``--user 12345``: neither HOME nor a line in /etc/passwd."""
+
+    def unknown(number: int) -> None:
+        raise KeyError(number)
+
+    for name in ("HOME", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("pwd.getpwuid", unknown)
+    set_folder("", monkeypatch)
+    folder = jit.cache_folder()
+    assert folder is not None
+    assert folder.parent == temporary / f"snooker-{os.geteuid()}"
+    (warning,) = warnings_of()
+    assert "home directory" in warning
+    assert str(folder) in warning
 
 
 @pytest.mark.long

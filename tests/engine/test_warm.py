@@ -178,6 +178,13 @@ def test_a_drift_along_a_channel():
     assert np.all(abs(states.positions[:, 0, 0]) <= 9.0 + 1e-12)
 
 
+def test_nothing_happens_to_balls_side_by_side_in_a_channel():
+    balls = [(-3.0, 0.0, 0.0, 1.0, 0.5, 1.0), (3.0, 1.0, 0.0, -2.0, 0.5, 1.0)]
+    scene = scene_of(balls, container=Channel(20.0, 12.0))
+    trace = simulate(replace(scene, wall_law=Driven(0.5, 1.0)), collisions=2)
+    assert trace.stop.reason is StopReason.NOTHING_LEFT
+
+
 # The energy account
 
 

@@ -209,6 +209,24 @@ def test_the_first_start_is_that_of_the_program(engine: JavaScript, common_rando
     assert answer["bits"] != bits_of(*columns)
 
 
+def test_a_wall_that_becomes_warm_has_a_key_in_the_config(engine: JavaScript) -> None:
+    """Also with common_random, although the program's start has no key; and the other way round."""
+    gas = {"count": 20, "radius": 0.5, "speed": 10.0}
+    passive = {"container": {"radius": 10.0}, "balls": gas, "cor": 0.9, "time": 1.0}
+    passive["common_random"] = True
+    warm = passive | {"wall_temperature": 50.0, "wall_key": 5}
+    for config, changes in (
+        (passive, {"wall_temperature": 50.0}),
+        (warm, {"wall_temperature": None}),
+    ):
+        page = live_page(configs.load(config))
+        data = page.partition('id="data">')[2].partition("</script>")[0]
+        answer = engine.answer(f"{OWN}({data}, {json.dumps(changes)})")
+        scene = starting_scene(configs.load(answer["config"]).experiment, 0)
+        assert answer["key"] == (None if scene.wall_key is None else str(scene.wall_key))
+        assert (answer["key"] is None) == (changes["wall_temperature"] is None)
+
+
 @pytest.mark.parametrize("size", [0, 5, 8])
 def test_hash_of_events(engine: JavaScript, size: int) -> None:
     """SHA-256 of 24 bytes of each event."""

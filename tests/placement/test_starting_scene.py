@@ -178,6 +178,10 @@ def test_rings_that_are_too_tight_are_refused_with_what_fits(changes):
         error_of(experiment(**(changes | {"rings": int(advice["rings"]) + 1})))
 
 
+def test_rings_that_reach_beyond_the_container_have_advice_on_their_extent():
+    assert "; lower ring_extent" in str(error_of(experiment(ring_extent=1.0)))
+
+
 def test_check_sees_the_container_where_it_is():
     scene = starting_scene(listed(ball(0, 0)), 0)
     with pytest.raises(SceneError, match="sticks out"):

@@ -8,7 +8,7 @@ from source_scene import CIRCLE, DENSITY, SIMULATED, N, R, T, digits, packing
 
 from snooker_cli import theory
 from snooker_cli.containers import Box, PeriodicBox
-from snooker_cli.theory import friction
+from snooker_cli.theory import friction, wall_rate_from_pressure
 
 PERIMETER = CIRCLE.wall_length
 
@@ -38,6 +38,14 @@ def test_ideal_wall_rate_is_the_chord_rate():
     rate = theory.wall_rate(5.0, Box(20.0, 12.0).accessible(1.0))
     assert rate == pytest.approx(2 * 5.0 / math.pi * (1 / 18 + 1 / 10), rel=1e-15)
     assert theory.wall_rate(5.0, PeriodicBox(20.0, 12.0).accessible(1.0)) == 0
+
+
+def test_wall_rate_without_ball_ball_collisions_is_the_chord_rate():
+    pressure = theory.accessible_wall_pressure(N, T, 1.0, CIRCLE)
+    speed = theory.fixed_energy_mean_speed(N, T)
+    chords = theory.wall_rate(speed, CIRCLE.accessible(1.0))
+    found = wall_rate_from_pressure(N, pressure, T, PERIMETER)
+    assert found == pytest.approx(chords, rel=1e-13)
 
 
 @pytest.mark.parametrize("radius", SIMULATED)

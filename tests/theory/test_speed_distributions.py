@@ -78,3 +78,11 @@ def test_densities_are_slopes_of_their_cdf(number):
     ):
         slope = (below[0] - below[1]) / (2 * step)
         np.testing.assert_allclose(slope, density, rtol=1e-7, atol=1e-10)
+
+
+def test_no_ball_has_more_than_all_of_the_energy():
+    top = math.sqrt(2 * N * T)
+    speeds = np.array([0.0, top * (1 + 1e-12), 2 * top])
+    assert theory.fixed_energy_speed_density(speeds, N, T).tolist() == [0, 0, 0]
+    assert theory.fixed_energy_speed_cdf(speeds, N, T).tolist() == [0, 1, 1]
+    assert theory.fixed_energy_speed_density(1.5 * top, N, T) == 0

@@ -73,6 +73,16 @@ def test_an_approximation_is_open(record: Record) -> None:
     assert row["systematic"] / row["expected"] == pytest.approx(row["setting"]["packing"], rel=0.05)
 
 
+def test_rows_that_chance_puts_beyond_three_errors() -> None:
+    """Two thirds of a hundredth of Student's t with eleven degrees of freedom, in two tails."""
+    rows = [a_row(), a_row(), a_row(systematic=0.1)]
+    draws = np.random.default_rng(1).standard_normal((200_000, 12))
+    t = draws.mean(axis=1) / (draws.std(axis=1, ddof=1) / math.sqrt(12))
+    share = np.mean(abs(t) > measurements.ALLOWED)
+    error = math.sqrt(share / len(t))
+    assert measurements.by_chance(rows) / 2 == pytest.approx(share, abs=4 * error)
+
+
 def test_the_loss_at_fixed_energy_is_that_of_a_mean_cube() -> None:
     """N⟨|u|³⟩ of a component on a sphere, over Maxwell's, at the energy of the free velocities."""
     gas = GasSample(balls=5, packing=0.1, settling=1, collisions=1, seeds=1, shape="periodic")

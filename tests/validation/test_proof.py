@@ -141,6 +141,9 @@ FORGED = {
         )
     ),
     "last event dropped": hostile.with_traces(lambda trace: shortened(trace)),
+    "later end": hostile.with_traces(
+        lambda trace: replace(trace, stop=trace.stop._replace(time=2 * trace.stop.time))
+    ),
 }
 """Files whose hashes are right, and whose numbers are not."""
 
