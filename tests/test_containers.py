@@ -18,15 +18,14 @@ ERRORS = 5.0
 
 
 @every_container
-@pytest.mark.parametrize("radius", [0.0, 0.5])
-def test_areas_are_those_of_random_points(container, radius):
+def test_areas_are_those_of_random_points(container):
+    radius = 0.5
     width, height = container.size
     part = len(uniform(container, radius, 0)) / DARTS
     error = math.sqrt(part * (1 - part) / DARTS)
     area = container.accessible(radius).area
     assert abs(area / (width * height) - part) <= ERRORS * error + 1e-12
-    if radius == 0:
-        assert container.area == pytest.approx(area, rel=1e-15)
+    assert container.area == pytest.approx(container.accessible(0.0).area, rel=1e-15)
 
 
 @every_container
@@ -83,13 +82,6 @@ def test_balls_are_put_inside(container):
     steps = (places - before)[:, repeats] / np.array(container.size)[repeats]
     np.testing.assert_allclose(steps, np.rint(steps), atol=1e-14)
     assert np.all(abs(places[:, repeats]) <= np.array(container.size)[repeats] / 2)
-
-
-@every_container
-def test_files_hold_the_lengths(container):
-    """As the radius of a circle, or at the beginning of the size; see ``Container.keys``."""
-    stored = [container.radius] if isinstance(container, Circle) else container.size
-    assert list(container.lengths.values()) == list(stored[: len(container.keys)])
 
 
 @every_container

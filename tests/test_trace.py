@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import EVERYONE, NEIGHBOURS, report_scene, scene_of
+from scenes import scene_of
 
 from snooker_cli.engine import simulate
-from snooker_cli.trace import CONTAINER, SLIDE, Events, Simultaneous
+from snooker_cli.trace import SLIDE, Events, Simultaneous
 
 
 def counted(pieces: list[Events]) -> int:
@@ -47,21 +47,14 @@ def test_collisions_at_the_time_of_another_of_the_same_ball(rows, cuts):
     assert counted(pieces) == naive
 
 
-def test_a_gas_has_none():
-    events = simulate(report_scene(), collisions=10_000).events
-    assert CONTAINER in events.j
-    assert counted([events]) == 0
-
-
-@pytest.mark.parametrize("search", [EVERYONE, NEIGHBOURS])
-def test_a_ball_that_meets_two_at_once(search):
+def test_a_ball_that_meets_two_at_once():
     """One after the other: the second contact is predicted again with what the first has left.
 
     The velocities are those of two collisions of pairs; one of three balls has no law here.
     """
     places = np.array([(-5.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
     scene = scene_of([(*place, 1.0 - bool(k), 0.0, 1.0, 1.0) for k, place in enumerate(places)])
-    trace = simulate(scene, time=6.0, search=search)
+    trace = simulate(scene, time=6.0)
     events = trace.events
     assert events.time[0] == events.time[1] == pytest.approx(5.0 - math.sqrt(3.0))
     assert events.i.tolist() == [0, 0]
