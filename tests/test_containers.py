@@ -1,10 +1,11 @@
 """Containers: their geometry against random points, and what they refuse."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import DARTS, uniform
+from scenes import DARTS, report_scene, uniform
 from scipy.special import jv
 
 from snooker_cli.containers import SHAPES, Box, Channel, Circle, PeriodicBox
@@ -166,3 +167,11 @@ def test_the_longest_shear_wave_feels_no_stress_at_smooth_walls(container):
         assert k**2 == pytest.approx((math.pi / width) ** 2 + (math.pi / height) ** 2)
     else:
         assert k == pytest.approx(2 * math.pi / 7.0)
+
+
+def test_a_path_in_a_dilute_gas_ends_at_a_ball_or_the_wall() -> None:
+    """20 balls of 0.1 m in a circle of 10 m: 1/(2√2 n d + L/(π A)) with n = N/A and L = 2πR."""
+    scene = replace(report_scene(radius=0.1), container=Circle(10.0))
+    number, area = scene.number, 100 * math.pi
+    expected = area / (2 * math.sqrt(2) * number * 0.2 + 20)
+    assert scene.mean_free_path == pytest.approx(expected)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scenes import scene_of
 
 from snooker_cli.engine import simulate
-from snooker_cli.trace import SLIDE, Events, Simultaneous
+from snooker_cli.trace import SLIDE, Events, Simultaneous, event_hashes
 
 
 def counted(pieces: list[Events]) -> int:
@@ -69,3 +69,12 @@ def test_a_ball_that_meets_two_at_once():
     assert np.allclose(trace.finish.velocities, velocities, rtol=0, atol=1e-14)
     assert not np.allclose(velocities[1], velocities[2] * (1, -1))
     assert counted([events]) == 2
+
+
+def test_hashes_are_of_powers_of_ten_and_of_all() -> None:
+    number = 12_345
+    events = Events(
+        np.arange(number, dtype=np.float64), *np.zeros((2, number), np.int32), np.ones(number)
+    )
+    assert [count for count, _ in event_hashes([events])] == [1000, 10_000, number]
+    assert event_hashes([events[:7000], events[7000:]]) == event_hashes([events])

@@ -398,3 +398,10 @@ def test_the_decay_does_not_depend_on_how_long_the_run_was(cold: list[Trace]) ->
     assert first > 0.1
     assert long == pytest.approx(first, rel=0.005)
     assert list(map(haff, cold)) == pytest.approx([first] * 3, rel=0.01)
+
+
+def test_energy_of_a_summary_is_straight_between_rows() -> None:
+    """Means of 16 to 8 J, 8 J and 8 to 4 J, over 4 s each."""
+    whole = measure([gridded([16.0, 8.0, 8.0, 4.0], [0, 2, 2, 3])]).whole
+    assert whole.kinetic_energy[0] == pytest.approx((12 + 8 + 6) / 3)
+    assert whole.root_energy[0] == pytest.approx((3 + 2 * 8**0.5) / 3)

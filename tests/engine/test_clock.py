@@ -85,3 +85,11 @@ def test_sums_are_exact_to_a_rounding(long_trace):
             assert abs(sums[-1] - math.fsum(terms)) <= math.ulp(sums[-1])
     added_up = np.cumsum(events.impulse[events.at_wall])[-1]
     assert abs(added_up - math.fsum(events.impulse[events.at_wall])) > 4 * math.ulp(added_up)
+
+
+def test_a_repeat_ends_at_its_time_after_any_number_of_epochs():
+    scene, many = gas("circle", 37, 0.37), 3 * clock.LEAST_EVENTS
+    end = float(simulate(scene, collisions=many).events.time[-2:].mean())
+    trace = simulate(scene, time=end)
+    assert trace.stop.time == end
+    assert len(trace.events) == many - 1

@@ -14,15 +14,15 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scenes import gas, lone_bouncer, report_scene, scene_of, sort_often
+from scenes import EVERYONE, NEIGHBOURS, gas, lone_bouncer, report_scene, scene_of, sort_often
 from test_bits import SIDES, heated
 
 from snooker_cli.containers import Circle
 from snooker_cli.engine import CheckpointError, simulate
-from snooker_cli.engine.simulation import AmongEveryone, AmongNeighbours
+from snooker_cli.engine.simulation import AmongEveryone, AmongNeighbours, Simulation
 from snooker_cli.laws import Constant, Driven, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
-from snooker_cli.trace import StopReason, Trace
+from snooker_cli.trace import CONTAINER, StopReason, Trace
 
 MOST = 40_000  # events
 FACTORS = 0.0, 1.7, 4.0  # of the usual width of cells; they are at least a ball wide
@@ -192,3 +192,13 @@ def test_balls_that_meet_at_the_same_time() -> None:
         wall_law=Constant(1.0),
     )
     assert_one_trajectory(balls, collisions=2000)
+
+
+@pytest.mark.parametrize("search", [EVERYONE, NEIGHBOURS])
+def test_of_events_at_one_time_the_hit_of_the_wall_is_first(search: type[Simulation]) -> None:
+    """Ball 2 is at the wall after 8 s exactly, and so do balls 0 and 1 meet."""
+    balls = [(-2, -4, 0, 0, 1, 1), (0.5, -4, -0.0625, 0, 1, 1), (0, 0, 1, 0, 1, 1)]
+    events = simulate(scene_of(balls, container=Circle(9.0)), collisions=2, search=search).events
+    assert events is not None
+    assert events.time.tolist() == [8, 8]
+    assert list(zip(events.i.tolist(), events.j.tolist(), strict=True)) == [(2, CONTAINER), (0, 1)]

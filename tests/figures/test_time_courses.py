@@ -104,3 +104,12 @@ def test_times_end_with_the_shortest_repeat_and_begin_at_zero(periodic: Run) -> 
     (band, _) = layers(found, Band)
     error = float(standard_errors(np.array(rows))[0])
     assert (band.high[20] - band.low[20]) / 2 == pytest.approx(error, rel=1e-9)
+
+
+def test_the_energy_of_heat_is_a_part_of_all(periodic: Run) -> None:
+    found = shown(periodic, "local-energy", cor=0.8)
+    heat, whole = layers(found, Line)[:2]
+    assert np.all(heat.y < whole.y)
+    (point,) = found.numbers["points"]
+    assert point["share"] == pytest.approx(heat.y[-1] / whole.y[-1], rel=0.2)
+    assert 0 < point["share"] < 1

@@ -432,3 +432,10 @@ def test_all_repeats_at_once(start):
             assert np.array_equal(getattr(scene, name), expected), name
         for array in (scene.positions, scene.velocities, scene.radii, scene.masses):
             assert not array.flags.writeable
+
+
+def test_repeats_with_a_given_key_of_the_wall_have_keys_of_their_own() -> None:
+    text = "container: {radius: 10}\nballs: {rings: 1, radius: 1, speed: 1}\ncor: 1\ntime: 1\n"
+    given = parse(f"{text}wall_temperature: 2\nwall_key: 7\n", "gas.yaml").experiment
+    scenes = starting_scenes(given, [0, 1, 5])
+    assert [scene.wall_key for scene in scenes] == [7, 8, 12]

@@ -92,3 +92,8 @@ def test_friction_of_a_heavy_ball_is_the_mean_drag_of_collisions():
     impulses = np.trapezoid(2 * reduced * speeds**2 * normal, speeds, axis=1)
     force = 1.2 * np.sum(impulses * np.cos(angles)) * (2 * math.pi / 720) / 1e6
     assert friction(0, masses, radii, temperature, box) == pytest.approx(force / drift, rel=1e-4)
+
+
+def test_a_light_container_meets_its_balls_more_often() -> None:
+    assert theory.wall_speed_ratio(1.0, 1.0) == pytest.approx(math.sqrt(2))
+    assert theory.wall_speed_ratio(1.0, math.inf) == 1
