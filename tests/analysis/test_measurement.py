@@ -401,7 +401,7 @@ def test_the_decay_does_not_depend_on_how_long_the_run_was(cold: list[Trace]) ->
 
 
 def test_energy_of_a_summary_is_straight_between_rows() -> None:
-    """Means of 16 to 8 J, 8 J and 8 to 4 J, over 4 s each."""
-    whole = measure([gridded([16.0, 8.0, 8.0, 4.0], [0, 2, 2, 3])]).whole
-    assert whole.kinetic_energy[0] == pytest.approx((12 + 8 + 6) / 3)
-    assert whole.root_energy[0] == pytest.approx((3 + 2 * 8**0.5) / 3)
+    """From 120 to 60 J in 61 rows, of which a window has several."""
+    time = np.arange(61.0)
+    trace = gridded((120 - time).tolist(), [0] * 61, tuple(time.tolist()))
+    assert measure([trace]).whole.kinetic_energy[0] == pytest.approx(90)
