@@ -436,3 +436,9 @@ def test_all_options_that_errors_name_have_an_argument() -> None:
             if isinstance(text, str) and id(node) not in documents:
                 named |= set(re.findall("--[a-z]+", re.sub("`[^`]*`", "", text)))
     assert named == api.ARGUMENTS.keys()
+
+
+def test_repeats_have_their_numbers_where_some_are_missing(separate: Path) -> None:
+    run = snooker.open(separate)
+    run.statuses(0)[1].path.unlink()
+    assert [repeat.number for repeat in run.repeats(0)] == [0, 2]

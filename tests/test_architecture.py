@@ -1,4 +1,4 @@
-"""Imports between parts of the package, uses of libraries, and the list of deliberate faults."""
+"""Imports between parts of the package, and uses of libraries."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from faults import FAULTS, ROOT, with_fault
 
 from snooker_cli.containers import SHAPES
 
@@ -237,14 +236,6 @@ def test_the_table_has_all_parts_and_no_other() -> None:
 def test_a_forbidden_import_is_found(module: str, source: str, sentence: str) -> None:
     (found,) = violations(module, ast.parse(source))
     assert sentence in found
-
-
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault["in"])
-def test_a_deliberate_fault_has_its_place_and_its_tests(fault: dict[str, str]) -> None:
-    with_fault(fault)
-    for test in fault["tests"].split():
-        path, _, name = test.partition("::")
-        assert f"def {name}" in (ROOT / path).read_text(encoding="utf-8")
 
 
 def test_stubs_of_methods_name_the_classes_that_have_them() -> None:

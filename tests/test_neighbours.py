@@ -70,19 +70,6 @@ def test_pieces_are_no_more_than_a_way_to_save_memory(monkeypatch):
     assert found(positions, radii, 0.0) == whole
 
 
-def test_one_large_disk_among_many_small_ones_costs_little():
-    """It is looked for by itself: the small ones' cells stay small."""
-    random = np.random.default_rng(2)
-    positions = random.random((20_000, 2))
-    radii = np.full(20_000, 1e-4)
-    radii[0] = 0.2
-    pieces = list(near_pairs(positions, radii, 0.0))
-    inside = np.hypot(*(positions - positions[0]).T) <= 0.2 + 1e-4
-    assert sum(len(i) for i, _, _ in pieces) >= np.count_nonzero(inside) - 1 > 1000
-    # All pairs in cells of the large one's size would be a thousand times as many.
-    assert len(pieces) < 20
-
-
 @pytest.mark.parametrize("points", [np.zeros((0, 2)), np.zeros((1, 2)), np.zeros((5, 2))])
 def test_few_points_and_points_at_one_place(points):
     pairs = sum(len(a) for a, _, _ in near(points, points, 1.0))

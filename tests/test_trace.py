@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import EVERYONE, NEIGHBOURS, report_scene, scene_of
+from scenes import scene_of
 
 from snooker_cli.engine import simulate
-from snooker_cli.trace import CONTAINER, SLIDE, Events, Simultaneous
+from snooker_cli.trace import SLIDE, Events, Simultaneous, event_hashes
 
 
 def counted(pieces: list[Events]) -> int:
@@ -47,21 +47,14 @@ def test_collisions_at_the_time_of_another_of_the_same_ball(rows, cuts):
     assert counted(pieces) == naive
 
 
-def test_a_gas_has_none():
-    events = simulate(report_scene(), collisions=10_000).events
-    assert CONTAINER in events.j
-    assert counted([events]) == 0
-
-
-@pytest.mark.parametrize("search", [EVERYONE, NEIGHBOURS])
-def test_a_ball_that_meets_two_at_once(search):
+def test_a_ball_that_meets_two_at_once():
     """One after the other: the second contact is predicted again with what the first has left.
 
     The velocities are those of two collisions of pairs; one of three balls has no law here.
     """
     places = np.array([(-5.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
     scene = scene_of([(*place, 1.0 - bool(k), 0.0, 1.0, 1.0) for k, place in enumerate(places)])
-    trace = simulate(scene, time=6.0, search=search)
+    trace = simulate(scene, time=6.0)
     events = trace.events
     assert events.time[0] == events.time[1] == pytest.approx(5.0 - math.sqrt(3.0))
     assert events.i.tolist() == [0, 0]
@@ -76,3 +69,12 @@ def test_a_ball_that_meets_two_at_once(search):
     assert np.allclose(trace.finish.velocities, velocities, rtol=0, atol=1e-14)
     assert not np.allclose(velocities[1], velocities[2] * (1, -1))
     assert counted([events]) == 2
+
+
+def test_hashes_are_of_powers_of_ten_and_of_all() -> None:
+    number = 12_345
+    events = Events(
+        np.arange(number, dtype=np.float64), *np.zeros((2, number), np.int32), np.ones(number)
+    )
+    assert [count for count, _ in event_hashes([events])] == [1000, 10_000, number]
+    assert event_hashes([events[:7000], events[7000:]]) == event_hashes([events])

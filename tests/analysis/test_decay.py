@@ -9,11 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scenes import report_scene, scene_of
+from scipy import stats
 
 from snooker_cli.analysis import decay
 from snooker_cli.analysis.decay import QUANTITIES, Decay
 from snooker_cli.analysis.fitting import FitResult
-from snooker_cli.analysis.goodness import LEAST_PROBABILITY, Samples, goodness, ranges
+from snooker_cli.analysis.goodness import LEAST_PROBABILITY, Samples, goodness, hotelling, ranges
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import mean_and_error
 from snooker_cli.analysis.time_series import SKIPPED_COLLISIONS, series
@@ -282,3 +283,11 @@ def test_the_constant_of_the_source_report_by_hand() -> None:
     assert decay.reported_constants(measure(full)) == pytest.approx(expected, rel=1e-12)
     # The 400 rows of a grid have as many collisions between them: a fifth of a percent of 500.
     assert decay.reported_constants(measure(grid)) == pytest.approx(expected, rel=0.002)
+
+
+def test_hotelling_s_test_of_one_mean_is_student_s() -> None:
+    values = np.array([0.3, 0.5, -0.1, 0.7, 0.2])
+    expected = stats.ttest_1samp(values, 0.0)
+    ratio, chance = hotelling(float(expected.statistic) ** 2, 1, len(values))
+    assert ratio == pytest.approx(float(expected.statistic) ** 2)
+    assert chance == pytest.approx(float(expected.pvalue))

@@ -398,3 +398,10 @@ def test_the_decay_does_not_depend_on_how_long_the_run_was(cold: list[Trace]) ->
     assert first > 0.1
     assert long == pytest.approx(first, rel=0.005)
     assert list(map(haff, cold)) == pytest.approx([first] * 3, rel=0.01)
+
+
+def test_energy_of_a_summary_is_straight_between_rows() -> None:
+    """From 120 to 60 J in 61 rows, of which a window has several."""
+    time = np.arange(61.0)
+    trace = gridded((120 - time).tolist(), [0] * 61, tuple(time.tolist()))
+    assert measure([trace]).whole.kinetic_energy[0] == pytest.approx(90)

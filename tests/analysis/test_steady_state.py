@@ -18,6 +18,7 @@ from snooker_cli.analysis.goodness import equal_means
 from snooker_cli.analysis.measurement import WINDOWS, measure
 from snooker_cli.analysis.observables import wall_energies
 from snooker_cli.analysis.predictions import NO_THEORY
+from snooker_cli.analysis.steady_state import expected_temperatures
 from snooker_cli.containers import Box
 from snooker_cli.engine import replay, series
 from snooker_cli.engine.simulation import simulate_batch
@@ -215,3 +216,13 @@ def test_a_warm_gas_has_no_decay_constants(driven: list[Trace]) -> None:
     constants = decays(driven[:3])
     assert not any(fit.converged for decay in constants for fit in decay.fits)
     assert [note.note for note in fit_notes(constants)] == [WARM]
+
+
+def test_longer_driven_walls_keep_a_gas_warmer() -> None:
+    """Two boxes of one area: in the high one, the walls that give energy are longer."""
+    found = []
+    for width, height in ((30.0, 10.0), (10.0, 30.0)):
+        law = Sides(Driven(0.9, 5.0), Driven(0.9, 5.0), Constant(1.0), Constant(1.0))
+        scene = replace(gas("box", 30, 0.1, cor=0.9), container=Box(width, height), wall_law=law)
+        found.append(next(iter(expected_temperatures(scene).values())))
+    assert found[1] > 1.5 * found[0]

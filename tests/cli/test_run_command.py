@@ -8,6 +8,9 @@ from pathlib import Path
 import pytest
 from command_line import Snooker
 
+from snooker_cli.api.simulating import Request
+from snooker_cli.errors import UserError
+
 HARD = Path(__file__).parents[2] / "configs" / "hard"
 
 
@@ -72,3 +75,17 @@ def test_a_run_begins_on_a_full_disk_with_yes(
     assert snooker(*arguments).code == 0
     assert snooker(*arguments, "-o", "repeats=4").code == 0
     assert snooker(*arguments, "-o", "repeats=6").code == 2
+
+
+def test_a_checkpoint_is_saved_after_minutes(
+    here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: list[float] = []
+
+    def carried_out(_request: Request, *, checkpoint: float, **_: object) -> None:
+        given.append(checkpoint)
+        raise UserError("enough", "stop")
+
+    monkeypatch.setattr(Request, "carry_out", carried_out)
+    snooker("run", str(HARD / "along-the-wall.yaml"), "--checkpoint", "2", "--out", "run")
+    assert given == [120]

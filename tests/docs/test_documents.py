@@ -281,6 +281,13 @@ def test_links_lead_to_files_and_headings() -> None:
                 assert not heading or heading in named, f"{path}: {link}#{heading}"
 
 
+def test_files_that_developers_are_sent_to_exist() -> None:
+    for path in (ROOT / "CONTRIBUTING.md", DOCS / "architecture.md"):
+        for name in re.findall(r"`([\w./]+/[\w.]+\.[a-z0-9]+)`", text_of(path)):
+            here = (ROOT / name).exists() or any((ROOT / "snooker_cli").rglob(name))
+            assert here or "NAME" in name, (path, name)
+
+
 def test_errors_and_costs_are_the_saved_measurements() -> None:
     text, found = sentences_of(ACCURACY), measurement("error")
     scene = found["scenes"][0]

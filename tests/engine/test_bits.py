@@ -18,9 +18,8 @@ import numpy as np
 import pytest
 from command_line import output_of
 from numpy.typing import ArrayLike
-from scenes import NEIGHBOURS, gas, mixed_scene, report_scene
+from scenes import gas, report_scene
 
-from snooker_cli.containers import Box, Channel, Container, PeriodicBox
 from snooker_cli.engine import ENGINE_VERSION, replay, series, simulate, simulation
 from snooker_cli.laws import Constant, Driven, Sides, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
@@ -198,59 +197,36 @@ def test_a_repeat_that_is_continued_has_the_same_bits(name, monkeypatch):
 
 # --- other processors, and no compiler --------------------------------------------------------
 
-
-def boxed(scene: Scene, shape: type[Container]) -> Scene:
-    """The same balls in a box as wide as the circle, the first of them at rest."""
-    moving = np.arange(scene.number) > 0
-    velocities = scene.velocities * moving[:, np.newaxis]
-    return replace(scene, velocities=velocities, container=shape(20.0, 20.0))
-
-
-FEW_EVENTS = {
-    "fixed": lambda: report_scene(cor=0.9),
-    "free": lambda: report_scene(cor=0.9, container_mass=1e7),
-    "mixed": lambda: mixed_scene(restitution=0.9),
-    "mixed, free": lambda: mixed_scene(50.0, 0.9),
-    "into a trap": lambda: report_scene(radius=0.1, cor=0.8, container_mass=1e7),
-    "cells": lambda: report_scene(cor=0.9),
-    "cells, mixed, free": lambda: mixed_scene(50.0, 0.9),
-    "cells, mixed, box": lambda: boxed(mixed_scene(restitution=0.9), Box),
-    "cells, periodic": lambda: boxed(report_scene(cor=0.9), PeriodicBox),
-    "sliding": lambda: sliding(cor=0.5),
-    "thermal": lambda: heated(report_scene(cor=0.9), Thermal(20.0), cor_speed=5.0),
-    "cells, sides": lambda: heated(boxed(report_scene(cor=0.9), Box), SIDES),
-    "cells, channel": lambda: heated(boxed(report_scene(cor=0.9), Channel), Driven(0.9, 2.0)),
-}
-"""Scenes of which plain Python simulates some events too."""
-
-
-def short(name: str, collisions: int, *, summary: bool = False) -> Trace:
-    """A short run, in cells if its name says so."""
-    search = NEIGHBOURS if name.startswith("cells") else None
-    return simulate(FEW_EVENTS[name](), collisions=collisions, summary=summary, search=search)
+FEW_EVENTS = (
+    "circle",
+    "circle, free, mixture",
+    "circle, tc",
+    "circle, wall trap",
+    "circle, sliding",
+    "circle, thermal",
+    "box, sides",
+    "periodic box",
+)
+"""Cases of which plain Python simulates some events too."""
 
 
 def all_bits(name: str) -> list[str]:
     """Hashes of a short run, of its replay and series, and of a summary."""
-    trace = short(name, 250)
+    scene = CASES[name].scene()
+    trace = simulate(scene, collisions=250)
     states = replay(trace, [trace.stop.time / 2, trace.stop.time])
     derived = [states.positions, states.container_velocities, *observables(series(trace))]
-    return [bits(trace), hash_of(derived), bits(short(name, 60, summary=True))]
+    return [bits(trace), hash_of(derived), bits(simulate(scene, collisions=60, summary=True))]
 
 
-@pytest.fixture(scope="module")
-def plain_python() -> dict[str, list[str]]:
-    """``all_bits`` where nothing is compiled."""
-    program = """
+def test_plain_python_has_the_same_bits() -> None:
+    """Nothing is compiled there."""
+    program = f"""
 import json, test_bits
-print(json.dumps({name: test_bits.all_bits(name) for name in test_bits.FEW_EVENTS}))
+print(json.dumps({{name: test_bits.all_bits(name) for name in {FEW_EVENTS}}}))
 """
-    return json.loads(output_of(program, NUMBA_DISABLE_JIT="1"))
-
-
-@pytest.mark.parametrize("name", FEW_EVENTS)
-def test_plain_python(plain_python, name):
-    assert plain_python[name] == all_bits(name)
+    plain = json.loads(output_of(program, NUMBA_DISABLE_JIT="1"))
+    assert plain == {name: all_bits(name) for name in FEW_EVENTS}
 
 
 def numpy_found() -> list[str]:
@@ -258,25 +234,16 @@ def numpy_found() -> list[str]:
     return np.show_config("dicts")["SIMD Extensions"].get("found", [])  # left out if empty
 
 
-DISABLED = {
-    "AVX-512": [name for name in numpy_found() if name == "X86_V4" or name.startswith("AVX512")],
-    "all": numpy_found(),
-}
-"""Features that NumPy must not use, so that this processor acts as another one."""
-
-
-@pytest.mark.parametrize("which", DISABLED)
-def test_other_instructions_of_numpy(which):
+@pytest.mark.skipif(not numpy_found(), reason="NumPy has one code for this processor")
+def test_other_instructions_of_numpy():
     """NumPy rounds exp, log and pow as its code for a processor does; no scene may need them."""
-    if not DISABLED[which]:
-        pytest.skip(f"NumPy's code for this processor does not use {which}")
     program = """
 import json, test_bits as t
 print(json.dumps([t.numpy_found(), t.hashes(t.SHORT)]))
 """
-    disabled = " ".join(DISABLED[which])
-    names, of_types = json.loads(output_of(program, NPY_DISABLE_CPU_FEATURES=disabled))
-    assert names == [name for name in numpy_found() if name not in DISABLED[which]]
+    output = output_of(program, NPY_DISABLE_CPU_FEATURES=" ".join(numpy_found()))
+    names, of_types = json.loads(output)
+    assert names == []
     assert of_types.items() <= GOLDEN["hashes"].items()
 
 

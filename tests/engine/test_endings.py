@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact import compared, exact_events
+from exact import exact_events
 from scenes import (
     EPSILON,
     EVERYONE,
@@ -18,12 +18,10 @@ from scenes import (
     report_scene,
     same_events,
     scene_of,
-    sort_often,
     trap_sums,
 )
-from test_statistics import assert_nothing_comes_between
 
-from snooker_cli.config import parse, validated
+from snooker_cli.config import parse
 from snooker_cli.containers import Box, Channel, PeriodicBox
 from snooker_cli.engine import clock, contact, simulate, simulation, sliding, stands_still
 from snooker_cli.errors import SceneError
@@ -45,8 +43,8 @@ every_container = pytest.mark.parametrize("container", CONTAINERS)
 UNEQUAL = ("light circle", "box")
 """Where balls differ; elsewhere they are equal, so that no other kernel is compiled."""
 
-# A single ball in cells would need a kernel of its own. Nothing meets this one.
 AT_REST = (0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
+"""Nothing meets it. A single ball in cells would need a kernel of its own."""
 
 
 def partners(trace: Trace) -> list[tuple[int, int]]:
@@ -74,22 +72,10 @@ def test_whichever_limit_comes_first():
     assert same_events(by_time.events, simulate(scene, time=1.0).events)
     assert by_time.start is scene
     assert np.array_equal((scene.positions, scene.velocities), before)
+    none = simulate(scene, collisions=0)
+    assert (none.collisions, none.stop.reason) == (0, StopReason.COLLISIONS)
     with pytest.raises(ValueError, match="collisions or a time"):
         simulate(scene)
-
-
-@pytest.mark.parametrize("search", [EVERYONE, NEIGHBOURS])
-def test_no_collisions_wanted(search):
-    looks: list[int] = []
-
-    def watch(new: int) -> bool:
-        looks.append(new)
-        return len(looks) > 9
-
-    trace = simulate(report_scene(), collisions=0, search=search, watch=watch)
-    assert trace.stop.reason is StopReason.COLLISIONS
-    assert trace.collisions == 0
-    assert len(looks) == 1
 
 
 # --- chunks -----------------------------------------------------------------------------------
@@ -110,18 +96,6 @@ def test_watch_counts_the_events_and_can_stop_the_run():
 
 
 # --- nothing left -----------------------------------------------------------------------------
-
-
-@every_container
-def test_nothing_left_at_rest(container):
-    heavier = float(container in UNEQUAL)
-    balls = [(4.0 * k - 4.0, 1.0, 0.0, 0.0, 1.0, 1.0 + k * heavier) for k in range(3)]
-    scene = scene_of(balls, **CONTAINERS[container])
-    trace = simulate(scene, collisions=10)
-    assert trace.stop.reason is StopReason.NOTHING_LEFT
-    assert trace.collisions == trace.stop.time == 0
-    assert np.array_equal(trace.finish.positions, scene.positions)
-    assert simulate(scene, time=3.0).stop.time == 3.0
 
 
 @every_container
@@ -153,21 +127,6 @@ def test_balls_and_container_that_move_as_one(container):
     assert np.allclose(moved, 0.0, rtol=0, atol=8 * EPSILON * 30.0 * 7.0)
 
 
-@pytest.mark.parametrize("search", [EVERYONE, NEIGHBOURS])
-@pytest.mark.parametrize(
-    ("speed", "container_mass", "until"),
-    [
-        (0.0, 5.0, 4.0),
-        (0.0, 1e7, 4.0),
-        (1e-3, 5.0, 1.5),  # the next crossing is long after the end, the wall before it
-    ],
-)
-def test_a_container_that_comes_to_balls_at_rest(speed, container_mass, until, search):
-    balls = [(0.0, 1.0, speed, 0.0, 1.0, 1.0), (3.0, -4.0, 0.0, 0.0, 0.5, 2.0)]
-    scene = scene_of(balls, container_mass=container_mass, container_velocity=(9.0, 0.0))
-    assert compared(scene, 8, until, search) >= 1
-
-
 # Relative velocities in a periodic box of 20 m x 16 m, with the distance of parallel images' paths.
 CLOSED = [
     ((1.0, 0.0), 16.0),
@@ -193,10 +152,9 @@ def test_paths_that_never_meet(velocity, apart):
             assert never == (distance <= nearest)
 
 
-@pytest.mark.parametrize("velocity", [(3.0, 0.0), (5.0, 4.0)])
-def test_balls_that_pass_by_for_ever(velocity):
-    """In a periodic box, 3 m or 2.3 m apart."""
-    u, v = velocity
+def test_balls_that_pass_by_for_ever():
+    """In a periodic box, 2.3 m apart."""
+    u, v = 5.0, 4.0
     balls = [(1.0, 0.0, u, v, 1.0, 1.0), (1.0, 3.0, -u, -v, 1.0, 1.0)]
     balls.append((9.0, 3.0 + 8.0 * v / u, -u, -v, 1.0, 1.0))  # behind the second one
     scene = scene_of(balls, **CONTAINERS["periodic"])
@@ -230,12 +188,6 @@ def test_very_many_crossings_without_a_collision(monkeypatch):
     assert not trace.stop.reason.complete
     assert counted == [0, 0, 0]
     assert "no collision in 3,000,000 crossings" in trace.stop.message
-    # Interrupted and continued, its search is new, and so is its count of crossings.
-    stopped = simulate(scene, collisions=10, watch=lambda new: True)
-    assert stopped.stop.reason is StopReason.INTERRUPTED
-    counted.clear()
-    simulate(scene, collisions=10, watch=counted.append, checkpoint=stopped.checkpoint)
-    assert counted == [0, 0, 0]
     # A time to end at is waited for.
     assert simulate(scene, time=1e6).stop.reason is StopReason.TIME
 
@@ -256,17 +208,14 @@ def test_a_lone_ball_in_a_wall_trap():
     assert len(until.events) == 5
 
 
-@pytest.mark.parametrize(
-    ("container", "wall_cor", "seen"),
-    [("circle", 0.9, 80), ("circle", 0.5, 12), ("light circle", 0.9, 80)],
-)
-def test_what_a_wall_trap_still_does(container, wall_cor, seen):
-    """The exact twin bounces on, ``seen`` times. After these, chords and impulses are geometric."""
+def test_what_a_wall_trap_in_a_light_container_still_does():
+    """The exact twin bounces on, 80 times. After these, chords and impulses are geometric."""
+    wall_cor = 0.9
     scene = scene_of(
-        [(2.0, -4.0, 3.0, 7.0, 1.0, 3.0)], wall_restitution=wall_cor, **CONTAINERS[container]
+        [(2.0, -4.0, 3.0, 7.0, 1.0, 3.0)], wall_restitution=wall_cor, container_mass=5.0
     )
     trace = simulate(scene, collisions=1000)
-    bounces = exact_events(scene, len(trace.events) + seen)[len(trace.events) :]
+    bounces = exact_events(scene, len(trace.events) + 80)[len(trace.events) :]
     last, rest = bounces[-1], wall_cor / (1.0 - wall_cor)
     expected = float(last.time + rest * (last.time - bounces[-2].time))
     assert trace.stop.accumulation_time == pytest.approx(expected, rel=1e-9)
@@ -276,17 +225,7 @@ def test_what_a_wall_trap_still_does(container, wall_cor, seen):
     assert f"gives it {trace.stop.impulse_to_come:.6g} kg m/s more" in trace.stop.message
 
 
-def test_a_ball_that_only_touches_the_wall_gives_it_nothing_more():
-    """After its last bounce it moves along the wall: a zero, which has no sign in the message."""
-    balls = {"count": 5, "radius": 1.0, "speed": 10.0, "start": "random"}
-    container = {"packing": 0.0025, "mass": 0.0144}
-    config = {"container": container, "balls": balls, "cor": 0.6, "seed": 66}
-    experiment = validated(config | {"collisions": 1000})
-    trace = simulate(starting_scene(experiment, 0), collisions=1000, search=NEIGHBOURS)
-    assert "gives it 0 kg m/s more" in trace.stop.message
-
-
-@pytest.mark.parametrize("q", [1e-12, 0.3, 1.0, 3.7, 1e3, 1e10])
+@pytest.mark.parametrize("q", [1e-12, 0.3, 3.7, 1e10])
 def test_the_sum_of_chords(q, monkeypatch):
     """By terms, and by the formula for an almost elastic wall, which has no number of terms."""
     for e in (1e-9, 0.5, 0.9):
@@ -298,7 +237,6 @@ def test_the_sum_of_chords(q, monkeypatch):
 
 
 def test_an_almost_elastic_wall_is_no_endless_sum():
-    assert sliding.chord_sum(1e9, 1 - 2.0**-52) == pytest.approx(math.pi / 2 * 2.0**52, rel=1e-8)
     assert math.isfinite(sliding.chord_sum(1e200, 1 - 2.0**-52))
     assert sliding.chord_sum(math.inf, 0.5) == math.inf
 
@@ -306,16 +244,13 @@ def test_an_almost_elastic_wall_is_no_endless_sum():
 def test_a_wall_that_takes_the_rebound_traps_at_once():
     """In a circle the ball would slide for ever; in a box it slides to a corner and stays there."""
     ball = (0.0, -5.0, 4.5, 1.0, 1.0, 1.0)
-    for search in (EVERYONE, NEIGHBOURS):
-        scene = scene_of([ball, AT_REST], wall_restitution=0.0)
-        trace = simulate(scene, collisions=10, search=search)
-        assert trace.stop.reason is StopReason.WALL_TRAP
-        assert (trace.stop.accumulation_time, trace.stop.impulse_to_come) == (trace.stop.time, 0.0)
-        assert "ball 0 stays at the wall, because the wall CoR is 0" in trace.stop.message
-        assert "infinitely" not in trace.stop.message
-        assert len(trace.events) == 1
-        (x, y), (u, v) = trace.finish.positions[0], trace.finish.velocities[0]
-        assert x * u + y * v == pytest.approx(0.0, abs=1e-14)
+    trace = simulate(scene_of([ball, AT_REST], wall_restitution=0.0), collisions=10)
+    assert trace.stop.reason is StopReason.WALL_TRAP
+    assert (trace.stop.accumulation_time, trace.stop.impulse_to_come) == (trace.stop.time, 0.0)
+    assert "ball 0 stays at the wall, because the wall CoR is 0" in trace.stop.message
+    assert len(trace.events) == 1
+    (x, y), (u, v) = trace.finish.positions[0], trace.finish.velocities[0]
+    assert x * u + y * v == pytest.approx(0.0, abs=1e-14)
     scene = scene_of([ball, AT_REST], wall_restitution=0.0, **CONTAINERS["box"])
     trace = simulate(scene, collisions=10)
     assert trace.stop.reason is StopReason.NOTHING_LEFT
@@ -357,67 +292,21 @@ def test_a_light_container_carries_the_wall_to_another_ball():
     assert trace.stop.reason is StopReason.COLLISIONS
 
 
-@pytest.mark.parametrize("is_sorted", [False, True])
-def test_a_gas_in_a_wall_trap(is_sorted, monkeypatch):
-    """Where balls have changed places in memory, the trapped one has the scene's number."""
-    if is_sorted:
-        sort_often(monkeypatch, 100)
+def test_nothing_comes_between_the_bounces_of_a_wall_trap():
+    """The exact twin goes on from a trap: no other ball reaches the one that bounces."""
     for repeat in range(3):
         scene = report_scene(repeat, radius=0.1, cor=0.8)
         trace = simulate(scene, collisions=2000, search=NEIGHBOURS)
         assert trace.stop.reason is StopReason.WALL_TRAP
-        assert trace.stop.balls == (trace.events.i[-1],)
+        ball = trace.events.i[-1]
+        assert trace.stop.balls == (ball,)
         assert trace.events.j[-1] == CONTAINER
-        assert_nothing_comes_between(trace)
+        events = [(event.i, event.j) for event in exact_events(trace.finish, 40)]
+        assert {pair for pair in events if ball in pair} == {(ball, CONTAINER)}
+        assert events.count((ball, CONTAINER)) > 20
 
 
 # --- the clock stops -------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("cor", [0.03, 0.0717, 0.0720, 0.2])
-@every_container
-def test_three_balls_in_a_line(container, cor):
-    """Two close in on one between them. Below e = 7 - 4 sqrt(3) = 0.0718 they hit it infinitely
-    often (McNamara & Young, Phys. Fluids A 4, 496 (1992)); above it they part."""
-    radii = (1.5, 0.5, 1.5) if container in UNEQUAL else (1.0, 1.0, 1.0)
-    starts = zip((-3.0, 0.1, 3.0), (1.0, 0.0, -1.0), radii, strict=True)
-    balls = [(x, 0.0, u, 0.0, radius, 1.0) for x, u, radius in starts]
-    scene = scene_of(balls, restitution=cor, **CONTAINERS[container])
-    trace = simulate(scene, collisions=10_000, time=6.0)
-    if cor < 7 - 4 * math.sqrt(3):
-        assert trace.stop.reason is StopReason.COLLAPSE
-        assert not trace.stop.reason.complete
-        # 0.9 m are between the middle one and its nearer neighbour, 1.1 m to the other.
-        assert 0.9 < trace.stop.time < 1.1
-        assert trace.events.time[-1] == trace.events.time[-100] == trace.stop.time
-        assert set(trace.stop.balls) in ({0, 1}, {1, 2})
-    else:
-        assert trace.stop.reason is StopReason.TIME
-        assert not trace.events.at_wall.any()
-        assert np.all(np.diff(trace.finish.velocities[:, 0]) > 0)
-
-
-@pytest.mark.parametrize("collapses_at_once", [False, True])
-def test_balls_elsewhere_do_not_delay_a_collapse(collapses_at_once):
-    """Three balls collapse after as many events among 600 others, also if they touch at first."""
-    gap = 0.0 if collapses_at_once else 0.9
-    line = [(-2.0 - gap, 0.0, 1.0, 0.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0, 1.0, 1.0)]
-    line.append((2.0 + gap, 0.0, -1.0, 0.0, 1.0, 1.0))
-    others = [
-        (3.0 * column, 3.0 * row, 0.0, 0.0, 1.0, 1.0)
-        for column in range(-10, 10)
-        for row in (*range(-17, -2), *range(3, 18))
-    ]
-    ends = [
-        simulate(
-            scene_of(balls, restitution=0.05, container=PeriodicBox(120.0, 120.0)),
-            collisions=10_000,
-        )
-        for balls in (line, line + others)
-    ]
-    assert [end.stop.reason for end in ends] == [StopReason.COLLAPSE] * 2
-    assert same_events(ends[0].events, ends[1].events)
-    assert len(ends[0].events) < 300
 
 
 def test_few_balls_of_a_large_gas_collapse():
@@ -441,7 +330,7 @@ def test_few_balls_of_a_large_gas_collapse():
 # Finite racks: many collisions in one instant, which are no collapse.
 
 
-@pytest.mark.parametrize("cor", [1.0, 0.99, 0.95])
+@pytest.mark.parametrize("cor", [1.0, 0.95])
 def test_a_row_in_which_each_meets_each(cor):
     """n balls that touch, each faster than the next: n (n - 1)/2 collisions, each pair once.
 
@@ -461,49 +350,15 @@ def test_a_row_in_which_each_meets_each(cor):
         assert not stands_still(scene, trace.events[:-1])
 
 
-@pytest.mark.parametrize("ratio", [1e2, 1e4, 1e6])
-@pytest.mark.parametrize("cor", [1.0, 0.99])
-def test_a_light_ball_between_heavy_ones(ratio, cor):
-    """They touch. An angle theta has pi/theta collisions (Galperin 2003), or with losses, if
-    sin(theta) < (1 - e)/(1 + e), infinitely many."""
-    balls = [(-4.0, 0.0, 1.0, 0.0, 1.0, 1.0), (-2.0, 0.0, 0.0, 0.0, 1.0, 1 / ratio)]
-    balls.append((0.0, 0.0, 0.0, 0.0, 1.0, 1.0))
-    scene = scene_of(balls, restitution=cor, container=Box(20.0, 16.0))
-    trace = simulate(scene, collisions=1_000_000, time=4.0)
-    angle = math.acos(ratio / (1 + ratio))
-    if math.sin(angle) < (1 - cor) / (1 + cor):
-        assert trace.stop.reason is StopReason.COLLAPSE
-    else:
-        assert trace.stop.reason is StopReason.TIME
-        most = int(math.pi / angle)
-        assert len(trace.events) == most if cor == 1.0 else most <= len(trace.events) < 2 * most
-        assert trace.events.time[-1] == trace.events.time[0]
-
-
-@pytest.mark.parametrize("search", [EVERYONE, NEIGHBOURS])
-@pytest.mark.parametrize(("mass", "radius"), [(math.inf, 1.0), (1e7, 0.5)])
-def test_a_ball_along_an_elastic_wall_touches_it_at_every_moment(search, mass, radius):
-    balls = [(9.0, 0.0, 0.0, 10.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0, radius, 1.0)]
-    scene = scene_of(balls, container_mass=mass, restitution=0.5)
-    trace = simulate(scene, collisions=1000, search=search)
+def test_a_ball_along_an_elastic_wall_touches_it_at_every_moment():
+    balls = [(9.0, 0.0, 0.0, 10.0, 1.0, 1.0), AT_REST]
+    scene = scene_of(balls, restitution=0.5)
+    trace = simulate(scene, collisions=1000)
     assert trace.stop.reason is StopReason.COLLAPSE
     assert trace.stop.balls == (0,)
     assert "inelastic" not in trace.stop.message
     assert math.fsum(trace.events.impulse) == 0.0
     assert trace.finish.kinetic_energy == scene.kinetic_energy
-
-
-@pytest.mark.parametrize("cor", [1.0, 0.5])
-def test_a_ball_in_a_channel_as_wide_as_itself(cor):
-    """It hits both walls in no time, and loses no energy there."""
-    balls = [(0.0, 0.0, 3.0, 0.1, 1.0, 1.0), (-5.0, 0.0, 0.0, 0.0, 0.5, 1.0)]
-    scene = scene_of(balls, container=Box(12.0, 2.0), restitution=cor)
-    trace = simulate(scene, collisions=1000)
-    assert trace.stop.reason is StopReason.COLLAPSE
-    assert trace.stop.time == 0.0
-    assert "inelastic" not in trace.stop.message
-    assert np.all(trace.events.impulse == 0.2)
-    assert trace.finish.velocities[0, 0] == 3.0
 
 
 # --- what is modelled -------------------------------------------------------------------------

@@ -134,7 +134,7 @@ def test_nothing_overlaps_or_escapes(run):
         assert abs(room[i] if j < 0 else gaps[i, j]) < bound
 
 
-@pytest.mark.parametrize("name", [*SCENES, "tc"])
+@pytest.mark.parametrize("name", ["light circle", "box", "periodic", "tc"])
 def test_twice_the_speed_is_the_same_run_in_half_the_time(name):
     """Bit for bit: a factor of two rounds nothing. The TC model has no time of its own."""
     tc = replace(report_scene(cor=0.5), contact_duration=0.1)
@@ -145,55 +145,3 @@ def test_twice_the_speed_is_the_same_run_in_half_the_time(name):
     assert np.array_equal(once.events.time, 2 * twice.events.time)
     assert np.array_equal(2 * once.events.impulse, twice.events.impulse)
     assert np.array_equal(once.finish.positions, twice.finish.positions)
-
-
-@pytest.mark.parametrize(
-    ("scene", "collisions"),
-    [
-        (lambda: report_scene(cor=1.0), 500_000),
-        (lambda: mixed_scene(restitution=0.95), 3000),
-        (lambda: gas("box", 100, 0.4, cor=0.99), 20_000),
-    ],
-)
-def test_virial_identity(scene, collisions):
-    """d(sum m x.v) = int 2K dt - sum (R - r) J_wall + sum (r + r') J_pair, in a fixed container."""
-    trace = simulate(scene(), collisions=collisions)
-    start, events = trace.start, trace.events
-    assert len(events) == collisions
-    energies = start.kinetic_energy - np.concatenate([[0.0], np.cumsum(energy_losses(trace))])
-    spans = np.diff(events.time, prepend=0.0, append=trace.stop.time)
-    radii = np.append(start.radii, -start.container.size[0] / 2)
-    hits = (radii[events.i] + radii[events.j]) * events.impulse  # at the wall minus (R - r)
-    before, after = (
-        np.sum(scene.masses[:, np.newaxis] * scene.positions * scene.velocities)
-        for scene in (start, trace.finish)
-    )
-    change = math.fsum(hits) + 2 * math.fsum(energies * spans)
-    # A contact is off by the clock's rounding times the speed; the energy by its own walk.
-    walk = 6 * math.sqrt(collisions) * 4 * EPSILON
-    speed = float(np.max(np.hypot(*start.velocities.T)))
-    contacts = walk * events.impulse.max() * (speed * trace.stop.time + start.container.size[0] / 2)
-    ledger = walk * start.kinetic_energy / start.number * 2 * trace.stop.time
-    assert abs(after - before - change) < contacts + ledger
-    assert contacts + ledger < 1e-8 * math.fsum(abs(hits))
-
-
-@pytest.mark.parametrize("container_mass", [30.0, math.inf])
-def test_reversed_velocities_retrace_an_elastic_run(container_mass):
-    """150 events there and back. Errors grow by e^(0.041 · 300) = 2e5 (the scene's Lyapunov
-    exponent per event), from some 1e-14 s; 1e-6 s leaves the exponent's spread room."""
-    there = simulate(report_scene(container_mass=container_mass), collisions=151)
-    events = there.events
-    middle = 0.5 * (events.time[149] + events.time[150])
-    states = replay(there, [middle])
-    turned = replace(
-        there.start,
-        positions=states.positions[0].copy(),
-        velocities=-states.velocities[0],
-        container_position=states.container_positions[0],
-        container_velocity=-states.container_velocities[0],
-    )
-    back = simulate(turned, collisions=150).events
-    assert np.array_equal(back.i, events.i[149::-1])
-    assert np.array_equal(back.j, events.j[149::-1])
-    assert np.allclose(middle - back.time, events.time[149::-1], rtol=0, atol=1e-6)

@@ -1,7 +1,7 @@
 """A trajectory depends on the scene alone: which search finds the events decides no bit.
 
-Everyone, cells of any size, balls in any order in memory, sorted again or not, and repeats that are
-continued give the same events, endings and final states.
+Everyone, cells of any size, and balls in any order in memory, sorted again or not, give the same
+events, endings and final states.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scenes import gas, lone_bouncer, report_scene, scene_of, sort_often
-from test_bits import SIDES, bits, heated
+from scenes import EVERYONE, NEIGHBOURS, gas, lone_bouncer, report_scene, scene_of, sort_often
+from test_bits import SIDES, heated
 
 from snooker_cli.containers import Circle
 from snooker_cli.engine import CheckpointError, simulate
-from snooker_cli.engine.simulation import AmongEveryone, AmongNeighbours
+from snooker_cli.engine.simulation import AmongEveryone, AmongNeighbours, Simulation
 from snooker_cli.laws import Constant, Driven, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
-from snooker_cli.trace import StopReason, Trace
+from snooker_cli.trace import CONTAINER, StopReason, Trace
 
-MOST = 100_000  # events
-FACTORS = 0.0, 1.0, 1.7, 4.0  # of the usual width of cells; they are at least a ball wide
+MOST = 40_000  # events
+FACTORS = 0.0, 1.7, 4.0  # of the usual width of cells; they are at least a ball wide
 
 
 def wide(factor: float) -> type[AmongNeighbours]:
@@ -49,46 +49,35 @@ def assert_one_trajectory(
     collisions: int = MOST,
     time: float | None = None,
 ) -> Trace:
-    """Assert that all searches give the same; what everyone gives."""
+    """Assert that all searches give the same; what the first one gives.
+
+    Only circles have a search among everyone, so that no other kernel is compiled for this alone.
+    """
+    searches = [wide(factor) for factor in factors]
+    if isinstance(scene.container, Circle):
+        searches.insert(0, AmongEveryone)
     limits = {"collisions": collisions, "time": time}
-    expected = simulate(scene, search=AmongEveryone, **limits)
-    for factor in factors:
-        assert_same(expected, simulate(scene, search=wide(factor), **limits))
+    expected, *others = (simulate(scene, search=search, **limits) for search in searches)
+    for other in others:
+        assert_same(expected, other)
     return expected
 
 
-circle, box = partial(gas, "circle"), partial(gas, "box", aspect=1.5)
-channel, periodic = partial(gas, "channel", aspect=0.7), partial(gas, "periodic", aspect=1.3)
+circle, periodic = partial(gas, "circle"), partial(gas, "periodic", aspect=1.3)
 
 GASES: dict[str, Callable[[], Scene]] = {
-    "packed": partial(circle, 200, 0.5),
     "dilute": partial(circle, 60, 0.003),
-    "report": report_scene,
     "inelastic": partial(report_scene, cor=0.95, wall_cor=1.0),
-    "mixture": partial(circle, 60, 0.3, mixed=True, cor=0.98, wall_cor=1.0),
-    "free": partial(circle, 60, 0.3, container_mass=1.0),
-    "free, heavy": partial(circle, 60, 0.3, container_mass=1e7),
-    "free, dilute": partial(circle, 60, 0.01, container_mass=20.0),
     "free, mixture": partial(circle, 60, 0.3, mixed=True, cor=0.99, container_mass=20.0),
-    "box": partial(box, 60, 0.3),
-    "box, dilute": partial(box, 60, 0.003),
-    "channel": partial(channel, 60, 0.3),
-    "channel, dilute": partial(channel, 60, 0.003),
     "periodic": partial(periodic, 60, 0.3, cor=0.99),
-    "periodic, dilute": partial(periodic, 60, 0.001),
     "periodic, two balls": partial(periodic, 2, 0.02),
     "wall trap": partial(report_scene, radius=0.1, cor=0.8),
     "wall trap, free": partial(report_scene, radius=0.1, cor=0.8, container_mass=50.0),
     "collapse": partial(periodic, 60, 0.3, cor=0.1),
-    "durations": lambda: replace(report_scene(cor=0.8), contact_duration=0.1),
-    "elastic below": lambda: replace(report_scene(cor=0.8), elastic_below=1.0),
-    "viscoelastic": lambda: heated(
-        report_scene(radius=0.1, cor=0.8), Viscoelastic(0.8, 5.0), cor_speed=5.0
+    "sides": lambda: heated(gas("box", 60, 0.3, cor=0.9, aspect=1.5), SIDES),
+    "channel, driven": lambda: heated(
+        gas("channel", 60, 0.3, cor=0.9, aspect=0.7), Driven(0.9, 2.0)
     ),
-    "driven": lambda: heated(circle(60, 0.3, cor=0.9), Driven(0.9, 2.0)),
-    "thermal": lambda: heated(circle(60, 0.3, cor=0.9), Thermal(20.0), cor_speed=5.0),
-    "sides": lambda: heated(box(60, 0.3, cor=0.9), SIDES),
-    "channel, driven": lambda: heated(channel(60, 0.3, cor=0.9), Driven(0.9, 2.0)),
 }
 
 
@@ -121,34 +110,12 @@ def test_few_balls_end_alike(name: str, container_mass: float) -> None:
     assert trace.stop.reason is not StopReason.COLLISIONS
 
 
-@pytest.mark.parametrize("name", ["inelastic", "free, mixture"])
-def test_summaries_are_the_same(name: str) -> None:
-    search = AmongEveryone, AmongNeighbours
-    ends = [simulate(GASES[name](), collisions=5000, summary=True, search=one) for one in search]
-    assert bits(ends[0]) == bits(ends[1])
-
-
-@pytest.mark.parametrize("name", ["report", "free, mixture", "box", "periodic", "thermal"])
+@pytest.mark.parametrize("name", ["wall trap", "free, mixture", "periodic"])
 def test_the_order_in_memory_decides_no_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Balls are put into the order of their cells after every chunk of 1,000 events."""
-    expected = simulate(GASES[name](), collisions=40_000, search=AmongEveryone)
-    sort_often(monkeypatch, 1000)
-    assert_same(expected, simulate(GASES[name](), collisions=40_000, search=AmongNeighbours))
-
-
-@pytest.mark.parametrize("name", ["report", "free, mixture", "periodic", "driven"])
-def test_the_search_may_change_where_a_repeat_is_continued(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A checkpoint has the state alone."""
-    expected = simulate(GASES[name](), collisions=3000, search=AmongEveryone)
-    sort_often(monkeypatch, 700)
-    for before, after in ((AmongEveryone, AmongNeighbours), (AmongNeighbours, AmongEveryone)):
-        monkeypatch.setattr("snooker_cli.engine.simulation.CHUNK", 700)
-        stopped = simulate(GASES[name](), collisions=3000, search=before, watch=lambda _: True)
-        rest = simulate(GASES[name](), collisions=3000, search=after, checkpoint=stopped.checkpoint)
-        done = len(stopped.events)
-        assert_same(replace(expected, events=expected.events[done:]), rest)
+    """Balls are put into the order of their cells after every chunk of 100 events."""
+    expected = simulate(GASES[name](), collisions=4000, search=AmongNeighbours)
+    sort_often(monkeypatch, 100)
+    assert_same(expected, simulate(GASES[name](), collisions=4000, search=AmongNeighbours))
 
 
 def test_arrays_of_another_repeat_are_refused() -> None:
@@ -176,7 +143,7 @@ def random_scene(seed: int) -> tuple[Scene, float]:
         shape,
         number,
         math.exp(dice.uniform(math.log(1e-3), math.log(0.5 if shape == "circle" else 0.3))),
-        mixed=dice.random() < 0.4,
+        mixed=shape in ("circle", "box") and dice.random() < 0.4,
         cor=cor,
         wall_cor=dice.choice([1.0, cor, dice.uniform(0.05, 1.0)]),
         container_mass=10 ** dice.uniform(0, 7) if free else math.inf,
@@ -196,26 +163,14 @@ def random_scene(seed: int) -> tuple[Scene, float]:
     return scene, dice.choice([math.inf, 3.0])
 
 
-def check_random(seed: int, collisions: int) -> None:
-    scene, time = random_scene(seed)
-    # Balls that drift together would cross cells for ever.
-    idle = scene.container.period is not None
-    # A gas that cools up to 1e150 s has speeds whose squares are no doubles.
-    longest = 1e100 if collisions == MOST else None
-    limit = longest if math.isinf(time) and not idle else min(time, 300.0)
-    assert_one_trajectory(scene, (0.0, random.Random(seed).uniform(1, 4)), collisions, limit)
-
-
-@pytest.mark.parametrize("group", range(10))
+@pytest.mark.parametrize("group", range(5))
 def test_random_scenes(group: int) -> None:
     for seed in range(30 * group, 30 * group + 30):
-        check_random(seed, 2000)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("seed", range(300))
-def test_random_scenes_for_long(seed: int) -> None:
-    check_random(seed, MOST)
+        scene, time = random_scene(seed)
+        # Balls that drift together would cross cells for ever.
+        idle = scene.container.period is not None
+        limit = None if math.isinf(time) and not idle else min(time, 300.0)
+        assert_one_trajectory(scene, (0.0, random.Random(seed).uniform(1, 4)), 2000, limit)
 
 
 def test_balls_that_meet_at_the_same_time() -> None:
@@ -237,3 +192,13 @@ def test_balls_that_meet_at_the_same_time() -> None:
         wall_law=Constant(1.0),
     )
     assert_one_trajectory(balls, collisions=2000)
+
+
+@pytest.mark.parametrize("search", [EVERYONE, NEIGHBOURS])
+def test_of_events_at_one_time_the_hit_of_the_wall_is_first(search: type[Simulation]) -> None:
+    """Ball 2 is at the wall after 8 s exactly, and so do balls 0 and 1 meet."""
+    balls = [(-2, -4, 0, 0, 1, 1), (0.5, -4, -0.0625, 0, 1, 1), (0, 0, 1, 0, 1, 1)]
+    events = simulate(scene_of(balls, container=Circle(9.0)), collisions=2, search=search).events
+    assert events is not None
+    assert events.time.tolist() == [8, 8]
+    assert list(zip(events.i.tolist(), events.j.tolist(), strict=True)) == [(2, CONTAINER), (0, 1)]

@@ -25,8 +25,8 @@ def slider() -> Scene:
     return replace(lone_bouncer(), slides=True)
 
 
-def gas_that_slides(seed: int = 0, **changes: float) -> Scene:
-    return replace(report_scene(seed, **{"radius": 0.1, "cor": 0.8, **changes}), slides=True)
+def gas_that_slides(**changes: float) -> Scene:
+    return replace(report_scene(**{"radius": 0.1, "cor": 0.8, **changes}), slides=True)
 
 
 @pytest.fixture(scope="module")
@@ -134,37 +134,18 @@ def test_a_sliding_ball_catches_another():
     assert math.dist(*places) == pytest.approx(2.0, rel=1e-13)
 
 
-def test_a_sliding_ball_meets_one_at_rest():
-    """A ball at rest on the circle that it slides on."""
-    scene = scene_of([at_angle(0.0, 8.0), (0.0, 8.5, 0.0, 0.0, 1.0, 1.0)])
-    trace = simulate(replace(scene, wall_law=Constant(0.0), slides=True), collisions=5)
-    k = int(np.flatnonzero(trace.events.j >= 0)[0])
-    cosine = (81 + 8.5**2 - 4) / (2 * 9 * 8.5)
-    angle = math.pi / 2 - math.acos(cosine)
-    assert trace.events.time[k] == pytest.approx(angle * 9 / 8.0, rel=1e-6)
-
-
-def test_a_sliding_ball_passes_one_in_the_middle():
-    scene = scene_of([at_angle(0.0, 8.0), (0.0, 0.0, 0.0, 0.0, 1.0, 1.0)])
-    trace = simulate(replace(scene, wall_law=Constant(0.0), slides=True), collisions=100, time=1e3)
-    assert not (trace.events.j >= 0).any()
-    assert trace.stop.reason is StopReason.NOTHING_LEFT
-
-
 def pairs(events: Events, count: int) -> list[np.ndarray]:
     between = np.flatnonzero(events.j >= 0)[:count]
     return [column[between] for column in (events.i, events.j, events.time, events.impulse)]
 
 
-@pytest.mark.parametrize(
-    ("seed", "cor", "time", "sliding"), [(0, 0.8, 22.0, 15), (1, 0.8, 25.0, 5), (0, 0.5, 7.0, 10)]
-)
-def test_a_gas_meets_as_if_it_hopped_along_the_wall(seed, cor, time, sliding):
+@pytest.mark.parametrize(("cor", "time", "sliding"), [(0.8, 22.0, 15), (0.5, 7.0, 10)])
+def test_a_gas_meets_as_if_it_hopped_along_the_wall(cor, time, sliding):
     """The same gas, in which bounces under 1e-4 m/s go on without loss, on straight ways.
 
     Hops are 1e-9 m high; what they change grows with each of some 20 later collisions.
     """
-    slides = gas_that_slides(seed, cor=cor)
+    slides = gas_that_slides(cor=cor)
     sliding_trace = simulate(slides, time=time)
     hops = replace(slides, slides=False, elastic_below=1e-4)
     other = simulate(hops, time=time, collisions=3_000_000)
@@ -184,9 +165,8 @@ def test_a_gas_meets_as_if_it_hopped_along_the_wall(seed, cor, time, sliding):
 # --- what it must keep, and that it goes on -------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_nothing_overlaps_and_nothing_is_gained(seed):
-    scene = gas_that_slides(seed, radius=0.5)
+def test_nothing_overlaps_and_nothing_is_gained():
+    scene = gas_that_slides(radius=0.5)
     trace = simulate(scene, collisions=5000)
     states = replay(trace, np.linspace(0.0, trace.stop.time, 1500))
     offsets = states.positions[:, :, None] - states.positions[:, None]
@@ -199,26 +179,6 @@ def test_nothing_overlaps_and_nothing_is_gained(seed):
     assert momentum[1] == pytest.approx(momentum[0], abs=5000 * 64 * EPSILON * 95.0)
     assert np.array_equal(states.positions[-1], trace.finish.positions)
     assert np.array_equal(states.velocities[-1], trace.finish.velocities)
-
-
-def test_the_wall_gives_what_the_balls_lack():
-    """d(sum m x.v) = int 2K dt - sum (R - r) J_wall + sum 2r J_pair, through slides too."""
-    scene = gas_that_slides(0)
-    trace = simulate(scene, time=60.0)
-    assert (trace.events.j == SLIDE).sum() > 5
-    columns = series(trace)
-    kept = np.diff(columns.time) * columns.kinetic_energy[:-1]
-    # Between its last recorded bounce and its slide a ball loses what is left of v_n.
-    before, after = (float(np.sum(s.positions * s.velocities)) for s in (trace.start, trace.finish))
-    lost = 0.0
-    for slide in np.flatnonzero(trace.events.j == SLIDE):
-        ball = trace.events.i[slide]
-        own = np.flatnonzero((trace.events.i == ball) | (trace.events.j == ball))
-        lasts = trace.events.time[slide] - trace.events.time[own[own < slide][-1]]
-        lost += abs(columns.kinetic_energy[slide + 1] - columns.kinetic_energy[slide]) * lasts
-    change = 2 * kept.sum() - 9.9 * columns.wall_impulse[-1] + columns.pair_virial[-1]
-    assert abs(after - before - change) <= 2 * lost + 1e-8
-    assert lost < 0.05 * kept.sum()
 
 
 def test_it_is_for_one_search_in_a_fixed_circle():

@@ -11,12 +11,13 @@ from figure_runs import around, in_circle, layers, shown, traces
 from snooker_cli.analysis import structure
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import standard_errors
+from snooker_cli.analysis.structure import Array
 from snooker_cli.engine import replay, series
 from snooker_cli.figures import Line, Reference
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
 from snooker_cli.figures.figure_data import Band, courses
 from snooker_cli.runs import Run
-from snooker_cli.scene import EPSILON
+from snooker_cli.scene import EPSILON, Scene
 
 
 def test_energy_of_one_repeat_and_of_all(decaying: Run) -> None:
@@ -104,3 +105,16 @@ def test_times_end_with_the_shortest_repeat_and_begin_at_zero(periodic: Run) -> 
     (band, _) = layers(found, Band)
     error = float(standard_errors(np.array(rows))[0])
     assert (band.high[20] - band.low[20]) / 2 == pytest.approx(error, rel=1e-9)
+
+
+def test_the_share_of_heat_is_that_of_the_last_states(periodic: Run) -> None:
+    found = shown(periodic, "local-energy", cor=0.8)
+    last = layers(found, Line)[0].x[[-1]]
+
+    def share(positions: Array, velocities: Array, scene: Scene) -> float:
+        heat = structure.local_energy(positions, velocities, scene)
+        return heat / (scene.kinetic_energy / scene.number)
+
+    shares = [structure.over_time(share, repeat, last) for repeat in traces(periodic, 0)]
+    (point,) = found.numbers["points"]
+    assert point["share"] == pytest.approx(float(np.mean(shares)), rel=1e-9)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import re
 from pathlib import Path
@@ -108,7 +107,7 @@ def test_the_program_gives_the_hash_of_the_page(name: str, javascript: LiveScrip
 
 @pytest.mark.parametrize(
     ("time", "collapse"),
-    [(5.0, "stop"), (7.0, "stop"), (7.3, "stop"), (7.0, "slide"), (8.0, "slide")],
+    [(5.0, "stop"), (7.3, "stop"), (7.0, "slide")],
 )
 def test_a_time_decides_what_is_a_trap(time: float, collapse: str, javascript: LiveScripts) -> None:
     """A ball is trapped only if its bounces end before: the page ends as the program does."""
@@ -129,10 +128,9 @@ def test_a_time_decides_what_is_a_trap(time: float, collapse: str, javascript: L
     assert seen == [trace.stop.reason, trace.stop.time, list(event_hashes([trace.events])[-1])]
 
 
-@pytest.mark.parametrize("name", [scene["name"] for scene in SCENES])
-def test_the_config_on_the_page_is_that_of_the_scene(name: str, javascript: LiveScripts) -> None:
+def test_the_config_on_the_page_is_that_of_the_scene(javascript: LiveScripts) -> None:
     """Read by `snooker run`, its text gives the same digest; also with numbers of all sizes."""
-    config = next(scene["config"] for scene in SCENES if scene["name"] == name)
+    config = next(scene["config"] for scene in SCENES if scene["name"] == "heated")
     config = config | {"cor": 1e-7, "seed": 2**53 - 1, "time": 1e22}
     defaults = data_of(snooker.live().html)["defaults"]
     text = javascript.value("yamlOf(config, defaults)", config=config, defaults=defaults)
@@ -249,8 +247,8 @@ REACHED = """
       return changed;
     });
   });
-  const twice = moved(config, null, [0, 0.3, 0.6, 1]);
-  [config, ...twice, ...twice.flatMap((one) => moved(one, null, [0, 0.3, 0.6, 1]))].forEach(check);
+  const twice = moved(config, null, [0, 0.6]);
+  [config, ...twice, ...twice.flatMap((one) => moved(one, null, [0, 0.6]))].forEach(check);
   const reached = new Map([[plain, config]]);
   for (const from of reached.values()) {
     for (const one of moved(from, ["cor", "wall-cor", "container-mass", "wall"], [0.3, 1])) {
@@ -272,7 +270,7 @@ def config_of(name: str) -> dict[str, Any]:
     return dict(json.loads(configs.to_json(gas)))
 
 
-@pytest.mark.parametrize("name", [*CONTROLLED, *[scene["name"] for scene in SCENES]])
+@pytest.mark.parametrize("name", [*CONTROLLED, "report", "galperin"])
 def test_a_link_gives_the_config_back(name: str, javascript: LiveScripts) -> None:
     """All keys in their order, after each two changes, and after any number at the wall."""
     failed, links, reached, unchanged = javascript.value(REACHED, config=config_of(name))
@@ -303,23 +301,15 @@ READ = "(({ config, mistake, scene }) => [config, mistake, scene.name])(readLink
 BROKEN = {
     "scene=none": "no scene none",
     "scene=crowded&radius=1": "no control radius with the rest of this link",
-    "scene=crowded&wall-speed=1": "no control wall-speed",
     "scene=heated&wall=driven&wall-temperature=5": "no control wall-temperature",
-    "scene=brownian&radius-2=1": "no control radius-2",
-    "scene=trap&collisions=9": "no control collisions",
-    "title=x": "no control title",
     "__proto__=1": "no control __proto__",
     "=1": "no control",
     "cor": "cor= needs a number from 0 to 1",
     "cor=1.5": "cor=1.5 needs a number from 0 to 1",
-    "cor={": "cor={ needs a number",
     "cor=1=1": "cor=1=1 needs a number",
-    "cor=fixed": "cor=fixed needs a number",
     "cor=%E0%A4%A": "cor=%E0%A4%A needs a number",
     "scene=crowded&count=2.5": "count=2.5 needs a whole number from 1 to 2000",
-    "seed=": "seed= needs a whole number",
     "seed=9007199254740992": "needs a whole number from 0 to 9007199254740991",
-    "radius=0": "radius=0 needs a number from 1e-50 to 1e+50",
     "container-mass=1e999": "needs a number from 1e-50 to 1e+50, or fixed",
     "wall=hot": "wall=hot needs one of passive, driven, warm",
     "wall=toString": "wall=toString needs",
@@ -338,37 +328,6 @@ def test_a_broken_link_gives_the_plain_scene_and_a_sentence(
     assert name == ("report" if named is None or named[1] == "none" else named[1])
     assert config == scene["config"]
     assert BROKEN[text] in mistake
-
-
-WALLS = (
-    ("", "wall=passive", "wall=driven", "wall=warm", "wall=sides"),
-    ("", "wall-cor=0.5"),
-    ("", "wall-speed=1"),
-    ("", "wall-temperature-left=5"),
-    ("", "container-mass=9"),
-)
-
-
-@pytest.mark.parametrize("name", CONTROLLED)
-def test_a_link_gives_a_config_of_the_program_or_none(name: str, javascript: LiveScripts) -> None:
-    """All combinations of controls of walls; none changes the scene."""
-    config = config_of(name)
-    links = ["&".join(filter(None, parts)) for parts in itertools.product(*WALLS)]
-    found, after = javascript.value(
-        """(() => {
-          const scene = { name: "own", config };
-          const found = texts.map((text) => readLink(text, [scene]));
-          return [found.map(({ config, mistake }) => !mistake && yamlOf(config, defaults)), config];
-        })()""",
-        texts=links,
-        config=config,
-        defaults=data_of(snooker.live().html)["defaults"],
-    )
-    assert after == config
-    accepted = [text for text in found if text]
-    assert 0 < len(accepted) < len(links)
-    for text in set(accepted):
-        configs.parse(text)
 
 
 REFUSED = """(() => {
@@ -403,20 +362,6 @@ REFUSED = """(() => {
             "container-width",
             3.0,
             "Ball 0 sticks out of the container by 0.5 m: raise “container’s width”.",
-        ),
-        (
-            "periodic",
-            "radius-2",
-            3.0,
-            "The container is under 5 diameters of its balls where it repeats: lower “radius”,"
-            " or raise “container’s width”.",
-        ),
-        (
-            "rings",
-            "speed",
-            1e200,
-            "Speeds, or energies, are too small or too large to compute with:"
-            " give speeds nearer to 1.",
         ),
         (
             "rings",

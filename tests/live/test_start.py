@@ -1,4 +1,4 @@
-"""Starts of the page: no overlaps, their laws of chance, and configs that give them."""
+"""Starts of the page: no overlaps, the same bits everywhere, and configs that give them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 from javascript import JavaScript, bits_of
-from scipy import stats
 
 from snooker_cli import config as configs
 from snooker_cli.config import to_json, validated
@@ -111,46 +110,10 @@ def test_the_program_has_the_start_of_the_page(engine: JavaScript) -> None:
     assert 15 < refused < 300
 
 
-def gas_of(engine: JavaScript, repeats: int, **balls: Any) -> tuple[Any, Any]:
-    """Places (m) and velocities (m/s) of 100 balls in a circle of 10 m, of many starts."""
-    gas = {"count": 100, "speed": 2.0} | balls
-    config = {"container": {"radius": 10.0}, "balls": gas, "cor": 1.0, "collisions": 10}
-    answer = engine.answer(f"""JSON.stringify(Array.from({{ length: {repeats} }}, (_, k) => {{
-      const {{ positions, velocities }} = startingScene({to_json(validated(config))}, k);
-      return [Array.from(positions), Array.from(velocities)];
-    }}))""")
-    return tuple(np.array(answer).transpose(1, 0, 2).reshape(2, -1, 2))
-
-
-def test_random_places_fill_the_circle_evenly(engine: JavaScript) -> None:
-    """Squared distances of tiny balls from the centre are uniform; so are angles."""
-    places, _ = gas_of(engine, 50, radius=1e-3, start="random")
-    parts = np.sum(places**2, axis=1) / (10 - 1e-3) ** 2
-    assert stats.kstest(parts, "uniform").pvalue > 1e-3
-    turns = np.arctan2(*places.T) / (2 * math.pi) + 0.5
-    assert stats.kstest(turns, "uniform").pvalue > 1e-3
-
-
-def test_velocities_have_their_law(engine: JavaScript) -> None:
-    """Equal speeds in all directions; or Maxwell's, whose squares are exponential."""
-    for speeds in ("equal", "maxwell"):
-        _, velocities = gas_of(engine, 50, radius=0.1, speeds=speeds)
-        turns = np.arctan2(*velocities.T) / (2 * math.pi) + 0.5
-        assert stats.kstest(turns, "uniform").pvalue > 1e-3
-        squares = np.sum(velocities**2, axis=1) / 4
-        if speeds == "equal":
-            assert squares == pytest.approx(1.0, rel=1e-14)
-        else:
-            assert np.mean(squares) == pytest.approx(1.0, rel=1e-12)
-            assert stats.kstest(squares, "expon").pvalue > 1e-3
-
-
-@pytest.mark.parametrize("shape", ["circle", "box", "periodic", "channel"])
-@pytest.mark.parametrize("start", ["lattice", "random"])
-def test_a_dense_gas_fits(engine: JavaScript, shape: str, start: str) -> None:
-    """Up to a packing of .7, and its random places are not those of the lattice."""
-    gas = {"count": 150, "radius": 1.0, "speed": 1.0, "start": start}
-    config = {"container": {"shape": shape, "packing": 0.7}, "balls": gas, "cor": 1.0, "time": 1.0}
+def test_a_dense_gas_fits(engine: JavaScript) -> None:
+    """Random places, up to a packing of .7."""
+    gas = {"count": 150, "radius": 1.0, "speed": 1.0, "start": "random"}
+    config = {"container": {"shape": "box", "packing": 0.7}, "balls": gas, "cor": 1.0, "time": 1.0}
     answer = engine.answer(f"startOfRepeat({to_json(validated(config))}, 0)")
     assert starting_scene(configs.load(answer["config"]).experiment, 0).number == 150
 
@@ -176,15 +139,7 @@ def test_a_start_is_the_same_in_every_browser(engine: JavaScript) -> None:
     ("changes", "sentence"),
     [
         ({"balls": {"rings": 3, "radius": 2.0, "speed": 1.0}}, "radius can be at most 1.333 m"),
-        (
-            {"balls": {"count": 100, "radius": 1.0, "speed": 1.0}},
-            "radii of at most 0.8878 of these",
-        ),
         ({"balls": {"count": 5, "radius": 1.0, "speed": 1e-160}}, "nearer to 1"),
-        (
-            {"balls": {"list": [{"position": [9.5, 0], "velocity": [0, 0], "radius": 1.0}]}},
-            "ball 0 sticks out of the container by 0.5 m",
-        ),
         (
             {"balls": {"list": [{"position": [0, 0], "velocity": [0, 0], "radius": 10.0}]}},
             "cannot move",
@@ -272,7 +227,7 @@ def test_a_wall_that_becomes_warm_has_a_key_in_the_config(engine: JavaScript) ->
         assert (answer["key"] is None) == (changes["wall_temperature"] is None)
 
 
-@pytest.mark.parametrize("size", [0, 1, 7, 8, 9, 1000])
+@pytest.mark.parametrize("size", [0, 5, 8])
 def test_hash_of_events(engine: JavaScript, size: int) -> None:
     """SHA-256 of 24 bytes of each event."""
     rows = np.zeros(size, dtype="<f8,<i4,<i4,<f8")

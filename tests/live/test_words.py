@@ -75,14 +75,6 @@ def test_a_page_has_one_language(language: str) -> None:
     assert [other for other in sentences.values() if longest_piece(other) in english] == []
 
 
-def test_the_title_of_a_config_stays() -> None:
-    """Its words are the user's, also if the page has a translation of them."""
-    gas = {"container": {"radius": 9.0}, "balls": {"rings": 1, "radius": 1.0, "speed": 1.0}}
-    page = snooker.live(gas | {"cor": 1.0, "time": 1.0, "title": "heated gas"}, language="de").html
-    assert "<title>heated gas</title>" in page
-    assert '"title":"geheiztes Gas"' in page
-
-
 def test_an_unknown_language_is_refused() -> None:
     known = ", ".join(LANGUAGES)
     with pytest.raises(snooker.UserError, match=f"^language: .*'xx'; give one of {known}$"):

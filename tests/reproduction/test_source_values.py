@@ -81,3 +81,8 @@ def test_numbers_that_are_printed_again_are_the_same() -> None:
         assert (number.cor, number.unit, number.error) == (first.cor, first.unit, first.error)
         # The abstract has 0.035 where III B has 0.036.
         assert abs(number.value - first.value) <= 2 * number.half_digit * (1 + 1e-9)
+
+
+def test_a_printed_number_is_known_to_half_of_its_last_digit() -> None:
+    assert SOURCE_VALUES["mean_free_path"].digits == "15.010"
+    assert SOURCE_VALUES["mean_free_path"].half_digit == pytest.approx(0.0005)

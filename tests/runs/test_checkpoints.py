@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import time
 from pathlib import Path
 
 import h5py
@@ -108,3 +110,20 @@ def test_without_a_key_nothing_is_lost(
     store.check(file_of(run, 0, 0))
     (result,) = done(run)
     assert (result.error, result.collisions) == (None, 140_000)
+
+
+def test_the_time_of_a_continued_repeat_is_that_of_all_its_parts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a clock that goes 1,000 s each time that it is read."""
+    text, overrides = CONFIGS["all pairs, free"]
+    run, reads = made(tmp_path / "run", text, *overrides), itertools.count(0, 1000)
+    monkeypatch.setattr(simulation, "CHUNK", PIECE)
+    monkeypatch.setattr(time, "perf_counter", lambda: float(next(reads)))
+    seconds = []
+    for collisions in (PIECE + 1, PIECE + 1, 10**9):
+        stopped(run, collisions)
+        header = run.status_of(0, 0).header
+        assert header is not None
+        seconds.append(header.provenance.seconds)
+    assert seconds[2] > seconds[1] > seconds[0] > 0

@@ -9,6 +9,7 @@ import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import pytest
 from repeating import content_hash
 
@@ -18,6 +19,8 @@ from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance, Recorder
+from snooker_cli.store import file_format as layout
+from snooker_cli.store.reader import EventReader
 from snooker_cli.store.writer import ROWS, WAITING
 from snooker_cli.trace import Events, Trace, joined
 
@@ -139,3 +142,19 @@ def test_a_full_disk_is_reported(small_config: str, tmp_path: Path) -> None:
     messages = [line[: len(sentence)] for line in done.stdout.splitlines()]
     assert messages == [sentence] * 2 * len(cases)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_times_that_fall_between_two_blocks_are_refused(
+    trace: Trace, provenance: Provenance, tmp_path: Path
+) -> None:
+    """A block that begins earlier than the one before it ended."""
+    path, size = tmp_path / "falls.h5", 1000
+    store.write(path, [(0, trace)], provenance)
+    with h5py.File(path, "r+") as file:
+        times = file[f"{layout.TIME}/value"]
+        times[size:] = times[size:] - (times[size] - times[size - 2])
+    with h5py.File(path) as file:
+        pieces = EventReader(file, size).pieces(slice(0, LONG))
+        next(pieces)
+        with pytest.raises(ValueError, match="order of the times"):
+            next(pieces)

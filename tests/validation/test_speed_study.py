@@ -9,6 +9,8 @@ import pytest
 
 from snooker_cli import store
 from snooker_cli.errors import StoreError, UserError
+from snooker_cli.scene import Scene
+from snooker_cli.validation import speed_study
 from snooker_cli.validation.speed_study import SPEED, short_repeats
 from snooker_cli.validation.study_tables import earlier_record, lines
 
@@ -43,3 +45,21 @@ def test_the_record_is_complete_and_shown_beside_an_earlier_one(bench: Any) -> N
     beside = lines(record | {"earlier": earlier | {"rates": slower}})
     rows = [line for line in beside if line.endswith(" 2.00")]
     assert len(rows) == len(slower)
+
+
+def test_the_first_chunk_which_compiles_is_not_timed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A clock on which compiling takes 1,000 s, and then each thousand collisions 1 s."""
+    clock = 0.0
+
+    def simulated(_scene: Scene, *, collisions: int, watch: Any, sink: Any) -> None:
+        nonlocal clock
+        for done in range(0, collisions, 1000):
+            chunk = min(1000, collisions - done)
+            clock += chunk / 1000 if done else 1000.0
+            watch(chunk)
+
+    monkeypatch.setattr(speed_study, "simulate", simulated)
+    monkeypatch.setattr(speed_study.time, "process_time", lambda: clock)
+    case = speed_study.SpeedCase(balls=8, packing=0.1, free=False)
+    (rate, *_) = list(speed_study.timing(case, 5000, 3, 1))
+    assert [rate["lowest"], rate["highest"]] == pytest.approx([1000, 1000])

@@ -7,11 +7,16 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from command_line import Snooker
 
 import snooker_cli
+from snooker_cli.errors import ExitCode
+from snooker_cli.reproduction.reproduce import measurement
+from snooker_cli.validation import hard_cases
 from snooker_cli.validation.study_tables import lines
 
 ENDINGS = ("svg", "png", "json")
@@ -86,3 +91,12 @@ def test_a_saved_record_can_be_printed(name: str) -> None:
     parts = {"error": "scenes", "hard": "cases", "physics": "rows"}
     for row in record[parts[name]]:
         assert row.get("name", row.get("quantity")) in printed
+
+
+def test_a_case_that_does_not_hold_is_an_exit_code(
+    here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    saved = measurement("hard")
+    failed = SimpleNamespace(measure=lambda *_: saved, passed=lambda _record: False)
+    monkeypatch.setattr(hard_cases, "HARD", failed)
+    assert snooker("bench", "hard").code == ExitCode.SOME_FAILED
