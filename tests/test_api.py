@@ -398,21 +398,28 @@ def test_a_simulation_continues_from_a_state(run: snooker.Run) -> None:
 def test_completion_shows_what_scripts_use(run: snooker.Run) -> None:
     names = {name for name in dir(run) if not name.startswith("_")}
     assert {"table", "fit", "plot", "export", "report", "points", "repeats"} <= names
-    assert not names & {"batches", "file_statuses", "manifest", "delete_all_but", "digests"}
+    assert not names & {
+        "batches",
+        "file_statuses",
+        "manifest",
+        "delete_all_but",
+        "digests",
+        "by_number",
+    }
     assert {name for name in dir(snooker) if not name.startswith("_")} == set(snooker.__all__)
     assert all(getattr(snooker, name).__name__ == name for name in snooker.__all__)
 
 
 def test_errors_name_arguments_of_python(run: snooker.Run, command: Snooker) -> None:
     """The command line names its options."""
-    with pytest.raises(snooker.RunError, match="give fresh=True to replace them or out=… for"):
+    with pytest.raises(snooker.RunError, match="give out=… for another folder, or fresh=True"):
         snooker.run(CONFIG | {"cor": 0.5, "sweep": {}}, out=run.directory, progress=False)
     with pytest.raises(snooker.UserError, match="with 0 ≤ since < until"):
         run.fit(2.0, 1.0)
     with pytest.raises(snooker.UserError, match="`snooker plot --list` lists"):
         run.plot("energy-fits")
     ended = command("run", "small.yaml", "-o", "cor=0.5", "-o", "sweep={}", "--out", "runs/small")
-    assert "give --fresh to replace them or --out for another folder" in ended.err
+    assert "give --out for another folder, or --fresh, which deletes them" in ended.err
 
 
 def test_all_options_that_errors_name_have_an_argument() -> None:

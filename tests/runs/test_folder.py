@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from repeating import done, made, run_of
+from repeating import contents, done, made, run_of
 
 from snooker_cli import runs
 from snooker_cli.errors import RunError, StoreError
@@ -88,6 +88,47 @@ def test_the_same_physics_keeps_the_results(
     if overrides:
         assert before.pop(MANIFEST) != after.pop(MANIFEST)
     assert after == before
+
+
+def test_a_sweep_grows_and_keeps_what_it_no_longer_lists(
+    copied: Path, small_config: str, tmp_path: Path
+) -> None:
+    before = files(copied)
+    run = runs.continued(run_of(copied, small_config, "cor=0.7,1.0"))
+    assert [(point.index, point.as_json()) for point in run.points] == [
+        (2, {"cor": 0.7}),
+        (1, {"cor": 1.0}),
+    ]
+    assert "1 new point, 1 point no longer listed" in runs.create(run)
+    assert runs.open_run(copied) == run
+    assert [result.cached for result in done(run)] == [True] * 3 + [False] * 3
+    assert before.items() - files(copied).items() == {(MANIFEST, before[MANIFEST])}
+    alone = made(tmp_path / "alone", small_config, "cor=0.7,1.0")
+    done(alone)
+    expected = {
+        (2 if point == 0 else 1, repeat): bits for (point, repeat), bits in contents(alone).items()
+    }
+    assert contents(run) == expected
+    # The first sweep again: nothing is left to do, and the new point is not listed.
+    again = runs.continued(run_of(copied, small_config))
+    runs.create(again)
+    assert [point.index for point in (*again.points, *again.former)] == [0, 1, 2]
+    assert all(result.cached for result in done(again))
+
+
+def test_a_single_point_becomes_one_of_a_sweep(tmp_path: Path, one_point: str) -> None:
+    done(made(tmp_path, one_point))
+    run = runs.continued(run_of(tmp_path, one_point, "cor=0.9,1.0"))
+    runs.create(run)
+    assert [result.cached for result in done(run)] == [True] * 3 + [False] * 3
+
+
+@pytest.mark.parametrize("change", ["balls.mass=2", "seed=5", "wall_cor=0.9"])
+def test_other_physics_is_no_growth_of_a_sweep(
+    change: str, copied: Path, small_config: str
+) -> None:
+    run = runs.continued(run_of(copied, small_config, "cor=0.85,0.9", change))
+    assert refusal(run) == "other_config"
 
 
 def test_no_repeat_of_a_sweep_of_limits_is_shortened(tmp_path: Path, small_config: str) -> None:
