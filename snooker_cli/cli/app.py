@@ -63,8 +63,14 @@ def _about_value(option: Any, fault: dict[str, Any]) -> str:
     return f"{option.opts[-1]} {fault['input']}: {needs}".rstrip(".")
 
 
+HELP = {"help_option_names": ["-h", "--help"]}
+
+
 class Command(TyperCommand):
     """A command with plain help."""
+
+    def __init__(self, *name: Any, context_settings: Any = None, **settings: Any) -> None:
+        super().__init__(*name, context_settings=HELP | (context_settings or {}), **settings)
 
     def get_help(self, ctx: Any) -> str:
         """The help without braces around arguments, types of Python, and ``x`` in limits."""
@@ -80,6 +86,9 @@ class Command(TyperCommand):
 
 class Group(TyperGroup):
     """A group of commands; without arguments it shows its help."""
+
+    def __init__(self, *, context_settings: Any = None, **settings: Any) -> None:
+        super().__init__(context_settings=HELP | (context_settings or {}), **settings)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments. Raises ``UserError``."""
