@@ -44,7 +44,7 @@ def statuses_in(folder: Path) -> Results:
             opened = open_run(path)
             with reporting() as show:
                 status = run_status(opened, show)
-            del status["ledger"]
+            del status["ledger"], status["former"]
         except (RunError, StoreError) as error:
             status = {"run": str(path), "error": str(error)}
         found.append(status)

@@ -74,6 +74,9 @@ def begun(run: Run, selection: Selection) -> tuple[Point, ...]:
     return _some(run, selection, is_there)
 
 
+FEWEST_DIGITS = 3  # of a value that may stand for one with more
+
+
 def matching(run: Run, selection: Selection) -> tuple[Point, ...]:
     """The points that are selected, simulated or not, at least one. Raises ``FigureError``."""
     repeats = run.experiment.repeats
@@ -96,10 +99,15 @@ def matching(run: Run, selection: Selection) -> tuple[Point, ...]:
 
 
 def _known_value(wanted: Any, known: Sequence[Any]) -> Any:
-    """A wanted value, or the only one of the known numbers that rounds to it."""
+    """A wanted value, or the only one of the known numbers that rounds to its three or more digits.
+
+    With fewer digits, 0.8 would stand for 0.75.
+    """
     if wanted in known or not isinstance(wanted, float) or not math.isfinite(wanted):
         return wanted
     digits = len(Decimal(repr(wanted)).normalize().as_tuple().digits)
+    if digits < FEWEST_DIGITS:
+        return wanted
     rounded = [n for n in known if isinstance(n, float) and float(f"{n:.{digits}g}") == wanted]
     return rounded[0] if len(rounded) == 1 else wanted
 

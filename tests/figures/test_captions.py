@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 from figure_runs import BASE, BOX, DECAYING, layers, made, shown, traces, why_not
-from repeating import batches_of, file_of
+from repeating import batches_of, file_of, run_of
 
 from snooker_cli.config import parse
+from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Points, Selection, registry, selected
 from snooker_cli.figures.captions import unfinished
-from snooker_cli.figures.selection import along, evenly
+from snooker_cli.figures.selection import along, evenly, matching
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
 
@@ -103,3 +104,16 @@ def test_many_collisions_are_those_of_few_repeats(
         figure = FIGURES[name].make(decaying, Selection())
         assert [row["repeats"] for row in figure.numbers["points"]] == [3, 3]
         assert "evenly chosen" not in figure.caption
+
+
+def test_a_rounded_value_finds_the_only_one(tmp_path: Path) -> None:
+    text = "container: {radius: 10}\nballs: {rings: 1, radius: 1, speed: 1}\ncollisions: 1\n"
+    values = 0.5357142857142857, 0.6928571428571428, 0.7, 0.75
+    run = run_of(tmp_path / "run", f"{text}sweep: {{cor: {[*values]}}}\n")
+    for given, value in ((0.536, values[0]), (0.692857, values[1]), (0.7, 0.7)):
+        (point,) = matching(run, Selection({"cor": given}))
+        assert point.experiment.cor == value
+    there = r"there it is 0\.535714, 0\.692857, 0\.7 and 0\.75"
+    for given in (0.8, 0.694):
+        with pytest.raises(FigureError, match=there):
+            matching(run, Selection({"cor": given}))

@@ -56,6 +56,18 @@ def test_pressure_against_temperature(warm: Run) -> None:
     assert point["over_ideal"] == pytest.approx(large.y[2] / (19 * 200 / (100 * math.pi)), rel=1e-9)
 
 
+def test_temperature_ratio_against_the_ball_radius(warm: Run) -> None:
+    found = shown(warm, "temperature-ratio", balls__speed=10.0)
+    (points,) = layers(found, Points)
+    assert points.x.tolist() == [0.2, 1.0]
+    for k, index in enumerate((1, 4)):
+        ratios = [50 / (pressure_of(trace) * 100 * math.pi / 19) for trace in traces(warm, index)]
+        assert points.y[k] == pytest.approx(np.mean(ratios), rel=1e-13)
+        expected = in_circle(50.0, points.x[k])
+        theirs = found.numbers["points"][k]["theory"]
+        assert theirs == pytest.approx(19 * 50 / (100 * math.pi) / expected, rel=1e-13)
+
+
 def test_ideal_ratio_is_taken_at_two_temperatures(decaying: Run) -> None:
     found = shown(decaying, "ideal-ratio", cor=0.8)
     at_end, at_mean, *keys = layers(found, Points)

@@ -131,6 +131,14 @@ def test_other_physics_is_no_growth_of_a_sweep(
     assert refusal(run) == "other_config"
 
 
+def test_a_run_of_fewer_repeats_deletes_no_later_ones(copied: Path, small_config: str) -> None:
+    before = files(copied)
+    run = run_of(copied, small_config, "repeats=2")
+    runs.create(run)
+    assert all(result.cached for result in done(run))
+    assert files(copied).keys() == before.keys()
+
+
 def test_no_repeat_of_a_sweep_of_limits_is_shortened(tmp_path: Path, small_config: str) -> None:
     """Though the first point becomes longer."""
     done(made(tmp_path, small_config, "repeats=1", "collisions=100,200"))
