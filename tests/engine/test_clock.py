@@ -90,6 +90,6 @@ def test_sums_are_exact_to_a_rounding(long_trace):
 def test_a_repeat_ends_at_its_time_after_any_number_of_epochs():
     scene, many = gas("circle", 37, 0.37), 3 * clock.LEAST_EVENTS
     end = float(simulate(scene, collisions=many).events.time[-2:].mean())
-    trace = simulate(scene, time=end)
+    trace = simulate(scene, time=end, collisions=2 * many)
     assert trace.stop.time == end
     assert len(trace.events) == many - 1

@@ -375,3 +375,22 @@ def test_the_faster_search_is_chosen():
     small = scene_of([(0.0, 0.0, 1.0, 0.0, 1.0, 1.0)], container=PeriodicBox(20.0, 9.9))
     with pytest.raises(SceneError, match="engine needs 5 cells each way"):
         simulate(small, collisions=1)
+
+
+@pytest.mark.parametrize("ratio", [1e2, 1e4])
+@pytest.mark.parametrize("cor", [1.0, 0.99])
+def test_a_light_ball_between_heavy_ones(ratio, cor):
+    """They touch. An angle theta has pi/theta collisions (Galperin 2003), or with losses, if
+    sin(theta) < (1 - e)/(1 + e), infinitely many."""
+    balls = [(-4.0, 0.0, 1.0, 0.0, 1.0, 1.0), (-2.0, 0.0, 0.0, 0.0, 1.0, 1 / ratio)]
+    balls.append((0.0, 0.0, 0.0, 0.0, 1.0, 1.0))
+    scene = scene_of(balls, restitution=cor, container=Box(20.0, 16.0))
+    trace = simulate(scene, collisions=1_000_000, time=4.0)
+    angle = math.acos(ratio / (1 + ratio))
+    if math.sin(angle) < (1 - cor) / (1 + cor):
+        assert trace.stop.reason is StopReason.COLLAPSE
+    else:
+        assert trace.stop.reason is StopReason.TIME
+        most = int(math.pi / angle)
+        assert len(trace.events) == most if cor == 1.0 else most <= len(trace.events) < 2 * most
+        assert trace.events.time[-1] == trace.events.time[0]
