@@ -194,10 +194,12 @@ def measurement_of(
     statuses, wanted = run.statuses(point.index), set(repeats)
     there = [status for status in statuses if status.repeat in wanted]
     usable = [s for s in statuses if s.state not in (RepeatState.MISSING, RepeatState.UNUSABLE)]
-    key, of_all = (("measurement", point.index, *_fingerprints(some)) for some in (there, usable))
-    measured: Measurement | None = MEMORY.find(of_all, run)
-    if measured is not None and len(there) < len(usable):
-        return measured.chosen(np.array([status.repeat in wanted for status in usable]))
+    key = "measurement", point.index, *_fingerprints(there)
+    if len(there) < len(usable):
+        of_all = "measurement", point.index, *_fingerprints(usable)
+        measured: Measurement | None = MEMORY.find(of_all, run)
+        if measured is not None:
+            return measured.chosen(np.array([status.repeat in wanted for status in usable]))
     pairs = typical_pairs(_pair_counts(statuses))
     return MEMORY.get(key, lambda: measure(traces(), pairs=pairs), run)
 
@@ -221,8 +223,7 @@ def _traces(
     run: Run, point: Point, present: Sequence[int], counting: Counting
 ) -> Callable[[], Iterator[Trace]]:
     """Gives the repeats of a point, while something shows how many were read."""
-    label = f"point {run.points.index(point) + 1} of {len(run.points)}"
-    return lambda: counting(run.traces(point, present), label, len(present))
+    return lambda: counting(run.traces(point, present), run.place(point), len(present))
 
 
 def _all_results(run: Run, point: Point, counting: Counting) -> dict[str, Any]:

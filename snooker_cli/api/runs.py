@@ -401,7 +401,7 @@ class Run(runs.Run):
         from snooker_cli.figures.selection import file_stem
 
         numbers = sorted(set(repeats or [0]))
-        first = self.chosen(0, numbers[-1])
+        first = self.chosen(None, numbers[-1])
         chosen = _alternatives(where) or dict(first.parameters)
         parts = chosen | ({"repeat": tuple(numbers)} if repeats else {})
         path = Path(out or self.directory / f"{file_stem('film', Selection(parts))}.html")

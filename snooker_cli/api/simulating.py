@@ -64,9 +64,9 @@ class Request:
         name = run.identity if isinstance(config, Mapping) else Path(config).stem
         run = replace(run, directory=runs.RUNS / name if out is None else Path(out))
         self.run = run if fresh else runs.continued(run)
-        numbered = dict(zip(points, self.run.points, strict=True))
+        numbered = self.run.points  # in the order of the sweep, as the points of the config
         self.scene_classes = [
-            replace(scenes, points=tuple(numbered[point] for point in scenes.points))
+            replace(scenes, points=tuple(numbered[point.index] for point in scenes.points))
             for scenes in self.scene_classes
         ]
         self.share: set[tuple[int, int]] | None = None

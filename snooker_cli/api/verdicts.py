@@ -110,7 +110,7 @@ def status_of(run: Run) -> Result:
 
 def hashes_of(run: Run, point: int | None, repeat: int | None) -> Results:
     """What ``Run.hashes`` returns. Memory stays bounded: events are read in parts."""
-    run.chosen(point or 0, repeat or 0)
+    run.chosen(point, repeat or 0)
     found: list[dict[str, Any]] = []
     for chosen in run.points if point is None else [run.by_number[point]]:
         if not chosen.experiment.keeps_events:

@@ -125,7 +125,7 @@ def animate(
     opened = api.open(run)
     chosen = conditions(where, opened)
     if not where:
-        chosen = dict(opened.chosen(point or 0, max(repeats or [0])).parameters)
+        chosen = dict(opened.chosen(point, max(repeats or [0])).parameters)
     path = opened.animate(
         out,
         repeats,

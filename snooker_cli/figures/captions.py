@@ -138,8 +138,7 @@ class FigureBuilder:
         Raises ``StoreError``.
         """
         repeats = self.repeats(point)
-        number = len(self.run.points)
-        where = f"point {self.run.points.index(point) + 1:,} of {number:,}, " if number > 1 else ""
+        where = f"{self.run.place(point)}, " if len(self.run.points) > 1 else ""
         for k, trace in enumerate(self.run.traces(point, repeats), start=1):
             self.reading(f"{self.fields['kind']}: {where}repeat {k:,} of {len(repeats):,}")
             yield trace

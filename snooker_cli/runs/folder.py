@@ -184,7 +184,8 @@ def continued(run: SomeRun) -> SomeRun:
         if place not in numbers:
             numbers[place] = next(following)
     numbered = tuple(replace(point, index=numbers[k]) for k, point in enumerate(run.points))
-    former = tuple(point for point in before if point.index not in numbers.values())
+    kept = set(numbers.values())
+    former = tuple(point for point in before if point.index not in kept)
     return replace(run, points=numbered, former=former)
 
 
@@ -279,8 +280,10 @@ def open_run(name: str | Path) -> Run:
         version, engine_version = content["schema_version"], content["engine_version"]
         if {type(version), type(engine_version)} != {int}:
             raise ValueError("one of its versions is no whole number")
-        rows = content["points"]
-        numbered = zip(points(experiment), rows, strict=True)
+        rows, grid = content["points"], points(experiment)
+        if len(rows) != len(grid):
+            raise ValueError("its points are not those of its experiment")
+        numbered = zip(grid, rows, strict=True)
         listed_points = tuple(replace(point, index=row["index"]) for point, row in numbered)
         former = tuple(map(_former, content.get("former", ())))
         run = Run(directory, experiment, listed_points, engine_version, former)

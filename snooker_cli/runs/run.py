@@ -157,8 +157,14 @@ class Run:
         files = (self.directory / f"point-{point:04d}").glob("repeats-*-*.h5")
         return sorted(path for path in files if point_and_repeats(path)[1])
 
-    def chosen(self, point: int, repeat: int) -> Point:
-        """The point with a number. Raises ``UserError`` if there is no such point or repeat."""
+    def place(self, point: Point) -> str:
+        """Where a point is in the sweep: ``point 2 of 5``."""
+        place = [*self.by_number].index(point.index) + 1
+        return f"point {place:,} of {len(self.points):,}"
+
+    def chosen(self, point: int | None, repeat: int) -> Point:
+        """The point with a number, or the first. Raises ``UserError`` if one does not exist."""
+        point = self.points[0].index if point is None else point
         given = ("point", point, self.by_number), ("repeat", repeat, range(self.experiment.repeats))
         for noun, number, numbers in given:
             if number not in numbers:

@@ -35,6 +35,7 @@ def run_status(run: Run, reading: Callable[[str], None] = lambda _: None) -> dic
     Numbers of repeats, the ``collisions`` of those that are done, and of the newest file its date
     and the command that wrote it. ``ledger`` has the same numbers of each point, the stop reasons
     of repeats that are done (``ended``), and ``remarks`` on failed repeats and unusable files.
+    ``former`` has the points that the sweep no longer lists.
     """
     locked = is_locked(run.directory)
     folders = run.directory.glob("point-*") if locked else ()

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from repeating import contents, done, made, run_of
 
+import snooker_cli as snooker
 from snooker_cli import runs
 from snooker_cli.errors import RunError, StoreError
 from snooker_cli.files import temporary_path, write_json
@@ -59,6 +60,13 @@ def test_a_manifest_with_other_digests_is_refused(copied: Path, small_config: st
     assert runs.open_run(copied) == run
 
 
+def test_a_manifest_that_lacks_a_point_is_refused(copied: Path) -> None:
+    manifest = json.loads((copied / MANIFEST).read_text())
+    write_json(copied / MANIFEST, manifest | {"points": manifest["points"][:1]})
+    with pytest.raises(StoreError, match="its points are not those of its experiment"):
+        runs.open_run(copied)
+
+
 # Create and extend
 
 
@@ -102,6 +110,8 @@ def test_a_sweep_grows_and_keeps_what_it_no_longer_lists(
     assert "1 new point, 1 point no longer listed" in runs.create(run)
     assert runs.open_run(copied) == run
     assert [result.cached for result in done(run)] == [True] * 3 + [False] * 3
+    assert run.chosen(None, 0) == run.points[0]  # there is no point 0
+    assert {row["point"] for row in snooker.open(copied).hashes()} == {1, 2}
     assert before.items() - files(copied).items() == {(MANIFEST, before[MANIFEST])}
     alone = made(tmp_path / "alone", small_config, "cor=0.7,1.0")
     done(alone)
