@@ -16,8 +16,11 @@ LISTED = "The list follows from the config. A figure may still need more collisi
 
 def plot(
     run: Annotated[str | None, RUN] = None,
-    figures: Annotated[
-        list[str] | None, typer.Argument(metavar="FIGURE", help="Names of figures [all possible].")
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[RUN…] FIGURE", help="More runs, and names of figures [all possible]."
+        ),
     ] = None,
     list_figures: Annotated[bool, flag("--list", "List figures; with RUN those that fit.")] = False,
     where: Where = None,
@@ -31,32 +34,32 @@ def plot(
 
     The JSON file has the numbers that a figure shows. Without names, all possible figures are
     drawn; RUN --list prints why others are not. Figures of single points are drawn for each point;
-    without names and --where for 16 points at most.
-    The command prints the names of the written files, and captions and numbers of figures that you
-    name.
+    without names and --where for 16 points at most. Of several runs, a figure shows the points of
+    all of them. The command prints the names of the written files, and captions and numbers of
+    figures that you name.
     """
     if run is None:
         if not list_figures:
             raise UserError("give the RUN to plot, or --list for the names of the figures")
         _print_registry()
         return
-    opened = api.open(run)
+    others, figures = api.runs_and_figures(names or ())
+    opened = api.open(run, *others)
     chosen = conditions(where, opened)
-    names = figures or ()
     if list_figures:
-        _print_possible(opened.possible_figures(*names, repeat=repeat, **chosen))
+        _print_possible(opened.possible_figures(*figures, repeat=repeat, **chosen))
         return
 
     def print_saved(figure: api.SavedFigure) -> None:
         """Print the files of a figure, and of one that was named what it shows."""
         print_line("\n".join(map(str, figure.files)))
-        if names:
+        if figures:
             print_wrapped([figure.caption], indent=0)
             for line in figure.table:
                 print_line(line)
 
     opened.save_figures(
-        *names,
+        *figures,
         out=out,
         formats=list(dict.fromkeys(split(formats.lower()))),
         size=size,

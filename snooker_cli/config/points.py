@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeAlias, cast
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from snooker_cli.config.axes import Value, axes
 from snooker_cli.config.messages import config_error
@@ -192,6 +192,18 @@ def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
             physics["common_rotation"] = False
     text = json.dumps(physics, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def single_values(part: BaseModel, prefix: str = "") -> dict[str, Any]:
+    """The values of an experiment that are no lists and no mappings, by key: ``balls.radius``."""
+    values: dict[str, Any] = {}
+    for key in type(part).model_fields:
+        value = getattr(part, key)
+        if isinstance(value, BaseModel):
+            values |= single_values(value, f"{prefix}{key}.")
+        elif value is None or isinstance(value, bool | int | float | str):
+            values[f"{prefix}{key}"] = value
+    return values
 
 
 def with_values(experiment: Experiment, parameters: Mapping[str, Value]) -> Experiment:
