@@ -44,6 +44,7 @@ from snooker_cli.figures.selection import (
     value_at,
     varying,
 )
+from snooker_cli.formatting import with_error
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
@@ -202,6 +203,16 @@ class FigureBuilder:
         at = int(np.argmax(np.abs(y)))
         return {"residuals": len(y), "largest_residual": y[at], "largest_residual_error": error[at]}
 
+    def _largest_deviation(self) -> str:
+        """A sentence on the residuals of the panel, if it has some."""
+        found = self._largest_residual()
+        if not found:
+            return ""
+        value = with_error(found["largest_residual"], found["largest_residual_error"], "%")
+        number = found["residuals"]
+        which = f"largest of {number} deviations" if number > 1 else "deviation"
+        return f"The {which} from theory is {value}."
+
     @property
     def title(self) -> str:
         """The title, with the swept keys that have one value here."""
@@ -302,6 +313,7 @@ class FigureBuilder:
         sentences = [
             self.shows,
             caption,
+            self._largest_deviation() if others.get("panel_label") == ABOVE_THEORY else "",
             "Theory fails where the mean free path exceeds the container." if self.thin else "",
             BARS if any(error is not None and np.isfinite(error).any() for error in errors) else "",
             f"Lines: {shown}; bands: {spread}." if unnamed else "",

@@ -12,7 +12,9 @@ from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_c
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import mean_and_error, meeting_temperature, standard_errors
+from snooker_cli.analysis.tables import finding
 from snooker_cli.analysis.time_series import interpolated
+from snooker_cli.analysis.trend import Trend
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder
@@ -38,6 +40,7 @@ LEAST_COLLISIONS = 10
 """The least collisions of all repeats in a window: n collisions give a rate to about 1/√n of it."""
 
 COUNTS = 14  # steps of the collision count at which the energy is averaged over the repeats
+MOST_SENTENCES = 2  # of a caption, on how α changes in each of several series
 FLOOR_MATTERS = 0.1  # the floor is drawn where it is at least this share of the energy that is left
 
 _FLOORS = {
@@ -108,8 +111,12 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     # An exponential leaves slower decays by many decades.
     least = min(values.min() for _, values in started) / 10 if log else 0.0
     lower = not log or any(line.y.min() < least for line in build.lines if isinstance(line, Line))
+    seen = ""
+    if quantity == "kinetic_energy":
+        asked = {"parameters": point.as_json(), "requested": len(build.repeats(point))}
+        seen = f"{finding([decay.as_json() | asked for decay in fitted], [])}. "
     return build.figure(
-        "Each repeat is fitted; the law has the mean of their constants.",
+        f"{seen}Each repeat is fitted; the law has the mean of their constants.",
         numbers=numbers,
         logarithmic=log,
         y_limits=(float(least) if lower else None, None),
@@ -147,12 +154,15 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
                 law = [theory.source_decay_constant(float(e), free_path, speed) for e in grid]
                 name = "k, mean free path after Enskog"
                 build.lines.append(Line(grid, np.array(law), name, k_series, "dotted"))
-                caption += "Dotted: ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ)."
+                caption += "Dotted: ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ). "
             expected = _enskog_constants(points[0], rates, np.append(grid, cors))
             curve, theory_name = expected[: len(grid)], None if several else _ENSKOG
             build.lines.append(Line(grid, curve, theory_name, series["haff"], "solid"))
             alpha, error = column["alpha"], column["alpha_error"]
             build.add_residuals(series["haff"], cors, alpha, error, expected[len(grid) :])
+            if len(build.groups) <= MOST_SENTENCES:
+                about = f"{build.label(points[0], names)}: " if several else ""
+                caption += f"{about}{_along_cor(records, expected[len(grid) :])}. "
         for law_name, model in LAWS.items():
             label: str | None = f"{model.symbol}, {model.label} fitted"
             if several:
@@ -172,7 +182,27 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     if names[0].experiment.container.shape_class.has_wall and len(walls) == 1:
         title = f"{title}: {walls.pop()}"
     early = sum(record["ended_early"] for record in build.records)
-    return build.figure(caption, numbers={"ended_early": early}, title=title)
+    return build.figure(caption.strip(), numbers={"ended_early": early}, title=title)
+
+
+def _along_cor(records: Sequence[dict[str, Any]], expected: Array) -> str:
+    """How the fitted α changes with the CoR, beside its prediction, as a sentence."""
+    columns = ("alpha", "alpha_error")
+    alpha, error = (np.array([row[name] for row in records]) for name in columns)
+    numbers = {
+        "measured": alpha,
+        "error": error,
+        "predicted": expected,
+        "difference": alpha - expected,
+        "difference_error": error,
+        "difference_in_errors": (alpha - expected) / error,
+    }
+    rows = [
+        {"quantity": "Haff's α", "model": "Enskog rates at the start", **record}
+        | {name: column[place] for name, column in numbers.items()}
+        for place, record in enumerate(records)
+    ]
+    return Trend("cor", rows).sentence()
 
 
 _ENSKOG = "α, Enskog rates at the start"
