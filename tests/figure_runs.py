@@ -116,7 +116,7 @@ def shown(run: Run, name: str, repeat: int | None = None, **where: Any) -> Figur
     """A figure of a run, made once."""
     keys = {key.replace("__", "."): value for key, value in where.items()}
     selection = Selection(keys, repeat)
-    called = f"{run.directory} {name} {selection}"
+    called = f"{run.directory} {run.name} {name} {selection}"  # runs side by side have one folder
     if called not in MADE:
         MADE[called] = FIGURES[name].make(run, selection)
     return MADE[called]

@@ -84,13 +84,13 @@ def table_lines(rows: Records, every: bool, brief: bool = False) -> list[str]:
         names = 3 if is_fit else 2  # columns that say what a row is about
         titles = [", ".join(_words(headings[:names], text[:names])) for text in texts]
         headings = ["point", *headings[names:]]
-        texts = [[_place(row, rows), *text[names:]] for row, text in zip(rows, texts, strict=True)]
+        pairs = zip(rows, texts, strict=True)
+        texts = [[f"  {_place(row, rows)}", *text[names:]] for row, text in pairs]
     head, *lines = text_table(headings, texts)
     tables = _grouped(list(zip(titles, lines, strict=True)), lambda pair: pair[0])
     printed = [head] if side_by_side else []
-    for title, pairs in tables.items():
-        once = [head] if not side_by_side else []
-        printed += [title, *once, *(line for _, line in pairs)]
+    for title, of_table in tables.items():
+        printed += [title, *([] if side_by_side else [head]), *(line for _, line in of_table)]
     return [*holds, *[""] * bool(holds), *printed]
 
 

@@ -21,7 +21,7 @@ from snooker_cli.config import Point
 from snooker_cli.errors import FigureError, UserError, check_name
 from snooker_cli.formatting import counted, point_label
 from snooker_cli.runs.progress import counting
-from snooker_cli.runs.side_by_side import RunsSideBySide
+from snooker_cli.runs.side_by_side import RUN, RunsSideBySide
 from snooker_cli.runs.status import early_warning
 
 if TYPE_CHECKING:
@@ -280,10 +280,16 @@ class Analyses(runs.Run):
                         "is a summary of another engine version, which cannot be replayed"
                     )
                 trace = with_events(trace, since, span[2])
-                films.append(film(trace, self.experiment.title or self.name, subtitle, *span))
+                run, _ = self.origin(point)
+                films.append(film(trace, run.experiment.title or run.name, subtitle, *span))
             except FigureError as error:
                 raise UserError(f"repeat {number} of {self.name} {error}") from None
         return films
+
+    @property
+    def _first(self) -> dict[str, Any]:
+        """What chooses the first point; of runs side by side that of each run."""
+        return dict(self.points[0].parameters)
 
     @in_python()
     def animate(
@@ -319,9 +325,10 @@ class Analyses(runs.Run):
         from snooker_cli.figures.selection import file_stem
 
         numbers = sorted(set(repeats or [0]))
-        first = self.chosen(None, numbers[-1])
-        chosen = _alternatives(where) or dict(first.parameters)
-        parts = chosen | ({"repeat": tuple(numbers)} if repeats else {})
+        self.chosen(None, numbers[-1])  # raises for a repeat that cannot be
+        chosen = _alternatives(where) or self._first
+        names = {RUN: self._first[RUN]} if isinstance(self, RunsSideBySide) else {}
+        parts = names | chosen | ({"repeat": tuple(numbers)} if repeats else {})
         path = Path(out or self.directory / f"{file_stem('film', Selection(parts))}.html")
         is_page = path.suffix.lower() == ".html"
         if fps is not None and is_page:
@@ -355,6 +362,11 @@ class SideBySide(RunsSideBySide, Analyses):
 
     def __repr__(self) -> str:
         return f"<runs {self.name}: {counted(len(self.points), 'point')}>"
+
+    @property
+    def _first(self) -> dict[str, Any]:
+        """The names of all runs, which choose all points: a page refuses more than four films."""
+        return {RUN: tuple(dict.fromkeys(dict(point.parameters)[RUN] for point in self.points))}
 
 
 def several(names: str | Sequence[str]) -> Sequence[str]:

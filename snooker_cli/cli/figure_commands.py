@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from snooker_cli import api
-from snooker_cli.cli.options import RUN, Replace, RunName, Where, conditions, flag, option, split
+from snooker_cli.cli.options import RUN, Replace, RunNames, Where, conditions, flag, option, split
 from snooker_cli.cli.output import print_line, print_table, print_wrapped
 from snooker_cli.errors import UserError, notice
 
@@ -92,7 +92,7 @@ def _print_registry() -> None:
 
 
 def animate(
-    run: RunName,
+    runs: RunNames,
     out: Annotated[
         Path | None, option("FILE", "A name in .html, .gif or .mp4 [RUN/film….html].")
     ] = None,
@@ -118,16 +118,16 @@ def animate(
 
     It shows the balls coloured by speed, their contacts, energy and pressure. An HTML page works
     in any browser without a network: it simulates the repeat again from its start, and checks that
-    the collisions are those that are stored. A page shows up to 4 repeats side by side, as with
-    `--where cor=0.8,1` or `--repeat 0 --repeat 1`. The link film.html#t=3&ball=5 begins at 3 s
-    with the path of ball 5. A page of snooker under the same name is replaced, another file is
-    not. The name of the written file is printed.
+    the collisions are those that are stored. A page shows up to 4 repeats side by side: of several
+    runs, as `--repeat 0 --repeat 1` or as `--where cor=0.8,1`. The link film.html#t=3&ball=5 begins
+    at 3 s with the path of ball 5. A page of snooker under the same name is replaced, another file
+    is not. The name of the written file is printed.
     """
     if where and point is not None:
         raise UserError("--point and --where both choose points; give one of them")
-    opened = api.open(run)
+    opened = api.open(*runs)
     chosen = conditions(where, opened)
-    if not where:
+    if not where and (point is not None or len(runs) == 1):
         chosen = dict(opened.chosen(point, max(repeats or [0])).parameters)
     path = opened.animate(
         out,

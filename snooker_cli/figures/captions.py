@@ -297,7 +297,7 @@ class FigureBuilder:
         legend: list[Layer] = [Band(empty, empty, empty, spread, NEUTRAL)] if unnamed else []
         if unnamed and not self.means:
             legend.insert(0, legend_line(f"line: {shown}", "solid"))
-        layers: list[Any] = [*self.bands, *_theories_once(self.lines), *legend]
+        layers: list[Any] = [*self.bands, *theories_once(self.lines), *legend]
         if self.panel:
             panel = (Reference("y", 0.0), *self.panel)
             others = {"panel": panel, "panel_label": ABOVE_THEORY} | others
@@ -336,7 +336,7 @@ SAME_CURVE = 1e-3  # share of y by which curves of theory differ that a reader c
 COMPARED_AT = 50  # places where they are compared
 
 
-def _theories_once(layers: Sequence[Layer]) -> Iterator[Layer]:
+def theories_once(layers: Sequence[Layer]) -> Iterator[Layer]:
     """The layers, and of curves of theory that several series share only the longest.
 
     A curve of theory has a dash pattern of its own. If it belongs to several series, it has the

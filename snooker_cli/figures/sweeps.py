@@ -46,7 +46,7 @@ def against_key(build: FigureBuilder) -> FigureData:
                     difference=(row["difference"], row["difference_error"]),
                 )
     if not drawn:
-        raise FigureError(f"fewer than two of its points have a result to compare along {key}")
+        raise FigureError(f"fewer than two points have a result along {key}; run longer")
     first = drawn[0]
     build.lines += [legend_line(name, "dashed") for name in {t.theory for t in drawn} if name]
     unit = f" ({first.unit.replace('1/s', 's⁻¹')})" if first.unit else ""
