@@ -77,6 +77,7 @@ class FigureBuilder:
     records : the numbers of each point, as JSON
     means : whether lines are means over the repeats and bands their standard errors
     thin : whether theory is left out for a mean free path that exceeds the container
+    beside_theory : whether the caption says how the results differ from theory
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
     reading : is called for each repeat that is read
@@ -93,6 +94,7 @@ class FigureBuilder:
     records: list[dict[str, Any]] = field(default_factory=list)
     means: bool = False
     thin: bool = False
+    beside_theory: bool = False
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
     reading: Reading = silent
@@ -204,9 +206,9 @@ class FigureBuilder:
         return {"residuals": len(y), "largest_residual": y[at], "largest_residual_error": error[at]}
 
     def _largest_deviation(self) -> str:
-        """A sentence on the residuals of the panel, if it has some."""
+        """A sentence on the residuals of the panel, unless the caption has one already."""
         found = self._largest_residual()
-        if not found:
+        if self.beside_theory or not found:
             return ""
         value = with_error(found["largest_residual"], found["largest_residual_error"], "%")
         number = found["residuals"]

@@ -162,6 +162,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
             build.add_residuals(series["haff"], cors, alpha, error, expected[len(grid) :])
             if len(build.groups) <= MOST_SENTENCES:
                 about = f"{build.label(points[0], names)}: " if several else ""
+                build.beside_theory = True
                 caption += f"{about}{_along_cor(records, expected[len(grid) :])}. "
         for law_name, model in LAWS.items():
             label: str | None = f"{model.symbol}, {model.label} fitted"

@@ -50,7 +50,8 @@ def against_key(build: FigureBuilder) -> FigureData:
     first = drawn[0]
     build.lines += [legend_line(name, "dashed") for name in {t.theory for t in drawn} if name]
     unit = f" ({first.unit.replace('1/s', 's⁻¹')})" if first.unit else ""
-    seen = f"{first.sentence()}." if len(drawn) == 1 else ""
+    build.beside_theory = len(drawn) == 1
+    seen = f"{first.sentence()}." if build.beside_theory else ""
     values = np.concatenate([trend.column("measured") for trend in drawn])
     return build.figure(
         seen,
