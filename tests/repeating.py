@@ -13,7 +13,7 @@ import pytest
 from snooker_cli import runs, store
 from snooker_cli.config import Experiment, parse, points
 from snooker_cli.runs import Run, execution
-from snooker_cli.runs.batch import RepeatResult
+from snooker_cli.runs.batch import Batch, Progress, RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.store import Fingerprint
 from snooker_cli.trace import Trace
@@ -23,12 +23,13 @@ class StopsAfter(Watcher):
     """Cancels the run that it watches after this many collisions."""
 
     def __init__(self, collisions: int) -> None:
-        self.left = collisions
+        self.most = collisions
+        self.reached_by: dict[Batch, int] = {}
         self.cancelled = threading.Event()
 
-    def events(self, number: int) -> None:
-        self.left -= number
-        if self.left <= 0:
+    def reached(self, progress: Progress) -> None:
+        self.reached_by[progress.batch] = progress.collisions
+        if sum(self.reached_by.values()) >= self.most:
             self.cancelled.set()
 
 

@@ -177,10 +177,19 @@ class Analyses(runs.Run):
     # Figures, films and pages.
 
     @in_python()
-    def plot(self, name: str, *, repeat: int | None = None, **where: Any) -> "Figure":
+    def plot(
+        self,
+        name: str,
+        *,
+        repeat: int | None = None,
+        log_x: bool = False,
+        log_y: bool = False,
+        **where: Any,
+    ) -> "Figure":
         """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.
 
         repeat : only this repeat
+        log_x, log_y : make this axis logarithmic; zeros are then not shown
         where : only points with these values, as in ``matching``; a figure of one point, such as
             "energy-fit", shows the first of them and names it in its title
 
@@ -188,9 +197,11 @@ class Analyses(runs.Run):
         """
         from snooker_cli.figures import FIGURES, Selection
         from snooker_cli.figures.drawing import draw
+        from snooker_cli.figures.figure_data import with_logarithmic_axes
 
         check_name(name, FIGURES, "figure", LIST_FIGURES)
-        return draw(FIGURES[name].make(self, Selection(_alternatives(where), repeat), first=True))
+        made = FIGURES[name].make(self, Selection(_alternatives(where), repeat), first=True)
+        return draw(with_logarithmic_axes(made, log_x, log_y))
 
     @in_python()
     def possible_figures(
@@ -217,6 +228,8 @@ class Analyses(runs.Run):
         formats: Sequence[str] = ("svg", "png"),
         size: str | Sequence[float] | None = None,
         dpi: int | None = None,
+        log_x: bool = False,
+        log_y: bool = False,
         repeat: int | None = None,
         saved: Callable[[SavedFigure], None] = lambda _: None,
         **where: Any,
@@ -228,6 +241,7 @@ class Analyses(runs.Run):
         formats : of ``"svg"``, ``"png"`` and ``"pdf"``
         size : width and height in inches, such as (6, 4) [a column of a page]
         dpi : pixels per inch of a PNG [200]
+        log_x, log_y : as of ``plot``
         repeat, where : as of ``plot``; a figure of one point is drawn for each of them
         saved : is called after each figure
 
@@ -244,6 +258,7 @@ class Analyses(runs.Run):
             formats=formats,
             size=size,
             dpi=dpi,
+            logarithmic=(log_x, log_y),
             saved=saved,
         )
 

@@ -14,6 +14,7 @@ from snooker_cli.api.wording import LIST_FIGURES, first, in_python_words
 from snooker_cli.errors import FigureError, UserError, check_name
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import unfinished
+from snooker_cli.figures.figure_data import with_logarithmic_axes
 from snooker_cli.figures.registry import figures_of, possible
 from snooker_cli.figures.selection import MOST_SERIES, begun, matching
 from snooker_cli.formatting import listed, point_label, text_table, with_error
@@ -72,6 +73,7 @@ def save_figures(
     formats: Sequence[str],
     size: str | Sequence[float] | None,
     dpi: int | None,
+    logarithmic: tuple[bool, bool],
     saved: Callable[[SavedFigure], None],
 ) -> list[SavedFigure]:
     """What ``Run.save_figures`` does."""
@@ -86,7 +88,8 @@ def save_figures(
     most = None if names or selection.where else MOST_SERIES
     drawn: list[SavedFigure] = []
     impossible: Counter[tuple[str, str]] = Counter()
-    for name, stem, figure in _with_progress(run, wanted, selection, most):
+    for name, stem, made in _with_progress(run, wanted, selection, most):
+        figure = _with_axes(made, *logarithmic)
         if isinstance(figure, FigureError):
             impossible[name, str(figure)] += 1
             continue
@@ -121,6 +124,16 @@ def _with_progress(
         if figure is None:
             return
         yield figure
+
+
+def _with_axes(figure: FigureData | FigureError, x: bool, y: bool) -> FigureData | FigureError:
+    """The figure with logarithmic axes, or why it has none."""
+    if isinstance(figure, FigureError):
+        return figure
+    try:
+        return with_logarithmic_axes(figure, x, y)
+    except FigureError as error:
+        return error
 
 
 def _left_out(name: str, reason: str, times: int, total: int, others: bool) -> str:

@@ -183,7 +183,7 @@ def run(
     part : ``"3/16"`` for every 16th batch of repeats from the third on, to share the work
     checkpoint : seconds after which unfinished repeats are saved
     yes : whether it may take over a week, or more than the free disk space
-    progress : show a bar in a terminal, or in a notebook that has ipywidgets
+    progress : show a bar in a terminal, or in a notebook that has ipywidgets; a log gets lines
 
     ``print(run.outcome)`` shows what came out. Ctrl-C stores what is simulated, then raises
     ``KeyboardInterrupt``; the same call continues. Raises ``ConfigError``, ``RunError`` for a

@@ -19,6 +19,8 @@ ARGUMENTS = {
     "--from": "since",
     "--jobs": "jobs",
     "--language": "language",
+    "--log-x": "log_x",
+    "--log-y": "log_y",
     "--model": "model",
     "--out": "out=…",
     "--part": "part",
@@ -47,7 +49,7 @@ def in_python_words(text: str) -> str:
     # A command in backticks is one that a user can give.
     parts = re.split("(`[^`]*`)", text)
     parts[::2] = (
-        re.sub("--[a-z]+", lambda option: ARGUMENTS.get(option[0], option[0]), part)
+        re.sub("--[a-z]+(?:-[a-z]+)*", lambda option: ARGUMENTS.get(option[0], option[0]), part)
         for part in parts[::2]
     )
     return "".join(parts)

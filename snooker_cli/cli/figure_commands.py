@@ -29,6 +29,8 @@ def plot(
     formats: Annotated[str, option("F,F,…", "Formats: svg, png, pdf.", "--format")] = "svg,png",
     size: Annotated[str | None, option("WxH", "Inches, as 6x4 [a column of a page].")] = None,
     dpi: Annotated[int | None, option("N", "PNG: pixels per inch [200].", min=20, max=2000)] = None,
+    log_x: Annotated[bool, flag("--log-x", "Logarithmic x axis.")] = False,
+    log_y: Annotated[bool, flag("--log-y", "Logarithmic y axis.")] = False,
 ) -> None:
     """Draw figures of RUN as SVG, PNG and JSON.
 
@@ -64,6 +66,8 @@ def plot(
         formats=list(dict.fromkeys(split(formats.lower()))),
         size=size,
         dpi=dpi,
+        log_x=log_x,
+        log_y=log_y,
         repeat=repeat,
         saved=print_saved,
         **chosen,

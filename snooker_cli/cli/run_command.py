@@ -26,7 +26,7 @@ def run(
     dry_run: Annotated[bool, flag("--dry-run", "Only show the search, time and disk.")] = False,
     yes: Annotated[bool, flag("--yes", "Allow runs over a week or the free disk space.")] = False,
     as_json: AsJson = False,
-    no_progress: Annotated[bool, flag("--no-progress", "No progress bar.")] = False,
+    no_progress: Annotated[bool, flag("--no-progress", "No progress bar or lines.")] = False,
 ) -> None:
     """Simulate all points and repeats of CONFIG and store them.
 

@@ -11,7 +11,12 @@ from snooker_cli.engine.replay import (
     series,
     times_within,
 )
-from snooker_cli.engine.simulation import simulate, simulate_batch, specialisation
+from snooker_cli.engine.simulation import (
+    share_done,
+    simulate,
+    simulate_batch,
+    specialisation,
+)
 
 __all__ = [
     "ENGINE_VERSION",
@@ -23,6 +28,7 @@ __all__ = [
     "replay",
     "replayed",
     "series",
+    "share_done",
     "simulate",
     "simulate_batch",
     "specialisation",

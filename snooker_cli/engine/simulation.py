@@ -40,6 +40,7 @@ from snooker_cli.trace import (
 )
 
 Sink: TypeAlias = Callable[[Events], None]
+Watch: TypeAlias = Callable[[int, float], object]
 CHUNK, SMALL_CHUNK = 65536, 8192
 """Events until the user can stop a repeat, some 30 ms; and of ``REORDERED`` balls or more."""
 
@@ -189,6 +190,15 @@ class Simulation(ABC):
             self.reasons[active[row]] = list(StopReason)[reason]
         self.active, self.done = active[~ended], int(np.max(done))
         return int(np.sum(done - before))
+
+    @property
+    def share(self) -> float:
+        """``share_done`` of the repeats on average; 1 of those that have ended."""
+        counts = self.states.counts[self.active]
+        events = counts[:, ks.WALL_EVENTS] + counts[:, ks.PAIR_EVENTS]
+        shares = share_done(events, self.times[self.active], self.wanted, self.time_limit)
+        ended = len(self.scenes) - len(self.active)
+        return (ended + float(np.sum(shares))) / len(self.scenes)
 
     def traces(self) -> list[Trace]:
         """Everything so far, as finished traces."""
@@ -434,6 +444,19 @@ def usual_search(scene: Scene) -> type[Simulation]:
     return AmongEveryone if in_circle and (few or scene.slides) else AmongNeighbours
 
 
+def share_done(
+    collisions: Any, time: Any, most: int | None, limit: float | None
+) -> NDArray[np.float64]:
+    """How far repeats are on their way to the nearer of their limits, from 0 to 1.
+
+    collisions, time : reached, of each repeat; time in s
+    most, limit : the collisions and the time (s) that end a repeat; at least one is given
+    """
+    of_collisions = 0.0 if most is None else np.asarray(collisions) / max(most, 1)
+    of_time = 0.0 if limit is None else np.asarray(time) / limit
+    return np.minimum(np.maximum(of_collisions, of_time), 1.0)
+
+
 def few_at(packing_fraction: float, *, free: bool) -> int:
     """Balls in a circle up to which a search among everyone is faster, see docs/engine.md."""
     return int(min((FEW_IN_FREE if free else FEW) / packing_fraction**0.375, MOST))
@@ -448,7 +471,7 @@ def simulate(
     collisions: int | None = None,
     time: float | None = None,
     summary: bool = False,
-    watch: Callable[[int], bool] | None = None,
+    watch: Watch | None = None,
     sink: Sink | None = None,
     search: type[Simulation] | None = None,
     checkpoint: Mapping[str, NDArray[Any]] | None = None,
@@ -458,7 +481,8 @@ def simulate(
     collisions : ball-ball and wall collisions together
     time : s
     summary : record observables on a grid of times instead of the events
-    watch : called after each chunk with the number of new events; a true answer stops the repeat
+    watch : called after each chunk with the number of new events and the ``share_done``; a true
+        answer stops the repeat
     sink : called with the events of each chunk; the trace then has none, so memory stays bounded
     search : ``AmongEveryone`` or ``AmongNeighbours`` instead of the faster one, for tests
     checkpoint : of the trace of the same call that ``watch`` stopped; the repeat then goes on from
@@ -472,7 +496,7 @@ def simulate(
         run.restore(checkpoint)
     while len(run.active):
         number = run.chunk(sink)
-        if watch is not None and watch(number):
+        if watch is not None and watch(number, run.share):
             break
     saved = run.saved() if len(run.active) else None  # before the last row of a summary
     (trace,) = run.traces()
@@ -485,14 +509,15 @@ def simulate_batch(
     collisions: int | None = None,
     time: float | None = None,
     summary: bool = False,
-    watch: Callable[[int], object] | None = None,
+    watch: Watch | None = None,
     search: type[Simulation] | None = None,
 ) -> list[Trace]:
     """Simulate repeats of one point, with few balls in one call; the traces are ``simulate``'s.
 
     scenes : they differ in positions and velocities only
     collisions, time, summary, search : as in ``simulate``
-    watch : called after each chunk with the number of new events of all; it may raise
+    watch : called after each chunk with the number of new events of all, and their ``share_done``
+        on average; it may raise
 
     Raises ``ValueError`` if scenes differ otherwise, and in the cases of ``simulate``.
     """
@@ -502,7 +527,6 @@ def simulate_batch(
         first, *others = (getattr(scene, name) for scene in scenes)
         if not all(other is first or np.array_equal(other, first) for other in others):
             raise ValueError("the scenes of a batch differ in more than positions and velocities")
-    tell = watch or (lambda _: None)
     kind = search or usual_search(scenes[0])
     # Cells take as long as one repeat after the other: their kernel is called for each.
     size = 1 if kind is AmongNeighbours else MOST_SUMMARIES if summary else len(scenes)
@@ -510,7 +534,9 @@ def simulate_batch(
     for begin in range(0, len(scenes), size):
         run = kind(scenes[begin : begin + size], collisions, time, summary)
         while len(run.active):
-            tell(run.chunk())
+            number = run.chunk()
+            if watch is not None:
+                watch(number, (begin + run.share * len(run.scenes)) / len(scenes))
         traces += run.traces()
     return traces
 

@@ -39,6 +39,7 @@ from snooker_cli.figures.selection import (
     matching,
     of_label,
     ranks,
+    scale,
     spread,
     statuses,
     value_at,
@@ -275,6 +276,14 @@ class FigureBuilder:
         if np.isfinite(errors).all():
             self.bands.append(Band(x, y - error, y + error, None, index, steps=True))
 
+    def _named(self, name: str) -> list[Layer]:
+        """The lines; if they are of one series that no label names, its first one has this name."""
+        series = [line for line in self.lines if _owner(line) != NEUTRAL]
+        unnamed = not any(line.label for line in series) and len(set(map(_owner, series))) == 1
+        if not unnamed or not isinstance(series[0], Line):  # markers are explained by neutral ones
+            return self.lines
+        return [replace(line, label=name) if line is series[0] else line for line in self.lines]
+
     def figure(
         self,
         caption: str = "",
@@ -297,16 +306,22 @@ class FigureBuilder:
             spread, shown = MEAN_SPREAD, "means over the repeats"
         empty = np.empty(0)
         legend: list[Layer] = [Band(empty, empty, empty, spread, NEUTRAL)] if unnamed else []
-        if unnamed and not self.means:
+        only_first = bool(unnamed) and not self.means
+        lines = self._named(f"simulation, {shown}" if only_first else "simulation")
+        if only_first and lines == self.lines:
             legend.insert(0, legend_line(f"line: {shown}", "solid"))
-        layers: list[Any] = [*self.bands, *theories_once(self.lines), *legend]
+        layers: list[Any] = [*self.bands, *theories_once(lines), *legend]
         if self.panel:
             panel = (Reference("y", 0.0), *self.panel)
             others = {"panel": panel, "panel_label": ABOVE_THEORY} | others
-        owners = {getattr(layer, "series", NEUTRAL) for layer in layers} - {NEUTRAL}
+        owners = {_owner(layer) for layer in layers} - {NEUTRAL}
         series = [group[0] for group in self.groups] if self.groups[1:] else self.groups[0]
         if owners == set(range(len(series))):
             others = {"shades": ranks(series)} | others
+            label, values = scale(series)
+            names = {described(point, key) for point in series for key in varying(series)}
+            if all(layer.label in {None, *names} for layer in layers if _owner(layer) != NEUTRAL):
+                others = {"scale": values, "scale_label": label} | others
         if len(owners) == 1:  # entries of the legend alone have the colour of the only series
             for number, layer in enumerate(layers):
                 if np.size(getattr(layer, "x", 0)) == 0:
@@ -332,6 +347,11 @@ class FigureBuilder:
             },
             **{**self.fields, "title": self.title, **others},
         )
+
+
+def _owner(layer: Layer) -> int:
+    """The series of a layer."""
+    return getattr(layer, "series", NEUTRAL)
 
 
 SAME_CURVE = 1e-3  # share of y by which curves of theory differ that a reader cannot tell apart

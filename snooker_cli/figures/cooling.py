@@ -51,10 +51,10 @@ _FLOORS = {
 
 _HAFF: dict[str, tuple[str, LineStyle]] = {
     "fitted": ("Haff's law 2α/(1 + αt), α fitted", "solid"),
-    "theory": ("the same, α of kinetic theory", "dashed"),
-    "floor": ("the same above the energy kept by {}", "dashdot"),
+    "theory": ("Haff's law, α of kinetic theory", "dashed"),
+    "floor": ("Haff's law above the energy kept by {}", "dashdot"),
 }
-"""The forms of Haff's law: in the legend, and how they are drawn."""
+"""The forms of Haff's law: in the legend, and their dashes. What is fitted has the law's colour."""
 
 _COMMON = {
     "theory": "Haff's law 1/(1 + αt), α of kinetic theory",
@@ -266,13 +266,22 @@ def haff_time(build: FigureBuilder) -> FigureData:
         curves = {law: _haff_rate(fine, *one.laws[law]) for law in one.laws}
         for law, rate in curves.items():
             if law == "floor" or not several:
-                line = Line(fine * inverse_time, rate * inverse_rate, None, index, _HAFF[law][1])
+                text, style = _HAFF[law]
+                owner = index if several else _SERIES["haff"] if law == "fitted" else NEUTRAL
+                name = None if several else text.format(kept)
+                line = Line(fine * inverse_time, rate * inverse_rate, name, owner, style)
                 build.lines.append(line)
         if "floor" in curves:
             above = 100 * (curves["floor"] / curves["theory"] - 1)
-            build.panel.append(Line(fine * inverse_time, above, None, index, _HAFF["floor"][1]))
+            owner = index if several else NEUTRAL
+            build.panel.append(Line(fine * inverse_time, above, None, owner, _HAFF["floor"][1]))
         if not several:
-            build.lines.append(Line(fine[[0, -1]], np.array([one.k] * 2), None, index, "dotted"))
+            flat, name, owner = (
+                np.array([one.k] * 2),
+                "one constant k, fitted",
+                _SERIES["exponential"],
+            )
+            build.lines.append(Line(fine[[0, -1]], flat, name, owner, "dotted"))
         y, error, name = one.rates * inverse_rate, one.errors * inverse_rate, build.label(point)
         build.lines.append(Points(x, y, error, name or "simulation", index))
         means = {law: _mean_haff_rates(one.edges, *one.laws[law]) for law in one.laws}
@@ -289,9 +298,9 @@ def haff_time(build: FigureBuilder) -> FigureData:
         x, drawn = np.linspace(0.0, max(ends), 200), drawn & {"floor"}
         build.lines.insert(0, Line(x, 1 / (1 + x), _COMMON[common], NEUTRAL, "solid"))
         labels = {"x_label": "α t", "y_label": "−d ln E / dt / (2α)"}
-    legend = {_HAFF[law][0].format(kept): _HAFF[law][1] for law in _HAFF if law in drawn}
-    legend |= {} if several else {"one constant k, fitted": "dotted"}
-    build.lines += [legend_line(text, style) for text, style in legend.items()]
+        if drawn:
+            text, style = _HAFF["floor"]
+            build.lines.append(legend_line(text.format(kept), style))
     caption = f"Markers: means over {WINDOWS} windows of time."
     if any(record["windows"] < WINDOWS for record in build.records):
         caption += f" Windows with fewer than {LEAST_COLLISIONS} collisions are left out."

@@ -208,6 +208,7 @@ def speeds(build: FigureBuilder) -> FigureData:
     laws: dict[tuple[int | None, float], None] = {}
     fixed = all(predictions.independent_velocities(scene) is not None for scene in starts)
     panel: list[Layer] = [Reference("y", 0.0)]
+    fastest = 3.0
     for index, (point, scene) in enumerate(zip(build.points, starts, strict=True)):
         rows = build.measurement(point).speeds
         counts, total = rows.sum(axis=0), float(rows.sum())
@@ -219,7 +220,9 @@ def speeds(build: FigureBuilder) -> FigureData:
         unit = 1.0
         if in_metres:
             unit = float(np.sqrt(2 * scene.kinetic_energy / scene.number / scene.masses[0]))
-        used = int(np.max(np.flatnonzero(counts))) + 1
+        # The last bin has all faster balls, and no height.
+        used = int(np.max(np.flatnonzero(counts[:-1]), initial=0)) + 1
+        fastest = max(fastest, float(edges[used]))
         width = SPEED_BIN * unit
         heights = counts[:used] / (total * width)
         # Of shares whose sums vary: the deviations of the counts from these shares of each sum.
@@ -242,7 +245,7 @@ def speeds(build: FigureBuilder) -> FigureData:
             distance_from_fixed_energy=math.nan if free is None else difference,
             one_over_root=float(total**-0.5),
         )
-    reduced = np.linspace(0.0, 3.0, 120)
+    reduced = np.linspace(0.0, fastest, 160)
     for index, (free, unit) in enumerate(laws):
         density = theory.maxwell_speed_density(reduced, REDUCED_TEMPERATURE) / unit
         text = None if index else "Maxwell–Boltzmann"

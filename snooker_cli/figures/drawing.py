@@ -22,6 +22,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.files import atomic_write, out_of_sight, write_text
 from snooker_cli.formatting import plain
+from snooker_cli.trace import even_choice
 
 with out_of_sight("matplotlibrc"):
     import matplotlib
@@ -29,7 +30,8 @@ with out_of_sight("matplotlibrc"):
     from matplotlib import ticker
     from matplotlib.axes import Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.colors import to_hex
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize, to_hex
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
@@ -42,6 +44,8 @@ LINE_HEIGHT = 0.14  # height of a further line of text, inches
 # How many characters fit: of the bold title, of a y label, of a panel's, of the x axis's numbers.
 TITLE_WIDTH, LABEL_WIDTH, PANEL_LABEL_WIDTH, TICKS_WIDTH = 42, 31, 14, 50
 
+MOST_ENTRIES = 5  # series in a legend; more shades are a colour scale
+SCALE_TICKS = 9  # values at a colour scale at most
 LEGEND_SHARE = 0.97  # of the figure's width, for the legend
 LEAST_TICKS, MOST_TICKS = 3, 9  # labels of a logarithmic axis, of a linear x axis
 PANEL_TICKS = 4  # intervals between labels of a panel's y axis at most
@@ -77,6 +81,11 @@ def colour(series: int, shades: Sequence[float] = ()) -> str:
     return "0.3" if series == NEUTRAL else to_hex(_COLOURS[series % len(_COLOURS)])
 
 
+def pattern(series: int) -> int:
+    """Which dashes and markers a series has: in grey, those with the same differ in lightness."""
+    return (series + series // 6 + series // 12) % 6
+
+
 class SnookerFigure(Figure):
     """A figure that a notebook shows, without pyplot."""
 
@@ -105,15 +114,17 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         axes, *panels = figure.subplots(
             len(ratios), sharex=True, squeeze=False, gridspec_kw=grid
         ).flat
+        scaled = len(data.scale) > MOST_ENTRIES
         entries = [
-            (getattr(layer, "series", NEUTRAL) == NEUTRAL, artist, label)
-            for layer, artist in _added(axes, data.layers, data.shades)
+            (neutral, artist, label)
+            for layer, artist in _added(axes, data.layers, data.shades, scaled)
             if (label := layer.label)
+            and ((neutral := getattr(layer, "series", NEUTRAL) == NEUTRAL) or not scaled)
         ]
         entries.sort(key=lambda entry: entry[0])  # first the series, then what is for all
         _scale(axes, data)
         for panel in panels:
-            _added(panel, data.panel, data.shades)
+            _added(panel, data.panel, data.shades, scaled)
             panel.set_ylabel(textwrap.fill(data.panel_label, PANEL_LABEL_WIDTH), parse_math=False)
             panel.locator_params("y", nbins=PANEL_TICKS)
             panel.set_xlim(axes.get_xlim())  # `_scale` may have changed the view of one axis alone
@@ -121,6 +132,8 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         axes.set_ylabel(textwrap.fill(data.y_label, LABEL_WIDTH), parse_math=False)
         figure.align_ylabels()
         axes.set_title("\n".join(title), loc="left", pad=4, parse_math=False)
+        if scaled:
+            _add_scale(figure, [axes, *panels], data)
         columns = _legend(figure, [entry[1] for entry in entries], [entry[2] for entry in entries])
         lines = len(title) - 1 - (-len(entries) // columns)
         height = HEIGHT + PANEL_HEIGHT * len(panels) + LINE_HEIGHT * lines
@@ -135,18 +148,33 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
     return figure
 
 
-def _added(axes: Axes, layers: Sequence[Layer], shades: Sequence[float]) -> list[tuple[Layer, Any]]:
-    """Draw layers from the back to the front; each with its artist for the legend."""
+def _added(
+    axes: Axes, layers: Sequence[Layer], shades: Sequence[float], scaled: bool
+) -> list[tuple[Layer, Any]]:
+    """Draw layers from the back to the front; each with its artist for the legend.
+
+    scaled : whether a colour scale explains the shades, which has no markers
+    """
     markers = sum(len(layer.x) for layer in layers if isinstance(layer, Points))
     size = 2.8 if markers > MANY_MARKERS else 4.0
-    return [(layer, _artist(axes, layer, k, shades, size)) for k, layer in enumerate(layers)]
+    shapes = _MARKERS[:1] if scaled else _MARKERS
+    return [
+        (layer, _artist(axes, layer, k, shades, size, shapes)) for k, layer in enumerate(layers)
+    ]
 
 
-def _artist(axes: Axes, layer: Layer, depth: int, shades: Sequence[float], size: float) -> Any:
-    """Draw a layer with markers of a size. Shades need no dashes beside them."""
+def _artist(
+    axes: Axes,
+    layer: Layer,
+    depth: int,
+    shades: Sequence[float],
+    size: float,
+    shapes: Sequence[str],
+) -> Any:
+    """Draw a layer with markers of a size and of shapes. Shades need no dashes beside them."""
     series = getattr(layer, "series", NEUTRAL)
     common: dict[str, Any] = {"color": colour(series, shades), "zorder": 2 + depth / 10}
-    dashes = "solid" if shades else _DASHES[series % len(_DASHES)]
+    dashes = "solid" if shades else _DASHES[pattern(series)]
     match layer:
         case Line(x, y):
             return axes.plot(
@@ -168,7 +196,7 @@ def _artist(axes: Axes, layer: Layer, depth: int, shades: Sequence[float], size:
                 yerr=layer.y_error,
                 linestyle="none",
                 elinewidth=0.8,
-                marker="o" if series == NEUTRAL else _MARKERS[series % len(_MARKERS)],
+                marker="o" if series == NEUTRAL else shapes[pattern(series) % len(shapes)],
                 markersize=size,
                 markerfacecolor=common["color"] if layer.filled else "none",
                 markeredgewidth=0.7,
@@ -179,6 +207,19 @@ def _artist(axes: Axes, layer: Layer, depth: int, shades: Sequence[float], size:
         case Reference(axis, value):
             across = axes.axvline if axis == "x" else axes.axhline
             return across(value, linewidth=0.8, linestyle=layer.style, **common)
+
+
+def _add_scale(figure: Figure, axes: list[Axes], data: FigureData) -> None:
+    """Add a colour scale beside the axes: a step for each series, with its value."""
+    steps = sorted(range(len(data.scale)), key=lambda series: data.shades[series])
+    colours = ListedColormap([colour(series, data.shades) for series in steps])
+    shades = ScalarMappable(Normalize(0, len(steps)), colours)
+    bar = figure.colorbar(shades, ax=axes, aspect=30, pad=0.02)
+    shown = even_choice(len(steps), SCALE_TICKS)
+    bar.set_ticks([row + 0.5 for row in shown], labels=[data.scale[steps[row]] for row in shown])
+    bar.ax.tick_params(length=0)
+    bar.outline.set_linewidth(0)
+    bar.set_label(data.scale_label, parse_math=False)
 
 
 def _scale(axes: Axes, data: FigureData) -> None:

@@ -1,13 +1,14 @@
 """A figure as plain data: layers of numbers with their meaning, nothing drawn."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.analysis.observables import instants
+from snooker_cli.errors import FigureError
 from snooker_cli.formatting import plain
 from snooker_cli.trace import even_choice
 
@@ -89,6 +90,8 @@ class FigureData:
     x_limits, y_limits : (low, high); ``None`` fits the data
     equal_axes : whether a metre is as long in y as in x
     shades : the rank of each series in a sequential palette, from 0 to 1; empty: other colours
+    scale, scale_label : the value of each series in these shades as a text, and what it is, if the
+        labels of the series say no more; many of them are a colour scale instead of a legend
     panel, panel_label : layers of lower axes with the same x and a linear y, such as residuals, and
         their y label
     """
@@ -106,6 +109,8 @@ class FigureData:
     y_limits: Sequence[float | None] = (None, None)
     equal_axes: bool = False
     shades: Sequence[float] = ()
+    scale: Sequence[str] = ()
+    scale_label: str = ""
     panel: tuple[Layer, ...] = ()
     panel_label: str = ""
 
@@ -120,6 +125,38 @@ class FigureData:
         below = f". Below: {self.panel_label}" if self.panel else ""
         legend = "; ".join(dict.fromkeys(layer.label for layer in self.layers if layer.label))
         return f"{self.title}. {axes}{below}{f'. Legend: {legend}' if legend else ''}."
+
+
+LOG_MARGIN = 1.2  # the least value over the lower limit of a logarithmic axis
+
+
+def with_logarithmic_axes(data: FigureData, x: bool, y: bool) -> FigureData:
+    """The figure with logarithmic axes where wanted; their limits then fit the data.
+
+    Zeros, such as the start of the time or empty bins, have no place on such an axis and are not
+    shown. The panel keeps its y axis. Raises ``FigureError`` if a value is negative, or none is
+    positive, and for axes on which a metre is as long in y as in x.
+    """
+    changes: dict[str, Any] = {}
+    for axis, wanted in (("x", x), ("y", y)):
+        if not wanted or getattr(data, f"{axis}_log"):
+            continue
+        option = f"--log-{axis}"
+        if data.equal_axes:
+            raise FigureError(f"it shows places, on axes of one scale; leave out {option}")
+        shown = [layer for layer in data.layers if isinstance(layer, Line | Points)]
+        values = np.concatenate([np.empty(0), *(getattr(layer, axis) for layer in shown)])
+        values = values[np.isfinite(values)]
+        if np.any(values < 0) or not np.any(values > 0):
+            has = f"its least is {values.min():.3g}" if len(values) else "there is none"
+            raise FigureError(f"{option} needs positive values of {axis}, and {has}; leave it out")
+        changes[f"{axis}_log"] = True
+        # Theory may fall by hundreds of decades where nothing is measured.
+        below = [layer for layer in data.panel if isinstance(layer, Points) and axis == "x"]
+        measured = [getattr(layer, axis) for layer in (*shown, *below) if layer.series != NEUTRAL]
+        least = [row[row > 0].min() / LOG_MARGIN for row in measured if np.any(row > 0)]
+        changes[f"{axis}_limits"] = min(least, default=None), None
+    return replace(data, **changes)
 
 
 def legend_line(text: str, style: LineStyle) -> Line:

@@ -285,11 +285,36 @@ _ABSENT = {"wall_cor": "wall as balls", "container.mass": "fixed wall"}
 
 def described(point: Point, key: str) -> str:
     """A key and its value in words: ``CoR 0.8``, ``r = 0.1 m``."""
-    value = value_at(point, key)
     if key == RUN:
-        return str(value)
-    if key in _ABSENT and value in (None, math.inf):
+        return str(value_at(point, key))
+    if key in _ABSENT and value_at(point, key) in (None, math.inf):
         return _ABSENT[key]
+    return _words(key).format(_shown(point, key))
+
+
+def scale(points: Sequence[Point]) -> tuple[str, tuple[str, ...]]:
+    """The one key that varies with a number of its own for each point, as the label of a scale.
+
+    ``CoR``, ``r (m)``; and each point's value as a text. Both are empty if there is no such key.
+    """
+    keys = varying(points)
+    if len(keys) != 1 or not ranks(points):
+        return "", ()
+    (key,) = keys
+    name, unit = (part.strip(" =") for part in _words(key).split("{}"))
+    if name in ("", "wall at"):
+        name = key.rpartition(".")[2].replace("_", " ")
+    label = f"{name} ({unit})" if unit and unit != name else name
+    return label, tuple(_shown(point, key) for point in points)
+
+
+def _words(key: str) -> str:
+    return _WORDS.get(key, f"{key} = {{}}")
+
+
+def _shown(point: Point, key: str) -> str:
+    """A point's value of a key as a text, without its unit."""
+    value = value_at(point, key)
     if key == "balls.rings":
         value = 1 + 3 * value * (value + 1)
     if key == "container.shape":
@@ -298,4 +323,4 @@ def described(point: Point, key: str) -> str:
     if isinstance(value, Model):  # by side
         sides = [f"{side} {amount:g}" for side, amount in dict(value).items() if amount is not None]
         shown = ", ".join(sides)
-    return _WORDS.get(key, f"{key} = {{}}").format(shown)
+    return shown

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from snooker_cli import __version__, store
 from snooker_cli.config import Experiment, to_json
-from snooker_cli.engine import ENGINE_VERSION, CheckpointError, simulate, simulate_batch
+from snooker_cli.engine import ENGINE_VERSION, CheckpointError, share_done, simulate, simulate_batch
 from snooker_cli.errors import SceneError, StoreError, described
 from snooker_cli.placement.starting_scene import starting_scenes
 from snooker_cli.runs.plan import first_scene
@@ -56,6 +56,7 @@ class RepeatResult:
     simultaneous : its new events that have exactly the time of another of the same ball; none for a
         summary, and none are counted in a collapse, where all are at one time
     traceback : of an internal error
+    continued : its collisions before the checkpoint from which it was continued now
     unstored : it was interrupted, and its older file, which is as long or longer, was kept
     """
 
@@ -67,10 +68,25 @@ class RepeatResult:
     simultaneous: int = 0
     error: str | None = None
     traceback: str = ""
+    continued: int = 0
     unstored: bool = False
 
 
 Results: TypeAlias = list[RepeatResult] | None  # of a batch; None for an abandoned one
+
+
+class Progress(NamedTuple):
+    """How far a batch in simulation is.
+
+    collisions : simulated now, without those before a checkpoint
+    share : of its repeats on average, from 0 at the start to 1 at their limits
+    given : that share at the checkpoint from which it continues
+    """
+
+    batch: Batch
+    collisions: int
+    share: float
+    given: float
 
 
 class AbandonedError(Exception):
@@ -147,19 +163,22 @@ class Job:
 
 
 def simulate_and_store(
-    job: Job, batch: Batch, begun: Begun, events: Callable[[int], object] = lambda _: None
+    job: Job, batch: Batch, begun: Begun, reached: Callable[[Progress], object] = lambda _: None
 ) -> Results:
     """Simulate and store a batch; None if it was abandoned.
 
     begun : of the run in this process
-    events : called with the number of new collisions
+    reached : called now and then with how far it is
     """
     if begun.stopped.is_set():
         return None
+    collisions = 0
 
-    def watch(number: int) -> None:
+    def watch(number: int, share: float, given: float = 0.0) -> None:
+        nonlocal collisions
         begun.add(batch, stores=len(batch.repeats) == 1)
-        events(number)
+        collisions += number
+        reached(Progress(batch, collisions, share, given))
 
     scenes: dict[int, Scene] = {}
     failed: list[RepeatResult] = []
@@ -195,13 +214,15 @@ def _simulated_long(
     repeat: int,
     scene: Scene,
     begun: Begun,
-    watch: Callable[[int], object],
+    watch: Callable[[int, float, float], object],
 ) -> RepeatResult:
     """Simulate one repeat from its checkpoint, if there is one, and store it as it goes on.
 
     A checkpoint is the file of a repeat that was interrupted, with the engine's arrays. It does not
     replace an older file of this run that has more collisions. If it is damaged, or another user's,
     the repeat begins again.
+
+    watch : called with new collisions, and what ``Progress`` has as share and given
     """
     run, point = job.run, batch.point
     path, older = run.path(*batch), run.status_of(point, repeat)
@@ -213,14 +234,17 @@ def _simulated_long(
             _log.warning("%s; the repeat begins again", error.problem)
     least = max(older.collisions, 0)
     reached, interval, begins = 0, job.interval, time.perf_counter()
+    continued, given, limits = 0, 0.0, job.limits(point)
     if checkpoint is not None and older.header is not None:
-        reached, seconds = least, older.header.provenance.seconds
+        reached, seconds, continued = least, older.header.provenance.seconds, least
+        last = older.header.stop.time
+        given = float(share_done(least, last, limits["collisions"], limits["time"]))
     due = time.monotonic() + interval
     ties = Simultaneous()
 
-    def stops(number: int) -> bool:
+    def stops(number: int, share: float) -> bool:
         nonlocal reached
-        watch(number)
+        watch(number, share, given)
         reached += number
         return begun.stopped.is_set() or (time.monotonic() >= due and reached > least)
 
@@ -228,7 +252,6 @@ def _simulated_long(
     # round ends the repeat, or stores it as interrupted.
     while True:
         with store.Recorder(path, continues=checkpoint is not None) as recorder:
-            limits = job.limits(point)
 
             def sink(events: Events, recorder: store.Recorder = recorder) -> None:
                 recorder.add(events)
@@ -239,6 +262,7 @@ def _simulated_long(
             except CheckpointError as error:
                 _log.warning("%s; the repeat begins again", error)
                 checkpoint, reached, seconds = None, 0, 0.0
+                continued, given = 0, 0.0
                 continue
             interrupted = trace.stop.reason is StopReason.INTERRUPTED
             unstored = interrupted and trace.collisions <= least
@@ -257,6 +281,7 @@ def _simulated_long(
                 trace.stop,
                 trace.collisions,
                 simultaneous=number,
+                continued=continued,
                 unstored=unstored,
             )
         checkpoint, due = trace.checkpoint, time.monotonic() + interval

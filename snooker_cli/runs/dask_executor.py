@@ -11,7 +11,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from importlib.metadata import version
-from itertools import takewhile
+from itertools import chain, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from snooker_cli.runs.batch import (
     Batch,
     Begun,
     Job,
+    Progress,
     RepeatResult,
     Results,
     compile_for,
@@ -31,7 +32,7 @@ from snooker_cli.runs.batch import (
     stored_result,
     unexpected,
 )
-from snooker_cli.runs.execution import Executor, Watcher
+from snooker_cli.runs.execution import Executor, Watcher, asking
 from snooker_cli.runs.folder import open_run
 from snooker_cli.runs.run import Run
 from snooker_cli.runs.status import target_of
@@ -89,12 +90,20 @@ def stop(name: str) -> set[Batch]:
     return begun(name).stop()
 
 
+_reached: dict[str, dict[Batch, Progress]] = {}  # of each run in this process
+
+
+def reached(name: str) -> list[Progress]:
+    """How far the batches of a run are that are simulated in this process."""
+    return list(_reached.get(name, {}).values())
+
+
 def simulate_remotely(remote: RemoteRun, batch: Batch) -> Results:
     """Simulate and store a batch; None if its run was interrupted before that.
 
     A batch is not simulated again if a worker stored it and died before it could report.
     """
-    mine = begun(remote.name)
+    mine, news = begun(remote.name), _reached.setdefault(remote.name, {})
     if mine.stopped.is_set():
         return None
     try:
@@ -105,11 +114,14 @@ def simulate_remotely(remote: RemoteRun, batch: Batch) -> Results:
         if len(stored) == len(batch.repeats) and all(stored):
             return [replace(result, cached=False) for result in stored if result]
         compile_for(run.by_number[batch.point].experiment)
-        return simulate_and_store(Job(run, remote.command, remote.interval), batch, mine)
+        job = Job(run, remote.command, remote.interval)
+        return simulate_and_store(job, batch, mine, partial(news.__setitem__, batch))
     except RunError as error:
         return [RepeatResult(batch.point, repeat, error=str(error)) for repeat in batch.repeats]
     except Exception as error:  # as in ``simulate_and_store``
         return unexpected(batch, error)
+    finally:
+        news.pop(batch, None)
 
 
 def _other_software(worker: str, theirs: object, mine: str) -> RunError:
@@ -203,7 +215,8 @@ class DaskExecutor(Executor):
         run, folder = job.run, job.run.directory.absolute()
         remote = RemoteRun(self._name, software(), folder, run.identity, job.command, job.interval)
         items = takewhile(lambda _: not self._lost, missing)
-        yield from self.counted(partial(simulate_remotely, remote), items, watcher)
+        with asking(self._news, watcher):
+            yield from self.results(partial(simulate_remotely, remote), items)
         if not self._cancelled.is_set():
             # Workers that died may have left parts of batches that others have stored.
             stored = {path for batch in missing if (path := run.path(*batch)).exists()}
@@ -220,6 +233,11 @@ class DaskExecutor(Executor):
             if not isinstance(theirs, str):
                 theirs = f"no such snooker ({error_text(theirs)})"
             raise _other_software(f"the worker at {address}", theirs, mine)
+
+    def _news(self) -> Iterator[Progress]:
+        """How far the workers are."""
+        answers = self._client.run(reached, self._name, on_error="ignore")
+        return chain.from_iterable(answers.values())
 
     def _give_up(self, pending: Iterable[Future[Any]]) -> None:
         if self._client.scheduler_comm is self._connection:

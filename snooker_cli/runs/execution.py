@@ -31,6 +31,7 @@ from snooker_cli.runs.batch import (
     Batch,
     Begun,
     Job,
+    Progress,
     RepeatResult,
     Results,
     compile_for,
@@ -48,6 +49,7 @@ from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
 from snooker_cli.signals import STOPPING
 
 POLL_INTERVAL = 0.02  # seconds between two looks whether a run was cancelled
+PROGRESS_INTERVAL = 1.0  # seconds after which another process reports again how far it is
 LEAST_FOR_PROCESS = 6  # batches of short repeats for each process; its start takes a second
 MOST_PROCESSES = 61  # that Windows can wait for
 
@@ -72,8 +74,8 @@ class Watcher:
     def simulating(self, compiling: float) -> None:
         """Simulating begins; ``compiling`` is the time that compiling took, s."""
 
-    def events(self, number: int) -> None:
-        """``number`` more collisions are simulated."""
+    def reached(self, progress: Progress) -> None:
+        """A batch in simulation is so far; perhaps it has ended since."""
 
     def finished(self, result: RepeatResult) -> None:
         """A repeat has ended."""
@@ -93,7 +95,7 @@ class Executor(AbstractContextManager["Executor"]):
     def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
         """The results of the missing batches as they come; None for an abandoned one.
 
-        watcher : its ``simulating`` and ``events`` are called
+        watcher : its ``simulating`` and ``reached`` are called
         """
 
     def results(self, function: Callable[[Any], Result], items: Iterable[Any]) -> Iterator[Result]:
@@ -118,14 +120,6 @@ class Executor(AbstractContextManager["Executor"]):
                 self._give_up(pending)
                 continue
             yield self._result(future, pending.pop(future))
-
-    def counted(
-        self, function: Callable[[Batch], Results], batches: Iterable[Batch], watcher: Watcher
-    ) -> Iterator[Results]:
-        """As ``results``; the watcher gets the collisions of a batch when it has ended."""
-        for results in self.results(function, batches):
-            watcher.events(sum(result.collisions for result in results or ()))
-            yield results
 
     def _give_up(self, pending: Iterable[Future[Any]]) -> None:
         """End the futures that can have no result any more."""
@@ -171,11 +165,29 @@ class ThreadExecutor(Executor):
                 with others:
                     yield from others.simulate(job, missing, watcher)
                 return
-        simulated = partial(simulate_and_store, job, begun=self._begun, events=watcher.events)
+        simulated = partial(simulate_and_store, job, begun=self._begun, reached=watcher.reached)
         yield from self.results(simulated, missing)
 
     def _stop_and_ask(self, pending: Iterable[Any]) -> bool:
         return not self._begun.stop().isdisjoint(pending)
+
+
+@contextmanager
+def asking(news: Callable[[], Iterable[Progress]], watcher: Watcher) -> Iterator[None]:
+    """Inside, a thread asks other processes how far they are, and passes it to the watcher."""
+    ended = threading.Event()
+
+    def keep_asking() -> None:
+        while not ended.wait(PROGRESS_INTERVAL):
+            with suppress(Exception):  # a lost process or scheduler is noticed by its results
+                for progress in news():
+                    watcher.reached(progress)
+
+    threading.Thread(target=keep_asking, daemon=True).start()
+    try:
+        yield
+    finally:
+        ended.set()
 
 
 @contextmanager
@@ -234,16 +246,19 @@ class ProcessExecutor(Executor):
     _pool: Processes
 
     def __init__(self, workers: int, job: Job, cancelled: threading.Event) -> None:
+        context = get_context("spawn")
         with using_shared_memory():
-            self._stopped = get_context("spawn").Event()
-        super().__init__(Processes(workers, _take_job, job, self._stopped), 2 * workers, cancelled)
+            self._stopped, self._reached = context.Event(), context.SimpleQueue()
+        pool = Processes(workers, _take_job, job, self._stopped, self._reached)
+        super().__init__(pool, 2 * workers, cancelled)
 
     def __exit__(self, *_error: object) -> None:
         self._pool.shutdown(cancel_futures=True)
 
     def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
         try:
-            yield from self.counted(_simulate_here, missing, watcher)
+            with asking(self._news, watcher):
+                yield from self.results(_simulate_here, missing)
         except OSError as error:
             self._pool.kill()
             raise RunError(
@@ -258,23 +273,37 @@ class ProcessExecutor(Executor):
                 "run the same command again, with fewer --jobs",
             ) from None
 
+    def _news(self) -> Iterator[Progress]:
+        """How far the processes are, as they sent it since the last call."""
+        while not self._reached.empty():
+            yield self._reached.get()
+
     def _stop_and_ask(self, pending: Iterable[Any]) -> bool:
         self._stopped.set()  # each process then ends its batch soon, stored or abandoned
         return True
 
 
-_process: tuple[Job, Begun]  # what a process of ``ProcessExecutor`` simulates
+_process: tuple[Job, Begun, Callable[[Progress], None]]
+"""What a process of ``ProcessExecutor`` simulates, and what takes how far it is."""
 
 
-def _take_job(job: Job, stopped: Any) -> None:
+def _take_job(job: Job, stopped: Any, sent: Any) -> None:
     global _process
-    _process = job, Begun(stopped)
+    due = time.monotonic()
+
+    def reached(progress: Progress) -> None:
+        nonlocal due
+        if time.monotonic() >= due:
+            sent.put(progress)
+            due = time.monotonic() + PROGRESS_INTERVAL
+
+    _process = job, Begun(stopped), reached
 
 
 def _simulate_here(batch: Batch) -> Results:
     """The results of a batch in this process; None for an abandoned one."""
-    job, begun = _process
-    return simulate_and_store(job, batch, begun)
+    job, begun, reached = _process
+    return simulate_and_store(job, batch, begun, reached)
 
 
 def execute(

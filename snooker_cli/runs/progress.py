@@ -5,20 +5,21 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import Any, TypeVar
 
 import rich.progress
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, TextColumn
 from rich.text import Text
 
+from snooker_cli.config import Point
 from snooker_cli.engine.jit import check_current_folder
 from snooker_cli.errors import bug_message, notice
-from snooker_cli.formatting import counted
-from snooker_cli.runs.batch import RepeatResult
+from snooker_cli.formatting import counted, duration
+from snooker_cli.runs.batch import Progress, RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.folder import create, locked, locked_for_part
 from snooker_cli.runs.plan import batch_size
@@ -29,6 +30,8 @@ from snooker_cli.trace import StopReason
 Item = TypeVar("Item")
 
 MOST_FAILURES = 10  # failures that are printed as they come; a full disk fails every repeat
+FIRST_LINE, MOST_BETWEEN_LINES = 60.0, 3600.0  # of progress in a log, s
+SOON = 0.2  # seconds after which a bar is drawn again, and speeds are known
 
 
 class _Notices(logging.Handler):
@@ -49,40 +52,52 @@ def showing_notices() -> Iterator[None]:
 
 
 class RunProgress(Watcher):
-    """Problems of a run as lines, and on a terminal a bar with events per second and time left.
+    """How far a run is, and its problems as lines.
 
-    repeats : of all points
-    collisions : where a repeat ends; the bar of a single repeat counts them
+    A terminal shows a bar; a log gets a line after 1, 2, 4 … minutes, then every hour. Both count
+    within repeats: collisions, or the simulated time, whichever ends the repeats of all points. If
+    both do, repeats are counted. The time left is that at the mean speed since the start.
+
+    wanted : the number of repeats of each point, by the point's number
+    shown : whether to show this at all
+
     compiling : time that it took, s
-    simulated : collisions, without those before a checkpoint
     """
 
-    def __init__(self, repeats: int, bar: bool, collisions: int | None) -> None:
-        self._alone = repeats == 1 and collisions is not None
+    def __init__(self, points: Sequence[Point], wanted: Mapping[int, int], shown: bool) -> None:
+        self._unit, self._limits = _measure(points)
+        self._repeats = sum(wanted.values())
+        self._total = float(sum(self._limits[index] * number for index, number in wanted.items()))
+        self._done = self._given = 0.0  # of repeats that have ended; and before this run
+        self._ended: set[tuple[int, int]] = set()
+        self._finished = self._simulated = self._failures = self._unusable = 0
+        self._running: dict[tuple[int, int], Progress] = {}  # by the first repeat of the batch
         self.compiling = 0.0
-        self.simulated = 0
         self._began: float | None = None
-        self._failures = self._unusable = 0
+        self._drawn, self._due = 0.0, FIRST_LINE
         self._lock = threading.Lock()
         console = Console(stderr=True)
         # Without ipywidgets, rich cannot move a bar in a notebook.
-        shown = find_spec("ipywidgets") is not None if console.is_jupyter else sys.stderr.isatty()
-        self.bar = Progress(
+        moves = find_spec("ipywidgets") is not None if console.is_jupyter else sys.stderr.isatty()
+        self._logs = shown and not moves
+        self.bar = rich.progress.Progress(
             BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn(("collisions" if self._alone else "repeats") + " {task.fields[rate]}"),
-            TimeRemainingColumn(),
+            TextColumn("{task.description}", markup=False),
             console=console,
-            disable=not (bar and shown),
+            disable=not (shown and moves),
             transient=True,
         )
-        total = collisions if self._alone else repeats
-        self._task = self.bar.add_task("", total=total, rate="")
+        self._task = self.bar.add_task("", total=self._total)
 
     @property
     def seconds(self) -> float:
         """Time since the simulation began, s; 0 if it never has."""
         return 0.0 if self._began is None else time.perf_counter() - self._began
+
+    @property
+    def simulated(self) -> int:
+        """Collisions that are simulated, without those before a checkpoint."""
+        return self._simulated + sum(running.collisions for running in self._running.values())
 
     def unusable(self, problem: str) -> None:
         self._unusable += 1
@@ -93,21 +108,18 @@ class RunProgress(Watcher):
 
     def simulating(self, compiling: float) -> None:
         self.compiling, self._began = compiling, time.perf_counter()
-        # The estimate of the time left must not count stored repeats or compiling.
-        self.bar.reset(self._task, completed=int(self.bar.tasks[0].completed))
 
-    def events(self, number: int) -> None:
+    def reached(self, progress: Progress) -> None:
         with self._lock:
-            self.simulated += number
-            if self._alone:
-                self.bar.update(self._task, advance=number)
-            if self.seconds > 0.2:
-                rate = f"{self.simulated / self.seconds:,.0f} events/s"
-                self.bar.update(self._task, rate=rate)
+            key = progress.batch.point, progress.batch.repeats[0]
+            if key not in self._ended:
+                self._running[key] = progress
+        self._show()
 
     def finished(self, result: RepeatResult) -> None:
-        if not self._alone:
-            self.bar.update(self._task, advance=1)
+        with self._lock:
+            self._end(result)
+        self._show(at_once=result.cached)
         self._failures += result.error is not None
         if result.error is None or self._failures > MOST_FAILURES:
             return
@@ -117,6 +129,71 @@ class RunProgress(Watcher):
         notice(f"point {result.point}, repeat {result.repeat} failed: {error}")
         if self._failures == MOST_FAILURES:
             notice("more failures are counted, without a message")
+
+    def _end(self, result: RepeatResult) -> None:
+        """Count a repeat that has ended, as long as it is."""
+        key = result.point, result.repeat
+        self._ended.add(key)
+        limit = self._limits[result.point]
+        if running := self._running.pop(key, None):
+            self._given += running.given * limit * len(running.batch.repeats)
+        reached = 0.0
+        if stop := result.stop:
+            reached = {"collisions": result.collisions, "s": stop.time}.get(self._unit, limit)
+        self._done += reached
+        if stop is None or stop.reason is not StopReason.INTERRUPTED:
+            self._total += reached - limit
+            self._finished += stop is not None
+        if result.cached:
+            self._given += reached
+        else:
+            self._simulated += result.collisions - result.continued
+
+    def now(self, seconds: float) -> tuple[float, float, str]:
+        """What is done and what is wanted in all, and both as a text with speed and time left.
+
+        seconds : since the simulation began
+        """
+        with self._lock:
+            done, given, simulated = self._done, self._given, self.simulated
+            for running in self._running.values():
+                whole = self._limits[running.batch.point] * len(running.batch.repeats)
+                done, given = done + running.share * whole, given + running.given * whole
+        total, repeats = self._total, f"{self._finished:,}/{self._repeats:,} repeats"
+        parts = {
+            "collisions": [f"{done:,.0f}/{total:,.0f} collisions", repeats],
+            "s": [f"{done:.4g}/{total:.4g} s of simulated time", repeats],
+            "repeats": [f"{done:,.1f}/{total:,.0f} repeats"],
+        }[self._unit]
+        if self._repeats == 1:
+            parts = parts[:1]
+        if seconds > SOON:
+            parts.append(f"{simulated / seconds:,.0f} events/s")
+            if given < done < total:
+                left = duration(seconds * (total - done) / (done - given))
+                parts.append(f"{left} left")
+        return done, total, ", ".join(parts)
+
+    def _show(self, *, at_once: bool = False) -> None:
+        """Draw the bar anew if it is some time ago; write a line if it is time for one."""
+        seconds = self.seconds
+        if self._logs and seconds >= self._due:
+            self._due = seconds + min(seconds, MOST_BETWEEN_LINES)
+            notice(self.now(seconds)[2])
+        if not self.bar.disable and (at_once or seconds >= self._drawn + SOON):
+            self._drawn = seconds
+            done, total, text = self.now(seconds)
+            self.bar.update(self._task, completed=done, total=total, description=text)
+
+
+def _measure(points: Iterable[Point]) -> tuple[str, dict[int, float]]:
+    """What the progress of a run counts, and how much of it a repeat of each point has at most."""
+    limits = [(point.index, point.experiment.collisions, point.experiment.time) for point in points]
+    if all(time is None and collisions for _, collisions, time in limits):
+        return "collisions", {index: float(collisions or 0) for index, collisions, _ in limits}
+    if all(collisions is None and time for _, collisions, time in limits):
+        return "s", {index: time or 0.0 for index, _, time in limits}
+    return "repeats", {index: 1.0 for index, *_ in limits}
 
 
 def counting(repeats: Iterable[Item], label: str, total: int) -> Iterator[Item]:
@@ -193,7 +270,7 @@ def execute_watched(
     fresh : delete what the folder holds
     part : of ``execute``; parts share the lock
     cancelled : set by Ctrl-C and SIGTERM; finished batches and long repeats are then saved
-    bar : whether a terminal or a notebook shows a progress bar
+    bar : whether a terminal or a notebook shows a progress bar, and a log gets lines of progress
     how : further arguments of ``execute``
 
     Raises ``RunError`` as ``create`` and ``execute`` do, and ``UserError`` where Numba is not safe.
@@ -213,9 +290,10 @@ def execute_watched(
     with handling(stop, STOPPING if main else ()), lock:
         if change := create(run, fresh=fresh) if part is None else "":
             notice(change)
-        collisions = run.points[0].experiment.collisions
-        repeats = len(run.points) * run.experiment.repeats
-        watcher = RunProgress(repeats, bar, collisions)
+        wanted = Counter({point.index: run.experiment.repeats for point in run.points})
+        if part is not None:
+            wanted = Counter(index for index, _ in part)
+        watcher = RunProgress(run.points, wanted, bar)
         with watcher.bar:
             how |= {"watcher": watcher, "cancelled": cancelled, "part": part}
             return execute(run, **how), watcher

@@ -162,7 +162,7 @@ def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Ev
         collisions=min(header.collisions, most) if interrupted else limits.collisions,
         time=limits.time,
         summary=header.summary,
-        watch=lambda _: cancelled.is_set(),
+        watch=lambda *_: cancelled.is_set(),
         sink=fingerprint.add,
     )
     # One that was interrupted now stops at that collision for another reason. Words may differ.

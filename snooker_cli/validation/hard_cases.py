@@ -246,7 +246,7 @@ def verdict(name: str) -> Iterator[Record]:
             collisions=limit,
             time=experiment.time,
             summary=not experiment.keeps_events,
-            watch=lambda _, deadline=deadline: time.monotonic() > deadline,  # type: ignore[misc]
+            watch=lambda *_, deadline=deadline: time.monotonic() > deadline,
         )
         results, wrong = judged(trace, CASES[name])
         for check in results:

@@ -69,7 +69,7 @@ def timing(case: SpeedCase, events: int, repeats: int, stirring: int) -> Iterato
     first = max(stirring * case.balls, simulation.CHUNK)
     looks: list[tuple[int, float]] = []
 
-    def look(collisions: int) -> bool:
+    def look(collisions: int, _share: float) -> bool:
         looks.append((collisions, time.process_time()))
         return False
 

@@ -108,19 +108,19 @@ def test_nothing_to_simulate():
 
 def test_watch_counts_the_events_of_the_whole_batch(monkeypatch):
     monkeypatch.setattr(simulation, "MOST_EVENTS", 300)
-    seen: list[int] = []
+    seen: list[tuple[int, float]] = []
 
-    def watch(number: int) -> bool:
-        seen.append(number)
+    def watch(number: int, share: float) -> bool:
+        seen.append((number, share))
         return True  # which stops nothing
 
     traces = simulate_batch([report_scene(k) for k in range(3)], collisions=250, watch=watch)
-    assert seen == [300, 300, 150]
+    assert seen == [(300, pytest.approx(0.4)), (300, pytest.approx(0.8)), (150, 1.0)]
     assert [trace.collisions for trace in traces] == [250] * 3
 
 
 def test_watch_may_abandon_the_batch():
-    def watch(number: int) -> None:
+    def watch(number: int, share: float) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

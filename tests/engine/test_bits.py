@@ -182,7 +182,7 @@ def test_a_repeat_that_is_continued_has_the_same_bits(name, monkeypatch):
             collisions=case.collisions,
             summary=case.summary,
             sink=parts.append,
-            watch=lambda _: True,
+            watch=lambda *_: True,
             checkpoint=checkpoint,
         )
         if trace.checkpoint is None:

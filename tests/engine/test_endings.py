@@ -83,15 +83,16 @@ def test_whichever_limit_comes_first():
 
 def test_watch_counts_the_events_and_can_stop_the_run():
     scene = report_scene(cor=0.95, wall_cor=1.0)
-    seen: list[int] = []
+    seen: list[tuple[int, float]] = []
     count = 2 * CHUNK + 1000
-    watched = simulate(scene, collisions=count, watch=lambda new: seen.append(new) or False)
-    assert seen == [CHUNK, CHUNK, 1000]
-    stopped = simulate(scene, collisions=count, watch=lambda new: True)
+    watched = simulate(scene, collisions=count, watch=lambda *news: seen.append(news) or False)
+    ends = CHUNK / count, 2 * CHUNK / count, 1.0
+    assert seen == list(zip([CHUNK, CHUNK, 1000], map(pytest.approx, ends), strict=True))
+    stopped = simulate(scene, collisions=count, watch=lambda *_: True)
     assert stopped.stop.reason is StopReason.INTERRUPTED
     assert stopped.stop.time == stopped.events.time[-1]
     assert same_events(stopped.events, watched.events[:CHUNK])
-    complete = simulate(scene, collisions=CHUNK, watch=lambda new: True)
+    complete = simulate(scene, collisions=CHUNK, watch=lambda *_: True)
     assert complete.stop.reason is StopReason.COLLISIONS
 
 
@@ -183,7 +184,7 @@ def test_very_many_crossings_without_a_collision(monkeypatch):
     monkeypatch.setattr(simulation, "IDLE_CALLS", 3)
     balls = [(0.0, 0.0, 7.0, 3.0, 1.0, 1.0), (5.0, 0.5, math.nextafter(7.0, 0.0), 3.0, 1.0, 1.0)]
     scene, counted = scene_of(balls, **CONTAINERS["periodic"]), []
-    trace = simulate(scene, collisions=10, watch=lambda new: counted.append(new))
+    trace = simulate(scene, collisions=10, watch=lambda new, _: counted.append(new))
     assert trace.stop.reason is StopReason.IDLE
     assert not trace.stop.reason.complete
     assert counted == [0, 0, 0]

@@ -121,7 +121,7 @@ def test_the_order_in_memory_decides_no_bit(name: str, monkeypatch: pytest.Monke
 def test_arrays_of_another_repeat_are_refused() -> None:
     """Of another shape or type, or missing."""
     scene = GASES["free, mixture"]()
-    arrays = simulate(scene, collisions=20_000, summary=True, watch=lambda _: True).checkpoint
+    arrays = simulate(scene, collisions=20_000, summary=True, watch=lambda *_: True).checkpoint
     assert arrays is not None
     for name, values in arrays.items():
         others = {key: array for key, array in arrays.items() if key != name}

@@ -217,7 +217,7 @@ def test_an_account_is_the_same_in_batches_and_after_a_checkpoint():
     other = replace(scene, wall_key=4)
     whole = simulate(scene, collisions=3000, summary=True)
     batch = simulate_batch([other, scene], collisions=3000, summary=True)[1]
-    stopped = simulate(scene, collisions=200_000, summary=True, watch=lambda _: True)
+    stopped = simulate(scene, collisions=200_000, summary=True, watch=lambda *_: True)
     resumed = simulate(scene, collisions=70_000, summary=True, checkpoint=stopped.checkpoint)
     straight = simulate(scene, collisions=70_000, summary=True)
     for one, same in ((whole, batch), (resumed, straight)):

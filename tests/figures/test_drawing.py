@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,10 @@ from figure_runs import ELASTIC, MIXTURE, made
 from matplotlib.axis import Axis
 from matplotlib.text import Text
 
+from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Line, Points, Reference
-from snooker_cli.figures.drawing import draw, save, styled
-from snooker_cli.figures.figure_data import Band
+from snooker_cli.figures.drawing import MOST_ENTRIES, colour, draw, save, styled
+from snooker_cli.figures.figure_data import Band, with_logarithmic_axes
 from snooker_cli.figures.selection import Selection
 from snooker_cli.runs import Run
 
@@ -152,3 +154,117 @@ def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
     assert points["y_error"] == [0.1, None, 0.3]
     assert [[vertical["value"]] * 2, [0.0, 1.0]] in drawn
     assert [[0.0, 1.0], [horizontal["value"]] * 2] in drawn
+
+
+# Colour scales
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    values = "cor=0.6,0.65,0.7,0.75,0.8,0.85,0.9,0.95"
+    return made(tmp_path_factory.mktemp("swept") / "run", values)
+
+
+@pytest.mark.parametrize("name", ["energy", "event-decay", "haff-time"])
+def test_many_values_of_one_key_are_a_colour_scale(name: str, swept: Run) -> None:
+    """Each step has the colour of its series; the legend keeps what is for all."""
+    shown = FIGURES[name].make(swept, Selection())
+    figure = draw(shown)
+    with styled():
+        figure.draw_without_rendering()
+    bar = figure.axes[-1]
+    assert bar.get_ylabel() == "CoR"
+    values = [text.get_text() for text in bar.get_yticklabels()]
+    assert values == ["0.6", "0.65", "0.7", "0.75", "0.8", "0.85", "0.9", "0.95"]
+    (mesh,) = (artist for artist in bar.collections if artist.get_array() is not None)
+    steps = [colour(0, [rank]) for rank in np.linspace(0, 1, 8)]
+    drawn = mesh.cmap(mesh.norm(mesh.get_array().ravel()))
+    assert [colour_of(row) for row in drawn] == steps
+    entries = [plain_text(text) for legend in figure.legends for text in legend.get_texts()]
+    assert entries
+    assert not any(entry.startswith("CoR") for entry in entries)
+    height = figure.get_figheight()
+    assert height < draw(replace(shown, scale=(), scale_label="")).get_figheight()
+
+
+def colour_of(row: Any) -> str:
+    return "#" + "".join(f"{round(255 * part):02x}" for part in row[:3])
+
+
+def test_few_values_or_several_keys_are_a_legend(
+    swept: Run, figures: dict[str, FigureData], tmp_path: Path
+) -> None:
+    shown = FIGURES["energy"].make(swept, Selection({"cor": (0.6, 0.65, 0.7, 0.75, 0.8)}))
+    assert len(shown.scale) == MOST_ENTRIES
+    for few in (shown, figures["energy"]):
+        assert len(draw(few).axes) == 1
+    grid = made(tmp_path / "grid", "cor=0.7,0.8,0.9", "balls.radius=0.5,1.0")
+    several = FIGURES["energy"].make(grid, Selection())
+    assert several.scale == ()
+    (legend,) = draw(several).legends
+    assert "CoR 0.7, r = 0.5 m" in [text.get_text() for text in legend.get_texts()]
+
+
+@pytest.mark.parametrize(
+    ("override", "label", "values"),
+    [
+        ("balls.radius=0.25,0.5", "r (m)", ("0.25", "0.5")),
+        ("balls.rings=1,2", "N", ("7", "19")),
+        ("balls.speed=5,10", "v₀ (m/s)", ("5", "10")),
+        ("collisions=100,200", "collisions", ("100", "200")),
+        ("container.radius=10,12", "R (m)", ("10", "12")),
+    ],
+)
+def test_a_scale_has_the_name_and_the_unit_of_its_key(
+    override: str, label: str, values: tuple[str, ...], tmp_path: Path
+) -> None:
+    shown = FIGURES["energy"].make(made(tmp_path / "run", override), Selection())
+    assert (shown.scale_label, shown.scale) == (label, values)
+
+
+# Logarithmic axes
+
+
+def test_a_logarithmic_axis_shows_all_positive_values(figures: dict[str, FigureData]) -> None:
+    """Of theory, which falls by more decades, it shows what the measured values need."""
+    linear = figures["speeds"]
+    shown = with_logarithmic_axes(linear, False, True)
+    axes = draw(shown).axes[0]
+    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "log")
+    low, high = axes.get_ylim()
+    lines = [layer for layer in shown.layers if isinstance(layer, Line)]
+    measured = np.concatenate([line.y for line in lines if line.steps])
+    theory = [line for line in lines if line.label == "Maxwell–Boltzmann"]
+    assert 0 < low < measured[measured > 0].min() < measured.max() < high
+    assert min(line.y.min() for line in theory) < low
+    assert (linear.y_log, linear.layers) == (False, shown.layers)
+    both = draw(with_logarithmic_axes(figures["energy"], True, True)).axes[0]
+    assert (both.get_xscale(), both.get_yscale()) == ("log", "log")
+    lines = [layer for layer in figures["energy"].layers if isinstance(layer, Line)]
+    first = min(line.x[line.x > 0].min() for line in lines if len(line.x))
+    assert 0 < both.get_xlim()[0] < first
+
+
+@pytest.mark.parametrize("name", ["speeds", "energy", "pressure", "hexatic-order"])
+def test_a_figure_with_logarithmic_axes_is_drawn_legibly(
+    name: str, figures: dict[str, FigureData]
+) -> None:
+    test_every_figure_is_drawn_legibly(
+        name, {name: with_logarithmic_axes(figures[name], True, True)}
+    )
+
+
+@pytest.mark.parametrize(
+    ("values", "reason"),
+    [
+        ([-0.5, 1.0, 2.0], "--log-y needs positive values of y, and its least is -0.5; leave it"),
+        ([0.0, 0.0, 0.0], "--log-y needs positive values of y, and its least is 0; leave it out"),
+        ([np.nan, np.nan, np.nan], "--log-y needs positive values of y, and there is none"),
+    ],
+)
+def test_what_has_no_logarithm_is_refused_in_one_sentence(values: list[float], reason: str) -> None:
+    data = replace(EVERYTHING, layers=(Line(X, np.array(values), "line"),))
+    with pytest.raises(FigureError, match=f"^{reason}"):
+        with_logarithmic_axes(data, False, True)
+    with pytest.raises(FigureError, match="on axes of one scale; leave out --log-x"):
+        with_logarithmic_axes(replace(data, equal_axes=True), True, False)

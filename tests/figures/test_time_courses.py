@@ -74,7 +74,7 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
     found = shown(decaying, "pressure", cor=1.0)
     curve = measure(traces(decaying, 2)).curve
     curves = courses(curve.time, np.nan_to_num(curve.pressure))
-    line, _ = layers(found, Line)
+    (line,) = layers(found, Line)
     assert [line.x.tolist(), line.y.tolist()] == [column.tolist() for column in curves[0]]
     columns = series(traces(decaying, 2)[0])
     at_end = columns.wall_impulse[-1] / (20 * math.pi * columns.time[-1])

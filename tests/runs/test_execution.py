@@ -25,7 +25,6 @@ class Notes(Watcher):
     """What a run reports."""
 
     def __init__(self) -> None:
-        self.collisions = 0
         self.results: list[RepeatResult] = []
         self.refused: list[str] = []
 
@@ -34,11 +33,7 @@ class Notes(Watcher):
 
     def simulating(self, compiling: float) -> None:
         assert compiling > 0
-        assert self.collisions == 0
         assert all(result.cached for result in self.results)
-
-    def events(self, number: int) -> None:
-        self.collisions += number
 
     def finished(self, result: RepeatResult) -> None:
         self.results.append(result)

@@ -20,6 +20,7 @@ from repeating import batches_of, contents, done, made
 from snooker_cli import runs
 from snooker_cli.errors import RunError
 from snooker_cli.runs import execution
+from snooker_cli.runs.batch import Progress, RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
 
 
@@ -32,13 +33,12 @@ def few_are_enough(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 class Counts(Watcher):
-    """Counts collisions, and the processes that simulate them."""
+    """Counts the processes that simulate."""
 
     def __init__(self) -> None:
-        self.collisions = self.processes = 0
+        self.processes = 0
 
-    def events(self, number: int) -> None:
-        self.collisions += number
+    def finished(self, _result: RepeatResult) -> None:
         self.processes = max(self.processes, len(multiprocessing.active_children()))
 
 
@@ -50,7 +50,6 @@ def test_processes_store_the_same_bits_as_threads(small_config: str, tmp_path: P
     found = done(by_processes, workers=2, watcher=watcher, processes=True)
     expected = done(by_threads, workers=2)
     assert watcher.processes == 2
-    assert watcher.collisions == sum(result.collisions for result in expected)
     assert [(result.point, result.repeat, result.stop) for result in found] == [
         (result.point, result.repeat, result.stop) for result in expected
     ]
@@ -58,13 +57,24 @@ def test_processes_store_the_same_bits_as_threads(small_config: str, tmp_path: P
 
 
 def test_an_interrupt_does_not_wait_for_long_batches(small_config: str, tmp_path: Path) -> None:
-    """They would take minutes; what they have simulated is not stored."""
+    """They would take minutes; the first news of them ends the run, and nothing is stored."""
     long = ("cor=1.0", "repeats=8", "collisions=50000000", "record=summary")
-    run, cancelled = made(tmp_path / "run", small_config, *long), threading.Event()
-    timer = threading.Timer(1.5, cancelled.set)
+    run, cancelled, news = made(tmp_path / "run", small_config, *long), threading.Event(), []
+
+    class Stops(Watcher):
+        def reached(self, progress: Progress) -> None:
+            news.append(progress)
+            cancelled.set()
+
+    timer = threading.Timer(60.0, cancelled.set)
     timer.start()
-    found = execute(run, workers=2, watcher=Watcher(), cancelled=cancelled, processes=True)
+    found = execute(run, workers=2, watcher=Stops(), cancelled=cancelled, processes=True)
+    timer.cancel()
     assert found == []
+    assert news
+    assert [of_batch.share for of_batch in news] == pytest.approx(
+        [of_batch.collisions / 1e8 for of_batch in news]
+    )
     assert not multiprocessing.active_children()
     assert not [path for path in run.directory.glob("point-*/*") if path.is_file()]
 
@@ -72,7 +82,7 @@ def test_an_interrupt_does_not_wait_for_long_batches(small_config: str, tmp_path
 class Kills(Watcher):
     """Kills one of two processes after the first batch."""
 
-    def events(self, _number: int) -> None:
+    def finished(self, _result: RepeatResult) -> None:
         for process in multiprocessing.active_children()[:1]:
             process.kill()
 

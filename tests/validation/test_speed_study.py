@@ -56,7 +56,7 @@ def test_the_first_chunk_which_compiles_is_not_timed(monkeypatch: pytest.MonkeyP
         for done in range(0, collisions, 1000):
             chunk = min(1000, collisions - done)
             clock += chunk / 1000 if done else 1000.0
-            watch(chunk)
+            watch(chunk, 0.0)
 
     monkeypatch.setattr(speed_study, "simulate", simulated)
     monkeypatch.setattr(speed_study.time, "process_time", lambda: clock)
