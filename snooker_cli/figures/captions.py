@@ -40,6 +40,7 @@ from snooker_cli.figures.selection import (
     of_label,
     ranks,
     scale,
+    shades_of_runs,
     spread,
     statuses,
     value_at,
@@ -317,7 +318,8 @@ class FigureBuilder:
         owners = {_owner(layer) for layer in layers} - {NEUTRAL}
         series = [group[0] for group in self.groups] if self.groups[1:] else self.groups[0]
         if owners == set(range(len(series))):
-            others = {"shades": ranks(series)} | others
+            shades, hues = shades_of_runs(series)
+            others = {"shades": shades or ranks(series), "hues": hues} | others
             label, values = scale(series)
             names = {described(point, key) for point in series for key in varying(series)}
             if all(layer.label in {None, *names} for layer in layers if _owner(layer) != NEUTRAL):

@@ -90,6 +90,7 @@ class FigureData:
     x_limits, y_limits : (low, high); ``None`` fits the data
     equal_axes : whether a metre is as long in y as in x
     shades : the rank of each series in a sequential palette, from 0 to 1; empty: other colours
+    hues : the number of the colour of each series, of which ``shades`` are pale; empty: one palette
     scale, scale_label : the value of each series in these shades as a text, and what it is, if the
         labels of the series say no more; many of them are a colour scale instead of a legend
     panel, panel_label : layers of lower axes with the same x and a linear y, such as residuals, and
@@ -109,6 +110,7 @@ class FigureData:
     y_limits: Sequence[float | None] = (None, None)
     equal_axes: bool = False
     shades: Sequence[float] = ()
+    hues: Sequence[int] = ()
     scale: Sequence[str] = ()
     scale_label: str = ""
     panel: tuple[Layer, ...] = ()

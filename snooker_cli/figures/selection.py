@@ -204,6 +204,20 @@ def swept_number(points: Sequence[Point]) -> str:
     raise FigureError("it needs points at two or more values of a number; sweep a key")
 
 
+def shades_of_runs(points: Sequence[Point]) -> tuple[tuple[float, ...], tuple[int, ...]]:
+    """Shades and hues of series of runs side by side, if a run has several; else none."""
+    if RUN not in varying(points):
+        return (), ()
+    runs = by_run(points)
+    if max(map(len, runs)) == 1:
+        return (), ()
+    shade = {
+        point.index: rank / max(len(run) - 1, 1) for run in runs for rank, point in enumerate(run)
+    }
+    hue = {point.index: number for number, run in enumerate(runs) for point in run}
+    return tuple(shade[p.index] for p in points), tuple(hue[p.index] for p in points)
+
+
 def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[list[Point]]:
     """Points in order of one of the keys ``xs``, a list for each value of the key ``by``.
 

@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from figure_runs import layers, made, shown
+from matplotlib.colors import to_rgb
 
 import snooker_cli as snooker
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder, theories_once
+from snooker_cli.figures.drawing import colour
 from snooker_cli.figures.figure_data import NEUTRAL, Line, Points
 from snooker_cli.runs import Run
 from snooker_cli.runs.side_by_side import RunsSideBySide
@@ -52,6 +54,16 @@ def test_one_series_for_one_point_of_each_run(joined: RunsSideBySide) -> None:
     lines = [line for line in layers(found, Line) if len(line.x)]
     assert [line.label for line in lines] == ["A, wall as balls", "B, wall CoR 1"]
     assert "4 to 5 repeats, at most 200 collisions: 1 of 9 repeats ended early" in found.caption
+
+
+def test_several_points_of_a_run_are_shades_of_its_colour(joined: RunsSideBySide) -> None:
+    found = shown(joined, "event-decay")
+    assert (found.hues, found.shades) == ((0, 0, 1, 1), (0.0, 1.0, 0.0, 1.0))
+    assert colour(0, found.shades, found.hues) == colour(0)
+    assert colour(2, found.shades, found.hues) == colour(1)
+    strong, pale = (np.array(to_rgb(colour(k, found.shades, found.hues))) for k in (0, 1))
+    assert pale == pytest.approx(1 - (1 - strong) * 0.4, abs=0.005)  # 60 % white
+    assert not shown(joined, "event-decay", cor=0.9).hues
 
 
 def test_one_value_of_the_key_from_each_run(tmp_path: Path) -> None:
