@@ -143,7 +143,7 @@ def with_logarithmic_axes(data: FigureData, x: bool, y: bool) -> FigureData:
     for axis, wanted in (("x", x), ("y", y)):
         if not wanted or getattr(data, f"{axis}_log"):
             continue
-        option = f"--log-{axis}"
+        option = "--log-x" if axis == "x" else "--log-y"
         if data.equal_axes:
             raise FigureError(f"it shows places, on axes of one scale; leave out {option}")
         shown = [layer for layer in data.layers if isinstance(layer, Line | Points)]
