@@ -89,6 +89,22 @@ class Sides(NamedTuple):
         return any(law.gains for law in self)
 
 
+class Surface(NamedTuple):
+    """Rough balls: what a collision does along the tangent, see ``engine.surfaces``.
+
+    inertia : q of the moment of inertia q m r², above 0, at most 1
+    tangential_cor, wall_tangential_cor : β of slow slips, -1 (smooth) to 1, of two balls and at
+        the wall
+    friction, wall_friction : μ, the largest tangential impulse over the normal one; may be infinite
+    """
+
+    inertia: float
+    tangential_cor: float
+    friction: float
+    wall_tangential_cor: float
+    wall_friction: float
+
+
 Law: TypeAlias = Constant | Viscoelastic | Driven | Thermal
 WallLaw: TypeAlias = Law | Sides
 

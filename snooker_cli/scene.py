@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli.containers import LEAST_AMOUNT, MOST_AMOUNT, Container
 from snooker_cli.errors import SceneError
-from snooker_cli.laws import Constant, Law, WallLaw
+from snooker_cli.laws import Constant, Law, Surface, WallLaw
 from snooker_cli.neighbours import near_pairs
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -28,6 +28,8 @@ class Scene:
     contact_duration : of the TC model, in mean free times; 0 without it
     elastic_below : relative normal speed below which collisions are elastic, m/s; 0 without it
     slides : whether a ball slides on after infinitely many bounces on a fixed circular wall
+    surface : of rough balls; None for smooth ones, which do not spin
+    spins : (*N*,) ``numpy.float64``, rad/s, a turn to the left positive; None of smooth balls
     wall_key : of the random numbers of a wall with a temperature, from 0 to below 2^63; else None
     """
 
@@ -45,6 +47,8 @@ class Scene:
     elastic_below: float = 0.0
     slides: bool = False
     wall_key: int | None = None
+    surface: Surface | None = None
+    spins: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         for array in (self.positions, self.velocities, self.radii, self.masses):
@@ -82,8 +86,17 @@ class Scene:
 
     @property
     def kinetic_energy(self) -> float:
-        """Kinetic energy of the balls, J."""
+        """Kinetic energy of the balls' motion, without that of their spins, J."""
         return float(0.5 * np.sum(self.masses * np.sum(self.velocities**2, axis=1)))
+
+    @property
+    def spin_energy(self) -> float:
+        """Energy of the balls' spins, J; 0 of smooth ones."""
+        if self.surface is None or self.spins is None:
+            return 0.0
+        return float(
+            0.5 * self.surface.inertia * np.sum(self.masses * (self.radii * self.spins) ** 2)
+        )
 
     @property
     def container_energy(self) -> float:

@@ -69,6 +69,8 @@ class Events:
         ``SLIDE`` the sum of all bounces or of the pressing
     residual : (*n*,) ``numpy.float64``, s, the part of the time that rounding cuts off, see
         ``engine.clock``; ``None`` in runs that are not long, where it is zero
+    tangential : (*n*,) ``numpy.float64``, kg m/s, the impulse to the left of the line of centres,
+        on j; ``None`` of smooth balls
     """
 
     time: NDArray[np.float64]
@@ -76,14 +78,21 @@ class Events:
     j: NDArray[np.int32]
     impulse: NDArray[np.float64]
     residual: NDArray[np.float64] | None = None
+    tangential: NDArray[np.float64] | None = None
 
     def __len__(self) -> int:
         return len(self.time)
 
     def __getitem__(self, rows: slice | NDArray[np.bool_]) -> "Events":
         """The events of some rows; of a slice without a copy."""
-        residual = None if self.residual is None else self.residual[rows]
-        return Events(self.time[rows], self.i[rows], self.j[rows], self.impulse[rows], residual)
+        return Events(
+            self.time[rows],
+            self.i[rows],
+            self.j[rows],
+            self.impulse[rows],
+            None if self.residual is None else self.residual[rows],
+            None if self.tangential is None else self.tangential[rows],
+        )
 
     @property
     def at_wall(self) -> NDArray[np.bool_]:
@@ -102,7 +111,8 @@ def joined(parts: Sequence[Events]) -> Events:
         )
     columns = zip(*((part.time, part.i, part.j, part.impulse) for part in parts), strict=True)
     time, i, j, impulse = map(np.concatenate, columns)
-    return Events(time, i, j, impulse, residual)
+    rubbed = [part.tangential for part in parts if part.tangential is not None]
+    return Events(time, i, j, impulse, residual, np.concatenate(rubbed) if rubbed else None)
 
 
 class Simultaneous:

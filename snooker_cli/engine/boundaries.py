@@ -23,6 +23,7 @@ from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 from snooker_cli.engine.prediction import candidates_from, padded_square
 from snooker_cli.engine.restitution import WALL, bounce_sums
+from snooker_cli.engine.surfaces import rub_free_wall
 
 LAST_HIT = ks.BALL_ROWS
 """The element of ``FreeCircle.motion`` with the scene's number of the ball that last hit it."""
@@ -129,7 +130,9 @@ class FreeCircle(NamedTuple):
         motion[V] += second * y
         balls[U, i] -= first * x
         balls[V, i] -= first * y
-        return abs(m * first * math.sqrt(x * x + y * y))
+        impulse = abs(m * first * math.sqrt(x * x + y * y))
+        rub_free_wall(state.surface, i, x, y, u, v, impulse, state, self.mass, motion)
+        return impulse
 
     def search_until(self, _i: int, now: float, wall_time: float, _state: State) -> float:
         return now + (wall_time - now) * self.search_factor

@@ -34,6 +34,7 @@ from snooker_cli.engine.restitution import (
     kick,
     leave,
 )
+from snooker_cli.engine.surfaces import forget, rub_pair, rub_wall, twice_spin_energy
 
 # The change of velocity
 
@@ -86,7 +87,9 @@ def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
     balls[V, i] -= first * y
     balls[U, j] += second * x
     balls[V, j] += second * y
-    return m * first * length
+    impulse = m * first * length
+    rub_pair(state.surface, i, j, x, y, u, v, impulse, state)
+    return impulse
 
 
 @inlined
@@ -123,7 +126,9 @@ def hit_circle(i: int, state: State, elastic: bool) -> float:
     change = change_at_circle(x, y, u, v, state.setup, elastic)
     balls[U, i] -= change * x
     balls[V, i] -= change * y
-    return float(abs(ks.mass_of(state.sizes, i) * change * math.sqrt(x * x + y * y)))
+    impulse = float(abs(ks.mass_of(state.sizes, i) * change * math.sqrt(x * x + y * y)))
+    rub_wall(state.surface, i, x, y, u, v, impulse, state)
+    return impulse
 
 
 @inlined
@@ -142,8 +147,12 @@ def hit_side(i: int, across: bool, state: State, elastic: bool) -> float:
         return leave(i, x, y, law[TEMPERATURE], state)
     elastic = elastic or abs(normal) < state.setup.elastic_below
     change = kick(law, abs(normal), 1.0, elastic)
+    u, v, ahead = balls[U, i], balls[V, i], math.copysign(1.0, normal)
     balls[row, i] -= math.copysign(change, normal)
-    return float(ks.mass_of(state.sizes, i) * change)
+    impulse = float(ks.mass_of(state.sizes, i) * change)
+    x, y = (ahead, 0.0) if across else (0.0, ahead)
+    rub_wall(state.surface, i, x, y, u, v, impulse, state)
+    return impulse
 
 
 @by_class
@@ -201,11 +210,15 @@ def collide(i: int, j: int, now: float, state: State) -> float:
     """
     balls, k = state.balls, max(j, 0)
     u_i, v_i, u_k, v_k = balls[U, i], balls[V, i], balls[U, k], balls[V, k]
+    of_i, of_k = (
+        twice_spin_energy(state.surface, i, state),
+        twice_spin_energy(state.surface, k, state),
+    )
     impulse = exchange(i, j, now, state)
     if len(state.account) > 0:
-        note_gain(i, j < 0, u_i, v_i, state)
+        note_gain(i, j < 0, u_i, v_i, of_i, state)
         if j >= 0:
-            note_gain(k, False, u_k, v_k, state)
+            note_gain(k, False, u_k, v_k, of_k, state)
     return impulse
 
 
@@ -217,6 +230,7 @@ def exchange(i: int, j: int, now: float, state: State) -> float:
     if state.setup.contact_path > 0.0 and done % balls.shape[1] == 0:
         sums[ks.CONTACT_LASTS] = contact_lasts(now, state)
     elastic = in_contact(i, now, balls, sums)
+    forget(state.surface)
     move(i, now, state)
     if j == ks.NO_PARTNER:
         return hit_wall(state.boundary, i, now, state, elastic)
@@ -229,14 +243,17 @@ def exchange(i: int, j: int, now: float, state: State) -> float:
 
 
 @helper
-def note_gain(i: int, by_wall: bool, u: float, v: float, state: State) -> None:
+def note_gain(i: int, by_wall: bool, u: float, v: float, spin: float, state: State) -> None:
     """Add to the account what ball i, which had the velocity (u, v), gained in a collision.
+
+    spin : its ``twice_spin_energy`` before
 
     With the energy at the start, the account gives the balls' energy at any time, but for rounding.
     """
     account, balls = state.account, state.balls
     now_u, now_v = balls[U, i], balls[V, i]
     twice = (now_u - u) * (now_u + u) + (now_v - v) * (now_v + v)
+    twice += twice_spin_energy(state.surface, i, state) - spin
     gained = 0.5 * ks.mass_of(state.sizes, i) * twice
     row, size = (ks.FROM_WALLS, gained) if by_wall else (ks.LOST, -gained)
     before = account[row]

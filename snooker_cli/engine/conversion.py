@@ -29,6 +29,7 @@ from snooker_cli.engine.kernel_state import (
 )
 from snooker_cli.engine.restitution import law_rows
 from snooker_cli.engine.sliding import SlidingCircle
+from snooker_cli.engine.surfaces import Rough
 from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
@@ -72,6 +73,7 @@ def new_states(
         history=history,
         boundary=boundary_of(scenes),
         sizes=sizes_of(first),
+        surface=surface_of(scenes),
         labels=np.zeros(0, dtype=np.int32),
         sums=sums,
         counts=counts,
@@ -132,6 +134,23 @@ def boundary_of(scenes: Sequence[Scene]) -> Any:
     return circle
 
 
+def surface_of(scenes: Sequence[Scene]) -> Rough | None:
+    """The stacked surface of the balls of one point; ``None`` if they are smooth."""
+    surface = scenes[0].surface
+    if surface is None:
+        return None
+    spins = np.stack([np.zeros(s.number) if s.spins is None else s.spins for s in scenes])
+    return Rough(
+        float(surface.inertia),
+        float(surface.tangential_cor),
+        float(surface.friction),
+        float(surface.wall_tangential_cor),
+        float(surface.wall_friction),
+        spins,
+        np.zeros((len(scenes), 1)),
+    )
+
+
 def sizes_of(scene: Scene) -> Sizes:
     """Radii and masses of a scene's balls."""
     if scene.equal_balls:
@@ -178,6 +197,9 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
         replace(scene, positions=positions.copy(), velocities=velocities.copy())
         for scene, positions, velocities in zip(scenes, rows[:, :, :2], rows[:, :, 2:], strict=True)
     ]
+    if states.surface is not None:
+        pairs = zip(ends, states.surface.spins, strict=True)
+        ends = [replace(scene, spins=spins.copy()) for scene, spins in pairs]
     if not scenes[0].free:
         return ends
     motions = flown(boundary.motion[..., np.newaxis], clocks)[..., 0]

@@ -16,6 +16,7 @@ from snooker_cli.engine.jit import by_class, inlined, kernel
 from snooker_cli.engine.kernel_state import Integers, Recorded, State
 from snooker_cli.engine.prediction import is_trapped
 from snooker_cli.engine.sampling import Grid, grid_of, next_sample, take_samples
+from snooker_cli.engine.surfaces import record_rub
 from snooker_cli.trace import SLIDE
 
 # What a search does: a method of ``Everyone`` and of ``Neighbours`` for each
@@ -139,6 +140,7 @@ def simulate_repeat(
             count(i, j, size, state)
             if filled < len(recorded.time):
                 record(recorded, filled, i, j, now, size, state.labels)
+                record_rub(state.surface, recorded, filled)
             filled += 1
             if j == SLIDE:
                 if not begins:
@@ -186,7 +188,13 @@ def advance(
     for row in range(len(active)):
         repeat = active[row]
         state = ks.state_of(states, repeat)
-        recorded = Recorded(records.time[row], records.i[row], records.j[row], records.impulse[row])
+        recorded = Recorded(
+            records.time[row],
+            records.i[row],
+            records.j[row],
+            records.impulse[row],
+            records.tangential[row],
+        )
         search, grid = of_repeat(searches, repeat), grid_of(grids, repeat)
         end = state.sums[ks.TIME_LIMIT]
         answers[row] = simulate_repeat(state, search, recorded, grid, limit, end, ks.NO_LIMIT)

@@ -85,6 +85,7 @@ class State(NamedTuple):
     history : (HISTORY_ROWS, *N*); a replay leaves it as it is
     boundary : the edge of the container, of a class of ``boundaries`` or ``sliding``
     sizes : radii and masses, ``EqualBalls`` or ``UnequalBalls``
+    surface : of balls that spin, ``surfaces.Rough``; ``None`` for smooth balls
     labels : (*N*,), the scene's number of each column; (0,) if columns are in the scene's order
     sums, counts : (SUMS,) and (COUNTS,)
     account : (ACCOUNT,); (0,) unless walls give energy
@@ -96,6 +97,7 @@ class State(NamedTuple):
     history: Indices
     boundary: Any
     sizes: Any
+    surface: Any
     labels: Indices
     sums: Floats
     counts: Integers
@@ -120,6 +122,7 @@ def state_of(states: State, repeat: int) -> State:
         states.history[repeat],
         of_repeat(states.boundary, repeat),
         states.sizes,
+        of_repeat(states.surface, repeat),
         states.labels,
         states.sums[repeat],
         states.counts[repeat],
@@ -129,17 +132,26 @@ def state_of(states: State, repeat: int) -> State:
 
 
 class Recorded(NamedTuple):
-    """A chunk of events, filled by the kernel: s, ball, ball or -1, kg m/s."""
+    """A chunk of events, filled by the kernel: s, ball, ball or -1, kg m/s.
+
+    tangential : kg m/s, to the left of the line of centres; (0,) of smooth balls
+    """
 
     time: Floats
     i: Indices
     j: Indices
     impulse: Floats
+    tangential: Floats
 
     def after(self, number: int) -> "Recorded":
         """The stacked chunks without their first events."""
-        time, i, j, impulse = self
-        return Recorded(time[:, number:], i[:, number:], j[:, number:], impulse[:, number:])
+        return Recorded(
+            self.time[:, number:],
+            self.i[:, number:],
+            self.j[:, number:],
+            self.impulse[:, number:],
+            self.tangential[:, number:],
+        )
 
 
 # Radii and masses
@@ -227,7 +239,7 @@ def position(i: int, now: float, balls: Floats) -> tuple[float, float]:
 def of_repeat(stacked: Any, repeat: int) -> Any:
     """The boundary of one of many stacked repeats: the same if it has no arrays.
 
-    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``.
+    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``, ``Rough``.
     """
     return stacked
 

@@ -104,6 +104,7 @@ def example(boundary: str, number: int) -> Page:
         history=np.zeros((ks.HISTORY_ROWS, number), dtype=np.int32),
         boundary=BOUNDARIES[boundary](number),
         sizes=ks.UnequalBalls(np.zeros(number), np.zeros(number)),
+        surface=None,
         labels=np.zeros(0, dtype=np.int32),
         sums=np.zeros(ks.SUMS),
         counts=np.zeros(ks.COUNTS + 1, dtype=np.int64),
@@ -172,7 +173,11 @@ def follow(page: Page) -> None:
     answers[REACHED] = page.until
     while done < page.limit and reason == clock.FULL:
         record = Recorded(
-            followed.time[done:], followed.i[done:], followed.j[done:], followed.impulse[done:]
+            followed.time[done:],
+            followed.i[done:],
+            followed.j[done:],
+            followed.impulse[done:],
+            followed.impulse[:0],
         )
         before = events_of(state)
         until = min(page.until - sums[ks.EPOCH], sums[ks.TIME_LIMIT])

@@ -24,6 +24,7 @@ from snooker_cli.engine.contact import NEVER, may_touch, pair_delay
 from snooker_cli.engine.jit import by_class, helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 from snooker_cli.engine.restitution import WALL, bounce_sums, is_endless, may_stay
+from snooker_cli.engine.surfaces import most_rubbed, rubs_endlessly, twice_spin_energy
 
 BLOCK = 48
 """Balls of a mask: fewer than the bits of a positive integer, a multiple of any vector's length."""
@@ -297,7 +298,12 @@ def bouncing_time(i: int, now: float, state: State) -> float:
     if cross == 0.0:
         return NEVER
     square = x * x + y * y
-    loss, _ = bounce_sums(state.setup.laws[WALL], inward / square, math.sqrt(square))
+    length = math.sqrt(square)
+    loss, share = bounce_sums(state.setup.laws[WALL], inward / square, length)
+    rubbed = most_rubbed(state.surface, i, cross / length, inward / length, share, state)
+    cross = max(abs(cross) - length * rubbed, 0.0)
+    if cross == 0.0:
+        return NEVER
     return float(2.0 * inward * square / (loss * cross * cross))
 
 
@@ -332,7 +338,8 @@ def highest_speed(state: State) -> float:
     lightest, energies = math.inf, state.scratch[0]
     for k in range(state.balls.shape[1]):
         m, u, v = ks.mass_of(state.sizes, k), state.balls[U, k], state.balls[V, k]
-        energies[ks.label_of(k, state.labels)] = m * (u * u + v * v)
+        spin = twice_spin_energy(state.surface, k, state)
+        energies[ks.label_of(k, state.labels)] = m * (u * u + v * v + spin)
         lightest = min(lightest, m)
     energy = 0.0
     for k in range(len(energies)):
@@ -348,7 +355,7 @@ def is_trapped(i: int, now: float, state: State) -> bool:
     and after each that does not move the clock, before these are a collapse.
     """
     law, hits = state.setup.laws[WALL], ks.hits_in_a_row(i, state)
-    if is_endless(law, hits):
+    if is_endless(law, hits) or rubs_endlessly(state.surface, hits):
         return True
     if not state.setup.traps or (hits == 1 and not may_stay(law)):
         return False
@@ -372,7 +379,9 @@ def stays_alone(i: int, now: float, lasts: float, state: State) -> bool:
     x, y, u, v = ks.relative(boundary, balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now)
     inward = max(-(x * u + y * v), 0.0) / math.sqrt(x * x + y * y)
     wall_speed = pushed_speed(boundary, i, inward, state)
-    speed = math.sqrt(u * u + v * v) + wall_speed
+    # A spin can make it as fast as all of its energy.
+    spin = twice_spin_energy(state.surface, i, state)
+    speed = math.sqrt(u * u + v * v + spin) + wall_speed
     fastest = highest_speed(state)
     for k in range(balls.shape[1]):
         if k == i:

@@ -157,7 +157,7 @@ def batch_series(traces: Sequence[Trace], times: Sequence[Floats]) -> tuple[Rows
     time = np.ascontiguousarray(events.time)
     repeat_batch(
         new_states([trace.start for trace in traces]),
-        Recorded(time, events.i, events.j, events.impulse),
+        Recorded(time, events.i, events.j, events.impulse, np.empty(0)),
         starts,
         np.arange(1, max(map(len, recorded)) + 1),
         columns.T,  # a row in the kernel; analyses read whole columns
@@ -231,7 +231,7 @@ class Replay:
         """The events from ``done`` to ``stop`` in the same epoch, with their clocks."""
         events = self.events[self.done : stop]
         clocks = clock.clocks(float(self.state.sums[ks.EPOCH]), events)
-        return Recorded(clocks, events.i, events.j, events.impulse)
+        return Recorded(clocks, events.i, events.j, events.impulse, np.empty(0))
 
     def _carried_out(self, stop: int, record: Recorded) -> None:
         """Note that events are carried out, and begin an epoch after its number of them."""
@@ -364,6 +364,7 @@ def repeat_batch(
                 record.i[first + done : first + end],
                 record.j[first + done : first + end],
                 record.impulse[first + done : first + end],
+                record.tangential,
             )
             repeat_events(state, part, done, every[done:end], own[done + 1 :], tree)
             done = end

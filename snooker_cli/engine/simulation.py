@@ -65,7 +65,14 @@ MOST_PROVEN = 1000  # balls of which all pairs are looked at before that
 
 RENEWAL = 400  # cost of predicting all again, in crossings
 
-MOTION = {"positions", "velocities", "container_position", "container_velocity", "wall_key"}
+MOTION = {
+    "positions",
+    "velocities",
+    "spins",
+    "container_position",
+    "container_velocity",
+    "wall_key",
+}
 """The fields of a scene in which repeats of a point may differ."""
 
 
@@ -162,7 +169,9 @@ class Simulation(ABC):
         limit = min(self.wanted - before, size, epoch_length - before % epoch_length)
         shape = len(active), 0 if self.summary else limit
         first, second = np.empty((2, *shape), dtype=np.int32)
-        records = Recorded(np.empty(shape), first, second, np.empty(shape))
+        rough = self.states.surface is not None
+        tangential = np.empty((shape[0], shape[1] * rough))
+        records = Recorded(np.empty(shape), first, second, np.empty(shape), tangential)
         answers = np.zeros(len(active), dtype=np.int64)
         self.advance(records, answers, limit)
         epochs, clocks = self.states.sums[active][:, [ks.EPOCH, ks.NOW]].T
@@ -176,9 +185,9 @@ class Simulation(ABC):
                     continue
                 if new < limit:  # a view would keep the whole chunk in memory
                     columns = [column[:new].copy() for column in columns]
-                clock_times, i, j, impulse = columns
+                clock_times, i, j, impulse, given = columns
                 time, residual = clock.times(epoch, clock_times)
-                events = Events(time, i, j, impulse, residual)
+                events = Events(time, i, j, impulse, residual, given if rough else None)
                 (self.chunks[repeat].append if sink is None else sink)(events)
         for row in np.flatnonzero((done > before) & (done % epoch_length == 0)).tolist():
             following = clock.following(float(epochs[row]), float(clocks[row]))

@@ -1,0 +1,258 @@
+"""Rough surfaces: what a contact does along the tangent, and how balls spin.
+
+Smooth balls have no surface: ``State.surface`` is ``None``, and a kernel has none of this code.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.jit import by_class, inlined
+from snooker_cli.engine.kernel_state import Floats, Recorded, State
+from snooker_cli.engine.restitution import ENDLESS
+
+LAST = 0
+"""The element of ``Rough.given``: the tangential impulse of the last event, kg m/s."""
+
+
+@by_class
+def rub_pair(
+    surface: Any,
+    i: int,
+    j: int,
+    x: float,
+    y: float,
+    u: float,
+    v: float,
+    normal: float,
+    state: State,
+) -> None:
+    """Exchange the tangential impulse of balls i and j, which are (x, y) apart.
+
+    u, v : the velocity of i less that of j before the collision, m/s
+    normal : the impulse along the line of centres, kg m/s
+
+    Of ``Rough``.
+    """
+
+
+@by_class
+def rub_wall(
+    surface: Any, i: int, x: float, y: float, u: float, v: float, normal: float, state: State
+) -> None:
+    """Exchange the tangential impulse of ball i and a fixed wall, which is towards (x, y).
+
+    u, v : the velocity of the ball before the collision, m/s
+    normal : the impulse on the wall, kg m/s
+
+    Of ``Rough``.
+    """
+
+
+@by_class
+def rub_free_wall(
+    surface: Any,
+    i: int,
+    x: float,
+    y: float,
+    u: float,
+    v: float,
+    normal: float,
+    state: State,
+    wall: float,
+    motion: Floats,
+) -> None:
+    """As ``rub_wall``, of a free container with a mass (kg), whose motion changes too.
+
+    Of ``Rough``.
+    """
+
+
+@by_class
+def forget(surface: Any) -> None:
+    """Note that an event has no tangential impulse, unless it has one.
+
+    Of ``Rough``.
+    """
+
+
+@by_class
+def record_rub(surface: Any, recorded: Recorded, row: int) -> None:
+    """Write the tangential impulse of the last event into a row of the record.
+
+    Of ``Rough``.
+    """
+
+
+@by_class
+def twice_spin_energy(surface: Any, i: int, state: State) -> float:
+    """Twice the energy of rotation of ball i over its mass, m²/s².
+
+    Of ``Rough``.
+    """
+    return 0.0
+
+
+@by_class
+def most_rubbed(
+    surface: Any, i: int, along: float, normal: float, share: float, state: State
+) -> float:
+    """How much infinitely many hits of a wall change the tangential speed of ball i at most, m/s.
+
+    along : its tangential speed to the left, m/s
+    normal : its normal speed, m/s
+    share : the sum of all changes of the normal speed over this speed
+
+    Of ``Rough``.
+    """
+    return 0.0
+
+
+@by_class
+def rubs_endlessly(surface: Any, hits: int) -> bool:
+    """Whether a repeat ends after this many hits of a ball in a row, trapped or not.
+
+    Of ``Rough``.
+    """
+    return False
+
+
+@inlined
+def tangential(slip: float, cor: float, friction: float, mass: float, normal: float) -> float:
+    """The tangential impulse that changes a slip (m/s) to -cor times itself, kg m/s.
+
+    mass : what moves along the tangent: 1/mass = (1 + 1/q) (1/m_i + 1/m_j), kg
+    friction : the largest tangential impulse over the normal one; infinite without a limit
+
+    Walton & Braun, J. Rheol. 30, 949 (1986); Luding, Phys. Rev. E 52, 4442 (1995).
+    """
+    sticks = mass * (1.0 + cor) * slip
+    most = friction * normal
+    return math.copysign(most, sticks) if abs(sticks) > most else sticks
+
+
+class Rough(NamedTuple):
+    """Balls that spin. A turn to the left is positive, rad/s.
+
+    The tangent t is the normal n from ball i to j turned to the left. Surfaces slip at
+    g_t = (v_i - v_j) t + r_i w_i + r_j w_j, and the impulse J_t along t slows i, speeds j up, and
+    slows both spins::
+
+                 t
+                 |
+           ( i )-+-( j )   n ->
+           w_i       w_j
+
+    inertia : q of the moment of inertia q m r²: 1/2 for a disk
+    cor, friction : tangential restitution and friction of two balls
+    wall_cor, wall_friction : the same at the wall
+    spins : (*N*,), rad/s, in the scene's order
+    given : (1,), see ``LAST``
+
+    Stacked, both arrays have one axis more, the first.
+    """
+
+    inertia: float
+    cor: float
+    friction: float
+    wall_cor: float
+    wall_friction: float
+    spins: Floats
+    given: Floats
+
+    def of_repeat(self, repeat: int) -> "Rough":
+        return Rough(
+            self.inertia,
+            self.cor,
+            self.friction,
+            self.wall_cor,
+            self.wall_friction,
+            self.spins[repeat],
+            self.given[repeat],
+        )
+
+    def rub_pair(
+        self, i: int, j: int, x: float, y: float, u: float, v: float, normal: float, state: State
+    ) -> None:
+        balls, sizes, length = state.balls, state.sizes, math.sqrt(x * x + y * y)
+        a, b = ks.label_of(i, state.labels), ks.label_of(j, state.labels)
+        r, s = ks.radius_of(sizes, i), ks.radius_of(sizes, j)
+        m, n = ks.mass_of(sizes, i), ks.mass_of(sizes, j)
+        slip = (x * v - y * u) / length + r * self.spins[a] + s * self.spins[b]
+        mass = self.inertia / (1.0 + self.inertia) * (m * (n / (m + n)))
+        given = tangential(slip, self.cor, self.friction, mass, normal)
+        x, y, first, second = x / length, y / length, given / m, given / n
+        balls[ks.U, i] += first * y
+        balls[ks.V, i] -= first * x
+        balls[ks.U, j] -= second * y
+        balls[ks.V, j] += second * x
+        self.spins[a] -= first / (self.inertia * r)
+        self.spins[b] -= second / (self.inertia * s)
+        self.given[LAST] = given
+
+    def rub_wall(
+        self, i: int, x: float, y: float, u: float, v: float, normal: float, state: State
+    ) -> None:
+        rub(self, i, x, y, u, v, normal, math.inf, state)
+
+    def rub_free_wall(
+        self,
+        i: int,
+        x: float,
+        y: float,
+        u: float,
+        v: float,
+        normal: float,
+        state: State,
+        wall: float,
+        motion: Floats,
+    ) -> None:
+        along_x, along_y = rub(self, i, x, y, u, v, normal, wall, state)
+        motion[ks.U] += along_x / wall
+        motion[ks.V] += along_y / wall
+
+    def forget(self) -> None:
+        self.given[LAST] = 0.0
+
+    def record_rub(self, recorded: Recorded, row: int) -> None:
+        recorded.tangential[row] = self.given[LAST]
+
+    def twice_spin_energy(self, i: int, state: State) -> float:
+        way = ks.radius_of(state.sizes, i) * self.spins[ks.label_of(i, state.labels)]
+        return float(self.inertia * way * way)
+
+    def most_rubbed(self, i: int, along: float, normal: float, share: float, state: State) -> float:
+        # No hit makes the slip longer than it is now, and friction is limited by all impulses.
+        spin = self.spins[ks.label_of(i, state.labels)]
+        slip = abs(along + ks.radius_of(state.sizes, i) * spin)
+        by_slip = self.inertia / (1.0 + self.inertia) * (1.0 + max(self.wall_cor, 0.0)) * slip
+        return float(min(by_slip, self.wall_friction * (share * normal)))
+
+    def rubs_endlessly(self, hits: int) -> bool:
+        return bool(hits >= ENDLESS and self.wall_cor > -1.0 and self.wall_friction > 0.0)
+
+
+@inlined
+def rub(
+    surface: Rough,
+    i: int,
+    x: float,
+    y: float,
+    u: float,
+    v: float,
+    normal: float,
+    wall: float,
+    state: State,
+) -> tuple[float, float]:
+    """Rub ball i on a wall with a mass (kg) towards (x, y); the impulse on the wall, kg m/s."""
+    balls, length = state.balls, math.sqrt(x * x + y * y)
+    a, r, m = ks.label_of(i, state.labels), ks.radius_of(state.sizes, i), ks.mass_of(state.sizes, i)
+    slip = (x * v - y * u) / length + r * surface.spins[a]
+    mass = m / (1.0 + 1.0 / surface.inertia + m / wall)
+    given = tangential(slip, surface.wall_cor, surface.wall_friction, mass, normal)
+    x, y, first = x / length, y / length, given / m
+    balls[ks.U, i] += first * y
+    balls[ks.V, i] -= first * x
+    surface.spins[a] -= first / (surface.inertia * r)
+    surface.given[LAST] = given
+    return -given * y, given * x
