@@ -32,7 +32,10 @@ FIGURES_OF: dict[str, tuple[dict[str, Any], dict[str, dict[str, Any]]]] = {
         {},
         {"tagged-path": {}, "mean-squared-displacement": {}, "velocity-autocorrelation": {}},
     ),
-    "configs/mixture": ({"repeats": 2}, {"species-temperature": {}, "a2": {}, "local-energy": {}}),
+    "configs/mixture": (
+        {"repeats": 2},
+        {"species-temperature": {}, "species-ratio": {}, "a2": {}, "local-energy": {}},
+    ),
     "heat": ({}, {"profiles": {}, "heat-flux": {}}),
     "driven": (
         {"balls.radius": 0.4},

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import theory
-from snooker_cli.analysis import observables
+from snooker_cli.analysis import observables, structure
 from snooker_cli.analysis.decay import Note, reported_constants
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic
@@ -41,7 +41,11 @@ UNITS = dict.fromkeys(("Haff's α", "decay constant of energy", "decay constant 
 UNITS |= EQUILIBRIUM
 UNITS |= {"pressure by the virial": "Pa m", GIVEN: "J/s"}
 UNITS |= {"energy taken by a collision": "J", CHI_SQUARE: "1"}
+SPECIES_RATIO = "T₁/T₂"
+"""The quantity of `mixtures`."""
+
 UNITS |= dict.fromkeys(("energy left at the end", "L/L_c", "T across/T along"), "1")
+UNITS |= {SPECIES_RATIO: "1"}
 UNITS |= dict.fromkeys((f"energy from the {side} wall" for side in Box.sides), "J/s")
 
 HEAVY = 1000.0
@@ -373,6 +377,35 @@ def speeds(measurement: Measurement) -> Iterator[Row]:
         yield "kurtosis of speeds", law.model, relaxed.energy_moment, law.kurtosis
 
 
+def species_ratio(scene: Scene) -> float | None:
+    """T₁/T₂ of these balls in the homogeneous cooling state; ``None`` without a theory.
+
+    There is one for two species in a periodic box at rest, with one CoR at all speeds. The balls'
+    momentum is zero, see `theory.temperatures_at_rest`.
+    """
+    walls = scene.container.has_wall or scene.contact_duration > 0 or scene.elastic_below > 0
+    if walls or not structure.is_binary(scene) or not (scene.constant_laws and at_rest(scene)):
+        return None
+    if scene.packing_fraction > theory.DENSEST_FLUID or scene.kinetic_energy == 0:
+        return None
+    groups = structure.species(scene)
+    numbers = np.array([float(len(balls)) for balls in groups])
+    masses, radii = (
+        np.array([column[balls[0]] for balls in groups]) for column in (scene.masses, scene.radii)
+    )
+    densities = numbers / scene.container.area
+    ratio = theory.species_ratio(densities, masses, radii, scene.restitution)
+    first, second = theory.temperatures_at_rest(np.array([ratio, 1.0]), numbers, masses)
+    return float(first / second)
+
+
+def mixtures(measurement: Measurement) -> Iterator[Row]:
+    """The ratio of the temperatures of two species, without walls."""
+    if (expected := species_ratio(measurement.scene)) is not None:
+        first, second = measurement.species_shares.T
+        yield SPECIES_RATIO, theory.EQUAL_RATES, first / second, expected
+
+
 TURNING = (
     f"{FINITE}: the angular momenta are those of equilibrium; rings have others "
     "(7 balls: rates 4 % off)"
@@ -416,6 +449,13 @@ def notes(scene: Scene) -> Iterator[Note]:
             missing = f"the law of speeds at fixed energy is missing, because {why}"
             yield Note(missing, "mean speed, kurtosis of speeds, mean free path")
     yield from impulse_notes(scene)
+    if species_ratio(scene) is not None:
+        first, second = structure.species_names(scene)
+        text = (
+            f"T₁/T₂: 1 is {first}, 2 is {second}; a uniform gas with Maxwell's velocities, which "
+            "fails at a small CoR and in clusters"
+        )
+        yield Note(text, SPECIES_RATIO)
     speeds = np.linalg.norm(scene.velocities, axis=1)
     if scene.number > 1 and not elastic(scene) and np.ptp(speeds) <= 1e-9 * np.max(speeds):
         yield Note(EQUAL_SPEEDS, "Haff's α")

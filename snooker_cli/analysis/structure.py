@@ -163,10 +163,21 @@ def species(scene: Scene) -> list[NDArray[np.intp]]:
     return [np.flatnonzero(group.ravel() == k) for k in np.argsort(first)]
 
 
+def species_names(scene: Scene) -> list[str]:
+    """The radius and the mass of the balls of each species in words."""
+    firsts = [balls[0] for balls in species(scene)]
+    return [f"r = {scene.radii[k]:g} m, m = {scene.masses[k]:g} kg" for k in firsts]
+
+
 def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Array:
     """Mean kinetic energy of a ball of each species, J; in the order of `species`."""
     energies = scene.masses * np.sum(velocities**2, axis=1) / 2
     return np.array([energies[balls].mean() for balls in species(scene)])
+
+
+def is_binary(scene: Scene) -> bool:
+    """Whether the balls are of two species."""
+    return not scene.equal_balls and len(species(scene)) == 2
 
 
 def a2(positions: Array, velocities: Array, scene: Scene) -> Array:

@@ -89,6 +89,11 @@ def _few_species(point: Point) -> str:
     return "" if 1 < number <= MOST_SPECIES else needed
 
 
+def _two_species(point: Point) -> str:
+    number = len(_species(point))
+    return "" if number == 2 else f"it needs 2 species of balls, not {number}"
+
+
 def _states_of_mixture(point: Point) -> str:
     if len(_species(point)) == 1:
         return ""
@@ -113,6 +118,7 @@ CONDITIONS: Mapping[str, Condition] = {
     "moves": _moves,
     "several": _several,
     "states_of_mixture": _states_of_mixture,
+    "two_species": _two_species,
     "walls": _walls,
 }
 """The conditions by their names in ``requires`` of registry.yaml."""

@@ -9,12 +9,13 @@ from snooker_cli import theory
 from snooker_cli.analysis import observables, predictions, structure
 from snooker_cli.analysis.decay import course
 from snooker_cli.analysis.measurement import Measurement
-from snooker_cli.analysis.observables import mean_and_error
+from snooker_cli.analysis.observables import mean_and_error, standard_errors
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
     Array,
+    Band,
     Course,
     FigureData,
     Line,
@@ -194,7 +195,7 @@ def hexatic_order(build: FigureBuilder) -> FigureData:
 def a2(build: FigureBuilder) -> FigureData:
     """a2 over time, with theory for balls of one type; of a mixture for each species."""
     for point, scene, times, rows in _a2(build):
-        names = [None] if scene.equal_balls else _names(scene)
+        names = [None] if scene.equal_balls else structure.species_names(scene)
         expected, known = None, not build.too_thin(scene)
         if known and scene.equal_balls and scene.constant_laws and 0 < scene.restitution < 1:
             expected = theory.sonine_coefficient(scene.restitution)
@@ -221,7 +222,7 @@ def species_temperature(build: FigureBuilder) -> FigureData:
     """Mean kinetic energy of each species over time."""
     kept = gas(build.points[0]) != "cooling"  # the temperatures of one instant vary
     for point, scene, times, rows in _over_time(build, structure.species_temperature):
-        names, start = _names(scene), len(times) // 2 if kept else -1
+        names, start = structure.species_names(scene), len(times) // 2 if kept else -1
         means = rows[:, start:].mean(axis=1)
         for index, name in enumerate(names):
             build.add_means(index, name, times, rows[..., index])
@@ -230,6 +231,48 @@ def species_temperature(build: FigureBuilder) -> FigureData:
         temperatures = {f"temperature_{k}": mean_and_error(row) for k, row in enumerate(means.T)}
         build.record(point, species=names, **temperatures, ratio=ratio)
     return build.figure(logarithmic=build.covers_decades)
+
+
+def species_ratio(build: FigureBuilder) -> FigureData:
+    """T₁/T₂ of two species over collisions per ball, beside theory."""
+    build.means, names, known = True, list[str](), False
+    for index, (point, scene, times, rows) in enumerate(
+        _over_time(build, structure.species_temperature)
+    ):
+        names = structure.species_names(scene)
+        curve = build.measurement(point).curve
+        collisions = 2 * curve.at(times, curve.pair_events).mean(axis=0) / scene.number
+        ratio, error = _ratio(rows)
+        build.lines.append(Line(collisions, ratio, build.label(point), index, "solid"))
+        if len(rows) > 1:
+            band = Band(collisions, ratio - error, ratio + error, None, index)
+            build.bands.append(band)
+        expected = predictions.species_ratio(scene)
+        if expected is not None:
+            flat = np.array([expected, expected])
+            build.lines.append(Line(collisions[[0, -1]], flat, None, index, "dotted"))
+            known = True
+        later = rows[:, len(times) // 2 :].mean(axis=1, keepdims=True)
+        second_half = tuple(float(column[0]) for column in _ratio(later))
+        build.record(point, second_half=second_half, theory=expected)
+    if known:
+        build.lines.append(legend_line(f"theory, {theory.EQUAL_RATES}", "dotted"))
+    caption = f"1: {names[0]}; 2: {names[1]}." if names else ""
+    if known:
+        caption += " Theory: uniform, Maxwell's velocities (Garzó & Dufty 1999)."
+    return build.figure(caption)
+
+
+def _ratio(rows: Array) -> Course:
+    """The ratio of two columns' means over repeats, of (*n*, *t*, 2), and its standard error.
+
+    Means come first: the mean of ratios is too large where the second species has few balls.
+    """
+    shares = rows / rows.sum(axis=2, keepdims=True)  # the repeats may cool at other rates
+    first, second = shares.mean(axis=0).T
+    ratio = first / second
+    spread = (shares[..., 0] - ratio * shares[..., 1]) / second
+    return ratio, standard_errors(spread)
 
 
 def local_energy(build: FigureBuilder) -> FigureData:
@@ -260,9 +303,3 @@ def _a2(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
         moments = np.diff(curve.at(times, curve.energy_moment_integral), axis=1) / np.diff(times)
         middle = (times[1:] + times[:-1]) / 2
         yield point, build.start(point), middle, _known(moments[..., np.newaxis] / 2 - 1)
-
-
-def _names(scene: Scene) -> list[str]:
-    """The species of a mixture in the legend."""
-    firsts = [balls[0] for balls in structure.species(scene)]
-    return [f"r = {scene.radii[k]:g} m, m = {scene.masses[k]:g} kg" for k in firsts]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from figure_runs import ELASTIC, MIXTURE, made
+from figure_runs import ELASTIC, made
 from matplotlib.axis import Axis
 from matplotlib.text import Text
 
@@ -49,7 +49,12 @@ EVERYTHING = FigureData(
 
 @pytest.fixture(scope="module")
 def figures(
-    decaying: Run, warm: Run, driven: Run, heated: Run, tmp_path_factory: pytest.TempPathFactory
+    decaying: Run,
+    warm: Run,
+    driven: Run,
+    heated: Run,
+    mixture: Run,
+    tmp_path_factory: pytest.TempPathFactory,
 ) -> dict[str, FigureData]:
     """Every figure, made of small runs."""
     folder = tmp_path_factory.mktemp("gases")
@@ -61,7 +66,8 @@ def figures(
         "temperature-ratio": (warm, {"balls.speed": 10.0}),
         "van-der-waals": (wide, {}),
         "speeds": (warm, {}),
-        "species-temperature": (made(folder / "mixture", text=MIXTURE), {}),
+        "species-temperature": (mixture, {}),
+        "species-ratio": (mixture, {}),
         "stationary": (driven, {}),
         "equation-of-state": (driven, {}),
         "energy-balance": (driven, {"cor": 0.9}),

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from figure_runs import around, in_circle, layers, shown, traces
+from figure_runs import around, in_circle, layers, shown, traces, why_not
 
-from snooker_cli.analysis import structure
+from snooker_cli.analysis import predictions, structure
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.analysis.structure import Array
@@ -118,3 +118,31 @@ def test_the_share_of_heat_is_that_of_the_last_states(periodic: Run) -> None:
     shares = [structure.over_time(share, repeat, last) for repeat in traces(periodic, 0)]
     (point,) = found.numbers["points"]
     assert point["share"] == pytest.approx(float(np.mean(shares)), rel=1e-9)
+
+
+def test_the_ratio_of_species_is_that_of_their_temperatures(mixture: Run) -> None:
+    found = shown(mixture, "species-ratio")
+    line, theory_line, entry = layers(found, Line)
+    (record,) = found.numbers["points"]
+    repeats = traces(mixture, 0)
+    assert line.x[0] == 0.0
+    assert line.x[-1] == pytest.approx(2 * 900 / 60, rel=0.05)
+    shares = []
+    for trace in repeats:
+        scene = trace.start
+        start = structure.species_temperature(scene.positions, scene.velocities, scene)
+        shares.append(start / start.sum())
+    first, second = np.mean(shares, axis=0)
+    assert line.y[0] == pytest.approx(first / second, rel=1e-12)
+    assert theory_line.y.tolist() == [record["theory"]] * 2
+    assert record["theory"] == predictions.species_ratio(repeats[0].start)
+    assert record["theory"] > 1
+    assert entry.label == "theory, equal cooling rates"
+    assert "1: r = 0.6 m, m = 4 kg; 2: r = 0.4 m, m = 1 kg." in found.caption
+    (band,) = [band for band in layers(found, Band) if len(band.x)]
+    assert np.all(band.low <= line.y)
+    assert np.all(line.y <= band.high)
+
+
+def test_one_species_has_no_ratio(decaying: Run) -> None:
+    assert "it needs 2 species of balls, not 1" in why_not(decaying, "species-ratio")
