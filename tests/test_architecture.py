@@ -31,7 +31,8 @@ PARTS: dict[str, tuple[str, ...]] = {
     "laws": (),
     "signals": (),
     "errors": ("formatting", "signals"),
-    "containers": ("errors", "neighbours"),
+    "region_integrals": ("neighbours",),
+    "containers": ("errors", "neighbours", "region_integrals"),
     # A scene and its trace
     "config": ("containers", "errors", "formatting", "laws"),
     "scene": ("containers", "errors", "laws", "neighbours"),

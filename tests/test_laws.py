@@ -81,7 +81,7 @@ def test_kicks_of_other_laws(law, normal, length, change) -> None:
 
 
 def test_the_keys_of_a_config_choose_the_law() -> None:
-    assert law_of(cor=0.5, cor_speed=2.0) == Viscoelastic(0.5, 2.0)
+    assert law_of({"cor": 0.5, "cor_speed": 2.0}) == Viscoelastic(0.5, 2.0)
     still = experiment(WARM, "wall_speed=0", "wall_temperature=null")
     assert still.wall_law == Constant(0.9)
     assert experiment(WARM).wall_law == Sides(

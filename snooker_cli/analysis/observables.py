@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import theory
-from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replay, replayed
 from snooker_cli.engine.replay import Replay
 from snooker_cli.neighbours import near_pairs
@@ -181,17 +180,20 @@ def central_distances(states: States) -> Array:
 def shares_across(trace: Trace, windows: int) -> Array:
     """Share of the balls' energy in motion across, towards the walls and back, in windows of time.
 
-    In a circle that is along the radius, else along x. (*windows*,), means over a few states in
-    each; nan unless walls give energy, and without events.
+    Along ``Container.across``. (*windows*,), means over a few states in each; nan unless walls give
+    energy, without events, and in a container without such a direction.
     """
     scene, shares = trace.start, np.full(windows, math.nan)
     few = min(STATES_IN_WINDOW, MOST_BALLS // (scene.number * windows))
     if not scene.wall_law.gains or trace.events is None or trace.summary is not None or few < 1:
         return shares
+    if (direction := scene.container.across) is None:
+        return shares
     parts = (np.arange(windows * few) + 0.5) / (windows * few)
     states = replay(trace, parts * trace.stop.time)
-    across, velocities = states.velocities[..., 0] ** 2, states.velocities
-    if isinstance(scene.container, Circle):
+    velocities = states.velocities
+    across = velocities[..., "xy".find(direction)] ** 2
+    if direction == "radius":
         offsets = states.positions - states.container_positions[:, None]
         along = np.einsum("tic,tic->ti", offsets, velocities)
         across = along**2 / np.maximum(np.sum(offsets**2, axis=2), TINY)
