@@ -16,6 +16,7 @@ from scenes import gas, scene_of
 import snooker_cli
 from snooker_cli import laws, store
 from snooker_cli.analysis.predictions import speed_laws
+from snooker_cli.config import ConfigError
 from snooker_cli.engine import collision, jit, restitution
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.conversion import new_states
@@ -96,6 +97,17 @@ def test_no_law_has_keys_of_two_laws() -> None:
     with pytest.raises(LawError) as error:
         law_of({"cor": 0.5, "cor_speed": 1.0, "speed": 2.0})
     assert error.value.keys == ("cor", "cor_speed", "speed")
+
+
+@pytest.mark.parametrize("key", ["cor_speed", "wall_cor_speed"])
+def test_a_config_with_keys_of_no_law_is_refused(key, monkeypatch) -> None:
+    monkeypatch.delitem(laws.LAWS, "viscoelastic")
+    still = ("wall_speed=null", "wall_temperature=null")
+    first = key.replace("cor_speed", "cor")
+    sentence = f"{key}: no law of collision has {first} and {key} together; remove one of them"
+    with pytest.raises(ConfigError) as error:
+        experiment(WARM, *still, f"{key}=2")
+    assert sentence in str(error.value)
 
 
 def test_a_theory_refuses_a_law_that_it_does_not_know(damped) -> None:

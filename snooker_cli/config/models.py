@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Collection, Iterator, Mapping
+from functools import partial
 from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
 from pydantic import (
@@ -599,8 +600,8 @@ def _faults(experiment: Experiment) -> Iterator[Problem]:
             "and 1; set wall_cor: 1, or collapse: stop"
         )
         yield Problem(("collapse",), sentence)
-    yield from _faults_of_walls(experiment)
-    yield from _faults_of_laws(experiment)
+    yield from (walls := tuple(_faults_of_walls(experiment)))
+    yield from () if walls else _faults_of_laws(experiment)
     if experiment.collapse == "slide" and experiment.wall_cor_speed is not None:
         sentence = "slide needs one CoR at all speeds at the wall; remove wall_cor_speed, or slide"
         yield Problem(("collapse",), sentence)
@@ -645,13 +646,17 @@ def _faults_of_walls(experiment: Experiment) -> Iterator[Problem]:
 
 
 def _faults_of_laws(experiment: Experiment) -> Iterator[Problem]:
-    """The keys of one law are given between balls, not those of two."""
-    try:
-        law_of(experiment.pair_keys)
-    except LawError as error:
-        keys = listed([f"{key}" for key in error.keys])
-        sentence = f"no law of collision has {keys} together; remove one of them"
-        yield Problem((error.keys[-1],), sentence, about_key=True)
+    """The keys of one law are given between balls, and for each wall."""
+    sides = experiment.container.shape_class.sides or ("left",)
+    walls = [(partial(experiment._law_at, side), "wall_") for side in sides]
+    for law, prefix in ((partial(law_of, experiment.pair_keys), ""), *walls):
+        try:
+            law()
+        except LawError as error:
+            keys = [f"{prefix}{key}" for key in error.keys]
+            sentence = f"no law of collision has {listed(keys)} together; remove one of them"
+            yield Problem((keys[-1],), sentence, about_key=True)
+            return
 
 
 def _faults_of_container(container: ContainerConfig) -> Iterator[Problem]:
