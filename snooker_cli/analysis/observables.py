@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from snooker_cli import theory
 from snooker_cli.engine import States, replay, replayed
 from snooker_cli.engine.replay import Replay
+from snooker_cli.laws import Sides
 from snooker_cli.neighbours import near_pairs
 from snooker_cli.scene import TINY, Scene
 from snooker_cli.theory import Real
@@ -209,18 +210,19 @@ def wall_energies(trace: Trace, kinetic_energy: Array, edges: Array) -> Array:
 
     (*n*, *sides*), in the order of ``Container.sides``.
     """
-    scene, sides, events = trace.start, len(trace.start.container.sides), trace.events
+    scene, events = trace.start, trace.events
     assert events is not None
-    given, gain = np.zeros((len(edges) - 1, sides)), np.diff(kinetic_energy)
+    sides = [Sides._fields.index(side) for side in scene.container.sides]
+    given, gain = np.zeros((len(edges) - 1, len(sides))), np.diff(kinetic_energy)
     late = (events.time > edges[0]) | (edges[0] == 0)  # collisions at time zero count
     hits = np.flatnonzero(events.at_wall & late)
     balls = events.i[hits].astype(np.int64)
     after = Replay(trace).states(hits + 1, events.time[hits], balls[:, np.newaxis])[0]
     places = after[:, :2, 0]
     reach = np.array(scene.container.size) / 2 - scene.radii[balls, None]
-    gaps = np.hstack([reach + places, reach - places])[:, [0, 2, 1, 3]]  # left, right, bottom, top
+    gaps = np.hstack([reach + places, reach - places])[:, [0, 2, 1, 3]]  # as in ``Sides``
     window = np.clip(np.searchsorted(edges, events.time[hits]) - 1, 0, len(edges) - 2)
-    np.add.at(given, (window, np.argmin(gaps[:, :sides], axis=1)), gain[hits])
+    np.add.at(given, (window, np.argmin(gaps[:, sides], axis=1)), gain[hits])
     return given
 
 

@@ -7,6 +7,7 @@ that all its results are known.
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -111,7 +112,7 @@ def listed(shape: str, *, turned: bool) -> str:
 WARM = """\
 container: {shape: SHAPE, width: 20}
 balls: {count: 30, radius: 0.5, speed: 5}
-cor: 0.95
+cor: 1
 wall_temperature: {FIRST: 20, LAST: 80}
 collisions: 3000
 repeats: 6
@@ -142,6 +143,32 @@ print(json.dumps([snooker_cli.open(name)[0, 0].hashes() for name in ("upright", 
     assert upright == lying
 
 
+def test_each_wall_gives_the_energy_of_the_wall_that_it_is_turned_from(extended: Extended) -> None:
+    """Left and right are below and above, to the bit."""
+    script = """
+import json
+from dataclasses import replace
+import numpy as np
+import snooker_cli
+from snooker_cli.analysis.observables import wall_energies
+from snooker_cli.engine import series, simulate
+from snooker_cli.laws import Constant, Driven, Sides
+given = []
+for name, laws in (("upright", (0, 1, 2, 3)), ("lying", (2, 3, 0, 1))):
+    walls = Driven(0.9, 2.0), Driven(0.9, 0.5), Constant(0.5), Constant(0.5)
+    scene = replace(
+        snooker_cli.open(name)[0, 0].scene, wall_law=Sides(*(walls[k] for k in laws))
+    )
+    trace = simulate(scene, collisions=200)
+    edges = np.array([0.0, trace.stop.time])
+    given.append(wall_energies(trace, series(trace).kinetic_energy, edges)[0].tolist())
+print(json.dumps(given))
+"""
+    upright, lying = extended.value(script)
+    assert upright == pytest.approx(lying, rel=1e-12)
+    assert upright[0] > 2 * upright[1] > 0
+
+
 def test_theories_that_need_walls_all_round_are_missing(extended: Extended) -> None:
     text = " ".join(extended.snooker("compare", "lying").split())
     assert "hard disks, finite N" not in text
@@ -161,7 +188,11 @@ def test_a_figure_goes_from_wall_to_wall(extended: Extended) -> None:
     extended.snooker("plot", "warm", "profiles", "heat-flux")
     profile, flux = numbers_of(extended, "profiles"), numbers_of(extended, "heat-flux")
     assert profile["first_temperature"] < 0.7 * profile["last_temperature"]
-    assert flux["top"] < -5 * flux["top_error"]  # the flux is upwards if positive
+    # Downwards, and of elastic balls the same through both walls.
+    assert flux["top"] < -5 * flux["top_error"]
+    assert abs(flux["top"] - flux["bottom"]) < 4 * math.hypot(
+        flux["top_error"], flux["bottom_error"]
+    )
 
 
 def test_its_geometry_is_that_of_the_channel(extended: Extended) -> None:
@@ -192,6 +223,28 @@ def test_films_draw_it(extended: Extended) -> None:
     assert Path(extended.folder, "lying.gif").read_bytes().startswith(b"GIF89a")
     here, stored = extended.value(SAME_IN_V8.format(boundaries=["lying"], run="lying"))
     assert here == stored
+
+
+def test_pages_draw_its_walls_and_know_its_theory(extended: Extended) -> None:
+    script = """
+import json
+from javascript import JavaScript
+from snooker_cli.live_page.page import LIVE
+from snooker_cli.pages.html_page import PAGES, text_of
+lying = json.dumps(dict(shape="lying", size=[14.0, 10.0]))
+with JavaScript(["lying"]) as page:
+    page.context.eval(text_of(LIVE, "theory.js") + text_of(PAGES, "arena.js"))
+    view = page.answer(f"JSON.stringify(viewOf({lying}))")
+    region = page.answer(f"JSON.stringify(accessible({lying}, 0.5))")
+    others = page.answer(
+        f"JSON.stringify([hasWalls({lying}), keepsDrift({lying}), wallLengthOf({lying})])"
+    )
+print(json.dumps([view["sides"], view["periodic"], region, others]))
+"""
+    sides, repeats, region, others = extended.value(script)
+    assert (sides, repeats) == (["bottom", "top"], True)
+    assert region == {"area": 14 * 9, "edge": 28, "spreading": 0}
+    assert others == [True, True, 28]
 
 
 def test_the_exact_twin_proves_its_collisions(extended: Extended) -> None:
