@@ -33,7 +33,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from snooker_cli.containers import AccessibleRegion, Container
-from snooker_cli.laws import Constant, Driven, Law, Thermal, Viscoelastic
+from snooker_cli.laws import Constant, Driven, Law, Thermal, Viscoelastic, word_of
 from snooker_cli.scene import Scene
 
 Real = TypeVar("Real", float, NDArray[np.float64])  # a float, or an array of floats
@@ -761,6 +761,11 @@ def energy_ratio_by_events(
     return ratio
 
 
+def has_mean_loss(law: Law) -> bool:
+    """Whether `mean_loss` knows a law."""
+    return isinstance(law, Constant | Viscoelastic)
+
+
 def mean_loss(law: Law, temperature: Real, mass: float = 1.0, a2: float = 0.0) -> Real:
     """Mean energy that a collision of balls takes, over T: 1 − e² for one e and Maxwell's speeds.
 
@@ -768,7 +773,11 @@ def mean_loss(law: Law, temperature: Real, mass: float = 1.0, a2: float = 0.0) -
     collision has the energy x T: ∫ x e^(−x) [1 + a2 (4x² − 12x + 3)/16] [1 − e(v)²] dx. The
     polynomial is the first order in the Sonine coefficient a2; with one e it gives the 1 + 3a2/16
     of `cooling_rate`.
+
+    Raises ValueError for a law that `has_mean_loss` does not know.
     """
+    if not has_mean_loss(law):
+        raise ValueError(f"theory.py has no mean_loss of the {word_of(law)} law")
     loss = 1 - law.cor
     if not isinstance(law, Viscoelastic):
         one: Real = loss * (2 - loss) * (1 + 3 * a2 / 16) + 0 * temperature

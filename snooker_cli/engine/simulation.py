@@ -376,7 +376,8 @@ class AmongNeighbours(Simulation):
         state, number = self.state, self.scene.number
         container = self.scene.container
         velocities, period = state.balls[[ks.U, ks.V]], container.period
-        if container.has_wall and period is not None and np.any(velocities[0]):
+        between_walls = ~np.array(container.periodic)
+        if container.keeps_drift() and np.any(velocities[between_walls]):
             return False
         if self.scene.free:
             velocities = np.column_stack([velocities, state.boundary.motion[[ks.U, ks.V]]])

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from snooker_cli.config import Point
-from snooker_cli.containers import Circle
+from snooker_cli.containers import ENDS
 from snooker_cli.figures.selection import gas
 from snooker_cli.laws import Sides
 
@@ -59,7 +59,7 @@ def _moves(point: Point) -> str:
 def _circle(point: Point) -> str:
     shape = point.experiment.container.shape_class
     distant = "only the wall of a circle is at one distance from the centre"
-    return "" if issubclass(shape, Circle) else distant
+    return "" if shape.across == "radius" else distant
 
 
 def _keeps_momentum(point: Point) -> str:
@@ -72,14 +72,18 @@ def _keeps_momentum(point: Point) -> str:
 
 
 def _walls(point: Point) -> str:
-    walls = point.experiment.container.shape_class.has_wall
-    return "" if walls else "it shows the gas between walls; set another container.shape"
+    shape = point.experiment.container.shape_class
+    if shape.has_wall and shape.across is None:
+        return f"a {shape.title} has no direction across; state `across` in containers.py"
+    return "" if shape.has_wall else "it shows the gas between walls; set another container.shape"
 
 
 def _hot_sides(point: Point) -> str:
-    law = point.experiment.wall_law
-    if not isinstance(law, Sides) or not (law.left.gains or law.right.gains):
-        return "it needs a box or a channel whose left or right wall alone gives energy"
+    law, shape = point.experiment.wall_law, point.experiment.container.shape_class
+    pair = ENDS.get(shape.across or "", ())
+    if not isinstance(law, Sides) or not any(getattr(law, side).gains for side in pair):
+        first, second = pair or ENDS["x"]
+        return f"it needs a box or a channel whose {first} or {second} wall alone gives energy"
     return "the conductivity is that of equal balls" if len(_species(point)) > 1 else ""
 
 

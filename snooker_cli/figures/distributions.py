@@ -20,7 +20,6 @@ from snooker_cli.analysis.observables import (
 )
 from snooker_cli.analysis.structure import over_time
 from snooker_cli.config import Point
-from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
@@ -101,7 +100,6 @@ def _sample(
     container, radii, number = scene.container, scene.radii, scene.number
     chosen, cost = np.arange(number), number
     if central:
-        assert isinstance(container, Circle)
         limits = container.wall_gaps(np.zeros(2), radii)
         low, high = 0.0, float(limits.max())
     else:

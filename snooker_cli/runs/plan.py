@@ -10,11 +10,11 @@ from typing import Any
 
 from snooker_cli import store, theory
 from snooker_cli.config import BallList, Experiment, Loaded, Point
-from snooker_cli.containers import Circle, Container
+from snooker_cli.containers import Container
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
-from snooker_cli.laws import Constant, Sides, is_random, word_of
+from snooker_cli.laws import Constant, is_random, parts_of, word_of
 from snooker_cli.memory import MEMORY
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.run import RepeatState, Run
@@ -147,15 +147,12 @@ def _loss_models(experiment: Experiment) -> dict[str, bool]:
     shape = experiment.container.shape_class
     law = experiment.wall_law
     at_wall = shape.has_wall and experiment.effective_wall_cor < 1.0
-    laws = [experiment.pair_law, *(law if isinstance(law, Sides) else [law])]
+    laws = experiment.pair_law, *parts_of(law)
     words = dict.fromkeys(word_of(part) for part in laws if not isinstance(part, Constant))
     return {f"{LAW}{word}": True for word in words} | {
         "losses between balls": experiment.cor < 1.0,
         "losses at the wall": at_wall,
-        "wall traps": at_wall
-        and not law.gains
-        and issubclass(shape, Circle)
-        and experiment.collapse == "stop",
+        "wall traps": at_wall and not law.gains and shape.traps and experiment.collapse == "stop",
         "collapse": True,
         "lasting contacts": experiment.contact_duration > 0.0,
         "slow collisions elastic": experiment.elastic_below > 0.0,

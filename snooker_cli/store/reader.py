@@ -359,7 +359,7 @@ def _traces(
     _require(fixed_circle or not rules.get("slides"), "rules")
     law = rules["wall_law"]
     _require(math.isinf(container_mass) or not law.gains, "rules")
-    _require(not isinstance(law, Sides) or not issubclass(shape, Circle), "rules")
+    _require(not isinstance(law, Sides) or bool(shape.sides), "rules")
     keys = [None] * len(headers)
     if is_random(law):
         keys = hdf5.read_rows(file, layout.WALL_KEYS, np.int64).tolist()
