@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from os import PathLike
@@ -76,8 +76,9 @@ class Repeat:
 
         The fields are ``time`` (*t*,), ``positions`` and ``velocities`` (*t*, *N*, 2), and
         ``container_positions`` and ``container_velocities`` (*t*, 2), in s, m and m/s. They have
-        the bits of the simulation. Raises ``UserError`` for times that do not ascend within 0 and
-        the end, and for a summary.
+        the bits of the simulation. Of snapshots they are the stored states nearest to the times, so
+        look at ``time``. Raises ``UserError`` for times that do not ascend within 0 and the end,
+        and for a summary.
         """
         return self._replayed(lambda: engine.replay(self.trace, np.atleast_1d(times)))
 
@@ -124,16 +125,11 @@ class Repeat:
     def state(self, time: float) -> Scene:
         """The scene at a time, s: ``simulate`` continues from it, after ``replace`` with other CoR.
 
+        Of snapshots it is the stored state nearest to the time.
+
         Raises ``UserError`` as ``states`` does.
         """
-        at = self.states(time)
-        return replace(
-            self.scene,
-            positions=at.positions[0],
-            velocities=at.velocities[0],
-            container_position=at.container_positions[0],
-            container_velocity=at.container_velocities[0],
-        )
+        return self._replayed(lambda: engine.state_at(self.trace, time))[1]
 
     @in_python()
     def animate(self, out: str | PathLike[str], **span: Any) -> Path:
@@ -165,7 +161,8 @@ class Repeat:
 
     def _replayed(self, replay: Callable[[], Result]) -> Result:
         """What a replay gives. Raises ``UserError``."""
-        self._recorded()
+        if self.trace.snapshots is None:
+            self._recorded()
         try:
             return replay()
         except ValueError as error:

@@ -6,9 +6,12 @@ from snooker_cli.engine.replay import (
     States,
     batch_series,
     is_short,
+    nearest_times,
     replay,
     replayed,
     series,
+    state_at,
+    stored_times,
     times_within,
 )
 from snooker_cli.engine.simulation import simulate, simulate_batch, specialisation
@@ -20,6 +23,7 @@ __all__ = [
     "States",
     "batch_series",
     "is_short",
+    "nearest_times",
     "replay",
     "replayed",
     "series",
@@ -27,6 +31,8 @@ __all__ = [
     "simulate_batch",
     "specialisation",
     "stands_still",
+    "state_at",
+    "stored_times",
     "times_within",
 ]
 
