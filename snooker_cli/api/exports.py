@@ -153,8 +153,13 @@ def _times(times: ArrayLike | str | None, frames: int | None, end: float) -> NDA
         return np.linspace(0.0, end, frames or 2)
     if not isinstance(times, str):
         return np.atleast_1d(np.asarray(times, dtype=np.float64))
+    return times_given(times, "--times")
+
+
+def times_given(text: str, option: str) -> NDArray[np.float64]:
+    """The times of an option, s. Raises ``UserError``."""
     with suppress(PathError, TypeError, ValueError):
-        if values := option_values(times, f"--times {times}"):
+        if values := option_values(text, f"{option} {text}"):
             return np.array([float(value) for value in values])  # type: ignore[arg-type]
     ways = f"give times in s as 0,0.5,1 or as start:stop:count, at most {MAX_POINTS:,}"
-    raise UserError(f"--times {times}: {ways}")
+    raise UserError(f"{option} {text}: {ways}")

@@ -259,20 +259,32 @@ class Run(runs.Run):
     # Figures, films and pages.
 
     @in_python()
-    def plot(self, name: str, *, repeat: int | None = None, **where: Any) -> "Figure":
+    def plot(
+        self,
+        name: str,
+        *,
+        repeat: int | None = None,
+        times: str | Sequence[float] = (),
+        colour: str = "speed",
+        **where: Any,
+    ) -> "Figure":
         """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.
 
         repeat : only this repeat
+        times : of the states in "snapshot", s [the end]
+        colour : what it shows by colours: "speed", "species" or "density", the packing around
         where : only points with these values, as in ``matching``; a figure of one point, such as
             "energy-fit", shows the first of them and names it in its title
 
         Raises ``FigureError`` if the run cannot give it.
         """
+        from snooker_cli.api.drawings import of_states
         from snooker_cli.figures import FIGURES, Selection
         from snooker_cli.figures.drawing import draw
 
         check_name(name, FIGURES, "figure", LIST_FIGURES)
-        return draw(FIGURES[name].make(self, Selection(_alternatives(where), repeat), first=True))
+        chosen = Selection(_alternatives(where), repeat, *of_states([name], times, colour))
+        return draw(FIGURES[name].make(self, chosen, first=True))
 
     @in_python()
     def possible_figures(
@@ -300,6 +312,8 @@ class Run(runs.Run):
         size: str | Sequence[float] | None = None,
         dpi: int | None = None,
         repeat: int | None = None,
+        times: str | Sequence[float] = (),
+        colour: str = "speed",
         saved: Callable[[SavedFigure], None] = lambda _: None,
         **where: Any,
     ) -> list[SavedFigure]:
@@ -310,19 +324,19 @@ class Run(runs.Run):
         formats : of ``"svg"``, ``"png"`` and ``"pdf"``
         size : width and height in inches, such as (6, 4) [a column of a page]
         dpi : pixels per inch of a PNG [200]
-        repeat, where : as of ``plot``; a figure of one point is drawn for each of them
+        repeat, times, colour, where : as of ``plot``; figures of one point are drawn for each
         saved : is called after each figure
 
         Raises ``UserError`` for a figure that was named and cannot be drawn, after all others.
         """
-        from snooker_cli.api.drawings import save_figures
+        from snooker_cli.api.drawings import of_states, save_figures
         from snooker_cli.figures import Selection
 
         return save_figures(
             self,
             names,
             None if out is None else Path(out),
-            Selection(_alternatives(where), repeat),
+            Selection(_alternatives(where), repeat, *of_states(names, times, colour)),
             formats=formats,
             size=size,
             dpi=dpi,

@@ -22,6 +22,13 @@ def plot(
     list_figures: Annotated[bool, flag("--list", "List figures; with RUN those that fit.")] = False,
     where: Where = None,
     repeat: Annotated[int | None, option("K", "Only this one [the first, or all].", min=0)] = None,
+    times: Annotated[
+        str | None, option("T,T,…", "Times of snapshot, s [the end].", "--time")
+    ] = None,
+    colour: Annotated[
+        Literal["speed", "species", "density"],
+        option("WORD", "Colours of snapshot: speed, species, density.", "--colour"),
+    ] = "speed",
     out: Annotated[Path | None, option("DIR", "Folder [RUN/figures].")] = None,
     formats: Annotated[str, option("F,F,…", "Formats: svg, png, pdf.", "--format")] = "svg,png",
     size: Annotated[str | None, option("WxH", "Inches, as 6x4 [a column of a page].")] = None,
@@ -32,6 +39,7 @@ def plot(
     The JSON file has the numbers that a figure shows. Without names, all possible figures are
     drawn; RUN --list prints why others are not. Figures of single points are drawn for each point;
     without names and --where for 16 points at most.
+    snapshot shows the balls, at several times side by side as with `--time 0,10`.
     The command prints the names of the written files, and captions and numbers of figures that you
     name.
     """
@@ -62,6 +70,8 @@ def plot(
         size=size,
         dpi=dpi,
         repeat=repeat,
+        times=times or (),
+        colour=colour,
         saved=print_saved,
         **chosen,
     )

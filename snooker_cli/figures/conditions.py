@@ -42,6 +42,17 @@ def _events(point: Point) -> str:
     return "" if kept else "it needs the balls' states; run the config with `record: events`"
 
 
+def _states(point: Point) -> str:
+    if point.experiment.keeps_events or point.experiment.stored_times:
+        return ""
+    return "it needs the balls' states; run the config with `record: events` or `snapshots`"
+
+
+def _repeats_somewhere(point: Point) -> str:
+    repeats = any(point.experiment.container.shape_class.periodic)
+    return "" if repeats else "walls change it; it needs a periodic box or a channel"
+
+
 def _several(point: Point) -> str:
     several = point.experiment.number > 1
     return "" if several else "one ball is alone; it needs two or more"
@@ -92,9 +103,9 @@ def _few_species(point: Point) -> str:
 def _states_of_mixture(point: Point) -> str:
     if len(_species(point)) == 1:
         return ""
-    if (reason := _few_species(point)) or point.experiment.keeps_events:
+    if (reason := _few_species(point)) or not _states(point):
         return reason
-    return "a2 of a mixture needs the balls' states; run it with `record: events`"
+    return "a2 of a mixture needs the balls' states; run it with `record: events` or `snapshots`"
 
 
 def _species(point: Point) -> set[tuple[float | None, float]]:
@@ -109,9 +120,11 @@ CONDITIONS: Mapping[str, Condition] = {
     "events": _events,
     "few_species": _few_species,
     "hot_sides": _hot_sides,
+    "images": _repeats_somewhere,
     "keeps_momentum": _keeps_momentum,
     "moves": _moves,
     "several": _several,
+    "states": _states,
     "states_of_mixture": _states_of_mixture,
     "walls": _walls,
 }

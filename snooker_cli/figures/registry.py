@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from importlib.resources import files
@@ -156,7 +156,7 @@ def figures_of(
             fitting, reasons = spec.fitting(points)
             yield from ((name, "", FigureError(reason)) for reason in reasons.elements())
             fitting = evenly(fitting, most or len(fitting)) if fitting else []
-            chosen = [Selection(dict(point.parameters), selection.repeat) for point in fitting]
+            chosen = [replace(selection, where=dict(point.parameters)) for point in fitting]
         for one in chosen:
             try:
                 yield name, file_stem(name, one), spec.make(run, one, reading=reading)
