@@ -16,6 +16,8 @@ Condition = Callable[[Point], str]
 
 MOST_SPECIES = 6  # that one figure can show
 
+MANY_BALLS = 500  # some 25 cells of 20 balls, of which a circle holds nine or more
+
 REFUSED = {
     "cooling": "nothing decays where all collisions are elastic; take cor below 1",
     "elastic": "it is about the equilibrium of elastic balls; run it at cor 1",
@@ -40,6 +42,11 @@ def shows_gas(*gases: str) -> Condition:
 def _events(point: Point) -> str:
     kept = point.experiment.keeps_events
     return "" if kept else "it needs the balls' states; run the config with `record: events`"
+
+
+def _many(point: Point) -> str:
+    many = point.experiment.number >= MANY_BALLS
+    return "" if many else f"its cells need {MANY_BALLS} balls or more"
 
 
 def _states(point: Point) -> str:
@@ -122,6 +129,7 @@ CONDITIONS: Mapping[str, Condition] = {
     "hot_sides": _hot_sides,
     "images": _repeats_somewhere,
     "keeps_momentum": _keeps_momentum,
+    "many": _many,
     "moves": _moves,
     "several": _several,
     "states": _states,

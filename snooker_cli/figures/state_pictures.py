@@ -62,12 +62,11 @@ def draw_pictures(data: FigureData, pictures: Pictures, size: tuple[float, float
         layout = ConstrainedLayoutEngine()
         figure = SnookerFigure(size or (width, height), layout=layout)
         FigureCanvasAgg(figure)
-        grid = figure.subplots(rows, columns, squeeze=False).flat
+        grid = list(figure.subplots(rows, columns, squeeze=False).flat)
         for axes, picture in zip(grid, pictures.each, strict=False):
             _draw(axes, picture, pictures, colours, PIXELS // columns if number > 1 else PIXELS)
-        for axes in list(grid)[number:] if number < rows * columns else ():
+        for axes in grid[number:]:
             axes.set_visible(False)
-        used = [axes for axes in figure.axes if axes.get_visible()]
         heading = {"fontsize": rcParams["axes.titlesize"], "fontweight": "bold"}
         figure.suptitle("\n".join(title), x=0.01, ha="left", parse_math=False, **heading)
         if pictures.names:
@@ -79,7 +78,7 @@ def draw_pictures(data: FigureData, pictures: Pictures, size: tuple[float, float
         else:
             scale = figure.colorbar(
                 _mappable(pictures, colours),
-                ax=used,
+                ax=grid,
                 orientation="horizontal",
                 extend="max",
                 shrink=0.8 if number == 1 else 0.4,

@@ -218,7 +218,7 @@ def test_fluctuation_of_known_cells() -> None:
     ("container", "error"), [(PeriodicBox(20, 14), 0.006), (Circle(10), 0.016)]
 )
 def test_local_packings_share_out_the_container(container: Container, error: float) -> None:
-    """Each cell has its balls' area over its packing. Of 5 balls on average, e⁻⁵ of the cells are empty.
+    """Each cell has its balls' area over its packing; e⁻⁵ of cells of 5 balls are empty.
 
     The errors are four deviations of this number; those of cells at a curved wall add 1 %.
     """

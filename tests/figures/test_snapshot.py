@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.text import Text
 from PIL import Image
 from repeating import done, made
 
-from snooker_cli.containers import PeriodicBox
+from snooker_cli.containers import Box, Channel, Container, PeriodicBox
 from snooker_cli.engine import replay
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection
-from snooker_cli.figures.drawing import save, to_json
+from snooker_cli.figures.drawing import draw, save, styled, to_json
 from snooker_cli.figures.figure_data import FigureData, Picture, Pictures
 from snooker_cli.figures.state_pictures import raster
 from snooker_cli.runs import Run
@@ -133,3 +136,44 @@ def test_a_million_balls_are_a_small_picture(tmp_path: Path) -> None:
     data = FigureData("snapshot", "Balls", "x", "y", (), "", pictures=pictures)
     svg, png, _ = save(data, tmp_path / "many", ("svg", "png"))
     assert max(svg.stat().st_size, png.stat().st_size) < 5_000_000
+
+
+# --- what is drawn ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("colour", ["speed", "species"])
+@pytest.mark.parametrize("times", [(), (0.0, 1.0, 5.0, 10.0, 20.0)])
+def test_it_is_drawn_legibly(mixture: Run, colour: str, times: tuple[float, ...]) -> None:
+    with styled():
+        figure = draw(drawn(mixture, *times, colour=colour))
+        figure.draw_without_rendering()
+        shown = [axes for axes in figure.axes if axes.get_visible()]
+        hidden = {id(text) for axes in shown if not axes.axison for text in axes.findobj(Text)}
+        hidden -= {id(axes.title) for axes in shown}
+        texts = [
+            text for text in figure.findobj(Text) if text.get_text() and id(text) not in hidden
+        ]
+        boxes = [text.get_window_extent() for text in texts]
+        for box in boxes:
+            assert figure.bbox.contains(box.x0, box.y0)
+            assert figure.bbox.contains(box.x1, box.y1)
+    places = [axes.get_window_extent() for axes in shown]
+    assert not any(one.overlaps(two) for one, two in itertools.combinations(places, 2))
+    titles = [axes.get_title() for axes in shown]
+    wanted = [f"t = {time:g} s" for time in times or (20.0,)]
+    assert titles == wanted + [""] * (colour == "speed")  # and the scale of colours
+
+
+@pytest.mark.parametrize(
+    ("container", "dashed"), [(PeriodicBox(10, 10), 4), (Channel(10, 10), 2), (Box(10, 10), 0)]
+)
+def test_edges_that_repeat_are_dashed(container: Container, dashed: int) -> None:
+    columns = np.zeros((1, 2)), np.ones(1), np.zeros(1)
+    one = Picture(0.0, *columns, container.outline, container.size, container.periodic)
+    pictures = Pictures((one,), "value", (0.0, 1.0))
+    axes, _ = draw(FigureData("snapshot", "Balls", "x", "y", (), "", pictures=pictures)).axes
+    solid, repeating = (each for each in axes.collections if isinstance(each, LineCollection))
+    assert [len(each.get_segments()) for each in (solid, repeating)] == [4 - dashed, dashed]
+    for (x, y), (u, v) in repeating.get_segments():
+        assert container.periodic[0 if x == u else 1]
+        assert x == u or y == v
