@@ -116,6 +116,8 @@ balls: {count: 20, radius: 1, speed: 10}
 cor: 0.9
 wall_cor_speed: 5
 collisions: 100
+record: snapshots
+snapshots: {per_decade: 3}
 """,
     """\
 container: {shape: periodic, packing: 0.4}
