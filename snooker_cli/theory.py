@@ -122,6 +122,16 @@ def compressibility(packing: Real) -> Real:
     return 1.0 + 2.0 * packing * contact_value(packing)
 
 
+def structure_at_zero(packing: float) -> float:
+    """S(k → 0) of hard disks, 1/P' of P = η Z(η): n T times the isothermal compressibility.
+
+    It is also variance over mean of the number of disks in a large part of the fluid (Hansen &
+    McDonald, Theory of Simple Liquids, eqs. 2.6.11 and 4.1.7). Z is that of `contact_value`.
+    """
+    x = 2 * packing
+    return float(_PADE_BELOW(x) ** 2 / _PADE_SLOPE(x))
+
+
 def missing_ratio(packing: float, number: float) -> float:
     """What Z lacks with exactly N balls in a periodic box: η P''/(2 N P') with P = η Z(η).
 

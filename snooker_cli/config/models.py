@@ -3,6 +3,7 @@
 import math
 from collections.abc import Collection, Iterator, Mapping
 from functools import partial
+from itertools import pairwise
 from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
 from pydantic import (
@@ -395,6 +396,36 @@ Collapse = Annotated[
 ]
 
 
+MOST_SNAPSHOTS = 10_000  # of a list; each is read and checked
+
+_Moments = Annotated[
+    tuple[Duration, ...], Field(min_length=1, max_length=MOST_SNAPSHOTS), _FROM_LIST
+]
+
+
+class PerDecade(_Sparse):
+    """Times that are as many in each decade, at equal distances of their logarithm."""
+
+    per_decade: Annotated[int, Field(ge=1, le=100), _WHOLE]
+    """Times in each decade, 1 to 100, from about the time between two collisions of a ball on."""
+
+
+def _ascending(value: Any) -> Any:
+    """Raise ``ValueError`` for times that do not ascend."""
+    if isinstance(value, tuple) and any(b <= a for a, b in pairwise(value)):
+        raise ValueError
+    return value
+
+
+StoredTimes = Annotated[
+    _Moments | PerDecade,
+    AfterValidator(_ascending),
+    _needs("a list of times in s that ascend, as [1, 10, 100], or {per_decade: 1 to 100}", False),
+]
+
+DEFAULT_TIMES = PerDecade(per_decade=10)
+
+
 class Experiment(Model):
     """A snooker experiment: inelastic hard disks in a container."""
 
@@ -452,9 +483,12 @@ class Experiment(Model):
     common_random: Switch = False
     """Whether all points have the same random starts, for paired comparisons. By default each point
     has its own: they follow from the seed and the point's physics."""
-    record: Literal["events", "summary"] = "events"
-    """What is stored: every collision, or only a summary. With collisions below 1,000 every
-    collision is stored, because this is smaller and faster."""
+    record: Literal["events", "summary", "snapshots"] = "events"
+    """What is stored: every collision, only a summary, or a summary and states at some times. With
+    collisions below 1,000 every collision is stored, because this is smaller and faster."""
+    snapshots: StoredTimes | None = None
+    """When record: snapshots stores states: a list of times, s, or {per_decade: n}; absent:
+    {per_decade: 10}. Start and end are always stored."""
     sweep: Annotated[
         Axes,
         PlainValidator(axes, json_schema_input_type=dict[str, Any]),
@@ -476,6 +510,13 @@ class Experiment(Model):
         """Whether every collision is stored."""
         few = self.collisions is not None and self.collisions < AS_LARGE_AS_A_SUMMARY
         return self.record == "events" or few
+
+    @property
+    def stored_times(self) -> tuple[float, ...] | PerDecade:
+        """When states are stored, s; () unless there are snapshots instead of events."""
+        if self.record != "snapshots" or self.keeps_events:
+            return ()
+        return self.snapshots or DEFAULT_TIMES
 
     @property
     def effective_wall_cor(self) -> float:
@@ -602,6 +643,7 @@ def _faults(experiment: Experiment) -> Iterator[Problem]:
         yield Problem(("collapse",), sentence)
     yield from (walls := tuple(_faults_of_walls(experiment)))
     yield from () if walls else _faults_of_laws(experiment)
+    yield from _faults_of_snapshots(experiment)
     if experiment.collapse == "slide" and experiment.wall_cor_speed is not None:
         sentence = "slide needs one CoR at all speeds at the wall; remove wall_cor_speed, or slide"
         yield Problem(("collapse",), sentence)
@@ -657,6 +699,17 @@ def _faults_of_laws(experiment: Experiment) -> Iterator[Problem]:
             sentence = f"no law of collision has {listed(keys)} together; remove one of them"
             yield Problem((keys[-1],), sentence, about_key=True)
             return
+
+
+def _faults_of_snapshots(experiment: Experiment) -> Iterator[Problem]:
+    """Their times are for snapshots, and not after the end."""
+    times, end = experiment.snapshots, experiment.time
+    if times is not None and experiment.record != "snapshots":
+        sentence = "snapshots is for record: snapshots; remove it, or set record: snapshots"
+        yield Problem(("snapshots",), sentence, about_key=True)
+    elif isinstance(times, tuple) and end is not None and times[-1] > end:
+        sentence = f"{times[-1]:g} s is after the end of the repeats, {end:g} s; remove it"
+        yield Problem(("snapshots", len(times) - 1), sentence)
 
 
 def _faults_of_container(container: ContainerConfig) -> Iterator[Problem]:

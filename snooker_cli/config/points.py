@@ -30,7 +30,7 @@ from snooker_cli.formatting import point_label
 
 LIMITS = ("collisions", "time")  # the keys that end a repeat; a later end changes nothing before it
 
-_NOT_IN_STREAMS = (*LIMITS, "seed", "common_random", "record")
+_NOT_IN_STREAMS = (*LIMITS, "seed", "common_random", "record", "snapshots")
 """Keys that random numbers do not depend on, or not through the digest."""
 
 _ALWAYS = ("container", "balls", "cor", "wall_cor", *LIMITS, "seed", "record")

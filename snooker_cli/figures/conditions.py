@@ -16,6 +16,8 @@ Condition = Callable[[Point], str]
 
 MOST_SPECIES = 6  # that one figure can show
 
+MANY_BALLS = 500  # some 25 cells of 20 balls, of which a circle holds nine or more
+
 REFUSED = {
     "cooling": "nothing decays where all collisions are elastic; take cor below 1",
     "elastic": "it is about the equilibrium of elastic balls; run it at cor 1",
@@ -40,6 +42,22 @@ def shows_gas(*gases: str) -> Condition:
 def _events(point: Point) -> str:
     kept = point.experiment.keeps_events
     return "" if kept else "it needs the balls' states; run the config with `record: events`"
+
+
+def _many(point: Point) -> str:
+    many = point.experiment.number >= MANY_BALLS
+    return "" if many else f"its cells need {MANY_BALLS} balls or more"
+
+
+def _states(point: Point) -> str:
+    if point.experiment.keeps_events or point.experiment.stored_times:
+        return ""
+    return "it needs the balls' states; run the config with `record: events` or `snapshots`"
+
+
+def _repeats_somewhere(point: Point) -> str:
+    repeats = any(point.experiment.container.shape_class.periodic)
+    return "" if repeats else "walls change it; it needs a periodic box or a channel"
 
 
 def _several(point: Point) -> str:
@@ -101,9 +119,9 @@ def _two_species(point: Point) -> str:
 def _states_of_mixture(point: Point) -> str:
     if len(_species(point)) == 1:
         return ""
-    if (reason := _few_species(point)) or point.experiment.keeps_events:
+    if (reason := _few_species(point)) or not _states(point):
         return reason
-    return "a2 of a mixture needs the balls' states; run it with `record: events`"
+    return "a2 of a mixture needs the balls' states; run it with `record: events` or `snapshots`"
 
 
 def _species(point: Point) -> set[tuple[float | None, float]]:
@@ -118,9 +136,12 @@ CONDITIONS: Mapping[str, Condition] = {
     "events": _events,
     "few_species": _few_species,
     "hot_sides": _hot_sides,
+    "images": _repeats_somewhere,
     "keeps_momentum": _keeps_momentum,
+    "many": _many,
     "moves": _moves,
     "several": _several,
+    "states": _states,
     "states_of_mixture": _states_of_mixture,
     "two_species": _two_species,
     "walls": _walls,
