@@ -50,6 +50,15 @@ repeats: 3
 sweep: {cor: [0.8, 0.9, 1.0]}
 """
 
+STORED = """\
+container: {shape: periodic, width: 40}
+balls: {count: 600, radius: 0.5, speed: 1, start: random}
+cor: 0.8
+collisions: 30000
+repeats: 2
+record: snapshots
+"""
+
 MIXTURE = """\
 container: {shape: periodic, width: 24, height: 20}
 balls:

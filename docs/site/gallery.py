@@ -32,7 +32,10 @@ FIGURES_OF: dict[str, tuple[dict[str, Any], dict[str, dict[str, Any]]]] = {
         {},
         {"tagged-path": {}, "mean-squared-displacement": {}, "velocity-autocorrelation": {}},
     ),
-    "configs/mixture": ({"repeats": 2}, {"species-temperature": {}, "a2": {}, "local-energy": {}}),
+    "configs/mixture": (
+        {"repeats": 2},
+        {"species-temperature": {}, "species-ratio": {}, "a2": {}, "local-energy": {}},
+    ),
     "heat": ({}, {"profiles": {}, "heat-flux": {}}),
     "driven": (
         {"balls.radius": 0.4},
@@ -41,6 +44,10 @@ FIGURES_OF: dict[str, tuple[dict[str, Any], dict[str, dict[str, Any]]]] = {
     "dense": (
         {"balls.count": 400, "collisions": 40000, "record": "events"},
         {"pair-correlation": {}, "hexatic-order": {}},
+    ),
+    "configs/large": (
+        {"balls.count": 4000, "collisions": 400000},
+        {"snapshot": {}, "cluster-growth": {}, "density-fluctuations": {}, "structure-factor": {}},
     ),
 }
 """For each config of `snooker init`: changed keys, and figures with the points that they show."""

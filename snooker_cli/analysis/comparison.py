@@ -116,7 +116,12 @@ def comparisons_of(
     comparisons: list[Comparison] = []
     with np.errstate(divide="ignore", invalid="ignore"):  # rows without a value are left out
         if relaxed_count:
-            for rows in (predictions.pressures, predictions.rates, predictions.speeds):
+            for rows in (
+                predictions.pressures,
+                predictions.rates,
+                predictions.speeds,
+                predictions.mixtures,
+            ):
                 comparisons += _compared(rows(relaxed), relaxed_count, notes)
             counts = relaxed.speeds.sum(axis=0)
             laws = predictions.speed_laws(scene) if counts.any() else []

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import theory
-from snooker_cli.analysis import observables
+from snooker_cli.analysis import observables, structure
 from snooker_cli.analysis.observables import INSTANT
 from snooker_cli.analysis.time_series import (
     AT_WALL,
@@ -29,12 +29,11 @@ from snooker_cli.analysis.time_series import (
     has_all,
     series,
 )
-from snooker_cli.containers import Circle
 from snooker_cli.engine import batch_series, is_short
 from snooker_cli.laws import Sides
 from snooker_cli.runs.execution import processors
 from snooker_cli.scene import Scene
-from snooker_cli.trace import SPEED_BINS, StopReason, Trace
+from snooker_cli.trace import SPEED_BINS, StopReason, Trace, even_choice
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -44,6 +43,8 @@ WINDOWS = 20  # windows of time for the local pressure and energy
 
 RELAXING, LEAST_RELAXING = 15, 5
 """Collisions of a ball while equal speeds relax; the fewest, where a kurtosis of 1.95 is 1.83."""
+
+SPECIES_STATES = 60  # of a repeat, for the temperatures of its species
 
 MOST_TOGETHER = 2**18  # rows that are measured together, so that they fit in memory
 
@@ -70,6 +71,9 @@ class Measurement:
     start_energy, drift_energy : J, of the balls at the start and of their centre of mass
     collision_speed : mean speed of the balls after collisions, m/s; nan unless complete
     speeds : (*repeats*, SPEED_BINS) balls by reduced speed after the relaxation
+    species_shares : (*repeats*, 2) mean kinetic energy of a ball of each of two species over that
+        of a ball, after the relaxation; nan in repeats that are too short or have no events, and no
+        columns for other numbers of species
     events, calm_events : (*repeats*, 2) collisions at the wall and between balls; the latter before
         a collapse
     time : when each repeat ended, s
@@ -93,6 +97,7 @@ class Measurement:
     drift_energy: Array
     collision_speed: Array
     speeds: Integers
+    species_shares: Array
     events: Integers
     calm_events: Integers
     time: Array
@@ -266,6 +271,7 @@ def _measured(traces: Sequence[Trace], limits: tuple[float, float], pairs: float
         drift_energy=rows.drift,
         collision_speed=collisions.mean_speed(),
         speeds=speeds,
+        species_shares=_species_shares(scene, calm, relaxed),
         events=np.array([(trace.wall_events, trace.pair_events) for trace in traces]),
         calm_events=rows.columns[AT_WALL : BETWEEN + 1, ends - 1].T.astype(np.int64),
         time=lasts,
@@ -298,6 +304,23 @@ def _series(
     return TimeSeries(traces, time, np.array(values), starts, held), speeds
 
 
+def _species_shares(scene: Scene, calm: Sequence[Trace], relaxed: Array) -> Array:
+    """`Measurement.species_shares`, over states at even numbers of collisions."""
+    if not structure.is_binary(scene):
+        return np.empty((len(calm), 0))
+    counts = np.array([len(balls) for balls in structure.species(scene)])
+    shares = np.full((len(calm), 2), math.nan)
+    for row, trace, since in zip(shares, calm, relaxed, strict=True):
+        if trace.events is None or math.isnan(since):
+            continue
+        times = trace.events.time[trace.events.time > since]
+        if len(times):
+            times = times[even_choice(len(times), SPECIES_STATES)]
+            warm = structure.over_time(structure.species_temperature, trace, times)
+            row[:] = np.mean(warm * scene.number / (warm @ counts)[:, np.newaxis], axis=0)
+    return shares
+
+
 def _calm_ends(rows: TimeSeries, traces: Sequence[Trace]) -> Integers:
     """The end of the rows of each repeat before a collapse, which is all at one instant."""
     ends = rows.starts[1:].copy()
@@ -312,7 +335,7 @@ def _calm_ends(rows: TimeSeries, traces: Sequence[Trace]) -> Integers:
 def _rotation_energies(traces: Sequence[Trace]) -> Array:
     """`Measurement.rotation_energy` of repeats."""
     scene = traces[0].start  # its centre is the origin
-    if scene.number == 1 or not isinstance(scene.container, Circle):
+    if scene.number == 1 or not scene.container.keeps_rotation:
         return np.full(len(traces), math.nan)
     ends = [trace.finish for trace in traces]
     places = np.stack([scene.positions - scene.container_position for scene in ends])

@@ -182,6 +182,8 @@ class Analyses(runs.Run):
         name: str,
         *,
         repeat: int | None = None,
+        times: str | Sequence[float] = (),
+        colour: str = "speed",
         log_x: bool = False,
         log_y: bool = False,
         **where: Any,
@@ -189,18 +191,22 @@ class Analyses(runs.Run):
         """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.
 
         repeat : only this repeat
+        times : of the states in "snapshot", s [the end]
+        colour : what it shows by colours: "speed", "species" or "density", the packing around
         log_x, log_y : make this axis logarithmic; zeros are then not shown
         where : only points with these values, as in ``matching``; a figure of one point, such as
             "energy-fit", shows the first of them and names it in its title
 
         Raises ``FigureError`` if the run cannot give it.
         """
+        from snooker_cli.api.drawings import of_states
         from snooker_cli.figures import FIGURES, Selection
         from snooker_cli.figures.drawing import draw
         from snooker_cli.figures.figure_data import with_logarithmic_axes
 
         check_name(name, FIGURES, "figure", LIST_FIGURES)
-        made = FIGURES[name].make(self, Selection(_alternatives(where), repeat), first=True)
+        chosen = Selection(_alternatives(where), repeat, *of_states([name], times, colour))
+        made = FIGURES[name].make(self, chosen, first=True)
         return draw(with_logarithmic_axes(made, log_x, log_y))
 
     @in_python()
@@ -231,6 +237,8 @@ class Analyses(runs.Run):
         log_x: bool = False,
         log_y: bool = False,
         repeat: int | None = None,
+        times: str | Sequence[float] = (),
+        colour: str = "speed",
         saved: Callable[[SavedFigure], None] = lambda _: None,
         **where: Any,
     ) -> list[SavedFigure]:
@@ -242,19 +250,19 @@ class Analyses(runs.Run):
         size : width and height in inches, such as (6, 4) [a column of a page]
         dpi : pixels per inch of a PNG [200]
         log_x, log_y : as of ``plot``
-        repeat, where : as of ``plot``; a figure of one point is drawn for each of them
+        repeat, times, colour, where : as of ``plot``; figures of one point are drawn for each
         saved : is called after each figure
 
         Raises ``UserError`` for a figure that was named and cannot be drawn, after all others.
         """
-        from snooker_cli.api.drawings import save_figures
+        from snooker_cli.api.drawings import of_states, save_figures
         from snooker_cli.figures import Selection
 
         return save_figures(
             self,
             names,
             None if out is None else Path(out),
-            Selection(_alternatives(where), repeat),
+            Selection(_alternatives(where), repeat, *of_states(names, times, colour)),
             formats=formats,
             size=size,
             dpi=dpi,

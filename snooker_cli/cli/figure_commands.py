@@ -25,6 +25,13 @@ def plot(
     list_figures: Annotated[bool, flag("--list", "List figures; with RUN those that fit.")] = False,
     where: Where = None,
     repeat: Annotated[int | None, option("K", "Only this one [the first, or all].", min=0)] = None,
+    times: Annotated[
+        str | None, option("T,T,…", "Times of snapshot, s [the end].", "--time")
+    ] = None,
+    colour: Annotated[
+        Literal["speed", "species", "density"],
+        option("WORD", "Colours of snapshot: speed, species, density.", "--colour"),
+    ] = "speed",
     out: Annotated[Path | None, option("DIR", "Folder [RUN/figures].")] = None,
     formats: Annotated[str, option("F,F,…", "Formats: svg, png, pdf.", "--format")] = "svg,png",
     size: Annotated[str | None, option("WxH", "Inches, as 6x4 [a column of a page].")] = None,
@@ -37,8 +44,9 @@ def plot(
     The JSON file has the numbers that a figure shows. Without names, all possible figures are
     drawn; RUN --list prints why others are not. Figures of single points are drawn for each point;
     without names and --where for 16 points at most. Of several runs, a figure shows the points of
-    all of them. The command prints the names of the written files, and captions and numbers of
-    figures that you name.
+    all of them. snapshot shows the balls, at several times side by side as with `--time 0,10`. The
+    command prints the names of the written files, and captions and numbers of figures that you
+    name.
     """
     if run is None:
         if not list_figures:
@@ -69,6 +77,8 @@ def plot(
         log_x=log_x,
         log_y=log_y,
         repeat=repeat,
+        times=times or (),
+        colour=colour,
         saved=print_saved,
         **chosen,
     )

@@ -113,10 +113,11 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
 
     size : width and height in inches; None is a column of a page, as high as its texts need
     """
-    width = int(TITLE_WIDTH * (size[0] / WIDTH if size else 1))
-    wide = len(data.title) > width
-    parts = data.title.replace(": ", ":\n").split("\n") if wide else [data.title]
-    title = [line for part in parts for line in textwrap.wrap(part, width)]
+    if data.pictures is not None:
+        from snooker_cli.figures.state_pictures import draw_pictures  # it needs this module
+
+        return draw_pictures(data, data.pictures, size)
+    title = title_lines(data.title, size[0] if size else WIDTH)
     with styled():
         layout = ConstrainedLayoutEngine()
         figure = SnookerFigure(size or (WIDTH, HEIGHT), layout=layout)
@@ -158,6 +159,13 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         layout.execute(figure)
         figure.set_layout_engine(None)
     return figure
+
+
+def title_lines(title: str, width: float) -> list[str]:
+    """The lines of a title for a figure of a width, inches."""
+    most = int(TITLE_WIDTH * width / WIDTH)
+    parts = title.replace(": ", ":\n").split("\n") if len(title) > most else [title]
+    return [line for part in parts for line in textwrap.wrap(part, most)]
 
 
 def _added(
@@ -314,11 +322,17 @@ def save(
 
 
 def to_json(data: FigureData) -> str:
-    """The figure as JSON: its words, its numbers, and the data of each layer.
+    """The figure as JSON: its words, its numbers, and the data of each layer, but no balls.
 
     Numbers have the shortest decimals that mean the same doubles; what is not finite is null.
     """
     content = dict(vars(data))
+    pictures = content.pop("pictures")
+    if pictures is not None:  # a million balls are no numbers of a figure
+        content["pictures"] = {
+            "times": [picture.time for picture in pictures.each],
+            **{name: getattr(pictures, name) for name in ("label", "limits", "names")},
+        }
     for name in ("layers", "panel"):
         layers = content[name]
         content[name] = [{"type": type(layer).__name__.lower()} | vars(layer) for layer in layers]

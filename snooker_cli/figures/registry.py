@@ -171,7 +171,7 @@ def figures_of(
             fitting, reasons = spec.fitting(points)
             yield from ((name, "", FigureError(reason)) for reason in reasons.elements())
             fitting = evenly(fitting, most or len(fitting)) if fitting else []
-            chosen = [Selection(dict(point.parameters), selection.repeat) for point in fitting]
+            chosen = [replace(selection, where=dict(point.parameters)) for point in fitting]
         for one in chosen:
             try:
                 yield name, file_stem(name, shown(one)), spec.make(run, one, reading=reading)

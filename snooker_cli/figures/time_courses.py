@@ -9,12 +9,13 @@ from snooker_cli import theory
 from snooker_cli.analysis import observables, predictions, structure
 from snooker_cli.analysis.decay import course
 from snooker_cli.analysis.measurement import Measurement
-from snooker_cli.analysis.observables import mean_and_error
+from snooker_cli.analysis.observables import mean_and_error, standard_errors
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
     Array,
+    Band,
     Course,
     FigureData,
     Line,
@@ -26,7 +27,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import elastic, gas
 from snooker_cli.scene import EPSILON, Scene
-from snooker_cli.trace import Trace
+from snooker_cli.trace import Trace, even_choice
 
 MOMENTUM_UNIT = 1e-15
 """The unit of the momentum's deviation: about four roundings of a number near one."""
@@ -168,6 +169,9 @@ def _common_times(build: FigureBuilder, cost: tuple[int, int]) -> Iterator[tuple
     most, each = cost
     for point in build.points:
         count = build.states(point, TIMES, most, each=each, fewest=TIMES)
+        if not point.experiment.keeps_events:
+            yield point, _stored_times(build, point, count)
+            continue
         measurement = build.measurement(point)
         time, events = measurement.curve.time[0], measurement.curve.events[0]
         end = float(measurement.time.min())
@@ -178,6 +182,20 @@ def _common_times(build: FigureBuilder, cost: tuple[int, int]) -> Iterator[tuple
         if len(times) < 2:
             raise FigureError("nothing happens until the end of the shortest repeat; run longer")
         yield point, times
+
+
+def _stored_times(build: FigureBuilder, point: Point, count: int) -> Array:
+    """At most ``count`` times at which each repeat of a point has a stored state, s; the start too.
+
+    Raises ``FigureError`` if there is no other.
+    """
+    common: Array | None = None
+    for trace in build.traces(point):
+        own = np.append(0.0, [] if trace.snapshots is None else trace.snapshots.time)
+        common = own if common is None else np.intersect1d(common, own)
+    if common is None or len(common) < 2:
+        raise FigureError("a repeat ended before its first snapshot; give earlier `snapshots`")
+    return np.asarray(common[even_choice(len(common), count)])
 
 
 def hexatic_order(build: FigureBuilder) -> FigureData:
@@ -194,7 +212,7 @@ def hexatic_order(build: FigureBuilder) -> FigureData:
 def a2(build: FigureBuilder) -> FigureData:
     """a2 over time, with theory for balls of one type; of a mixture for each species."""
     for point, scene, times, rows in _a2(build):
-        names = [None] if scene.equal_balls else _names(scene)
+        names = [None] if scene.equal_balls else structure.species_names(scene)
         expected, known = None, not build.too_thin(scene)
         if known and scene.equal_balls and scene.constant_laws and 0 < scene.restitution < 1:
             expected = theory.sonine_coefficient(scene.restitution)
@@ -221,7 +239,7 @@ def species_temperature(build: FigureBuilder) -> FigureData:
     """Mean kinetic energy of each species over time."""
     kept = gas(build.points[0]) != "cooling"  # the temperatures of one instant vary
     for point, scene, times, rows in _over_time(build, structure.species_temperature):
-        names, start = _names(scene), len(times) // 2 if kept else -1
+        names, start = structure.species_names(scene), len(times) // 2 if kept else -1
         means = rows[:, start:].mean(axis=1)
         for index, name in enumerate(names):
             build.add_means(index, name, times, rows[..., index])
@@ -230,6 +248,80 @@ def species_temperature(build: FigureBuilder) -> FigureData:
         temperatures = {f"temperature_{k}": mean_and_error(row) for k, row in enumerate(means.T)}
         build.record(point, species=names, **temperatures, ratio=ratio)
     return build.figure(logarithmic=build.covers_decades)
+
+
+def species_ratio(build: FigureBuilder) -> FigureData:
+    """T₁/T₂ of two species over collisions per ball, beside theory."""
+    build.means, names, known = True, list[str](), False
+    for index, (point, scene, times, rows) in enumerate(
+        _over_time(build, structure.species_temperature)
+    ):
+        names = structure.species_names(scene)
+        curve = build.measurement(point).curve
+        collisions = 2 * curve.at(times, curve.pair_events).mean(axis=0) / scene.number
+        ratio, error = _ratio(rows)
+        build.lines.append(Line(collisions, ratio, build.label(point), index, "solid"))
+        if len(rows) > 1:
+            band = Band(collisions, ratio - error, ratio + error, None, index)
+            build.bands.append(band)
+        expected = predictions.species_ratio(scene)
+        if expected is not None:
+            flat = np.array([expected, expected])
+            build.lines.append(Line(collisions[[0, -1]], flat, None, index, "dotted"))
+            known = True
+        later = rows[:, len(times) // 2 :].mean(axis=1, keepdims=True)
+        second_half = tuple(float(column[0]) for column in _ratio(later))
+        build.record(point, second_half=second_half, theory=expected)
+    if known:
+        build.lines.append(legend_line(f"theory, {theory.EQUAL_RATES}", "dotted"))
+    caption = f"1: {names[0]}; 2: {names[1]}." if names else ""
+    if known:
+        caption += " Theory: uniform, Maxwell's velocities (Garzó & Dufty 1999)."
+    return build.figure(caption)
+
+
+def _ratio(rows: Array) -> Course:
+    """The ratio of two columns' means over repeats, of (*n*, *t*, 2), and its standard error.
+
+    Means come first: the mean of ratios is too large where the second species has few balls.
+    """
+    shares = rows / rows.sum(axis=2, keepdims=True)  # the repeats may cool at other rates
+    first, second = shares.mean(axis=0).T
+    ratio = first / second
+    spread = (shares[..., 0] - ratio * shares[..., 1]) / second
+    return ratio, standard_errors(spread)
+
+
+def cluster_growth(build: FigureBuilder) -> FigureData:
+    """Mean size of the cluster that a ball is in, and of the largest cluster, over time."""
+    for index, (point, scene, times, rows) in enumerate(_over_time(build, structure.mean_cluster)):
+        later = times > 0
+        build.add_means(index, build.label(point), times[later], rows[:, later, 0], "solid")
+        build.add_means(index, None, times[later], rows[:, later, 1], "dotted")
+        mean, largest = (mean_and_error(column) for column in rows[:, -1].T)
+        build.record(point, mean=mean, largest=largest, balls=scene.number)
+    build.lines.append(legend_line("cluster of a ball, mean", "solid"))
+    build.lines.append(legend_line("the largest cluster", "dotted"))
+    caption = (
+        f"Balls with a gap of at most {structure.CLUSTER_GAP:g} mean diameters are in one cluster "
+        "(Luding & Herrmann 1999). The mean is over the balls."
+    )
+    return build.figure(caption, logarithmic=build.covers_decades)
+
+
+def density_fluctuations(build: FigureBuilder) -> FigureData:
+    """Variance over mean of the number of balls in cells, over time."""
+    over_time = _over_time(build, structure.density_fluctuation)
+    build.lines.append(Reference("y", 1.0))
+    for index, (point, _, times, rows) in enumerate(over_time):
+        later = times > 0
+        build.add_means(index, build.label(point), times[later], rows[:, later, 0])
+        build.record(point, final=mean_and_error(rows[:, -1, 0]))
+    caption = (
+        f"Cells have {structure.DENSITY_BALLS:g} balls on average. Independent points have 1 "
+        "(Poisson), and a fluid has less."
+    )
+    return build.figure(caption, logarithmic=build.covers_decades)
 
 
 def local_energy(build: FigureBuilder) -> FigureData:
@@ -260,9 +352,3 @@ def _a2(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
         moments = np.diff(curve.at(times, curve.energy_moment_integral), axis=1) / np.diff(times)
         middle = (times[1:] + times[:-1]) / 2
         yield point, build.start(point), middle, _known(moments[..., np.newaxis] / 2 - 1)
-
-
-def _names(scene: Scene) -> list[str]:
-    """The species of a mixture in the legend."""
-    firsts = [balls[0] for balls in structure.species(scene)]
-    return [f"r = {scene.radii[k]:g} m, m = {scene.masses[k]:g} kg" for k in firsts]

@@ -137,6 +137,8 @@ class RunProgress(Watcher):
         limit = self._limits[result.point]
         if running := self._running.pop(key, None):
             self._given += running.given * limit * len(running.batch.repeats)
+            if result.error:  # it was simulated, but not stored
+                self._simulated += running.collisions
         reached = 0.0
         if stop := result.stop:
             reached = {"collisions": result.collisions, "s": stop.time}.get(self._unit, limit)

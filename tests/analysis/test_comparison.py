@@ -418,3 +418,71 @@ def test_the_note_on_rings_is_for_balls_that_start_on_them(start: str, said: boo
     text = f"container: {{radius: 10}}\nballs: {start}\ncor: 1\ncollisions: 1\n"
     scene = starting_scene(parse(text).experiment, 0)
     assert (predictions.TURNING in {note.note for note in predictions.notes(scene)}) is said
+
+
+MIXED = """\
+container: {shape: periodic, packing: 0.02}
+balls:
+  - {count: 60, radius: 1.0, mass: 4.0, speed: 5.0, speeds: maxwell, start: random}
+  - {count: 60, radius: 0.5, mass: 1.0, speed: 10.0, speeds: maxwell}
+cor: 0.8
+collisions: 2400
+repeats: 40
+"""
+MAXWELL_APART = 0.025
+"""How far T₁/T₂ may be below the theory of Maxwell's velocities at CoR 0.8: 0.020 in Boltzmann's
+equation, see ``theory.species_ratio``, and 0.005 for 120 balls."""
+
+
+def species_row(text: str) -> tuple[Comparison, list[str]]:
+    experiment = parse(text).experiment
+    scenes = [starting_scene(experiment, repeat) for repeat in range(experiment.repeats)]
+    limits = {"collisions": experiment.collisions, "summary": not experiment.keeps_events}
+    rows, notes = comparison.compare(simulate_batch(scenes, **limits))
+    found = [row for row in rows if row.quantity == predictions.SPECIES_RATIO]
+    return found[0] if found else None, [note.note for note in notes]  # type: ignore[return-value]
+
+
+def test_two_species_have_the_temperatures_of_equal_cooling_rates() -> None:
+    row, notes = species_row(MIXED)
+    assert row.model == theory.EQUAL_RATES
+    assert row.repeats == 40
+    assert row.error < 0.015
+    assert -MAXWELL_APART - 4 * row.error < row.difference < 4 * row.error
+    assert row.measured > 1 + 5 * row.error
+    assert any(text.startswith("T₁/T₂: 1 is r = 1 m, m = 4 kg, 2 is r = 0.5 m") for text in notes)
+
+
+def test_two_elastic_species_share_the_energy_but_for_the_momentum_they_keep() -> None:
+    """T₁/T₂ = (1 − m₁/M)/(1 − m₂/M), which is 0.914 for 4 and 20 balls here."""
+    text = MIXED.replace("cor: 0.8", "cor: 1.0").replace(
+        "count: 60, radius: 1.0", "count: 4, radius: 1"
+    )
+    row, _ = species_row(
+        text.replace("count: 60", "count: 20").replace("repeats: 40", "repeats: 60")
+    )
+    assert row.predicted == pytest.approx((1 - 4 / 36) / (1 - 1 / 36), rel=1e-12)
+    assert abs(row.difference) < 4 * row.error
+    assert row.measured < 1 - 3 * row.error
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("shape: periodic, packing: 0.02", "shape: box, width: 100, height: 100"),
+        ("cor: 0.8", "cor: 0.8\ncollapse: {tc: 0.01}"),
+        ("cor: 0.8", "cor: 0.8\ncor_speed: 5.0"),
+        ("radius: 0.5, mass: 1.0", "radius: 1.0, mass: 4.0"),
+    ],
+)
+def test_without_a_theory_there_is_no_ratio_of_species(old: str, new: str) -> None:
+    assert old in MIXED
+    row, notes = species_row(MIXED.replace(old, new).replace("repeats: 40", "repeats: 1"))
+    assert row is None
+    assert not any(text.startswith("T₁/T₂") for text in notes)
+
+
+def test_a_summary_has_no_temperatures_of_species() -> None:
+    row, notes = species_row(MIXED.replace("repeats: 40", "repeats: 1\nrecord: summary"))
+    assert row is None
+    assert any("T₁/T₂ (equal cooling rates) is missing" in text for text in notes)

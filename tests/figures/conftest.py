@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from figure_runs import BOX, DRIVEN, HEATED, PERIODIC, made
+from figure_runs import BOX, DRIVEN, HEATED, MIXTURE, PERIODIC, made
 
 from snooker_cli.runs import Run
 
@@ -28,3 +28,9 @@ def heated(tmp_path_factory: pytest.TempPathFactory) -> Run:
 def driven(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """Balls of two sizes at two CoR in a circle whose wall drives them."""
     return made(tmp_path_factory.mktemp("driven") / "run", text=DRIVEN)
+
+
+@pytest.fixture(scope="session")
+def mixture(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """Heavy and light balls in a periodic box."""
+    return made(tmp_path_factory.mktemp("mixture") / "run", text=MIXTURE)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import around, in_circle, layers, shown, traces
+from figure_runs import STORED, around, in_circle, layers, made, shown, traces, why_not
 
-from snooker_cli.analysis import structure
+from snooker_cli.analysis import predictions, structure
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.analysis.structure import Array
@@ -118,3 +119,75 @@ def test_the_share_of_heat_is_that_of_the_last_states(periodic: Run) -> None:
     shares = [structure.over_time(share, repeat, last) for repeat in traces(periodic, 0)]
     (point,) = found.numbers["points"]
     assert point["share"] == pytest.approx(float(np.mean(shares)), rel=1e-9)
+
+
+def test_the_ratio_of_species_is_that_of_their_temperatures(mixture: Run) -> None:
+    found = shown(mixture, "species-ratio")
+    line, theory_line, entry = layers(found, Line)
+    (record,) = found.numbers["points"]
+    repeats = traces(mixture, 0)
+    assert line.x[0] == 0.0
+    assert line.x[-1] == pytest.approx(2 * 900 / 60, rel=0.05)
+    shares = []
+    for trace in repeats:
+        scene = trace.start
+        start = structure.species_temperature(scene.positions, scene.velocities, scene)
+        shares.append(start / start.sum())
+    first, second = np.mean(shares, axis=0)
+    assert line.y[0] == pytest.approx(first / second, rel=1e-12)
+    assert theory_line.y.tolist() == [record["theory"]] * 2
+    assert record["theory"] == predictions.species_ratio(repeats[0].start)
+    assert record["theory"] > 1
+    assert entry.label == "theory, equal cooling rates"
+    assert "1: r = 0.6 m, m = 4 kg; 2: r = 0.4 m, m = 1 kg." in found.caption
+    (band,) = [band for band in layers(found, Band) if len(band.x)]
+    assert np.all(band.low <= line.y)
+    assert np.all(line.y <= band.high)
+
+
+def test_one_species_has_no_ratio(decaying: Run) -> None:
+    assert "it needs 2 species of balls, not 1" in why_not(decaying, "species-ratio")
+
+
+# --- stored states ----------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return made(tmp_path_factory.mktemp("stored") / "run", text=STORED)
+
+
+def test_figures_of_snapshots_have_the_stored_states(stored: Run) -> None:
+    """At the times that both repeats have, without the end, which may be a collision."""
+    first, second = traces(stored, 0)
+    times = np.intersect1d(first.snapshots.time, second.snapshots.time)
+    means = np.array(
+        [
+            [value(structure.mean_cluster, one.snapshots.read(k))[0] for k in range(len(times))]
+            for one in (first, second)
+        ]
+    )
+    figure = shown(stored, "cluster-growth")
+    line = layers(figure, Line)[0]
+    assert np.array_equal(line.x, times)
+    assert np.allclose(line.y, means.mean(axis=0))
+    assert math.isclose(figure.numbers["points"][0]["mean"], means[:, -1].mean())
+    densities = [
+        value(structure.density_fluctuation, one.snapshots.read(len(times) - 1))
+        for one in (first, second)
+    ]
+    final = shown(stored, "density-fluctuations").numbers["points"][0]["final"]
+    assert math.isclose(final, np.mean(densities))
+    for name in ("hexatic-order", "local-energy"):
+        assert layers(shown(stored, name), Line)[0].x.tolist() == [0.0, *times.tolist()]
+    assert "record: events" in why_not(stored, "pair-distances")
+
+
+def value(function: structure.Observable, at: Scene) -> Array:
+    return np.atleast_1d(function(at.positions, at.velocities, at))
+
+
+def test_a_run_without_a_stored_state_gets_a_sentence(tmp_path: Path) -> None:
+    late = made(tmp_path / "late", "snapshots=[1e9]", "collisions=2000", text=STORED)
+    for name in ("cluster-growth", "structure-factor", "pair-correlation"):
+        assert "before its first snapshot" in why_not(late, name)

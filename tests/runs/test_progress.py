@@ -48,8 +48,9 @@ def test_a_repeat_that_ends_early_leaves_less_to_do() -> None:
     run = watcher("collisions: 1000")
     run.reached(Progress(Batch(0, (0,)), 200, 0.2, 0.0))
     run.finished(ended(0, StopReason.WALL_TRAP, 250))
+    run.reached(Progress(Batch(0, (1,)), 50, 0.05, 0.0))
     run.finished(RepeatResult(0, 1, error="no room"))
-    assert run.now(1.0) == (250.0, 250.0, "250/250 collisions, 1/2 repeats, 250 events/s")
+    assert run.now(1.0) == (250.0, 250.0, "250/250 collisions, 1/2 repeats, 300 events/s")
 
 
 def test_what_was_there_before_gives_no_speed() -> None:
