@@ -31,7 +31,7 @@ from snooker_cli.config.axes import Axes, axes, written
 from snooker_cli.config.problems import ConfigError, KeyPath, Problem
 from snooker_cli.containers import SHAPES, Circle, Container
 from snooker_cli.formatting import listed
-from snooker_cli.laws import Law, LawError, Sides, Thermal, WallLaw, law_of
+from snooker_cli.laws import Law, LawError, Sides, Surface, Thermal, WallLaw, law_of
 
 # Types of values. Each has a range, and the phrase of an error that states it.
 
@@ -90,6 +90,10 @@ Duration = Annotated[
     float, Field(ge=containers.LEAST_TIME), _needs("a finite number of at least 1e-250")
 ]
 Fraction = Annotated[float, Field(gt=0, le=1), _needs("a number above 0, at most 1")]
+TangentialCor = Annotated[
+    float, Field(ge=-1, le=1), _ZERO, _needs("a number from -1 (smooth) to 1 (perfectly rough)")
+]
+Friction = Annotated[float, Field(ge=0), _ZERO, _needs("a finite number of 0 or more")]
 Restitution = Annotated[float, Field(ge=0, le=1), _ZERO, _needs("a number from 0 to 1")]
 Count = Annotated[
     int, Field(ge=1, le=MAX_INTEGER), _WHOLE, _needs("a whole number of 1 or more (below 2^63)")
@@ -246,6 +250,23 @@ CommonRotation = Annotated[
 ]
 
 
+class SpinTemperature(Model):
+    """Random spins."""
+
+    temperature: Annotated[float, Field(ge=0), _ZERO, _needs("a number of 0 or more")]
+    """Temperature of the rotation, J: twice the mean energy of a spin."""
+
+
+Spin = Annotated[
+    Coordinate | SpinTemperature | None,
+    _needs("a finite number, or {temperature: 0 or more},", False),
+    Field(
+        description="Spin of every ball at the start, rad/s, positive to the left; or random spins "
+        "of {temperature: J}. Absent: rough balls start at rest."
+    ),
+]
+
+
 class Rings(_Sparse):
     """Equal balls on concentric rings, one at the centre: 1 + 3n(n+1) balls for n rings.
 
@@ -263,6 +284,7 @@ class Rings(_Sparse):
     ring_extent: Fraction = 0.8
     """Radius of the outermost ring, as a fraction of the container radius."""
     common_rotation: CommonRotation = None
+    spin: Spin = None
 
     @property
     def number(self) -> int:
@@ -270,7 +292,7 @@ class Rings(_Sparse):
         return 1 + 3 * self.rings * (self.rings + 1)
 
 
-class Ball(Model):
+class Ball(_Sparse):
     """One ball."""
 
     position: Pair
@@ -281,6 +303,8 @@ class Ball(Model):
     """Radius of the ball, m."""
     mass: Amount = 1.0
     """Mass of the ball, kg."""
+    spin: Annotated[Coordinate, _needs("a finite number")] | None = None
+    """Spin at the start, rad/s, positive to the left; absent: 0 of rough balls."""
 
 
 class BallList(Model):
@@ -309,6 +333,7 @@ class Species(_Sparse):
     """Places at the start: a hexagonal lattice over the whole container (the default), or random.
     One of several species can give it for all."""
     common_rotation: CommonRotation = None
+    spin: Spin = None
 
 
 class BallCount(Species):
@@ -447,6 +472,18 @@ class Experiment(Model):
     e(v) = 1 − (1 − cor)(v/v₀)^¾. Absent: cor at all speeds."""
     wall_cor_speed: Positive | None = None
     """The same at the wall, with wall_cor; absent: one CoR at all speeds."""
+    tangential_cor: TangentialCor | None = None
+    """Tangential restitution β of two rough balls: their surfaces slip at −β times their speed
+    after a collision; −1 changes nothing, 1 turns the slip round. Absent: smooth balls."""
+    friction: Friction | None = None
+    """Friction μ: the tangential impulse is at most μ times the normal one. Absent: no limit."""
+    wall_tangential_cor: TangentialCor | None = None
+    """Tangential restitution at the wall; absent: as tangential_cor. A wall with a temperature is
+    smooth."""
+    wall_friction: Friction | None = None
+    """Friction at the wall; absent: as friction."""
+    inertia: Fraction = 0.5
+    """Moment of inertia of a rough ball over m r²: 0.5 of a disk, 1 of a ring."""
     wall_speed: (
         Annotated[
             WallSpeed | SpeedBySide,
@@ -533,6 +570,21 @@ class Experiment(Model):
     def pair_keys(self) -> dict[str, float | None]:
         """The keys of the law between balls, and their values; None of a key that is absent."""
         return {"cor": self.cor, "cor_speed": self.cor_speed}
+
+    @property
+    def surface(self) -> Surface | None:
+        """What rough balls do along the tangent; None for smooth balls."""
+        if self.tangential_cor is None and self.wall_tangential_cor is None:
+            return None
+        cor = -1.0 if self.tangential_cor is None else self.tangential_cor
+        friction = math.inf if self.friction is None else self.friction
+        return Surface(
+            self.inertia,
+            cor,
+            friction,
+            cor if self.wall_tangential_cor is None else self.wall_tangential_cor,
+            friction if self.wall_friction is None else self.wall_friction,
+        )
 
     @property
     def wall_law(self) -> WallLaw:
@@ -644,9 +696,47 @@ def _faults(experiment: Experiment) -> Iterator[Problem]:
     yield from (walls := tuple(_faults_of_walls(experiment)))
     yield from () if walls else _faults_of_laws(experiment)
     yield from _faults_of_snapshots(experiment)
+    yield from _faults_of_surface(experiment)
     if experiment.collapse == "slide" and experiment.wall_cor_speed is not None:
         sentence = "slide needs one CoR at all speeds at the wall; remove wall_cor_speed, or slide"
         yield Problem(("collapse",), sentence)
+
+
+def _faults_of_surface(experiment: Experiment) -> Iterator[Problem]:
+    """Friction, inertia and spins are of rough balls."""
+    surface = experiment.surface
+    if surface is None:
+        given = [
+            key for key in ("friction", "wall_friction") if getattr(experiment, key) is not None
+        ]
+        given += ["inertia"] * (experiment.inertia != 0.5)
+        for key in given:
+            sentence = f"{key} is of rough balls; give tangential_cor (-1 to 1) too, or remove it"
+            yield Problem((key,), sentence, about_key=True)
+        for path, group in _groups(experiment.balls):
+            if group.spin is not None:
+                sentence = "smooth balls have no spin; give tangential_cor (-1 to 1), or remove it"
+                yield Problem((*path, "spin"), sentence, about_key=True)
+    elif experiment.collapse == "slide" and surface.wall_tangential_cor > -1.0:
+        sentence = (
+            "slide needs a smooth wall; set wall_tangential_cor: -1, or collapse: stop, {tc: 0.01} "
+            "or {elastic_below: 1e-6}"
+        )
+        yield Problem(("collapse",), sentence)
+    if experiment.wall_tangential_cor is not None and not experiment.container.shape_class.has_wall:
+        title = experiment.container.shape_class.title
+        sentence = f"a {title} has no wall; remove wall_tangential_cor, or set another shape"
+        yield Problem(("wall_tangential_cor",), sentence, about_key=True)
+
+
+def _groups(balls: Any) -> Iterator[tuple[KeyPath, Any]]:
+    """The parts of ``balls`` that can have a spin, and their paths."""
+    if isinstance(balls, BallList):
+        yield from ((("balls", "list", k), ball) for k, ball in enumerate(balls.list))
+    elif isinstance(balls, tuple):
+        yield from ((("balls", k), group) for k, group in enumerate(balls))
+    else:
+        yield ("balls",), balls
 
 
 def _faults_of_walls(experiment: Experiment) -> Iterator[Problem]:
@@ -681,7 +771,7 @@ def _faults_of_walls(experiment: Experiment) -> Iterator[Problem]:
     if experiment.wall_key is not None and experiment.wall_temperature is None:
         sentence = "wall_key is for a wall with a wall_temperature; remove it, or give one"
         yield Problem(("wall_key",), sentence, about_key=True)
-    for key in ("wall_cor", "wall_cor_speed"):
+    for key in ("wall_cor", "wall_cor_speed", "wall_tangential_cor", "wall_friction"):
         if None not in temperatures and getattr(experiment, key) is not None:
             sentence = f"wall_temperature replaces {key}; remove one of them"
             yield Problem((key,), sentence, about_key=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from snooker_cli.neighbours import Floats, Indices
 
-PLACES, MAXWELL, WALL = 1, 2, 3  # streams of a repeat besides that of its directions
+PLACES, MAXWELL, WALL, SPIN = 1, 2, 3, 4  # streams of a repeat besides that of its directions
 
 LOG_2 = 0.6931471805599453
 TERMS = 11  # terms of the logarithm's series; the next is below 2e-19 of the first for |z| < 0.1716
@@ -34,12 +34,14 @@ def random_directions(number: int, seed: int, repeats: Sequence[int]) -> Floats:
     return np.asarray(inside / np.sqrt(inside[..., :1] ** 2 + inside[..., 1:] ** 2))
 
 
-def random_normals(number: int, seed: int, repeats: Sequence[int]) -> Floats:
+def random_normals(
+    number: int, seed: int, repeats: Sequence[int], purpose: int = MAXWELL
+) -> Floats:
     """Pairs of independent normal deviates of variance 1, (*repeats*, *number*, 2).
 
     Marsaglia's polar method: doi:10.1137/1006063.
     """
-    streams = [stream(seed, repeat, MAXWELL) for repeat in repeats]
+    streams = [stream(seed, repeat, purpose) for repeat in repeats]
     inside = points_in_disc(streams, number, 0.0)
     squares = inside[..., 0] ** 2 + inside[..., 1] ** 2
     return np.asarray(inside * np.sqrt(-2.0 * logarithm(squares) / squares)[..., None])

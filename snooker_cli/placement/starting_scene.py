@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from snooker_cli.config import BallList, Experiment, Rings
+from snooker_cli.config.models import SpinTemperature
 from snooker_cli.config.points import stream_seed
 from snooker_cli.containers import Container
 from snooker_cli.errors import JammedError, SceneError
@@ -16,6 +17,7 @@ from snooker_cli.neighbours import Floats
 from snooker_cli.placement.places import lattice_around, random_places, ring_positions
 from snooker_cli.placement.random_numbers import (
     PLACES,
+    SPIN,
     random_directions,
     random_normals,
     shuffled,
@@ -77,6 +79,8 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
             first = len(placed)
             gas = masses[first:], [places[first:] for places in positions]
             _set_at_rest(velocities[:, first:], *gas, axes, not experiment.common_rotation)
+        rough = experiment.surface is not None
+        spins = _spins(experiment, radii, masses, repeats) if rough else [None] * len(repeats)
         keys: list[int | None] = [None] * len(repeats)
         if is_random(same["wall_law"]):
             given = experiment.wall_key
@@ -86,10 +90,10 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
                 else (given + repeat) % 2**63
                 for repeat in repeats
             ]
-        rows = zip(positions, velocities, keys, strict=True)
+        rows = zip(positions, velocities, keys, spins, strict=True)
         scenes = [
-            Scene(places, moving, radii, masses, **same, wall_key=key)
-            for places, moving, key in rows
+            Scene(places, moving, radii, masses, **same, wall_key=key, spins=spin)
+            for places, moving, key, spin in rows
         ]
         for k, scene in enumerate(scenes):
             if k == 0 or scene.positions is not scenes[k - 1].positions:
@@ -111,6 +115,7 @@ def collision_rules(experiment: Experiment) -> dict[str, Any]:
         "contact_duration": experiment.contact_duration,
         "elastic_below": experiment.elastic_below,
         "slides": experiment.collapse == "slide",
+        "surface": experiment.surface,
     }
 
 
@@ -212,6 +217,32 @@ def _velocities(experiment: Experiment, repeats: Sequence[int]) -> Floats:
         velocities[:, part] *= species.speed
         first += species.count
     return velocities
+
+
+def _spins(
+    experiment: Experiment, radii: Floats, masses: Floats, repeats: Sequence[int]
+) -> Sequence[Floats | None]:
+    """The spins of rough balls; (*repeats*, *N*), rad/s.
+
+    Random ones have the energy T/2 each on average, as a normal law with variance T/(q m r²).
+    """
+    balls, seed = experiment.balls, stream_seed(experiment)
+    given: Any = balls.list if isinstance(balls, BallList) else balls
+    groups = given if isinstance(given, tuple) else (given,)
+    counts = [getattr(group, "number", getattr(group, "count", 1)) for group in groups]
+    spins = np.zeros((len(repeats), len(radii)))
+    warm = any(isinstance(group.spin, SpinTemperature) for group in groups)
+    normals = random_normals(len(radii), seed, repeats, SPIN)[..., 0] if warm else spins
+    first = 0
+    for group, count in zip(groups, counts, strict=True):
+        part = slice(first, first + count)
+        if isinstance(group.spin, SpinTemperature):
+            moments = experiment.inertia * masses[part] * radii[part] ** 2
+            spins[:, part] = normals[:, part] * np.sqrt(group.spin.temperature / moments)
+        elif group.spin is not None:
+            spins[:, part] = group.spin
+        first += count
+    return list(spins)
 
 
 def _set_at_rest(

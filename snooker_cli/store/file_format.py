@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from snooker_cli import __version__
 from snooker_cli.containers import Box, Circle, Container
 from snooker_cli.files import sources_hash, user_hash
-from snooker_cli.laws import LAWS, Constant, Sides, word_of
+from snooker_cli.laws import LAWS, Constant, Sides, Surface, word_of
 from snooker_cli.scene import TINY, Scene
 from snooker_cli.trace import Events, Stop, Trace
 
@@ -30,8 +30,11 @@ SCHEMA_VERSION = 4  # goes up when the files change; from 4 on, all text has a f
 
 BALLS, CONTAINER = "particles/balls", "particles/container"
 COLLISIONS = "connectivity/collisions"
-TIME, IMPULSE, RESIDUAL = (f"observables/{name}" for name in ("time", "impulse", "residual"))
-EVENTS = (COLLISIONS, TIME, IMPULSE, RESIDUAL)
+TIME, IMPULSE, RESIDUAL, TANGENTIAL = (
+    f"observables/{name}" for name in ("time", "impulse", "residual", "tangential_impulse")
+)
+EVENTS = (COLLISIONS, TIME, IMPULSE, RESIDUAL, TANGENTIAL)
+SPIN = f"{BALLS}/angular_velocity"
 SUMMARY = "observables/summary"
 
 SNAPSHOTS, CONTAINER_SNAPSHOTS = "particles/snapshots", "particles/container_snapshots"
@@ -59,7 +62,7 @@ HASHES = "hashes"  # in the checkpoint, the hashes of past events
 RULES = tuple(
     field.name
     for field in fields(Scene)
-    if field.name not in ("positions", "velocities", "radii", "masses", "wall_key")
+    if field.name not in ("positions", "velocities", "radii", "masses", "wall_key", "spins")
     and not field.name.startswith("container")
 )
 """The fields of a scene that are stored as JSON: all but its balls, container and random key."""
@@ -149,6 +152,9 @@ class Fingerprint:
         while len(events):
             full, rest = divmod(self._number, HASHED_ROWS)
             part, events = events[: HASHED_ROWS - rest], events[HASHED_ROWS - rest :]
+            if part.tangential is not None and "tangential" not in self._columns:
+                self._columns["tangential"] = hashlib.sha256()
+                self._hashes["tangential"] = []
             rounded = part.residual is not None and part.residual.any()
             # The first residual that is not zero: all rows before it count as zeros.
             if rounded and "residual" not in self._columns:
@@ -168,9 +174,13 @@ class Fingerprint:
         everything = b"".join(chain(*self._hashes.values()))
         return np.frombuffer(everything, np.uint8).reshape(len(self._hashes), -1, 32)
 
-    def restore(self, hashes: NDArray[np.uint8]) -> None:
-        """Begin after as many rows as ``hashes`` gave hashes for."""
-        for name, column in zip((*self._columns, "residual"), hashes, strict=False):
+    def restore(self, hashes: NDArray[np.uint8], *, tangential: bool) -> None:
+        """Begin after as many rows as ``hashes`` gave hashes for.
+
+        tangential : whether the fifth column has tangential impulses
+        """
+        others = ("tangential", "residual") if tangential else ("residual",)
+        for name, column in zip((*self._columns, *others), hashes, strict=False):
             self._columns[name] = hashlib.sha256()
             self._hashes[name] = [row.tobytes() for row in column]
         self._number = HASHED_ROWS * hashes.shape[1]
@@ -230,7 +240,8 @@ def _scene_bytes(scene: Scene) -> bytes:
     balls = (scene.positions, scene.velocities, scene.radii, scene.masses)
     container = (scene.container_position, scene.container_velocity)
     key = b"" if scene.wall_key is None else struct.pack("<q", scene.wall_key)
-    return b"".join([*map(_bytes, balls), sizes, *map(_bytes, container), rules, key])
+    spins = b"" if scene.spins is None else _bytes(scene.spins)
+    return b"".join([*map(_bytes, balls), sizes, *map(_bytes, container), rules, key, spins])
 
 
 @lru_cache(maxsize=4, typed=True)
@@ -250,7 +261,13 @@ def _shared_bytes(container: Container, mass: float, *rules: Any) -> tuple[bytes
 def written_rules(rules: Mapping[str, Any]) -> dict[str, Any]:
     """The `RULES` of a scene as JSON has them."""
     written = {stored: rules[name].cor for name, stored in STORED_COR.items()}
-    written |= {name: value for name, value in rules.items() if name not in STORED_COR}
+    surface = rules.get("surface")
+    written |= {
+        name: value for name, value in rules.items() if name not in (*STORED_COR, "surface")
+    }
+    if surface is not None:
+        numbers = surface._asdict()
+        written["surface"] = {key: None if n == math.inf else n for key, n in numbers.items()}
     others = {name: rules[name] for name in STORED_COR if type(rules[name]) is not Constant}
     return written | {name: _written_law(law) for name, law in others.items()}
 
@@ -282,6 +299,21 @@ def _law_from(written: Any, stored: str) -> Any:
     return law(**numbers)
 
 
+def _surface_from(written: Any) -> Surface:
+    """The surface that was written. Raises ``ValueError`` for numbers that no config gives."""
+    numbers = {key: math.inf if number is None else number for key, number in written.items()}
+    if numbers.keys() != {*Surface._fields}:
+        raise ValueError("wrong surface")
+    for key, number in numbers.items():
+        least, most = (-1.0, 1.0) if key.endswith("tangential_cor") else (0.0, math.inf)
+        if type(number) not in (int, float) or not least <= number <= most:
+            raise ValueError("wrong surface")
+    surface = Surface(**numbers)
+    if not 0 < surface.inertia <= 1:
+        raise ValueError("wrong surface")
+    return surface
+
+
 def rules_of(written: Mapping[str, Any]) -> dict[str, Any]:
     """The rules of a scene from JSON. Raises ``ValueError`` for values that no config gives."""
     rules = {**written}
@@ -291,11 +323,13 @@ def rules_of(written: Mapping[str, Any]) -> dict[str, Any]:
         only_at_wall = law.gains or isinstance(law, Sides)
         if law.cor != cor or (name == "pair_law" and only_at_wall):
             raise ValueError(f"wrong {stored}")
+    if "surface" in rules:
+        rules["surface"] = _surface_from(rules["surface"])
     if not rules.keys() <= {*RULES} or type(rules.get("slides", False)) is not bool:
         raise ValueError("wrong rules")
     for name, value in rules.items():
         most = 1 if name == "contact_duration" else math.inf
-        if name not in ("slides", *STORED_COR) and not _is_number(value, most):
+        if name not in ("slides", "surface", *STORED_COR) and not _is_number(value, most):
             raise ValueError(f"wrong {name}")
     return rules
 

@@ -343,7 +343,8 @@ def _most_energy(trace: Trace) -> float:
     with np.errstate(over="ignore", invalid="ignore"):
         start, finish = trace.start, trace.finish.kinetic_energy
         # 2 for rounding in all collisions.
-        gains, before = start.wall_law.gains, start.kinetic_energy + start.container_energy
+        gains = start.wall_law.gains
+        before = start.kinetic_energy + start.container_energy + start.spin_energy
     energy = MOST if gains else 2 * before
     _require(finish <= energy, "speed of a ball")
     return energy
@@ -414,11 +415,19 @@ def _traces(
         _require(len(keys) == len(headers) and np.min(keys) >= 0, "wall_key")
     rules |= {"container": shape(*lengths.tolist()), "container_mass": float(container_mass)}
 
+    spins: Any = [None] * (2 * len(headers))
+    if rules.get("surface") is not None:
+        spins = hdf5.read_rows(file, f"{layout.SPIN}/value")
+        _require(spins.shape == (2 * len(headers), len(radii)), "number of spins")
+        with np.errstate(all="ignore"):
+            energies = masses * (radii * spins) ** 2
+        _require(np.all(energies < math.inf), "spin of a ball")
+
     def scene(row: int) -> Scene:
         at, speed = (values[row, 0] for values in places)
         rules.update(container_position=at, container_velocity=speed, wall_key=keys[row // 2])
         positions, velocities = (values[row] for values in moving)
-        return Scene(positions, velocities, radii, masses, **rules)
+        return Scene(positions, velocities, radii, masses, **rules, spins=spins[row])
 
     for header in headers:
         _require(all(ball < len(radii) for ball in header.stop.balls), "balls in an ending")
@@ -466,6 +475,8 @@ class EventReader:
         self._balls = hdf5.length(file, f"{layout.BALLS}/radius")
         slides = json.loads(_parameter(file, "scene")).get("slides")
         self._least_partner = SLIDE if slides else CONTAINER
+        rough = json.loads(_parameter(file, "scene")).get("surface") is not None
+        _require(rough == (layout.TANGENTIAL in self._paths), "columns of events")
         self._start, self._block = -1, Events(*(np.zeros(0, kind) for kind in "diid"))
 
     def pieces(self, rows: slice) -> Iterator[Events]:
@@ -507,7 +518,11 @@ class EventReader:
             possible = (time == 0) | ((time >= LEAST_TIME) & (time < math.inf))
             _require(np.all(possible), "order of the times of events")
             _require(np.isfinite(impulse).all() and impulse.min() >= 0, "impulse of an event")
-        return Events(time, i, j, impulse, residual)
+        tangential = None
+        if layout.TANGENTIAL in self._paths:
+            tangential = column(layout.TANGENTIAL)
+            _require(np.isfinite(tangential).all(), "tangential impulse of an event")
+        return Events(time, i, j, impulse, residual, tangential)
 
 
 def _summaries(file: h5py.File, rows: Sequence[slice], gains: bool) -> list[Summary]:

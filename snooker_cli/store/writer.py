@@ -202,7 +202,7 @@ class Recorder(AbstractContextManager["Recorder"]):
         """Begin with a copy of the file's events in full chunks, and with the rest of them."""
         with h5py.File(self.path, locking=False) as old:
             hashes = hdf5.read_rows(old, f"{layout.CHECKPOINT}/{layout.HASHES}", None)
-            self._fingerprint.restore(hashes)
+            self._fingerprint.restore(hashes, tangential=layout.TANGENTIAL in old)
             if layout.SNAPSHOTS in old:
                 self._fingerprint.snapshots = hdf5.read_text(old, layout.SNAPSHOT_HASHES)
                 self._times = hdf5.read_rows(old, layout.SNAPSHOT_TIME).tolist()
@@ -249,6 +249,7 @@ def _write_events(file: h5py.File, events: Events, chunk: int, before: int) -> N
         (layout.TIME, events.time, "s"),
         (layout.IMPULSE, events.impulse, "kg m s-1"),
         (layout.RESIDUAL, residual, "s"),
+        (layout.TANGENTIAL, events.tangential, "kg m s-1"),
     ):
         if values is not None:
             hdf5.write_rows(file, f"{path}/value", values, unit, chunk, before)
@@ -277,6 +278,9 @@ def _write_scenes(file: h5py.File, traces: Sequence[Trace]) -> None:
     scenes = [scene for trace in traces for scene in (trace.start, trace.finish)]
     start = scenes[0]
     moving = [(scene.positions, scene.velocities) for scene in scenes]
+    if start.spins is not None:
+        spins = np.array([scene.spins for scene in scenes])
+        _write_element(file, layout.SPIN, spins, "s-1", _chunk(spins) if len(traces) > 1 else 0)
     container = [([scene.container_position], [scene.container_velocity]) for scene in scenes]
     radius = getattr(start.container, "radius", math.nan)
     for group, places_and_velocities, masses, radii in (
