@@ -441,7 +441,7 @@ def test_all_options_that_errors_name_have_an_argument() -> None:
         for node in nodes:
             text = node.value if isinstance(node, ast.Constant) else None
             if isinstance(text, str) and id(node) not in documents:
-                named |= set(re.findall("--[a-z]+", re.sub("`[^`]*`", "", text)))
+                named |= set(re.findall("--[a-z]+(?:-[a-z]+)*", re.sub("`[^`]*`", "", text)))
     assert named == api.ARGUMENTS.keys()
 
 

@@ -162,3 +162,10 @@ def test_a_single_curve_has_a_legend_entry(name: str, decaying: Run) -> None:
     assert len(named) == 1
     assert named[0].label in ("simulation", "simulation, the first repeat")
     assert len(named[0].x) > 0
+
+
+def test_a_curve_that_the_legend_explains_has_no_second_name(driven: Run) -> None:
+    found = shown(driven, "energy-balance", cor=0.9)
+    labels = [layer.label for layer in found.layers if layer.label]
+    assert "walls gave" in labels
+    assert not any(label.startswith("simulation") for label in labels)
