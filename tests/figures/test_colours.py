@@ -9,7 +9,7 @@ Oosterlinck, Color Res. Appl. 19, 105, 1994).
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ import pytest
 from figure_runs import shown
 from matplotlib.colors import to_rgb
 
-from snooker_cli.figures import FIGURES, FigureData, Line, Points
+from snooker_cli.figures import Line
 from snooker_cli.figures.drawing import _DASHES, _MARKERS, MOST_ENTRIES, colour, pattern
 from snooker_cli.figures.figure_data import NEUTRAL
 from snooker_cli.figures.selection import MOST_SERIES
@@ -116,27 +116,6 @@ def test_shades_of_a_sweep_differ_for_every_reader_and_rise_in_grey(
     lightness = [lab(name, sight)[0] for name in colours]
     assert min(np.diff(lightness)) > 0
     assert min(np.diff([lab(name)[0] for name in colours])) >= JUST_NOTICEABLE
-
-
-def entries(found: FigureData) -> Iterator[tuple[Any, ...]]:
-    """What a reader sees of each named line and marker: two of them must not be the same."""
-    for layer in found.layers:
-        if isinstance(layer, Line) and layer.label:
-            dashes = layer.style
-            if dashes == "series":
-                dashes = "solid" if found.shades else _DASHES[pattern(layer.series)]
-            yield "line", colour(layer.series, found.shades), dashes, layer.broad
-        if isinstance(layer, Points) and layer.label:
-            yield "points", colour(layer.series, found.shades), pattern(layer.series), layer.filled
-
-
-@pytest.mark.parametrize("where", [{}, {"cor": 0.8}])
-def test_no_two_entries_of_a_legend_look_the_same(decaying: Run, where: dict[str, float]) -> None:
-    names = ["energy", "haff-time", "event-decay", "a2", "local-energy", "pair-distances"]
-    for name in names + ["decay-against-cor"] * (not where) + ["energy-fit"] * bool(where):
-        assert name in FIGURES
-        seen = [*entries(shown(decaying, name, **where))]
-        assert len(seen) == len(set(seen)), name
 
 
 def test_what_is_fitted_and_what_is_predicted_have_colours_of_their_own(decaying: Run) -> None:
