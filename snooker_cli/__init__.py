@@ -10,6 +10,7 @@ if TYPE_CHECKING:
         Repeat,
         Run,
         SavedFigure,
+        SideBySide,
         Verdicts,
         check_config,
         figure_list,
@@ -40,7 +41,8 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-__all__ = ["LivePage", "Outcome", "Plan", "Records", "Repeat", "Run", "SavedFigure", "Verdicts"]
+__all__ = ["LivePage", "Outcome", "Plan", "Records", "Repeat", "Run", "SavedFigure"]
+__all__ += ["SideBySide", "Verdicts"]
 __all__ += ["check_config", "figure_list", "live", "new_scene", "open", "plan", "run", "simulate"]
 __all__ += ["statuses", "template", "templates", "write_report", "write_template"]
 __all__ += ["Box", "Channel", "Circle", "PeriodicBox", "Scene", "Trace"]

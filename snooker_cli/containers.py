@@ -11,6 +11,7 @@ from typing import ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 
+from snooker_cli import region_integrals
 from snooker_cli.errors import SceneError
 from snooker_cli.neighbours import Floats
 
@@ -25,15 +26,21 @@ PERIODIC_DIAMETERS = 5
 ROOM_FOR_CELLS = 1e-8
 """Relative addition to that width, so that cells slightly wider than a ball fit five times."""
 
+DIFFERENCE = 1e-6  # of the container's size: a step for numerical derivatives
+
 DIRECTIONS = 2000  # directions over which the density of pair distances in a rectangle is averaged
 
 FAR = 1e100
 """The period along an axis with walls, m: no image is ever near, and arithmetic stays finite."""
 
-ShapeName = Literal["circle", "box", "periodic", "channel"]
-"""The word of a shape in a config; also stored in files."""
+Direction = Literal["x", "y", "radius"]
+"""A direction from wall to wall: along an axis, or along the radius of a circle."""
 
 CORNERS = 180  # corners of the polygon that a circle is drawn as: it is within 0.02 % of the radius
+
+
+ENDS: Mapping[str, tuple[str, str]] = {"x": ("left", "right"), "y": ("bottom", "top")}
+"""The straight walls at the ends of a direction across."""
 
 
 class AccessibleRegion(NamedTuple):
@@ -57,19 +64,25 @@ class Container(ABC):
     keys : the fields, which are also config keys; the first is needed, others default to it. Files
         store the radius of a circle and else ``size``, which begins with the fields.
     has_wall : whether balls collide with the container
-    sides : the names of its straight walls
+    sides : the names of its straight walls, some of ``laws.Sides``
+    across : the direction across it, from wall to wall, of profiles; None without one
     periodic : whether it repeats along x and along y
     can_move : whether the container may have a finite mass
+    traps : whether a ball may hit its curved wall infinitely often before it meets another one
+    keeps_rotation : whether smooth fixed walls keep the balls' angular momentum about the centre
     packing_factor : the packing fraction times width times height over Σ r²
     """
 
-    name: ClassVar[ShapeName]
+    name: ClassVar[str]
     title: ClassVar[str]
     keys: ClassVar[tuple[str, ...]]
     has_wall: ClassVar[bool] = True
     sides: ClassVar[tuple[str, ...]] = ()
+    across: ClassVar[Direction | None] = None
     periodic: ClassVar[tuple[bool, bool]] = (False, False)
     can_move: ClassVar[bool] = False
+    traps: ClassVar[bool] = False
+    keeps_rotation: ClassVar[bool] = False
     packing_factor: ClassVar[float] = math.pi
 
     @abstractmethod
@@ -101,6 +114,19 @@ class Container(ABC):
     @abstractmethod
     def outline(self) -> Floats:
         """(*n*, 2) corners of the polygon to draw, m."""
+
+    @property
+    def wall_lines(self) -> Floats:
+        """(*n*, 2, 2) the sides of this polygon that are walls, m; not those where it repeats."""
+        corners = self.outline
+        lines = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+        gaps = self.wall_gaps(lines.mean(axis=1), np.zeros(1))
+        return lines[(abs(gaps) < region_integrals.AT_WALL * max(self.size)) & self.has_wall]
+
+    @classmethod
+    def keeps_drift(cls) -> bool:
+        """Whether balls between its walls keep their momentum along an axis, as in a channel."""
+        return cls.has_wall and any(cls.periodic)
 
     @property
     def lengths(self) -> dict[str, float]:
@@ -149,9 +175,26 @@ class Container(ABC):
         centre to the edge of the box.
         """
 
-    @abstractmethod
     def wall_directions(self, places: Floats) -> Floats:
-        """(*n*, 2) vectors of any length from each place to the nearest point of the wall."""
+        """(*n*, 2) vectors of any length from each place to the nearest point of the wall.
+
+        Here the differences of ``wall_gaps`` between near places.
+        """
+        shifts, at_wall = DIFFERENCE * max(self.size) * np.eye(2), np.zeros(1)
+        before, after = (
+            np.stack([self.wall_gaps(places + sign * shift, at_wall) for shift in shifts], axis=-1)
+            for sign in (-1, 1)
+        )
+        return np.asarray(before - after)
+
+    def side_lengths(self, radius: float) -> dict[str, float]:
+        """Lengths of the straight walls that centres of balls of a radius (m) can reach, m.
+
+        By the names of ``sides``. A shape with sides needs its own method.
+        """
+        if self.sides:
+            raise NotImplementedError(f"a {self.title} needs side_lengths, see containers.py")
+        return {}
 
     @abstractmethod
     def put_inside(self, places: Floats, radii: Floats) -> None:
@@ -168,38 +211,41 @@ class Container(ABC):
         """The shortest length that the time of a contact is computed from, m."""
         return 2 * float(np.min(radii))
 
-    @abstractmethod
     def longest_distance(self, radius: float) -> float:
         """Largest distance of the centres of two balls of a radius (m), m."""
+        return region_integrals.longest_distance(self, radius)
 
     @property
-    @abstractmethod
     def longest_wave(self) -> float:
         """Wavelength 2π/k of the slowest shear mode that decays, m.
 
         A smooth wall has no flow through it and no shear stress on it.
         """
+        return region_integrals.longest_wave(self)
 
-    @abstractmethod
     def ring_shares(self, places: Floats, ring_radii: Floats, radius: float) -> Floats:
         """Share of each ring that centres of balls of a radius (m) can reach; (*n*, *k*), 0 to 1.
 
         places, ring_radii : (*n*, 2) and (*k*,), m; the rings' centres and radii
         """
+        return region_integrals.ring_shares(self, places, ring_radii, radius)
 
-    @abstractmethod
     def distance_density(self, distances: Floats, radius: float) -> Floats:
         """Density of the distance of two independent uniform centres, 1/m."""
+        return region_integrals.distance_density(self, distances, radius)
 
 
 @dataclass(frozen=True)
 class Circle(Container):
     """The inside of a circular wall."""
 
-    name: ClassVar[ShapeName] = "circle"
+    name: ClassVar[str] = "circle"
     title: ClassVar[str] = "circle"
     keys: ClassVar[tuple[str, ...]] = ("radius",)
+    across: ClassVar[Direction | None] = "radius"
     can_move: ClassVar[bool] = True
+    traps: ClassVar[bool] = True
+    keeps_rotation: ClassVar[bool] = True
     packing_factor: ClassVar[float] = 4.0
 
     radius: float
@@ -267,8 +313,11 @@ class Circle(Container):
 
 
 @dataclass(frozen=True)
-class _Rectangle(Container):
-    """What boxes with and without walls have in common: along each axis walls, or images."""
+class Rectangle(Container):
+    """A rectangle that has two walls along each axis, or repeats along it.
+
+    A subclass needs ``name``, ``title``, ``periodic``, and the ``sides`` of its walls.
+    """
 
     keys: ClassVar[tuple[str, ...]] = ("width", "height")
 
@@ -284,8 +333,32 @@ class _Rectangle(Container):
         corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
         return np.asarray(corners * self.size / 2)
 
+    def _inner(self, radius: float) -> tuple[float, float]:
+        """Sides of the rectangle that centres of balls of a radius can reach, m."""
+        width, height = (
+            side if repeats else side - 2 * radius
+            for side, repeats in zip(self.size, self.periodic, strict=True)
+        )
+        return width, height
+
+    def side_lengths(self, radius: float) -> dict[str, float]:
+        width, height = self._inner(radius)
+        lengths = {"left": height, "right": height, "bottom": width, "top": width}
+        return {side: lengths[side] for side in self.sides}
+
+    def accessible(self, radius: float) -> AccessibleRegion:
+        width, height = self._inner(radius)
+        edge = math.fsum(self.side_lengths(radius).values())
+        return AccessibleRegion(width * height, edge, 0.0 if any(self.periodic) else 8.0)
+
+    def _axis_gaps(self, places: Floats) -> Floats:
+        """Gaps along both axes of places to walls, or to edges if there are none, (..., 2), m."""
+        gaps = np.array(self.size) / 2 - abs(places)
+        return np.where(self.periodic, math.inf, gaps) if self.has_wall else np.asarray(gaps)
+
     def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
-        return np.asarray(np.min(np.array(self.size) / 2 - abs(places), axis=-1) - radii)
+        nearest = np.min(self._axis_gaps(places), axis=-1)
+        return np.asarray(nearest - (radii if self.has_wall else np.zeros_like(radii)))
 
     def put_inside(self, places: Floats, radii: Floats) -> None:
         corners = np.array(self.size) / 2 - radii[:, None]
@@ -310,22 +383,48 @@ class _Rectangle(Container):
 
     def longest_distance(self, radius: float) -> float:
         across, up = (
-            side / 2 if repeats else side - 2 * radius
-            for side, repeats in zip(self.size, self.periodic, strict=True)
+            side / 2 if repeats else side
+            for side, repeats in zip(self._inner(radius), self.periodic, strict=True)
         )
         return float(np.hypot(across, up))
 
     def wall_directions(self, places: Floats) -> Floats:
-        across = self.width / 2 - abs(places[:, 0]) <= self.height / 2 - abs(places[:, 1])
+        gaps = self._axis_gaps(places)
+        across = gaps[:, 0] <= gaps[:, 1]
         return np.where(np.column_stack([across, ~across]), np.sign(places), 0.0)
+
+    @property
+    def longest_wave(self) -> float:
+        """Without walls the longer side; between two walls that of opposite flows along them.
+
+        The latter is v = sin(πx/w) in a channel. A box has one vortex, ψ = sin(πx/w) sin(πy/h).
+        """
+        if not self.has_wall:
+            return max(self.size)
+        if any(self.periodic):
+            return 2 * self.size[self.periodic.index(False)]
+        return 2 / math.hypot(1 / self.width, 1 / self.height)
+
+    def ring_shares(self, places: Floats, ring_radii: Floats, radius: float) -> Floats:
+        """Without the arcs beyond each wall; those beyond two walls at a corner count once.
+
+        Of radii up to half of the length of a side that repeats, so that images are apart.
+        """
+        corner = np.where(self.periodic, math.inf, np.array(self.size) / 2 - radius)
+        gaps = np.stack([corner - places, corner + places])[..., None]
+        beyond = np.arccos(np.clip(gaps / ring_radii, -1.0, 1.0))  # half arcs by side, place, axis
+        left = 2 * math.pi - 2 * beyond.sum(axis=(0, 2))
+        for across in beyond[:, :, 0]:
+            for up in beyond[:, :, 1]:
+                left += np.clip(across + up - math.pi / 2, 0.0, 2 * np.minimum(across, up))
+        return np.asarray(left / (2 * math.pi))
 
     def distance_density(self, distances: Floats, radius: float) -> Floats:
         """The product of the densities of both components, averaged over all directions."""
-        sides = np.array(self.size) - np.where(self.periodic, 0.0, 2 * radius)
         angles = (np.arange(DIRECTIONS) + 0.5) * (math.pi / 2 / DIRECTIONS)
         product = np.ones((len(distances), DIRECTIONS))
-        components = np.cos(angles), np.sin(angles)
-        for component, side, repeats in zip(components, sides, self.periodic, strict=True):
+        axes = (np.cos(angles), np.sin(angles)), self._inner(radius), self.periodic
+        for component, side, repeats in zip(*axes, strict=True):
             along = distances[:, None] * component
             if repeats:
                 product *= np.where(along <= side / 2, 2 / side, 0.0)
@@ -335,91 +434,37 @@ class _Rectangle(Container):
 
 
 @dataclass(frozen=True)
-class Box(_Rectangle):
+class Box(Rectangle):
     """A rectangle inside four straight walls."""
 
-    name: ClassVar[ShapeName] = "box"
+    name: ClassVar[str] = "box"
     title: ClassVar[str] = "box"
     sides: ClassVar[tuple[str, ...]] = ("left", "right", "bottom", "top")
-
-    def accessible(self, radius: float) -> AccessibleRegion:
-        width, height = self.width - 2 * radius, self.height - 2 * radius
-        return AccessibleRegion(width * height, 2 * (width + height), 8.0)
-
-    @property
-    def longest_wave(self) -> float:
-        """That of one vortex, ψ = sin(πx/w) sin(πy/h)."""
-        return 2 / math.hypot(1 / self.width, 1 / self.height)
-
-    def ring_shares(self, places: Floats, ring_radii: Floats, radius: float) -> Floats:
-        """Without the arcs beyond each wall; those beyond two walls at a corner count once."""
-        corner = np.array(self.size) / 2 - radius
-        gaps = np.stack([corner - places, corner + places])[..., None]
-        beyond = np.arccos(np.clip(gaps / ring_radii, -1.0, 1.0))  # half arcs by side, place, axis
-        left = 2 * math.pi - 2 * beyond.sum(axis=(0, 2))
-        for across in beyond[:, :, 0]:
-            for up in beyond[:, :, 1]:
-                left += np.clip(across + up - math.pi / 2, 0.0, 2 * np.minimum(across, up))
-        return np.asarray(left / (2 * math.pi))
+    across: ClassVar[Direction | None] = "x"
 
 
 @dataclass(frozen=True)
-class PeriodicBox(_Rectangle):
+class PeriodicBox(Rectangle):
     """A rectangle that repeats for ever in both directions."""
 
-    name: ClassVar[ShapeName] = "periodic"
+    name: ClassVar[str] = "periodic"
     title: ClassVar[str] = "periodic box"
     has_wall: ClassVar[bool] = False
     periodic: ClassVar[tuple[bool, bool]] = (True, True)
 
-    def accessible(self, radius: float) -> AccessibleRegion:
-        return AccessibleRegion(self.width * self.height, 0.0, 0.0)
-
-    def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
-        return super().wall_gaps(places, np.zeros_like(radii))
-
-    @property
-    def longest_wave(self) -> float:
-        """The longer side."""
-        return max(self.size)
-
-    def ring_shares(self, places: Floats, ring_radii: Floats, radius: float) -> Floats:
-        """Whole rings; of radii up to half of the shorter side, so that images are apart."""
-        return np.ones((len(places), len(ring_radii)))
-
 
 @dataclass(frozen=True)
-class Channel(_Rectangle):
+class Channel(Rectangle):
     """A rectangle between a left and a right wall that repeats for ever upwards and downwards."""
 
-    name: ClassVar[ShapeName] = "channel"
+    name: ClassVar[str] = "channel"
     title: ClassVar[str] = "channel"
     sides: ClassVar[tuple[str, ...]] = ("left", "right")
+    across: ClassVar[Direction | None] = "x"
     periodic: ClassVar[tuple[bool, bool]] = (False, True)
 
-    def accessible(self, radius: float) -> AccessibleRegion:
-        return AccessibleRegion((self.width - 2 * radius) * self.height, 2 * self.height, 0.0)
 
-    def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
-        return np.asarray(self.width / 2 - abs(places[..., 0]) - radii)
-
-    def wall_directions(self, places: Floats) -> Floats:
-        return np.column_stack([np.sign(places[:, 0]), np.zeros(len(places))])
-
-    @property
-    def longest_wave(self) -> float:
-        """That of two opposite flows along the walls, v = sin(πx/w)."""
-        return 2 * self.width
-
-    def ring_shares(self, places: Floats, ring_radii: Floats, radius: float) -> Floats:
-        """Without the arcs beyond each wall; of radii up to half of the height."""
-        reach = self.width / 2 - radius
-        gaps = np.stack([reach - places[:, 0], reach + places[:, 0]])[..., None]
-        beyond = np.arccos(np.clip(gaps / ring_radii, -1.0, 1.0)).sum(axis=0)
-        return np.asarray(1 - beyond / math.pi)
-
-
-SHAPES: Mapping[str, type[Container]] = {
+SHAPES: dict[str, type[Container]] = {
     shape.name: shape for shape in (Circle, Box, PeriodicBox, Channel)
 }
-"""The shapes by their word in a config; the first is the default."""
+"""The shapes by their word in a config and in files; the first is the default."""

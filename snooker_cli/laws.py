@@ -7,7 +7,7 @@ cor : every law's first number: the coefficient of restitution e, 0 to 1, of fas
 gains : whether a collision can give energy to the balls
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 
@@ -102,16 +102,37 @@ LAWS: Mapping[str, type[WallLaw]] = {
 """The laws by their word in files; the first is the default."""
 
 
-def law_of(**keys: Any) -> Any:
-    """The law that has just these keys of a config; a key with the value ``None`` is not given."""
-    given = {key: value for key, value in keys.items() if value is not None}
-    return next(law for law in LAWS.values() if {*law._fields} == given.keys())(**given)
+class LawError(ValueError):
+    """No law has just these keys.
+
+    keys : these, in the order in which they were given
+    """
+
+    def __init__(self, keys: Sequence[str]) -> None:
+        super().__init__(f"no law of collision in laws.py has the keys {', '.join(keys)}")
+        self.keys = tuple(keys)
+
+
+def law_of(keys: Mapping[str, float | None]) -> Any:
+    """The law that has just these keys of a config; a key with the value ``None`` is not given.
+
+    Raises ``LawError`` without such a law.
+    """
+    given: dict[str, Any] = {key: value for key, value in keys.items() if value is not None}
+    for law in LAWS.values():
+        if {*law._fields} == given.keys():
+            return law(**given)
+    raise LawError([*given])
+
+
+def parts_of(law: WallLaw) -> tuple[Law, ...]:
+    """The laws of the sides of a wall, or its only law."""
+    return tuple(law) if isinstance(law, Sides) else (law,)
 
 
 def is_random(law: WallLaw) -> bool:
     """Whether hits of a wall need random numbers."""
-    laws = law if isinstance(law, Sides) else (law,)
-    return any(isinstance(part, Thermal) for part in laws)
+    return any(isinstance(part, Thermal) for part in parts_of(law))
 
 
 def word_of(law: WallLaw) -> str:

@@ -33,7 +33,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from snooker_cli.containers import AccessibleRegion, Container
-from snooker_cli.laws import Constant, Driven, Law, Thermal, Viscoelastic
+from snooker_cli.laws import Constant, Driven, Law, Thermal, Viscoelastic, word_of
 from snooker_cli.scene import Scene
 
 Real = TypeVar("Real", float, NDArray[np.float64])  # a float, or an array of floats
@@ -120,6 +120,16 @@ def contact_value(packing: Real) -> Real:
 def compressibility(packing: Real) -> Real:
     """Compressibility factor of hard disks: Z = P/(n T) = 1 + 2ηχ (see `contact_value`)."""
     return 1.0 + 2.0 * packing * contact_value(packing)
+
+
+def structure_at_zero(packing: float) -> float:
+    """S(k → 0) of hard disks, 1/P' of P = η Z(η): n T times the isothermal compressibility.
+
+    It is also variance over mean of the number of disks in a large part of the fluid (Hansen &
+    McDonald, Theory of Simple Liquids, eqs. 2.6.11 and 4.1.7). Z is that of `contact_value`.
+    """
+    x = 2 * packing
+    return float(_PADE_BELOW(x) ** 2 / _PADE_SLOPE(x))
 
 
 def missing_ratio(packing: float, number: float) -> float:
@@ -761,6 +771,11 @@ def energy_ratio_by_events(
     return ratio
 
 
+def has_mean_loss(law: Law) -> bool:
+    """Whether `mean_loss` knows a law."""
+    return isinstance(law, Constant | Viscoelastic)
+
+
 def mean_loss(law: Law, temperature: Real, mass: float = 1.0, a2: float = 0.0) -> Real:
     """Mean energy that a collision of balls takes, over T: 1 − e² for one e and Maxwell's speeds.
 
@@ -768,7 +783,11 @@ def mean_loss(law: Law, temperature: Real, mass: float = 1.0, a2: float = 0.0) -
     collision has the energy x T: ∫ x e^(−x) [1 + a2 (4x² − 12x + 3)/16] [1 − e(v)²] dx. The
     polynomial is the first order in the Sonine coefficient a2; with one e it gives the 1 + 3a2/16
     of `cooling_rate`.
+
+    Raises ValueError for a law that `has_mean_loss` does not know.
     """
+    if not has_mean_loss(law):
+        raise ValueError(f"theory.py has no mean_loss of the {word_of(law)} law")
     loss = 1 - law.cor
     if not isinstance(law, Viscoelastic):
         one: Real = loss * (2 - loss) * (1 + 3 * a2 / 16) + 0 * temperature

@@ -1,7 +1,7 @@
 """The result of a simulation: start, events or summary, and the reason for the end."""
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, NamedTuple
@@ -256,6 +256,21 @@ class Summary:
     speed_histogram: NDArray[np.int64]
 
 
+@dataclass(frozen=True, eq=False)
+class Snapshots:
+    """Stored states of a repeat, which are read one by one: all of them may fill the memory.
+
+    time : (*s*,) ``numpy.float64``, s, ascending
+    read : the scene at the k-th of these times; of a file it raises ``StoreError``
+    """
+
+    time: NDArray[np.float64]
+    read: Callable[[int], Scene]
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
 def even_choice(count: int, most: int) -> NDArray[np.int64]:
     """At most ``most`` of ``count`` rows at even distances, with the first and the last."""
     return np.linspace(0, count - 1, min(count, most)).round().astype(np.int64)
@@ -272,6 +287,7 @@ class Trace:
     events : every collision; ``None`` with a summary, or if a sink took the events
     summary : observables on a grid, or ``None`` if events were recorded
     wall_events, pair_events : collisions with the wall and between balls
+    snapshots : stored states between start and finish; ``None`` without, or if a sink took them
     checkpoint : the engine's arrays by name, with which ``simulate`` continues; of a repeat that
         was interrupted
     """
@@ -284,6 +300,7 @@ class Trace:
     events: Events | None
     summary: Summary | None
     checkpoint: dict[str, NDArray[Any]] | None = None
+    snapshots: Snapshots | None = None
 
     @property
     def collisions(self) -> int:

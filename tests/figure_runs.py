@@ -50,6 +50,15 @@ repeats: 3
 sweep: {cor: [0.8, 0.9, 1.0]}
 """
 
+STORED = """\
+container: {shape: periodic, width: 40}
+balls: {count: 600, radius: 0.5, speed: 1, start: random}
+cor: 0.8
+collisions: 30000
+repeats: 2
+record: snapshots
+"""
+
 MIXTURE = """\
 container: {shape: periodic, width: 24, height: 20}
 balls:
@@ -116,7 +125,7 @@ def shown(run: Run, name: str, repeat: int | None = None, **where: Any) -> Figur
     """A figure of a run, made once."""
     keys = {key.replace("__", "."): value for key, value in where.items()}
     selection = Selection(keys, repeat)
-    called = f"{run.directory} {name} {selection}"
+    called = f"{run.directory} {run.name} {name} {selection}"  # runs side by side have one folder
     if called not in MADE:
         MADE[called] = FIGURES[name].make(run, selection)
     return MADE[called]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -69,9 +70,10 @@ function simulated(scene, limits) {
 """
 
 
-def modules_source() -> str:
-    """A script that compiles the modules of the engine at once, as no page may do."""
-    codes = {name: ",".join(map(str, code)) for name, code in webassembly.modules().items()}
+def modules_source(boundaries: Sequence[str] | None = None) -> str:
+    """A script that compiles modules of the engine at once, as no page may do."""
+    modules = webassembly.modules(boundaries).items()
+    codes = {name: ",".join(map(str, code)) for name, code in modules}
     return "".join(
         f"modules.{name} = new WebAssembly.Module(Uint8Array.of({code}));\n"
         for name, code in codes.items()
@@ -81,10 +83,11 @@ def modules_source() -> str:
 class JavaScript:
     """The scripts of the engine and of the start, in V8."""
 
-    def __init__(self) -> None:
+    def __init__(self, boundaries: Sequence[str] | None = None) -> None:
+        """With the modules of some boundaries, or of all."""
         self.context = MiniRacer()
         self.context.eval(engine_source(*STARTING))
-        self.context.eval(modules_source() + "0")
+        self.context.eval(modules_source(boundaries) + "0")
         self.context.eval(HELPERS)
 
     def __enter__(self) -> Self:

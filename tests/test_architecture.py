@@ -31,7 +31,8 @@ PARTS: dict[str, tuple[str, ...]] = {
     "laws": (),
     "signals": (),
     "errors": ("formatting", "signals"),
-    "containers": ("errors", "neighbours"),
+    "region_integrals": ("neighbours",),
+    "containers": ("errors", "neighbours", "region_integrals"),
     # A scene and its trace
     "config": ("containers", "errors", "formatting", "laws"),
     "scene": ("containers", "errors", "laws", "neighbours"),
@@ -241,7 +242,7 @@ def test_a_forbidden_import_is_found(module: str, source: str, sentence: str) ->
 def test_stubs_of_methods_name_the_classes_that_have_them() -> None:
     """A reader of a stub finds what is called."""
     methods: dict[str, list[str]] = {}
-    stubs: list[tuple[str, str]] = []
+    stubs: list[tuple[str, str, str]] = []
     for path in sorted((PACKAGE / "engine").glob("*.py")):
         for node in ast.parse(path.read_text("utf-8")).body:
             if isinstance(node, ast.ClassDef):
@@ -251,8 +252,10 @@ def test_stubs_of_methods_name_the_classes_that_have_them() -> None:
             elif isinstance(node, ast.FunctionDef):
                 names = [ast.unparse(decorator) for decorator in node.decorator_list]
                 if "by_class" in names:
-                    stubs.append((node.name, ast.get_docstring(node) or ""))
+                    file = path.relative_to(PACKAGE).as_posix()
+                    stubs.append((node.name, ast.get_docstring(node) or "", file))
     assert stubs
-    for name, text in stubs:
+    for name, text, file in stubs:
         last = " ".join(text.split("\n\n")[-1].split())
-        assert last == f"Of {', '.join(f'``{owner}``' for owner in methods[name])}.", name
+        owners = f"Of {', '.join(f'``{owner}``' for owner in methods[name])}."
+        assert last == owners, f"end the docstring of {name} in snooker_cli/{file} with: {owners}"

@@ -9,6 +9,7 @@ from scenes import DARTS, report_scene, uniform
 from scipy.special import jv
 
 from snooker_cli.containers import SHAPES, Box, Channel, Circle, PeriodicBox
+from snooker_cli.engine.boundaries import BOUNDARIES
 from snooker_cli.errors import SceneError
 
 CONTAINERS = [shape(*(7.0, 4.0)[: len(shape.keys)]) for shape in SHAPES.values()]
@@ -160,13 +161,30 @@ def test_the_longest_shear_wave_feels_no_stress_at_smooth_walls(container):
         # r ∂(u/r)/∂r = 0 with u = −∂ψ/∂r; a slower mode would have an edge nearer to zero.
         assert bend == pytest.approx(slope / edge, abs=1e-6)
         assert k * edge == pytest.approx(3.0542, abs=1e-4)
-    elif isinstance(container, Channel):
-        assert k * container.width == pytest.approx(math.pi)  # v = sin(kx): no stress at k x = π/2
+    elif container.keeps_drift():
+        between = container.size[container.periodic.index(False)]
+        assert k * between == pytest.approx(math.pi)  # v = sin(kx): no stress at k x = π/2
     elif container.has_wall:
         width, height = container.size
         assert k**2 == pytest.approx((math.pi / width) ** 2 + (math.pi / height) ** 2)
     else:
         assert k == pytest.approx(2 * math.pi / 7.0)
+
+
+@every_container
+def test_each_side_has_its_length(container):
+    """Together they are the edge, of which sides of a channel have a half each."""
+    lengths, edge = container.side_lengths(0.2), container.accessible(0.2).edge
+    assert (*lengths,) == container.sides, f"side_lengths of {container.title} in containers.py"
+    if lengths:
+        assert sum(lengths.values()) == pytest.approx(edge)
+    if container.keeps_drift():
+        assert [*lengths.values()] == pytest.approx([edge / 2] * 2)
+
+
+def test_each_shape_has_a_boundary() -> None:
+    missing = SHAPES.keys() - BOUNDARIES.keys() - {Circle.name}
+    assert not missing, f"add {missing} to BOUNDARIES in snooker_cli/engine/boundaries.py"
 
 
 def test_a_path_in_a_dilute_gas_ends_at_a_ball_or_the_wall() -> None:

@@ -116,12 +116,16 @@ balls: {count: 20, radius: 1, speed: 10}
 cor: 0.9
 wall_cor_speed: 5
 collisions: 100
+record: snapshots
+snapshots: {per_decade: 3}
 """,
     """\
 container: {shape: periodic, packing: 0.4}
 balls: [{count: 5, radius: 1.0, speed: 1}, {count: 90, radius: 0.5, speed: 2}]
 cor: 0.9
 time: 10.0
+record: snapshots
+snapshots: [1.0, 2.5]
 sweep: {zip: {container.packing: [0.1, 0.2], 'balls[1].count': [80, 90]}}
 """,
 ]

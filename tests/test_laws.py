@@ -16,16 +16,17 @@ from scenes import gas, scene_of
 import snooker_cli
 from snooker_cli import laws, store
 from snooker_cli.analysis.predictions import speed_laws
-from snooker_cli.engine import collision, jit
+from snooker_cli.config import ConfigError
+from snooker_cli.engine import collision, jit, restitution
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.conversion import new_states
 from snooker_cli.engine.restitution import WALL, kick, law_rows
 from snooker_cli.errors import StoreError
-from snooker_cli.laws import Constant, Driven, Sides, Thermal, Viscoelastic, law_of
+from snooker_cli.laws import Constant, Driven, LawError, Sides, Thermal, Viscoelastic, law_of
 from snooker_cli.runs import Run, open_run
 from snooker_cli.runs.run import RepeatState
 from snooker_cli.runs.verification import verify
-from snooker_cli.theory import critical_ratio
+from snooker_cli.theory import critical_ratio, mean_loss
 
 
 class Damped(NamedTuple):
@@ -80,8 +81,47 @@ def test_kicks_of_other_laws(law, normal, length, change) -> None:
     assert kicked(row, normal, length) == kick(row, normal, length, False)
 
 
+def test_the_engine_has_each_law() -> None:
+    """The live page reads the number of a law by the law's word."""
+    for word, law in laws.LAWS.items():
+        if law is Sides:
+            continue
+        where = "in snooker_cli/engine/restitution.py"
+        number = getattr(restitution, word.upper(), None)
+        assert number is not None, f"give {word.upper()} a number {where}"
+        row = law_rows(law(*([0.5] * len(law._fields))), Constant(1.0))[restitution.PAIR]
+        assert row[restitution.KIND] == number, f"_row {where} has another number of {word}"
+
+
+def test_no_law_has_keys_of_two_laws() -> None:
+    with pytest.raises(LawError) as error:
+        law_of({"cor": 0.5, "cor_speed": 1.0, "speed": 2.0})
+    assert error.value.keys == ("cor", "cor_speed", "speed")
+
+
+@pytest.mark.parametrize("key", ["cor_speed", "wall_cor_speed"])
+def test_a_config_with_keys_of_no_law_is_refused(key, monkeypatch) -> None:
+    monkeypatch.delitem(laws.LAWS, "viscoelastic")
+    still = ("wall_speed=null", "wall_temperature=null")
+    first = key.replace("cor_speed", "cor")
+    sentence = f"{key}: no law of collision has {first} and {key} together; remove one of them"
+    with pytest.raises(ConfigError) as error:
+        experiment(WARM, *still, f"{key}=2")
+    assert sentence in str(error.value)
+
+
+def test_a_theory_refuses_a_law_that_it_does_not_know(damped) -> None:
+    with pytest.raises(ValueError, match="no mean_loss of the damped law"):
+        mean_loss(damped, 1.0)
+
+
+def test_the_engine_refuses_a_law_that_it_does_not_know(damped) -> None:
+    with pytest.raises(ValueError, match=r"no damped law.*engine/restitution\.py"):
+        law_rows(damped, damped)
+
+
 def test_the_keys_of_a_config_choose_the_law() -> None:
-    assert law_of(cor=0.5, cor_speed=2.0) == Viscoelastic(0.5, 2.0)
+    assert law_of({"cor": 0.5, "cor_speed": 2.0}) == Viscoelastic(0.5, 2.0)
     still = experiment(WARM, "wall_speed=0", "wall_temperature=null")
     assert still.wall_law == Constant(0.9)
     assert experiment(WARM).wall_law == Sides(

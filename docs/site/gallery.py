@@ -45,6 +45,10 @@ FIGURES_OF: dict[str, tuple[dict[str, Any], dict[str, dict[str, Any]]]] = {
         {"balls.count": 400, "collisions": 40000, "record": "events"},
         {"pair-correlation": {}, "hexatic-order": {}},
     ),
+    "configs/large": (
+        {"balls.count": 4000, "collisions": 400000},
+        {"snapshot": {}, "cluster-growth": {}, "density-fluctuations": {}, "structure-factor": {}},
+    ),
 }
 """For each config of `snooker init`: changed keys, and figures with the points that they show."""
 

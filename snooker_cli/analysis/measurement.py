@@ -29,7 +29,6 @@ from snooker_cli.analysis.time_series import (
     has_all,
     series,
 )
-from snooker_cli.containers import Circle
 from snooker_cli.engine import batch_series, is_short
 from snooker_cli.laws import Sides
 from snooker_cli.runs.execution import processors
@@ -336,7 +335,7 @@ def _calm_ends(rows: TimeSeries, traces: Sequence[Trace]) -> Integers:
 def _rotation_energies(traces: Sequence[Trace]) -> Array:
     """`Measurement.rotation_energy` of repeats."""
     scene = traces[0].start  # its centre is the origin
-    if scene.number == 1 or not isinstance(scene.container, Circle):
+    if scene.number == 1 or not scene.container.keeps_rotation:
         return np.full(len(traces), math.nan)
     ends = [trace.finish for trace in traces]
     places = np.stack([scene.positions - scene.container_position for scene in ends])

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import theory
-from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replay, replayed
 from snooker_cli.engine.replay import Replay
+from snooker_cli.laws import Sides
 from snooker_cli.neighbours import near_pairs
 from snooker_cli.scene import TINY, Scene
 from snooker_cli.theory import Real
@@ -181,17 +181,20 @@ def central_distances(states: States) -> Array:
 def shares_across(trace: Trace, windows: int) -> Array:
     """Share of the balls' energy in motion across, towards the walls and back, in windows of time.
 
-    In a circle that is along the radius, else along x. (*windows*,), means over a few states in
-    each; nan unless walls give energy, and without events.
+    Along ``Container.across``. (*windows*,), means over a few states in each; nan unless walls give
+    energy, without events, and in a container without such a direction.
     """
     scene, shares = trace.start, np.full(windows, math.nan)
     few = min(STATES_IN_WINDOW, MOST_BALLS // (scene.number * windows))
     if not scene.wall_law.gains or trace.events is None or trace.summary is not None or few < 1:
         return shares
+    if (direction := scene.container.across) is None:
+        return shares
     parts = (np.arange(windows * few) + 0.5) / (windows * few)
     states = replay(trace, parts * trace.stop.time)
-    across, velocities = states.velocities[..., 0] ** 2, states.velocities
-    if isinstance(scene.container, Circle):
+    velocities = states.velocities
+    across = velocities[..., "xy".find(direction)] ** 2
+    if direction == "radius":
         offsets = states.positions - states.container_positions[:, None]
         along = np.einsum("tic,tic->ti", offsets, velocities)
         across = along**2 / np.maximum(np.sum(offsets**2, axis=2), TINY)
@@ -207,18 +210,19 @@ def wall_energies(trace: Trace, kinetic_energy: Array, edges: Array) -> Array:
 
     (*n*, *sides*), in the order of ``Container.sides``.
     """
-    scene, sides, events = trace.start, len(trace.start.container.sides), trace.events
+    scene, events = trace.start, trace.events
     assert events is not None
-    given, gain = np.zeros((len(edges) - 1, sides)), np.diff(kinetic_energy)
+    sides = [Sides._fields.index(side) for side in scene.container.sides]
+    given, gain = np.zeros((len(edges) - 1, len(sides))), np.diff(kinetic_energy)
     late = (events.time > edges[0]) | (edges[0] == 0)  # collisions at time zero count
     hits = np.flatnonzero(events.at_wall & late)
     balls = events.i[hits].astype(np.int64)
     after = Replay(trace).states(hits + 1, events.time[hits], balls[:, np.newaxis])[0]
     places = after[:, :2, 0]
     reach = np.array(scene.container.size) / 2 - scene.radii[balls, None]
-    gaps = np.hstack([reach + places, reach - places])[:, [0, 2, 1, 3]]  # left, right, bottom, top
+    gaps = np.hstack([reach + places, reach - places])[:, [0, 2, 1, 3]]  # as in ``Sides``
     window = np.clip(np.searchsorted(edges, events.time[hits]) - 1, 0, len(edges) - 2)
-    np.add.at(given, (window, np.argmin(gaps[:, :sides], axis=1)), gain[hits])
+    np.add.at(given, (window, np.argmin(gaps[:, sides], axis=1)), gain[hits])
     return given
 
 

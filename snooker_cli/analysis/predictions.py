@@ -12,9 +12,9 @@ from snooker_cli.analysis import observables, structure
 from snooker_cli.analysis.decay import Note, reported_constants
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic
-from snooker_cli.containers import Box, Channel, Circle, Container
+from snooker_cli.containers import Container
 from snooker_cli.formatting import listed
-from snooker_cli.laws import Constant, Sides
+from snooker_cli.laws import Constant, Law, Sides, parts_of, word_of
 from snooker_cli.scene import Scene
 from snooker_cli.theory import FINITE, IDEAL, INFINITE
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
@@ -46,7 +46,7 @@ SPECIES_RATIO = "T₁/T₂"
 
 UNITS |= dict.fromkeys(("energy left at the end", "L/L_c", "T across/T along"), "1")
 UNITS |= {SPECIES_RATIO: "1"}
-UNITS |= dict.fromkeys((f"energy from the {side} wall" for side in Box.sides), "J/s")
+UNITS |= dict.fromkeys((f"energy from the {side} wall" for side in Sides._fields), "J/s")
 
 HEAVY = 1000.0
 """A free container this many times as heavy as the balls keeps their angular momentum."""
@@ -68,10 +68,10 @@ def fluid(
 def scene_state(scene: Scene, temperature: float) -> theory.FluidState | None:
     """The state of a scene's balls; ``None`` without a theory.
 
-    There is none for one ball, unequal ones, a dense packing, or N balls in a channel, which keep
-    their momentum along it.
+    There is none for one ball, unequal ones, a dense packing, or N balls between walls along which
+    they keep their momentum, as in a channel.
     """
-    if scene.number < 2 or not scene.equal_balls or isinstance(scene.container, Channel):
+    if scene.number < 2 or not scene.equal_balls or scene.container.keeps_drift():
         return None
     return fluid(scene.number, temperature, float(scene.radii[0]), scene.container)
 
@@ -99,7 +99,7 @@ def disk_ratios(scene: Scene) -> dict[str, DiskRatio]:
         return {}
     large = theory.granular_compressibility(packing, law.cor)
     balls = scene.number, float(scene.radii[0]), scene.container
-    finite = None if isinstance(scene.container, Channel) else finite_ratio(*balls, law.cor)
+    finite = None if scene.container.keeps_drift() else finite_ratio(*balls, law.cor)
     return {INFINITE: DiskRatio(large, large)} | ({FINITE: finite} if finite else {})
 
 
@@ -166,7 +166,7 @@ def independent_velocities(scene: Scene) -> int | None:
     balls of one mass whose centre of mass is at rest. A channel has half of one less. Walls
     that give energy do not fix it.
     """
-    if isinstance(scene.container, Channel) or scene.wall_law.gains:
+    if scene.container.keeps_drift() or scene.wall_law.gains:
         return None
     if scene.container.has_wall:
         return scene.number
@@ -185,7 +185,7 @@ def floors(measurement: Measurement) -> Array:
     kept = np.full_like(measurement.start_energy, math.nan)
     if not container.has_wall:
         kept = measurement.drift_energy
-    elif isinstance(container, Circle) and _heavy(scene):
+    elif container.keeps_rotation and _heavy(scene):
         kept = measurement.rotation_energy
     with np.errstate(invalid="ignore"):
         return kept / measurement.start_energy
@@ -320,6 +320,8 @@ def _slower_cooling(measurement: Measurement) -> Iterator[Row]:
     pair_law, wall_law = scene.pair_law, scene.wall_law
     if (enskog := scene_rates(scene, 1.0)) is None or isinstance(wall_law, Sides):
         return
+    if _unknown_loss(scene) is not None:
+        return
 
     def rate(warm: Array) -> Array:
         """ζ at temperatures."""
@@ -333,6 +335,12 @@ def _slower_cooling(measurement: Measurement) -> Iterator[Row]:
     kept = drift / measurement.first_energy
     ratio = measurement.calm_energy / measurement.first_energy
     yield "energy left at the end", "Enskog rates, e(v)", ratio, kept + (1 - kept) * left
+
+
+def _unknown_loss(scene: Scene) -> Law | None:
+    """The first law of a scene whose losses theory does not know, see `theory.mean_loss`."""
+    laws = scene.pair_law, *(parts_of(scene.wall_law) if scene.container.has_wall else ())
+    return next((law for law in laws if not (law.gains or theory.has_mean_loss(law))), None)
 
 
 class SpeedLaw(NamedTuple):
@@ -429,6 +437,8 @@ def impulse_notes(scene: Scene) -> Iterator[Note]:
         yield Note(text, about)
 
 
+LEFT = "energy left at the end"
+
 EQUAL_SPEEDS = (
     "Haff's α: theory is for mixed speeds; equal speeds lose less at first "
     "(`start: random` and `speeds: maxwell` start mixed)"
@@ -437,7 +447,7 @@ EQUAL_SPEEDS = (
 
 def notes(scene: Scene) -> Iterator[Note]:
     """What walls and their absence change; which rows are missing for these balls, and why."""
-    in_circle = isinstance(scene.container, Circle) and scene.number > 1
+    in_circle = scene.container.keeps_rotation and scene.number > 1
     if in_circle and _heavy(scene) and _on_rings(scene):
         yield Note(TURNING, model=FINITE)
     if not scene.container.has_wall:
@@ -456,6 +466,9 @@ def notes(scene: Scene) -> Iterator[Note]:
             "fails at a small CoR and in clusters"
         )
         yield Note(text, SPECIES_RATIO)
+    if scene.equal_balls and (law := _unknown_loss(scene)) is not None:
+        text = f"{LEFT} is missing: theory.py has no mean_loss of the {word_of(law)} law"
+        yield Note(text)
     speeds = np.linalg.norm(scene.velocities, axis=1)
     if scene.number > 1 and not elastic(scene) and np.ptp(speeds) <= 1e-9 * np.max(speeds):
         yield Note(EQUAL_SPEEDS, "Haff's α")
@@ -467,8 +480,8 @@ def notes(scene: Scene) -> Iterator[Note]:
         why, others = "the theory needs equal balls", ["distribution of speeds", *cooling]
         if elastic(scene):
             others = ["mean speed"] if np.ptp(scene.masses) > 0 else []
-    elif isinstance(scene.container, Channel):
-        why = "there is no theory for N balls in a channel"
+    elif scene.container.keeps_drift():
+        why = f"there is no theory for N balls in a {scene.container.title}"
         others = [] if elastic(scene) else ["Haff's α"]
     elif scene_state(scene, 1.0) is None:
         filled = f"the balls fill {scene.packing_fraction:.2f} of the area"

@@ -9,6 +9,7 @@ import json
 import logging
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
@@ -126,7 +127,7 @@ def _joined(
     """The rows and notes of all points, and notes on the repeats that a run should have."""
     rows, notes = Records(), Records()
     for point, entry in zip(points, entries, strict=True):
-        parameters, wanted = {"parameters": point.as_json()}, run.experiment.repeats
+        parameters, wanted = {"parameters": point.as_json()}, run.requested(point)
         there = len(run.present(point))
         are = "the repeat is not" if wanted == 1 else f"{there} of {wanted} repeats are"
         missing = f"{are} there; run the config again for the rest" if there < wanted else ""
@@ -138,12 +139,24 @@ def _joined(
 
 
 def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict[str, Any]]:
-    """All results of points: from the file, where that has those of these very repeats, or made."""
+    """All results of points, from their runs. Raises ``RunError`` if no repeat is there."""
+    if not any(map(run.present, points)):
+        next(run.traces(points[0]))  # raises the error
+    origins = map(run.origin, points)
+    by_run = groupby(origins, key=lambda origin: origin[0].directory)
+    groups = (list(group) for _, group in by_run)
+    return [
+        entry
+        for group in groups
+        for entry in _entries_of(group[0][0], [point for _, point in group], counting)
+    ]
+
+
+def _entries_of(run: Run, points: Sequence[Point], counting: Counting) -> list[dict[str, Any]]:
+    """Results of one run: from its file, where that has those of these very repeats, or made."""
     most = BYTES_OF_POINT * len(run.points) * (1 + run.experiment.repeats // 100)
     saved, entries = _saved(run.directory / ANALYSIS, most), list[dict[str, Any]]()
     origins: dict[str, tuple[str, ...]] = {}  # the origin of results that are made now, by point
-    if not any(map(run.present, points)):
-        next(run.traces(points[0]))  # raises the error
     for point in points:
         statuses = run.statuses(point.index)
         origin = sources_hash(*SOURCES), *_fingerprints(statuses)

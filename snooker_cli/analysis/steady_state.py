@@ -17,7 +17,6 @@ from snooker_cli.analysis.decay import Note
 from snooker_cli.analysis.goodness import LEAST_PROBABILITY, equal_means
 from snooker_cli.analysis.measurement import WINDOWS, Measurement
 from snooker_cli.analysis.predictions import GIVEN, NO_THEORY, Row
-from snooker_cli.containers import Channel, Circle
 from snooker_cli.formatting import probability, short, with_error
 from snooker_cli.laws import Constant, Driven, Law, Sides, Thermal
 from snooker_cli.scene import Scene
@@ -110,13 +109,11 @@ def wall_temperature(scene: Scene) -> float | None:
 def _walls(scene: Scene) -> list[tuple[Law, float]]:
     """The law and the length (m) of each wall, as the centres of the balls see them."""
     law, container = scene.wall_law, scene.container
-    edge = container.accessible(float(np.mean(scene.radii))).edge
+    radius = float(np.mean(scene.radii))
     if not isinstance(law, Sides):
-        return [(law, edge)]
-    if isinstance(container, Channel):
-        return [(law.left, edge / 2), (law.right, edge / 2)]
-    width, height = (size - 2 * float(np.mean(scene.radii)) for size in container.size)
-    return [*zip(law, (height, height, width, width), strict=True)]
+        return [(law, container.accessible(radius).edge)]
+    sides = container.side_lengths(radius).items()
+    return [(getattr(law, side), length) for side, length in sides]
 
 
 def expected_temperatures(scene: Scene) -> dict[str, float]:
@@ -190,8 +187,10 @@ def rows(measurement: Measurement, first: int) -> Iterator[Row]:
     if number > 1 and scene.restitution < 1:
         given, taken = steady.wall_energy / length, steady.lost_energy / length
         yield GIVEN, "taken by collisions", given, taken
-        share = theory.mean_loss(scene.pair_law, float(warm.mean()), mass)
-        losses = {"Maxwell-Boltzmann": share} if equal else {}
+        losses = {}
+        if equal and theory.has_mean_loss(scene.pair_law):
+            share = theory.mean_loss(scene.pair_law, float(warm.mean()), mass)
+            losses = {"Maxwell-Boltzmann": share}
         loss = pooled_ratio(steady.lost_energy, steady.pair_events)
         yield from _beside("energy taken by a collision", loss, losses, warm)
     if np.ptp(scene.masses) == 0:
@@ -222,8 +221,11 @@ def notes(measurement: Measurement, first: int) -> Iterator[Note]:
     scene, parts = measurement.scene, "T across/T along"
     yield Note("the kurtosis of speeds is 2 (1 + a2)", "kurtosis of speeds")
     if np.all(np.isfinite(measurement.across)):
-        across = "the radius" if isinstance(scene.container, Circle) else "x"
+        across = "the radius" if scene.container.across == "radius" else scene.container.across
         yield Note(f"{parts}: motion along {across}, over the rest", parts)
+    elif scene.container.across is None:
+        title = scene.container.title
+        yield Note(f"{parts} is missing: containers.py has no `across` of a {title}", parts)
     else:
         yield Note(f"{parts} is missing: it needs `record: events`", parts)
     yield from predictions.impulse_notes(scene)

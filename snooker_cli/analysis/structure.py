@@ -1,4 +1,4 @@
-"""Positions and velocities at one time -> pair correlation, hexatic order, a2, energy of heat.
+"""Positions and velocities at one time -> pair and density structure, clusters, a2, local energy.
 
 An observable is a function of (positions, velocities, scene): (*N*, 2) arrays, m and m/s, and the
 scene at that time. `over_time` follows one. Positions are those of the scene's container,
@@ -9,13 +9,13 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import chain
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.engine import States, replayed
-from snooker_cli.neighbours import near
+from snooker_cli.neighbours import near, near_pairs
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
@@ -34,6 +34,15 @@ BINS_OF_AREA = 10.0
 BALLS_IN_CELL = 5.0  # balls of a cell on average, over which the flow is averaged
 NEARBY = 4.0  # mean spacings from a periodic box, up to which images are triangulated at first
 ROWS = 1024  # balls whose rings are computed at once, which limits the memory
+
+CLUSTER_GAP = 0.1  # mean diameters between balls of a cluster, at most, unless another gap is given
+
+DENSITY_BALLS = 20.0  # balls of a cell on average, over which the density is measured
+SAMPLES = 8  # points along each side of a cell that decide how much of it is in the container
+
+LARGEST_WAVE_NUMBER = 20.0  # over the mean diameter; the first peak of a fluid is near 2π
+WAVE_NUMBERS, WAVES = 60, 24  # bins of wave numbers, and waves of each at most
+MOST_TERMS, FEWEST_WAVES = 100_000_000, 3  # balls times waves of a state, which take a second
 
 
 def over_time(function: Observable, trace: Trace, times: Array) -> Array:
@@ -201,12 +210,7 @@ def local_energy(positions: Array, velocities: Array, scene: Scene) -> float:
     below T where neighbours move together. It depends on the cells' size, as each such temperature
     does (Goldhirsch, Powder Technology 182 (2008) 130). nan if no two balls share a cell.
     """
-    size = np.array(scene.container.size)
-    wanted = np.sqrt(scene.number / BALLS_IN_CELL * size / size[::-1])
-    columns, rows = np.maximum(np.rint(wanted), 1).astype(int)
-    parts = (positions - scene.container_position) / size + 0.5
-    column, row = np.clip((parts * (columns, rows)).astype(int), 0, (columns - 1, rows - 1)).T
-    cell = row * columns + column
+    cell, _ = _cells(positions, scene, BALLS_IN_CELL)
     masses = np.bincount(cell, scene.masses)
     occupied = masses > 0
     momenta = (scene.masses * component for component in velocities.T)
@@ -214,3 +218,174 @@ def local_energy(positions: Array, velocities: Array, scene: Scene) -> float:
     heat = np.sum(scene.masses * np.sum(velocities**2, axis=1)) - np.sum(flow / masses[occupied])
     free = scene.number - np.count_nonzero(occupied)
     return float(heat / 2 / free) if free else math.nan
+
+
+# Cells
+
+
+def _cells(
+    positions: Array, scene: Scene, balls_in_cell: float
+) -> tuple[NDArray[np.int64], tuple[int, int]]:
+    """The cell of each ball, (*N*,), in an even grid, row after row; its columns and rows."""
+    size = np.array(scene.container.size)
+    wanted = np.sqrt(scene.number / balls_in_cell * size / size[::-1])
+    columns, rows = np.maximum(np.rint(wanted), 1).astype(int).tolist()
+    parts = (positions - scene.container_position) / size + 0.5
+    column, row = np.clip((parts * (columns, rows)).astype(int), 0, (columns - 1, rows - 1)).T
+    return row * columns + column, (columns, rows)
+
+
+def _shares_inside(scene: Scene, columns: int, rows: int) -> Array:
+    """The part of each cell of a grid that is in the container, from points in it; 0 to 1."""
+    width, height = scene.container.size
+    x, y = (
+        ((np.arange(number * SAMPLES) + 0.5) / (number * SAMPLES) - 0.5) * side
+        for number, side in ((columns, width), (rows, height))
+    )
+    points = np.stack(np.broadcast_arrays(x, y[:, np.newaxis]), axis=-1).reshape(-1, 2)
+    inside = scene.container.wall_gaps(points, np.zeros(len(points))) >= 0
+    parts = inside.reshape(rows, SAMPLES, columns, SAMPLES).mean(axis=(1, 3))
+    return np.asarray(parts.ravel())
+
+
+def local_packing(positions: Array, velocities: Array, scene: Scene) -> Array:
+    """The packing fraction around each ball, (*N*,): that of its cell of ``BALLS_IN_CELL`` balls.
+
+    A ball belongs to the cell of its centre.
+    """
+    cell, (columns, rows) = _cells(positions, scene, BALLS_IN_CELL)
+    shares = np.maximum(_shares_inside(scene, columns, rows), SAMPLES**-2.0)
+    areas = np.bincount(cell, math.pi * scene.radii**2, minlength=columns * rows)
+    cell_area = math.prod(scene.container.size) / (columns * rows)
+    return np.asarray((areas / (shares * cell_area))[cell])
+
+
+def density_fluctuation(
+    positions: Array, velocities: Array, scene: Scene, balls_in_cell: float = DENSITY_BALLS
+) -> float:
+    """Variance over mean of the number of balls in cells that are whole in the container.
+
+    balls_in_cell : on average; the cells are those of an even grid
+
+    Independent points have 1 − 1/M with M cells (Poisson, at a fixed total). Large cells of a fluid
+    have about S(0), and clusters have more than 1. nan for fewer than two cells.
+    """
+    cell, (columns, rows) = _cells(positions, scene, balls_in_cell)
+    counts = np.bincount(cell, minlength=columns * rows)
+    whole = counts[_shares_inside(scene, columns, rows) == 1]
+    if len(whole) < 2 or not whole.any():
+        return math.nan
+    return float(whole.var() / whole.mean())
+
+
+# Clusters
+
+
+def cluster_labels(positions: Array, scene: Scene, gap: float | None = None) -> NDArray[np.int64]:
+    """The number of each ball's cluster, (*N*,), from 0.
+
+    gap : m, at most, between the surfaces of two balls of a cluster [``CLUSTER_GAP`` diameters]
+
+    Two balls whose gap is at most this are in one cluster, and so are all that are linked by such
+    pairs (Luding & Herrmann, Chaos 9, 673 (1999), by distance alone; clusters of dissipative disks
+    were found by Goldhirsch & Zanetti, Phys. Rev. Lett. 70, 1619 (1993)). Raises ``ValueError``
+    for a gap below 0, or beyond a quarter of a side that repeats.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    container, number = scene.container, scene.number
+    gap = CLUSTER_GAP * 2 * float(np.mean(scene.radii)) if gap is None else gap
+    reach = 2 * float(np.max(scene.radii)) + gap
+    if not gap >= 0 or (container.period is not None and not reach < min(container.period) / 2):
+        raise ValueError(f"gap={gap!r}: give a length from 0 m on, small beside the container")
+    places = positions - scene.container_position
+    pairs = [(i, j) for i, j, _ in near_pairs(places, scene.radii, gap, container.period)]
+    empty = np.zeros(0, dtype=np.int64)
+    i, j = (np.concatenate([empty, *(pair[side] for pair in pairs)]) for side in (0, 1))
+    linked = coo_matrix((np.ones(len(i), dtype=np.int8), (i, j)), shape=(number, number))
+    return np.asarray(connected_components(linked, directed=False)[1], dtype=np.int64)
+
+
+def cluster_sizes(
+    positions: Array, velocities: Array, scene: Scene, gap: float | None = None
+) -> NDArray[np.int64]:
+    """Balls of each cluster, the largest first; a ball alone is a cluster of one.
+
+    gap : as of `cluster_labels`, which has the rule. Raises ``ValueError`` as that does.
+    """
+    return np.sort(np.bincount(cluster_labels(positions, scene, gap)))[::-1]
+
+
+def mean_cluster(
+    positions: Array, velocities: Array, scene: Scene, gap: float | None = None
+) -> Array:
+    """Mean size of the cluster that a ball is in, Σs²/N, and the size of the largest; (2,), balls.
+
+    gap : as of `cluster_labels`. Raises ``ValueError`` as that does.
+    """
+    sizes = cluster_sizes(positions, velocities, scene, gap)
+    return np.array([float(np.sum(sizes**2)) / scene.number, float(sizes[0])])
+
+
+# Structure factor
+
+
+class Waves(NamedTuple):
+    """Waves that fit the sides of a container that repeat.
+
+    vectors : (*m*, 2), 1/m
+    bins : (*m*,), the bin of each
+    numbers : (*b*,), mean wave number of each bin, 1/m, ascending
+    """
+
+    vectors: Array
+    bins: NDArray[np.int64]
+    numbers: Array
+
+
+def waves(scene: Scene) -> Waves:
+    """Waves for `structure_factor`: up to ``WAVES`` directions of about ``WAVE_NUMBERS`` lengths.
+
+    Raises ``ValueError`` for a container that does not repeat: its walls alone have a structure.
+    """
+    periodic = np.array(scene.container.periodic)
+    if not periodic.any():
+        raise ValueError("the structure factor needs a container that repeats; walls change it")
+    units = 2 * math.pi / np.array(scene.container.size)
+    largest = LARGEST_WAVE_NUMBER / (2 * float(np.mean(scene.radii)))
+    least = float(units[periodic].min())
+    lengths = np.geomspace(least, max(largest, least), WAVE_NUMBERS)
+    most = MOST_TERMS // (scene.number * WAVE_NUMBERS)
+    directions = min(max(most, FEWEST_WAVES), WAVES)
+    angles = (np.arange(directions) + 0.5) * (math.pi / directions)
+    wanted = np.multiply.outer(lengths, np.column_stack([np.cos(angles), np.sin(angles)]))
+    orders = np.where(periodic, np.rint(wanted / units), 0.0).reshape(-1, 2)
+    # A wave and its opposite are the same.
+    opposite = (orders[:, 1] < 0) | ((orders[:, 1] == 0) & (orders[:, 0] < 0))
+    orders = np.unique(np.where(opposite[:, np.newaxis], -orders, orders), axis=0)
+    vectors = orders[np.any(orders != 0, axis=1)] * units
+    numbers = np.hypot(*vectors.T)
+    edges = np.sqrt(lengths[1:] * lengths[:-1])
+    _, bins = np.unique(np.searchsorted(edges, numbers), return_inverse=True)
+    return Waves(vectors, bins, np.bincount(bins, numbers) / np.bincount(bins))
+
+
+def structure_factor(
+    positions: Array, velocities: Array, scene: Scene, chosen: Waves | None = None
+) -> Array:
+    """S(k) = |Σ exp(−i k·r)|²/N, averaged over the waves of each bin; (*b*,).
+
+    chosen : of the scene [`waves`]
+
+    1 on average for independent points; in a fluid S(k → 0) is the compressibility, see
+    ``theory.structure_at_zero``. Raises ``ValueError`` as `waves` does.
+    """
+    chosen = waves(scene) if chosen is None else chosen
+    places = positions - scene.container_position
+    powers = np.empty(len(chosen.vectors))
+    for row, vector in enumerate(chosen.vectors):
+        phases = places @ vector
+        powers[row] = np.sum(np.cos(phases)) ** 2 + np.sum(np.sin(phases)) ** 2
+    counts = np.bincount(chosen.bins)
+    return np.asarray(np.bincount(chosen.bins, powers) / counts / scene.number)

@@ -1,9 +1,8 @@
 """Rows of fits and comparisons as tables, and as sentences on what holds."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import groupby
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, TypeVar
 
 from snooker_cli.analysis.decay import FURTHER
 from snooker_cli.analysis.fitting import LAWS
@@ -19,6 +18,9 @@ from snooker_cli.formatting import (
     text_table,
     with_error,
 )
+from snooker_cli.runs.side_by_side import RUN
+
+Item = TypeVar("Item")
 
 FIT_COLUMNS = "quantity | model | A | >constant, 1/s | >p | >holds, s | >end/fit"
 COMPARE_COLUMNS = "quantity | model | >measured | >predicted | >difference | >in errors"
@@ -60,20 +62,62 @@ def short_name(name: str) -> str:
 
 
 def table_lines(rows: Records, every: bool, brief: bool = False) -> list[str]:
-    """What holds for each point, and unless `brief` is wanted its table; `every` adds errors."""
+    """What holds for each point, and unless `brief` is wanted tables; `every` adds errors.
+
+    A point has a table. Runs side by side have one for each quantity and model, with their points
+    as rows.
+    """
     rows = [row for row in rows if not row.get("elastic")]
     columns, cells, is_fit = COMPARE_COLUMNS, compare_cells, bool(rows) and "amplitude" in rows[0]
     if is_fit:
         columns, cells = FIT_COLUMNS + MORE_FIT_COLUMNS * every, fit_cells
-    head, *lines = text_table(columns.split(" | "), [cells(row, every) for row in rows])
-    holds, tables = list[str](), list[str]()
-    for title, group in groupby(zip(rows, lines, strict=True), lambda pair: point_heading(pair[0])):
-        same, table = map(list, zip(*group, strict=True))
-        tables += [title, head, *table]
-        if sentence := finding(same * is_fit, same * (not is_fit)):
-            holds.append(f"{point_label(same[0]['parameters'])}: {sentence}")
+    holds = list[str]()
+    for label, group in _grouped(rows, lambda row: point_label(row["parameters"])).items():
+        if sentence := finding(group * is_fit, group * (not is_fit)):
+            holds.append(f"{label}: {sentence}")
     holds += few_repeats(rows * is_fit)
-    return holds if brief else [*holds, *[""] * bool(holds), *tables]
+    if brief or not rows:
+        return holds
+    headings, texts = columns.split(" | "), [cells(row, every) for row in rows]
+    titles = list(map(point_heading, rows))
+    if side_by_side := RUN in rows[0]["parameters"]:
+        names = 3 if is_fit else 2  # columns that say what a row is about
+        titles = [", ".join(_words(headings[:names], text[:names])) for text in texts]
+        headings = ["point", *headings[names:]]
+        pairs = zip(rows, texts, strict=True)
+        texts = [[f"  {_place(row, rows)}", *text[names:]] for row, text in pairs]
+    head, *lines = text_table(headings, texts)
+    tables = _grouped(list(zip(titles, lines, strict=True)), lambda pair: pair[0])
+    printed = [head] if side_by_side else []
+    for title, of_table in tables.items():
+        printed += [title, *([] if side_by_side else [head]), *(line for _, line in of_table)]
+    return [*holds, *[""] * bool(holds), *printed]
+
+
+def _grouped(items: Sequence[Item], name: Callable[[Item], str]) -> dict[str, list[Item]]:
+    """Items by a name, in the order in which names first appear."""
+    groups: dict[str, list[Item]] = {}
+    for item in items:
+        groups.setdefault(name(item), []).append(item)
+    return groups
+
+
+def _words(headings: Sequence[str], cells: Sequence[str]) -> Iterator[str]:
+    """What a row of runs side by side is about: ``energy, haff, A free``."""
+    for heading, cell in zip(headings, cells, strict=True):
+        yield f"A {cell}" if heading == "A" else cell
+
+
+def _place(row: Mapping[str, Any], rows: Records) -> str:
+    """The run and the keys that vary among rows: ``B, cor=0.8``."""
+    parameters = dict(row["parameters"])
+    run = parameters.pop(RUN)
+    varying = {
+        key: value
+        for key, value in parameters.items()
+        if any(other["parameters"][key] != value for other in rows)
+    }
+    return f"{run}, {point_label(varying)}" if varying else str(run)
 
 
 def point_heading(row: dict[str, Any]) -> str:
@@ -143,7 +187,7 @@ def note_lines(notes: Records, points: int) -> Iterator[str]:
 IDEAL = "ideal gas law"  # no theory of balls with a size, though the only one for some scenes
 MOST_ERRORS = 3.0  # of the balance of energy in a gas that is called steady
 
-_SYMBOLS = {"Haff's α": ("α", "1/s"), "PV/NT": ("PV/NT", "")}
+SYMBOLS = {"Haff's α": ("α", "1/s"), "PV/NT": ("PV/NT", "")}
 """The comparisons that a finding may have: symbol and unit. The last one of each point counts."""
 
 
@@ -155,7 +199,7 @@ def finding(fits: Records, compared: Records) -> str:
     A gas that cools has the law that its energy follows longest, and Haff's α beside theory.
     Another gas has PV/NT beside theory, and one that walls keep warm whether it may not be steady.
     """
-    laws, beside = [row for row in fits if _cools(row)], _compared(compared)
+    laws, beside = [row for row in fits if _cools(row)], main_comparisons(compared)
     if not laws:
         known = [*map(_beside, beside[-1:]), *_imbalance(compared)]
         return "; ".join([*known, *_reservations(beside[-1:])])
@@ -193,12 +237,12 @@ def overview(fits: Records, compared: Records) -> str:
     verb = holding(min((row["judged_repeats"] for row in judged), default=0))
     parts = [f"Haff's law {verb} to the end at {sum(held)} of {len(held)} points that cool"]
     groups: dict[str, list[float]] = {}
-    beside, ideal = _compared(compared), []
+    beside, ideal = main_comparisons(compared), []
     for row in beside:
         if row["model"] == IDEAL:
             ideal.append(row["measured"])
             continue
-        name = f"{row['quantity']} differs from {_theory(row)} by"
+        name = f"{row['quantity']} differs from {theory_name(row)} by"
         groups.setdefault(name, []).append(100 * row["difference"] / row["predicted"])
     for name, shares in groups.items():
         ends = dict.fromkeys(short(share, 2) for share in (min(shares), max(shares)))
@@ -231,9 +275,9 @@ def _cools(fit: dict[str, Any]) -> bool:
     return fit["quantity"] == "kinetic_energy" and not fit["elastic"]
 
 
-def _compared(rows: Records) -> Records:
+def main_comparisons(rows: Records) -> Records:
     """The comparison of each point: Haff's α where it is, else PV/NT with the best theory."""
-    known = {point_label(row["parameters"]): row for row in rows if row["quantity"] in _SYMBOLS}
+    known = {point_label(row["parameters"]): row for row in rows if row["quantity"] in SYMBOLS}
     return list(known.values())
 
 
@@ -257,7 +301,7 @@ def _holds(law: dict[str, Any]) -> str:
 
 def _beside(row: dict[str, Any]) -> str:
     """``α = 0.697 ± 0.021 1/s, 4 % below Enskog, 2.1 errors``."""
-    symbol, unit = _SYMBOLS[row["quantity"]]
+    symbol, unit = SYMBOLS[row["quantity"]]
     errors, excess = row["difference_in_errors"], 100 * row["difference"] / row["predicted"]
     value = with_error(row["measured"], row["error"], unit)
     if row["model"] == IDEAL:  # no theory of these balls: the difference is no test
@@ -265,10 +309,10 @@ def _beside(row: dict[str, Any]) -> str:
     side = "below" if excess < 0 else "above"
     known = errors is not None and row["repeats"] > 2  # an error of two repeats says little
     distance = f", {abs(errors):.1f} errors" if known else ""
-    return f"{symbol} = {value}, {ratio(abs(excess))} % {side} {_theory(row)}{distance}"
+    return f"{symbol} = {value}, {ratio(abs(excess))} % {side} {theory_name(row)}{distance}"
 
 
-def _theory(row: dict[str, Any]) -> str:
+def theory_name(row: Mapping[str, Any]) -> str:
     """The name of a model as a theory: ``Enskog``, ``theory for hard disks, finite N``."""
     known = {"Enskog rates at the start": "Enskog"}
     return known.get(row["model"], f"theory for {row['model']}")

@@ -25,6 +25,7 @@ with out_of_sight("matplotlibrc"):
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.collections import LineCollection
     from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
     from matplotlib.figure import Figure
     from matplotlib.patches import Polygon
@@ -145,6 +146,7 @@ class Screen:
         origin = frame.container if film.follow else np.zeros(2)
         centre = frame.container - origin
         self.wall.set_xy(scene.container.outline + centre)
+        self.sides.set_segments(scene.container.wall_lines + centre)
         which, places = _seen(frame.positions - origin, scene.radii, centre, scene.container.period)
         colours = self.colours(self.scale(frame.speeds[which]))
         self._place(self.balls, places, scene.radii[which], facecolors=colours)
@@ -205,11 +207,14 @@ class Screen:
         self.points = axes.get_window_extent().width * 72 / DPI / float(np.diff(axes.get_xlim())[0])
         container = self.film.trace.start.container
         look: dict[str, Any] = {"edgecolor": INK, "linewidth": 1.4}
-        if not container.has_wall:
+        if container.period is not None:
             look = {"edgecolor": SOFT, "linewidth": 0.8, "linestyle": (0, (4, 3))}
         self.balls = self._moves(axes.scatter([], [], edgecolors=[RIM], linewidths=0.5))
         self.wall = self._moves(Polygon(container.outline, facecolor="none", **look))
         axes.add_patch(self.wall)
+        lines: dict[str, Any] = {"colors": INK, "linewidths": 1.4 * (container.period is not None)}
+        self.sides = self._moves(LineCollection([], **lines))
+        axes.add_collection(self.sides)
         rings: dict[str, Any] = {"facecolors": "none", "linewidths": 1.6, "clip_on": False}
         self.flashes = self._moves(axes.scatter([], [], **rings))
         if container.period is not None:

@@ -4,12 +4,13 @@ Units are SI with k_B = 1. Everything that a user can get wrong raises a ``Snook
 user should know beside files that are written is logged as a warning.
 """
 
+from snooker_cli.api.analyses import SideBySide
 from snooker_cli.api.configs import check_config, schema_text, template, templates, write_template
 from snooker_cli.api.live_pages import LivePage, live
 from snooker_cli.api.output_files import make_folder
 from snooker_cli.api.repeats import Repeat
 from snooker_cli.api.results import Outcome, Plan, Records, SavedFigure, Verdicts
-from snooker_cli.api.runs import Run, figure_list, open, statuses, write_report
+from snooker_cli.api.runs import Run, figure_list, open, runs_and_figures, statuses, write_report
 from snooker_cli.api.scenes import new_scene, simulate
 from snooker_cli.api.simulating import Request, plan, run
 from snooker_cli.api.wording import ARGUMENTS
@@ -19,9 +20,10 @@ from snooker_cli.export import STATES_FORMATS
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL
 from snooker_cli.runs.progress import showing_notices
 
-__all__ = ["LivePage", "Outcome", "Plan", "Records", "Repeat", "Run", "SavedFigure", "Verdicts"]
+__all__ = ["LivePage", "Outcome", "Plan", "Records", "Repeat", "Run", "SavedFigure"]
+__all__ += ["SideBySide", "Verdicts"]
 __all__ += ["check_config", "figure_list", "live", "new_scene", "open", "plan", "run", "simulate"]
 __all__ += ["statuses", "template", "templates", "write_report", "write_template"]
 # For commands.
 __all__ += ["ARGUMENTS", "CHECKPOINT_INTERVAL", "EXAMPLES", "SCHEMA", "Request"]
-__all__ += ["STATES_FORMATS", "make_folder", "schema_text", "showing_notices"]
+__all__ += ["STATES_FORMATS", "make_folder", "runs_and_figures", "schema_text", "showing_notices"]

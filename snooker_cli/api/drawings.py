@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from snooker_cli.analysis.run_analysis import shorter_note
+from snooker_cli.api.exports import times_given
 from snooker_cli.api.output_files import make_own_folder
 from snooker_cli.api.results import SavedFigure
 from snooker_cli.api.wording import LIST_FIGURES, first, in_python_words
@@ -17,6 +18,7 @@ from snooker_cli.figures.captions import unfinished
 from snooker_cli.figures.figure_data import with_logarithmic_axes
 from snooker_cli.figures.registry import figures_of, possible
 from snooker_cli.figures.selection import MOST_SERIES, begun, matching
+from snooker_cli.figures.snapshot import COLOURS
 from snooker_cli.formatting import listed, point_label, text_table, with_error
 from snooker_cli.runs import Run
 from snooker_cli.runs.folder import writing
@@ -24,6 +26,7 @@ from snooker_cli.runs.progress import reporting
 from snooker_cli.runs.status import early_warning
 
 FORMATS = ("svg", "png", "pdf")
+SNAPSHOT = "snapshot"  # the figure of states
 GIVEN = "temperature", "area", "packing"  # in tables only where they differ between points
 MOST_PIXELS = 10_000  # of a side of a PNG, which then takes 400 MB of memory
 
@@ -111,6 +114,20 @@ def save_figures(
     if missing and (names or not drawn):
         raise UserError(f"{run.name} cannot give {', '.join(missing)}; see the reasons above")
     return drawn
+
+
+def of_states(
+    names: Sequence[str], times: str | Sequence[float], colour: str
+) -> tuple[tuple[float, ...], str]:
+    """The times (s) and the colours of a figure of states. Raises ``UserError``."""
+    for option, given in (("--time", len(times) > 0), ("--colour", colour != "speed")):
+        if given and SNAPSHOT not in names:
+            raise UserError(f"{option} is for the figure {SNAPSHOT}; name it, or leave this out")
+    if colour not in COLOURS:
+        raise UserError(f"--colour {colour}: give {' or '.join(COLOURS)}")
+    if isinstance(times, str):
+        times = times_given(times, "--time").tolist()
+    return tuple(map(float, times)), colour
 
 
 def _with_progress(

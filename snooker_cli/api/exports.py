@@ -17,7 +17,7 @@ from snooker_cli.api.output_files import check_free, check_no_results
 from snooker_cli.config import Point, to_json
 from snooker_cli.config.axes import MAX_POINTS, option_values
 from snooker_cli.config.problems import PathError
-from snooker_cli.engine import replayed
+from snooker_cli.engine import nearest_times, replayed, stored_times
 from snooker_cli.errors import UserError
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.runs.progress import counting
@@ -120,7 +120,10 @@ def export_states(
     status = _recorded(run, point, repeat, "states")
     ((trace, header),) = store.read(status.path, [repeat])
     moments = _times(times, frames, trace.stop.time)
+    if trace.events is None and times is None and frames is None:
+        moments = stored_times(trace)
     try:
+        moments = nearest_times(trace, moments)
         batches = replayed(trace, moments)
     except ValueError as error:
         raise UserError(f"--times: {error}") from None
@@ -132,9 +135,12 @@ def export_states(
 
 
 def _recorded(run: Run, point: int, repeat: int, what: str) -> RepeatStatus:
-    """The status of a repeat that has events. Raises ``UserError`` or ``StoreError``."""
-    if not run.chosen(point, repeat).experiment.keeps_events:
-        problem = f"{run.name} was run with `record: summary`: it has no {what} to export"
+    """The status of a repeat that has events or states. Raises ``UserError`` or ``StoreError``."""
+    experiment = run.chosen(point, repeat).experiment
+    if not experiment.keeps_events and not (what == "states" and experiment.stored_times):
+        problem = (
+            f"{run.name} was run with `record: {experiment.record}`: it has no {what} to export"
+        )
         raise UserError(problem, "give --table, or run the config with `record: events`")
     status = run.status_of(point, repeat)
     status.raise_if_unusable()
@@ -147,8 +153,13 @@ def _times(times: ArrayLike | str | None, frames: int | None, end: float) -> NDA
         return np.linspace(0.0, end, frames or 2)
     if not isinstance(times, str):
         return np.atleast_1d(np.asarray(times, dtype=np.float64))
+    return times_given(times, "--times")
+
+
+def times_given(text: str, option: str) -> NDArray[np.float64]:
+    """The times of an option, s. Raises ``UserError``."""
     with suppress(PathError, TypeError, ValueError):
-        if values := option_values(times, f"--times {times}"):
+        if values := option_values(text, f"{option} {text}"):
             return np.array([float(value) for value in values])  # type: ignore[arg-type]
     ways = f"give times in s as 0,0.5,1 or as start:stop:count, at most {MAX_POINTS:,}"
-    raise UserError(f"--times {times}: {ways}")
+    raise UserError(f"{option} {text}: {ways}")

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from os import PathLike
@@ -76,8 +76,9 @@ class Repeat:
 
         The fields are ``time`` (*t*,), ``positions`` and ``velocities`` (*t*, *N*, 2), and
         ``container_positions`` and ``container_velocities`` (*t*, 2), in s, m and m/s. They have
-        the bits of the simulation. Raises ``UserError`` for times that do not ascend within 0 and
-        the end, and for a summary.
+        the bits of the simulation. Of snapshots they are the stored states nearest to the times, so
+        look at ``time``. Raises ``UserError`` for times that do not ascend within 0 and the end,
+        and for a summary.
         """
         return self._replayed(lambda: engine.replay(self.trace, np.atleast_1d(times)))
 
@@ -124,16 +125,52 @@ class Repeat:
     def state(self, time: float) -> Scene:
         """The scene at a time, s: ``simulate`` continues from it, after ``replace`` with other CoR.
 
+        Of snapshots it is the stored state nearest to the time.
+
         Raises ``UserError`` as ``states`` does.
         """
-        at = self.states(time)
-        return replace(
-            self.scene,
-            positions=at.positions[0],
-            velocities=at.velocities[0],
-            container_position=at.container_positions[0],
-            container_velocity=at.container_velocities[0],
-        )
+        return self._replayed(lambda: engine.state_at(self.trace, time))[1]
+
+    @property
+    def stored_times(self) -> NDArray[np.float64]:
+        """When its states are stored, s: at the start, at snapshots and at the end."""
+        return engine.stored_times(self.trace)
+
+    def structure_factor(self, time: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Wave numbers k (1/m), ascending, and S(k) = |Σ exp(−ik·r)|²/N of the state at a time, s.
+
+        Each is a mean over waves of about this length in several directions. Raises ``UserError``
+        as ``states``, and for a container that does not repeat.
+        """
+        from snooker_cli.analysis import structure
+
+        scene = self.state(time)
+        chosen = self._of_state(lambda: structure.waves(scene))
+        return chosen.numbers, structure.structure_factor(*_moving(scene), scene, chosen)
+
+    def cluster_sizes(self, time: float, gap: float | None = None) -> NDArray[np.int64]:
+        """Balls of each cluster at a time, s; the largest first, and a ball alone counts as one.
+
+        gap : m, at most, between two linked balls [a tenth of the mean diameter]
+
+        The glossary has the rule. Raises ``UserError`` as ``states``, and for a gap below 0.
+        """
+        from snooker_cli.analysis import structure
+
+        scene = self.state(time)
+        return self._of_state(lambda: structure.cluster_sizes(*_moving(scene), scene, gap))
+
+    def density_fluctuation(self, time: float, balls_in_cell: float = 20.0) -> float:
+        """Variance over mean of the number of balls in the cells of a grid, at a time, s.
+
+        balls_in_cell : on average
+
+        About 1 for independent points (Poisson). Raises ``UserError`` as ``states``.
+        """
+        from snooker_cli.analysis import structure
+
+        scene = self.state(time)
+        return structure.density_fluctuation(*_moving(scene), scene, balls_in_cell)
 
     @in_python()
     def animate(self, out: str | PathLike[str], **span: Any) -> Path:
@@ -165,11 +202,21 @@ class Repeat:
 
     def _replayed(self, replay: Callable[[], Result]) -> Result:
         """What a replay gives. Raises ``UserError``."""
-        self._recorded()
+        if self.trace.snapshots is None:
+            self._recorded()
+        return self._of_state(replay)
+
+    def _of_state(self, computed: Callable[[], Result]) -> Result:
+        """What is computed. Raises ``UserError`` for values that do not fit."""
         try:
-            return replay()
+            return computed()
         except ValueError as error:
             raise UserError(str(error)) from None
+
+
+def _moving(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Positions and velocities of a scene."""
+    return scene.positions, scene.velocities
 
 
 def _records(columns: Mapping[str, NDArray[Any]]) -> "np.recarray[Any, Any]":

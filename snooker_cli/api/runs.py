@@ -2,45 +2,34 @@
 
 import html
 import logging
-import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
-from itertools import chain, product
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO, overload
+from typing import Any, TextIO, overload
 
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from snooker_cli import runs
 from snooker_cli.api import exports
-from snooker_cli.api.output_files import check_free, make_folder, make_own_folder
-from snooker_cli.api.repeats import Repeat
-from snooker_cli.api.results import Outcome, Records, Result, Results, SavedFigure, Verdicts
-from snooker_cli.api.wording import LIST_FIGURES, in_python, in_python_words
-from snooker_cli.config import Point
-from snooker_cli.errors import FigureError, UserError, check_name
-from snooker_cli.formatting import counted, point_label
-from snooker_cli.runs.progress import counting
-from snooker_cli.runs.status import early_warning, ended, run_status
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure  # loaded only if it is needed
-
-    from snooker_cli.analysis.run_analysis import RunAnalysis
-    from snooker_cli.animation import Film
-    from snooker_cli.animation.film import Pace
+from snooker_cli.api.analyses import Analyses, SideBySide, several
+from snooker_cli.api.output_files import make_folder, make_own_folder
+from snooker_cli.api.results import Outcome, Result, Results, Verdicts
+from snooker_cli.api.wording import LIST_FIGURES, in_python
+from snooker_cli.errors import check_name
+from snooker_cli.formatting import point_label
+from snooker_cli.runs.status import ended, run_status
 
 _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Run(runs.Run):
+class Run(Analyses):
     """A run's folder: its ``points``, and the repeats that are there.
 
-    This is the ``Run`` of the package ``runs`` with the analyses and figures that scripts use.
-    ``run[point, repeat]`` is a repeat, and ``for repeat in run`` gives all of them. One file is in
-    memory at a time: a long repeat, or a batch of short ones.
+    This is the ``Run`` of the package ``runs`` with what scripts use. ``run[point, repeat]`` is a
+    repeat, and ``for repeat in run`` gives all of them. One file is in memory at a time: a long
+    repeat, or a batch of short ones.
 
     outcome : what ``snooker.run`` has just done; ``None`` for a run that was opened
     """
@@ -49,7 +38,7 @@ class Run(runs.Run):
 
     def __dir__(self) -> list[str]:
         """What scripts use, for completion."""
-        own = (name for name in vars(Run) if name[0] != "_")
+        own = (name for name in (vars(Analyses) | vars(Run)) if name[0] != "_")
         return ["directory", "name", "experiment", "points", *own]
 
     def _repr_html_(self) -> str:
@@ -60,28 +49,6 @@ class Run(runs.Run):
             rows.append([html.escape(str(cell)) for cell in cells])
         table = "".join(f"<tr><td>{'<td>'.join(cells)}" for cells in rows)
         return f"<p>{html.escape(self.experiment.title or self.name)}</p><table>{table}</table>"
-
-    def __repr__(self) -> str:
-        size = f"{counted(len(self.points), 'point')}, {counted(self.experiment.repeats, 'repeat')}"
-        return f"<run {self.name}: {size} each>"
-
-    def __getitem__(self, place: tuple[int, int]) -> Repeat:
-        """A repeat, by its point and number. Raises ``UserError`` or ``StoreError``."""
-        if not isinstance(place, tuple) or len(place) != 2:
-            raise UserError(f"run[{place!r}]: give a point and a repeat, as in run[0, 3]")
-        point = self.chosen(*place)
-        return Repeat(self.read(point, place[1]), point, place[1])
-
-    def __iter__(self) -> Iterator[Repeat]:
-        """All repeats that are there, point after point. Raises ``StoreError``."""
-        return chain.from_iterable(self.repeats(point.index) for point in self.points)
-
-    def repeats(self, point: int) -> Iterator[Repeat]:
-        """The repeats of a point that are there. Raises ``UserError`` or ``StoreError``."""
-        chosen = self.chosen(point, 0)
-        numbers = self.present(chosen)
-        traces = self.traces(chosen, numbers) if numbers else ()
-        return (Repeat(trace, chosen, k) for k, trace in zip(numbers, traces, strict=True))
 
     # What is there, and whether it is sound.
 
@@ -146,300 +113,7 @@ class Run(runs.Run):
         path = None if out is None else Path(out)
         return proofs(self, point, repeat, collisions, path, replace)
 
-    # Which points.
-
-    @in_python()
-    def where(self, *conditions: str) -> dict[str, Any]:
-        """Keywords for ``matching`` from texts: ``"cor>0.8"``, ``"cor=0.7:0.9"``, ``"cor=0.8,1"``.
-
-        ``run.table(**run.where("cor>0.8"))`` has the points with these values. Raises
-        ``UserError``, and ``FigureError`` for a key that the config does not have.
-        """
-        from snooker_cli.api.where import chosen_values
-
-        return chosen_values(self, conditions)
-
-    @in_python()
-    def matching(self, **where: Any) -> tuple[Point, ...]:
-        """The points with these values: ``cor=0.8``, ``cor=[0.8, 0.9]``, ``**{"balls.radius": 1}``.
-
-        Raises ``FigureError`` if there is none.
-        """
-        from snooker_cli.figures.selection import Selection, matching
-
-        return matching(self, Selection(_alternatives(where)))
-
-    # Numbers.
-
-    @in_python()
-    def table(self, **where: Any) -> dict[str, NDArray[Any]]:
-        """Columns with a row for each repeat that is there: ``pandas.DataFrame(run.table())``.
-
-        where : only points with these values, as in ``matching``
-
-        ``point``, the swept keys (nan for null), ``repeat``; ``ending`` as ``show`` has it and
-        ``complete``; ``time`` (s) and numbers of ``collisions``, of which ``wall_collisions`` are
-        with the wall and ``pair_collisions`` between balls. ``temperature`` (J), ``pressure``
-        (Pa m) and ``mean_speed`` (m/s) are means over the time of the repeat. ``energy_ratio`` is
-        the energy at the end over that at the start. ``k`` and ``alpha`` (1/s) are fits to the
-        energy: the constants of exp(−kt) and of Haff's law; nan without a fit. Where walls give
-        energy, ``wall_energy`` and ``lost_energy`` (J) are what they gave and what collisions
-        between balls took, and ``stationary_from`` (s) is when the stationary part begins, in the
-        complete repeats of a point that has one; otherwise these are nan. A swept key with
-        the name of another column gets the prefix ``config.``. Raises ``FigureError``,
-        ``StoreError``, and ``RunError`` if no repeat is there.
-        """
-        return exports.table_of(self, self.matching(**where))
-
-    @in_python()
-    def fit(
-        self,
-        since: float = 0.0,
-        until: float = math.inf,
-        *,
-        quantity: str | Sequence[str] = (),
-        model: str | Sequence[str] = (),
-        **where: Any,
-    ) -> Records:
-        """The records of ``snooker fit --json``, of the times from ``since`` to ``until`` (s).
-
-        quantity, model : only rows with this, or one of these, in the name [all]
-        where : only points with these values, as in ``matching``
-
-        ``print`` shows them as tables. Raises ``RunError``, ``FigureError`` or ``UserError``.
-        """
-        from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
-        from snooker_cli.analysis.run_analysis import fits
-
-        points = self.matching(**where)
-        analysis = fits(self, since, until, points, counting)
-        return self._records(analysis, (SAMPLING, JUDGEMENT), quantity, model, where)
-
-    @in_python()
-    def compare(
-        self,
-        *,
-        quantity: str | Sequence[str] = (),
-        model: str | Sequence[str] = (),
-        **where: Any,
-    ) -> Records:
-        """The records of ``snooker compare --json``; the arguments are those of ``fit``.
-
-        ``print`` shows them as tables. Raises ``RunError``, ``FigureError`` or ``UserError``.
-        """
-        from snooker_cli.analysis.run_analysis import comparisons
-        from snooker_cli.analysis.tables import MORE_COMPARED, PAIRED
-
-        analysis = comparisons(self, self.matching(**where), counting)
-        footer = (f"{PAIRED} {MORE_COMPARED}",)
-        return self._records(analysis, footer, quantity, model, where)
-
-    def _records(
-        self,
-        analysis: "RunAnalysis",
-        footer: Sequence[str],
-        quantity: str | Sequence[str],
-        model: str | Sequence[str],
-        where: Mapping[str, Any],
-    ) -> Records:
-        """An analysis of the points with some values, and of quantities and models by name."""
-        from snooker_cli.figures.captions import unfinished
-        from snooker_cli.figures.selection import Selection
-
-        points = self.matching(**where)
-        records = Records(
-            *analysis,
-            points=len(points),
-            footer=() if where else footer,
-            unfinished=unfinished(self, Selection(_alternatives(where))),
-            warning=early_warning(self, points),
-        )
-        return records.only(_several(quantity), _several(model)) if quantity or model else records
-
-    # Figures, films and pages.
-
-    @in_python()
-    def plot(
-        self,
-        name: str,
-        *,
-        repeat: int | None = None,
-        log_x: bool = False,
-        log_y: bool = False,
-        **where: Any,
-    ) -> "Figure":
-        """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.
-
-        repeat : only this repeat
-        log_x, log_y : make this axis logarithmic; zeros are then not shown
-        where : only points with these values, as in ``matching``; a figure of one point, such as
-            "energy-fit", shows the first of them and names it in its title
-
-        Raises ``FigureError`` if the run cannot give it.
-        """
-        from snooker_cli.figures import FIGURES, Selection
-        from snooker_cli.figures.drawing import draw
-        from snooker_cli.figures.figure_data import with_logarithmic_axes
-
-        check_name(name, FIGURES, "figure", LIST_FIGURES)
-        made = FIGURES[name].make(self, Selection(_alternatives(where), repeat), first=True)
-        return draw(with_logarithmic_axes(made, log_x, log_y))
-
-    @in_python()
-    def possible_figures(
-        self, *names: str, repeat: int | None = None, **where: Any
-    ) -> list[dict[str, Any]]:
-        """Which figures the config allows: ``figure``, ``title``, ``possible``, ``left_out``.
-
-        names : of ``snooker.figure_list``; all by default
-        repeat, where : as of ``plot``
-
-        ``left_out`` has the reasons, as sentences. No repeat is read: a figure may still need more
-        collisions than there are. Raises ``FigureError`` if no repeat is there.
-        """
-        from snooker_cli.api.drawings import possible_figures
-        from snooker_cli.figures import Selection
-
-        return possible_figures(self, names, Selection(_alternatives(where), repeat))
-
-    @in_python()
-    def save_figures(
-        self,
-        *names: str,
-        out: str | PathLike[str] | None = None,
-        formats: Sequence[str] = ("svg", "png"),
-        size: str | Sequence[float] | None = None,
-        dpi: int | None = None,
-        log_x: bool = False,
-        log_y: bool = False,
-        repeat: int | None = None,
-        saved: Callable[[SavedFigure], None] = lambda _: None,
-        **where: Any,
-    ) -> list[SavedFigure]:
-        """Draw figures, and save them with their numbers as JSON; what was saved.
-
-        names : of ``snooker.figure_list``; by default all that are possible
-        out : the folder [``figures`` in that of the run]
-        formats : of ``"svg"``, ``"png"`` and ``"pdf"``
-        size : width and height in inches, such as (6, 4) [a column of a page]
-        dpi : pixels per inch of a PNG [200]
-        log_x, log_y : as of ``plot``
-        repeat, where : as of ``plot``; a figure of one point is drawn for each of them
-        saved : is called after each figure
-
-        Raises ``UserError`` for a figure that was named and cannot be drawn, after all others.
-        """
-        from snooker_cli.api.drawings import save_figures
-        from snooker_cli.figures import Selection
-
-        return save_figures(
-            self,
-            names,
-            None if out is None else Path(out),
-            Selection(_alternatives(where), repeat),
-            formats=formats,
-            size=size,
-            dpi=dpi,
-            logarithmic=(log_x, log_y),
-            saved=saved,
-        )
-
-    @in_python()
-    def films(
-        self,
-        repeats: Sequence[int] = (0,),
-        /,
-        since: float = 0.0,
-        until: float | None = None,
-        most: int | None = None,
-        **where: Any,
-    ) -> "list[Film]":
-        """Films of repeats of the points with these values, for ``animation.save_films``.
-
-        since, until, most : as of ``animation.film``
-        where : as in ``matching``
-
-        A summary is simulated again. Raises ``FigureError``, and ``UserError`` for a repeat that
-        cannot be shown.
-        """
-        from snooker_cli.animation import MOST_COLLISIONS, film, with_events
-
-        films = []
-        for point, number in product(self.matching(**where), repeats):
-            trace = self[point.index, number].trace
-            parameters = {"cor": f"{trace.start.restitution:g}"} | dict(point.parameters)
-            balls = counted(trace.start.number, "ball")
-            subtitle = f"{point_label(parameters)}, {balls}, repeat {number}"
-            span = since, until, most or MOST_COLLISIONS
-            try:
-                if trace.summary is not None and not self.can_be_replayed:
-                    raise FigureError(
-                        "is a summary of another engine version, which cannot be replayed"
-                    )
-                trace = with_events(trace, since, span[2])
-                films.append(film(trace, self.experiment.title or self.name, subtitle, *span))
-            except FigureError as error:
-                raise UserError(f"repeat {number} of {self.name} {error}") from None
-        return films
-
-    @in_python()
-    def animate(
-        self,
-        out: str | PathLike[str] | None = None,
-        repeats: Sequence[int] | None = None,
-        /,
-        *,
-        since: float = 0.0,
-        until: float | None = None,
-        most: int | None = None,
-        pace: "Pace" = "time",
-        seconds: float | None = None,
-        fps: int | None = None,
-        replace: bool = True,
-        **where: Any,
-    ) -> Path:
-        """Write a film of repeats: a page, a GIF or an MP4; its file.
-
-        out : ends in .html, .gif or .mp4 [film….html in the run's folder]
-        repeats : their numbers [the first]; a page shows up to 4 films
-        since, until, most : as of ``films``
-        pace : whether ``"time"`` or ``"events"`` pass evenly
-        seconds : length [12; a page: by its content]
-        fps : frames per second of a GIF or MP4 [20]
-        replace : also a file that is not a page of snooker; else such a file raises ``UserError``
-        where : as in ``matching`` [the first point]
-
-        Raises as ``films``, and ``UserError`` if no such file can be written.
-        """
-        from snooker_cli.animation import MOST_COLLISIONS, check_film_file, save_films
-        from snooker_cli.figures import Selection
-        from snooker_cli.figures.selection import file_stem
-
-        numbers = sorted(set(repeats or [0]))
-        first = self.chosen(None, numbers[-1])
-        chosen = _alternatives(where) or dict(first.parameters)
-        parts = chosen | ({"repeat": tuple(numbers)} if repeats else {})
-        path = Path(out or self.directory / f"{file_stem('film', Selection(parts))}.html")
-        is_page = path.suffix.lower() == ".html"
-        if fps is not None and is_page:
-            raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
-        check_film_file(path, len(self.matching(**chosen)) * len(numbers))
-        if is_page and not self.can_be_replayed:
-            raise UserError(
-                f"{self.name} holds results of engine version {self.engine_version}, which a page "
-                "of this version cannot simulate again",
-                "give a name that ends in .gif or .mp4",
-            )
-        check_free(path, replace)
-        limit = most or MOST_COLLISIONS
-        films = self.films(numbers, since=since, until=until, most=limit, **chosen)
-        for film in films if most is None else ():
-            if film.left_out:
-                ways = in_python_words("--from, --until and --collisions choose others")
-                span = f"{len(film):,} collisions, at {film.end:.6g} s"
-                _log.warning("the film of %s ends after %s; %s", film.subtitle, span, ways)
-        save_films(path, films, given=out is not None, pace=pace, seconds=seconds, rate=fps or 20)
-        return path
+    # A report.
 
     @in_python()
     def report(
@@ -502,18 +176,22 @@ class Run(runs.Run):
         exports.export_states(self, out, times, frames, point, repeat, replace)
 
 
-def _several(names: str | Sequence[str]) -> Sequence[str]:
-    return [names] if isinstance(names, str) else names
+@overload
+def open(name: str | PathLike[str], /) -> Run: ...
 
 
-def _alternatives(where: Mapping[str, Any]) -> dict[str, Any]:
-    """The conditions of a selection, which has a tuple for a choice of values."""
-    return {key: tuple(to) if isinstance(to, list) else to for key, to in where.items()}
+@overload
+def open(name: str | PathLike[str], /, *others: str | PathLike[str]) -> SideBySide: ...
 
 
 @in_python()
-def open(name: str | PathLike[str]) -> Run:
-    """A run by its folder or its name under ``runs/``. Raises ``RunError`` or ``StoreError``."""
+def open(name: str | PathLike[str], /, *others: str | PathLike[str]) -> Run | SideBySide:
+    """A run by its folder or its name under ``runs/``; of several names, the runs side by side.
+
+    Raises ``RunError`` or ``StoreError``, and ``RunError`` for a run that is named twice.
+    """
+    if others:
+        return SideBySide.of([open(name), *map(open, others)])
     run = runs.open_run(Path(name))
     return Run(*(getattr(run, field.name) for field in fields(run)))
 
@@ -536,6 +214,19 @@ def figure_list() -> list[dict[str, Any]]:
     return registry()
 
 
+def runs_and_figures(names: Iterable[str]) -> tuple[list[str], list[str]]:
+    """Names that are given together: those of runs, and of figures; an unknown one is a figure."""
+    from snooker_cli.figures import FIGURES
+
+    known: dict[bool, list[str]] = {True: [], False: []}
+    for name in names:
+        is_run = name not in FIGURES and any(
+            (folder / runs.MANIFEST).is_file() for folder in (Path(name), runs.RUNS / name)
+        )
+        known[is_run].append(name)
+    return known[True], known[False]
+
+
 @in_python()
 def write_report(
     runs: Iterable[Run | str | PathLike[str]],
@@ -552,7 +243,7 @@ def write_report(
     from snooker_cli.figures import FIGURES
     from snooker_cli.report.run_report import run_report
 
-    asked = list(FIGURES) if figures == "all" else _several(figures)
+    asked = list(FIGURES) if figures == "all" else several(figures)
     for name in asked:
         check_name(name, FIGURES, "figure", LIST_FIGURES)
     opened = [run if isinstance(run, Run) else open(run) for run in runs]

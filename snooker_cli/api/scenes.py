@@ -1,8 +1,9 @@
 """Scenes from arrays, and simulations of them without files."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from numbers import Real
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -81,10 +82,12 @@ def simulate(
     collisions: int | None = None,
     time: float | None = None,
     summary: bool = False,
+    snapshots: Sequence[float] = (),
 ) -> Repeat:
     """Simulate a scene until a number of collisions or a time (s), whichever comes first.
 
     summary : record observables on a grid of times instead of all collisions
+    snapshots : times (s, ascending) at which states are recorded, for a summary
 
     Few inelastic balls in a periodic box drift apart and may need hours for the next collision:
     give a ``time`` too. Raises ``UserError`` without a limit, for one that is not above 0, or for a
@@ -100,6 +103,7 @@ def simulate(
         raise UserError(problem, "give wall_key=0 or another whole number to `replace`")
     whole = None if collisions is None else math.ceil(collisions)
     try:
-        return Repeat(engine.simulate(scene, collisions=whole, time=time, summary=summary))
+        limits: dict[str, Any] = {"collisions": whole, "time": time, "summary": summary}
+        return Repeat(engine.simulate(scene, **limits, snapshots=snapshots))
     except ValueError as error:
         raise UserError(str(error)) from None

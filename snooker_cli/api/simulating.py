@@ -260,7 +260,8 @@ def _plan_lines(plan: dict[str, Any], part: str | None) -> Iterator[str]:
         laws = [name.removeprefix(LAW) for name in scenes["models"] if name.startswith(LAW)]
         if laws:
             yield f"  laws      {', '.join(laws)}"
-        yield f"  records   {'events' if scenes['models']['events'] else 'a summary'}"
+        states = ", and states at some times" if "snapshots" in scenes["models"] else ""
+        yield f"  records   {'events' if scenes['models']['events'] else f'a summary{states}'}"
     yield ""
     yield _costs(plan)
     if plan["cools_out"]:

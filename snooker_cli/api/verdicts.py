@@ -114,7 +114,8 @@ def hashes_of(run: Run, point: int | None, repeat: int | None) -> Results:
     found: list[dict[str, Any]] = []
     for chosen in run.points if point is None else [run.by_number[point]]:
         if not chosen.experiment.keeps_events:
-            problem = f"{run.name} was run with `record: summary`: it has no events to hash"
+            record = chosen.experiment.record
+            problem = f"{run.name} was run with `record: {record}`: it has no events to hash"
             raise UserError(problem, "run the config with `record: events`")
         there = [
             status

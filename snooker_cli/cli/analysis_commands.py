@@ -13,7 +13,7 @@ from snooker_cli.cli.options import (
     RUN,
     AsJson,
     Names,
-    RunName,
+    RunNames,
     Where,
     conditions,
     flag,
@@ -29,7 +29,7 @@ Brief = Annotated[bool, flag("--brief", "Print what holds for each point, withou
 
 
 def fit(
-    run: RunName,
+    runs: RunNames,
     where: Where = None,
     quantity: Names = None,
     model: Names = None,
@@ -47,16 +47,17 @@ def fit(
     law holds, and the time until which it holds. A is the amplitude, 1 or free. The last column is
     the value at the end over the fit. --all adds half of the range, which is the source report's
     error, the temperature, and A = 1 for the pressure, which the source report has. With --from,
-    the amplitude is free. The results of all times are kept in RUN/analysis.json.
+    the amplitude is free. The results of all times are kept in RUN/analysis.json. Of several runs,
+    a table has one law, and the points of all runs as rows.
     """
-    opened, end = api.open(run), math.inf if until is None else until
+    opened, end = api.open(*runs), math.inf if until is None else until
     chosen = conditions(where, opened)
     records = opened.fit(since, end, quantity=quantity or (), model=model or (), **chosen)
     _print_records(records, as_json, every, brief)
 
 
 def compare(
-    run: RunName,
+    runs: RunNames,
     where: Where = None,
     quantity: Names = None,
     model: Names = None,
@@ -69,10 +70,10 @@ def compare(
     The theory is the ideal gas and kinetic theory. The output begins with the main difference at
     each point; --brief prints only this. Each row has the measured mean, the prediction, and the
     difference with its standard error, also in such errors. --all adds the standard error of the
-    mean and the formulas of the source report. The results are
-    kept in RUN/analysis.json.
+    mean and the formulas of the source report. The results are kept in RUN/analysis.json. Of
+    several runs, a table has one theory, and the points of all runs as rows.
     """
-    opened = api.open(run)
+    opened = api.open(*runs)
     chosen = conditions(where, opened)
     records = opened.compare(quantity=quantity or (), model=model or (), **chosen)
     _print_records(records, as_json, every, brief)

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from snooker_cli import api
-from snooker_cli.cli.options import RUN, Replace, RunName, Where, conditions, flag, option, split
+from snooker_cli.cli.options import RUN, Replace, RunNames, Where, conditions, flag, option, split
 from snooker_cli.cli.output import print_line, print_table, print_wrapped
 from snooker_cli.errors import UserError, notice
 
@@ -16,12 +16,22 @@ LISTED = "The list follows from the config. A figure may still need more collisi
 
 def plot(
     run: Annotated[str | None, RUN] = None,
-    figures: Annotated[
-        list[str] | None, typer.Argument(metavar="FIGURE", help="Names of figures [all possible].")
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[RUN…] FIGURE", help="More runs, and names of figures [all possible]."
+        ),
     ] = None,
     list_figures: Annotated[bool, flag("--list", "List figures; with RUN those that fit.")] = False,
     where: Where = None,
     repeat: Annotated[int | None, option("K", "Only this one [the first, or all].", min=0)] = None,
+    times: Annotated[
+        str | None, option("T,T,…", "Times of snapshot, s [the end].", "--time")
+    ] = None,
+    colour: Annotated[
+        Literal["speed", "species", "density"],
+        option("WORD", "Colours of snapshot: speed, species, density.", "--colour"),
+    ] = "speed",
     out: Annotated[Path | None, option("DIR", "Folder [RUN/figures].")] = None,
     formats: Annotated[str, option("F,F,…", "Formats: svg, png, pdf.", "--format")] = "svg,png",
     size: Annotated[str | None, option("WxH", "Inches, as 6x4 [a column of a page].")] = None,
@@ -33,8 +43,9 @@ def plot(
 
     The JSON file has the numbers that a figure shows. Without names, all possible figures are
     drawn; RUN --list prints why others are not. Figures of single points are drawn for each point;
-    without names and --where for 16 points at most.
-    The command prints the names of the written files, and captions and numbers of figures that you
+    without names and --where for 16 points at most. Of several runs, a figure shows the points of
+    all of them. snapshot shows the balls, at several times side by side as with `--time 0,10`. The
+    command prints the names of the written files, and captions and numbers of figures that you
     name.
     """
     if run is None:
@@ -42,23 +53,23 @@ def plot(
             raise UserError("give the RUN to plot, or --list for the names of the figures")
         _print_registry()
         return
-    opened = api.open(run)
+    others, figures = api.runs_and_figures(names or ())
+    opened = api.open(run, *others)
     chosen = conditions(where, opened)
-    names = figures or ()
     if list_figures:
-        _print_possible(opened.possible_figures(*names, repeat=repeat, **chosen))
+        _print_possible(opened.possible_figures(*figures, repeat=repeat, **chosen))
         return
 
     def print_saved(figure: api.SavedFigure) -> None:
         """Print the files of a figure, and of one that was named what it shows."""
         print_line("\n".join(map(str, figure.files)))
-        if names:
+        if figures:
             print_wrapped([figure.caption], indent=0)
             for line in figure.table:
                 print_line(line)
 
     opened.save_figures(
-        *names,
+        *figures,
         out=out,
         formats=list(dict.fromkeys(split(formats.lower()))),
         size=size,
@@ -66,6 +77,8 @@ def plot(
         log_x=log_x,
         log_y=log_y,
         repeat=repeat,
+        times=times or (),
+        colour=colour,
         saved=print_saved,
         **chosen,
     )
@@ -93,7 +106,7 @@ def _print_registry() -> None:
 
 
 def animate(
-    run: RunName,
+    runs: RunNames,
     out: Annotated[
         Path | None, option("FILE", "A name in .html, .gif or .mp4 [RUN/film….html].")
     ] = None,
@@ -119,16 +132,16 @@ def animate(
 
     It shows the balls coloured by speed, their contacts, energy and pressure. An HTML page works
     in any browser without a network: it simulates the repeat again from its start, and checks that
-    the collisions are those that are stored. A page shows up to 4 repeats side by side, as with
-    `--where cor=0.8,1` or `--repeat 0 --repeat 1`. The link film.html#t=3&ball=5 begins at 3 s
-    with the path of ball 5. A page of snooker under the same name is replaced, another file is
-    not. The name of the written file is printed.
+    the collisions are those that are stored. A page shows up to 4 repeats side by side: of several
+    runs, as `--repeat 0 --repeat 1` or as `--where cor=0.8,1`. The link film.html#t=3&ball=5 begins
+    at 3 s with the path of ball 5. A page of snooker under the same name is replaced, another file
+    is not. The name of the written file is printed.
     """
     if where and point is not None:
         raise UserError("--point and --where both choose points; give one of them")
-    opened = api.open(run)
+    opened = api.open(*runs)
     chosen = conditions(where, opened)
-    if not where:
+    if not where and (point is not None or len(runs) == 1):
         chosen = dict(opened.chosen(point, max(repeats or [0])).parameters)
     path = opened.animate(
         out,

@@ -34,6 +34,10 @@ Overrides = Annotated[
 ]
 RUN = typer.Argument(metavar="RUN", help="A run's folder, or its name in runs/.")
 RunName = Annotated[str, RUN]
+RunNames = Annotated[
+    list[str],
+    typer.Argument(metavar="RUN", help="A run's folder, or its name in runs/; several compare."),
+]
 Where = Annotated[
     list[str] | None,
     option(
@@ -49,7 +53,7 @@ Jobs = Annotated[
 ]
 
 
-def conditions(where: Sequence[str] | None, run: api.Run) -> dict[str, Any]:
+def conditions(where: Sequence[str] | None, run: api.Run | api.SideBySide) -> dict[str, Any]:
     """The conditions of ``--where``, as keywords."""
     return run.where(*(where or ()))
 

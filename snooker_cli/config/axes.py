@@ -38,7 +38,7 @@ Axes: TypeAlias = tuple[Axis, ...]  # in the order written; the last one runs fa
 
 ZIP = "zip"
 
-WHOLE_RUN = ("repeats", "seed", "common_random", "record", "title", "start", "sweep")
+WHOLE_RUN = ("repeats", "seed", "common_random", "record", "snapshots", "title", "start", "sweep")
 """Keys that cannot be swept."""
 
 MAX_POINTS = 100_000

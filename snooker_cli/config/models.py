@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Collection, Iterator, Mapping
+from functools import partial
+from itertools import pairwise
 from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
 from pydantic import (
@@ -17,6 +19,7 @@ from pydantic import (
     Tag,
     ValidationError,
     ValidatorFunctionWrapHandler,
+    WithJsonSchema,
     WrapValidator,
     model_serializer,
     model_validator,
@@ -26,9 +29,9 @@ from pydantic_core import PydanticCustomError
 from snooker_cli import containers
 from snooker_cli.config.axes import Axes, axes, written
 from snooker_cli.config.problems import ConfigError, KeyPath, Problem
-from snooker_cli.containers import SHAPES, Circle, Container, ShapeName
+from snooker_cli.containers import SHAPES, Circle, Container
 from snooker_cli.formatting import listed
-from snooker_cli.laws import Law, Sides, Thermal, WallLaw, law_of
+from snooker_cli.laws import Law, LawError, Sides, Thermal, WallLaw, law_of
 
 # Types of values. Each has a range, and the phrase of an error that states it.
 
@@ -119,6 +122,24 @@ WallMass = Annotated[
     ),
     _needs("a number above 0, or .inf for a fixed wall"),
 ]
+
+
+def _of_a_shape(value: Any) -> Any:
+    """The word of a shape, also of one that a module outside of the package has added."""
+    if not (isinstance(value, str) and value in SHAPES):
+        *others, last = map(repr, SHAPES)
+        context = {"expected": f"{', '.join(others)} or {last}"}
+        raise PydanticCustomError("literal_error", "{expected} is needed", context)
+    return value
+
+
+ShapeName = Annotated[
+    str,
+    BeforeValidator(_of_a_shape),
+    WithJsonSchema({"enum": list(SHAPES), "type": "string"}),
+]
+"""The word of a shape."""
+
 Title = Annotated[
     str,
     Field(min_length=1, max_length=200, pattern=r"^([^\p{C}\p{Z}]| )*$"),
@@ -375,6 +396,36 @@ Collapse = Annotated[
 ]
 
 
+MOST_SNAPSHOTS = 10_000  # of a list; each is read and checked
+
+_Moments = Annotated[
+    tuple[Duration, ...], Field(min_length=1, max_length=MOST_SNAPSHOTS), _FROM_LIST
+]
+
+
+class PerDecade(_Sparse):
+    """Times that are as many in each decade, at equal distances of their logarithm."""
+
+    per_decade: Annotated[int, Field(ge=1, le=100), _WHOLE]
+    """Times in each decade, 1 to 100, from about the time between two collisions of a ball on."""
+
+
+def _ascending(value: Any) -> Any:
+    """Raise ``ValueError`` for times that do not ascend."""
+    if isinstance(value, tuple) and any(b <= a for a, b in pairwise(value)):
+        raise ValueError
+    return value
+
+
+StoredTimes = Annotated[
+    _Moments | PerDecade,
+    AfterValidator(_ascending),
+    _needs("a list of times in s that ascend, as [1, 10, 100], or {per_decade: 1 to 100}", False),
+]
+
+DEFAULT_TIMES = PerDecade(per_decade=10)
+
+
 class Experiment(Model):
     """A snooker experiment: inelastic hard disks in a container."""
 
@@ -432,9 +483,12 @@ class Experiment(Model):
     common_random: Switch = False
     """Whether all points have the same random starts, for paired comparisons. By default each point
     has its own: they follow from the seed and the point's physics."""
-    record: Literal["events", "summary"] = "events"
-    """What is stored: every collision, or only a summary. With collisions below 1,000 every
-    collision is stored, because this is smaller and faster."""
+    record: Literal["events", "summary", "snapshots"] = "events"
+    """What is stored: every collision, only a summary, or a summary and states at some times. With
+    collisions below 1,000 every collision is stored, because this is smaller and faster."""
+    snapshots: StoredTimes | None = None
+    """When record: snapshots stores states: a list of times, s, or {per_decade: n}; absent:
+    {per_decade: 10}. Start and end are always stored."""
     sweep: Annotated[
         Axes,
         PlainValidator(axes, json_schema_input_type=dict[str, Any]),
@@ -458,6 +512,13 @@ class Experiment(Model):
         return self.record == "events" or few
 
     @property
+    def stored_times(self) -> tuple[float, ...] | PerDecade:
+        """When states are stored, s; () unless there are snapshots instead of events."""
+        if self.record != "snapshots" or self.keeps_events:
+            return ()
+        return self.snapshots or DEFAULT_TIMES
+
+    @property
     def effective_wall_cor(self) -> float:
         """Coefficient of restitution at the wall, `cor` unless `wall_cor` is given."""
         return self.cor if self.wall_cor is None else self.wall_cor
@@ -465,8 +526,13 @@ class Experiment(Model):
     @property
     def pair_law(self) -> Law:
         """The law of collisions between balls."""
-        law: Law = law_of(cor=self.cor, cor_speed=self.cor_speed)
+        law: Law = law_of(self.pair_keys)
         return law
+
+    @property
+    def pair_keys(self) -> dict[str, float | None]:
+        """The keys of the law between balls, and their values; None of a key that is absent."""
+        return {"cor": self.cor, "cor_speed": self.cor_speed}
 
     @property
     def wall_law(self) -> WallLaw:
@@ -482,7 +548,7 @@ class Experiment(Model):
         if temperature is not None:
             return Thermal(temperature)
         cor, cor_speed = self.effective_wall_cor, self.wall_cor_speed
-        law: Law = law_of(cor=cor, cor_speed=cor_speed, speed=speed or None)
+        law: Law = law_of({"cor": cor, "cor_speed": cor_speed, "speed": speed or None})
         return law
 
     def _at(self, side: str) -> tuple[float | None, float | None]:
@@ -575,7 +641,9 @@ def _faults(experiment: Experiment) -> Iterator[Problem]:
             "and 1; set wall_cor: 1, or collapse: stop"
         )
         yield Problem(("collapse",), sentence)
-    yield from _faults_of_walls(experiment)
+    yield from (walls := tuple(_faults_of_walls(experiment)))
+    yield from () if walls else _faults_of_laws(experiment)
+    yield from _faults_of_snapshots(experiment)
     if experiment.collapse == "slide" and experiment.wall_cor_speed is not None:
         sentence = "slide needs one CoR at all speeds at the wall; remove wall_cor_speed, or slide"
         yield Problem(("collapse",), sentence)
@@ -617,6 +685,31 @@ def _faults_of_walls(experiment: Experiment) -> Iterator[Problem]:
         if None not in temperatures and getattr(experiment, key) is not None:
             sentence = f"wall_temperature replaces {key}; remove one of them"
             yield Problem((key,), sentence, about_key=True)
+
+
+def _faults_of_laws(experiment: Experiment) -> Iterator[Problem]:
+    """The keys of one law are given between balls, and for each wall."""
+    sides = experiment.container.shape_class.sides or ("left",)
+    walls = [(partial(experiment._law_at, side), "wall_") for side in sides]
+    for law, prefix in ((partial(law_of, experiment.pair_keys), ""), *walls):
+        try:
+            law()
+        except LawError as error:
+            keys = [f"{prefix}{key}" for key in error.keys]
+            sentence = f"no law of collision has {listed(keys)} together; remove one of them"
+            yield Problem((keys[-1],), sentence, about_key=True)
+            return
+
+
+def _faults_of_snapshots(experiment: Experiment) -> Iterator[Problem]:
+    """Their times are for snapshots, and not after the end."""
+    times, end = experiment.snapshots, experiment.time
+    if times is not None and experiment.record != "snapshots":
+        sentence = "snapshots is for record: snapshots; remove it, or set record: snapshots"
+        yield Problem(("snapshots",), sentence, about_key=True)
+    elif isinstance(times, tuple) and end is not None and times[-1] > end:
+        sentence = f"{times[-1]:g} s is after the end of the repeats, {end:g} s; remove it"
+        yield Problem(("snapshots", len(times) - 1), sentence)
 
 
 def _faults_of_container(container: ContainerConfig) -> Iterator[Problem]:
@@ -714,7 +807,7 @@ def _faults_of_rotation(experiment: Experiment) -> Iterator[Problem]:
         rotates = getattr(group, "common_rotation", None)
         if rotates:
             sentence = "true is given where another species has false; give one for all"
-        elif rotates is False and not issubclass(shape, Circle):
+        elif rotates is False and not shape.keeps_rotation:
             sentence = f"a {shape.title} keeps no rotation; remove this key, or set shape: circle"
         elif rotates is False and number == 1:
             sentence = "one ball has no common rotation; remove this key, or add balls"

@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeAlias, cast
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from snooker_cli.config.axes import Value, axes
 from snooker_cli.config.messages import config_error
@@ -30,19 +30,11 @@ from snooker_cli.formatting import point_label
 
 LIMITS = ("collisions", "time")  # the keys that end a repeat; a later end changes nothing before it
 
-_NOT_IN_STREAMS = (*LIMITS, "seed", "common_random", "record")
+_NOT_IN_STREAMS = (*LIMITS, "seed", "common_random", "record", "snapshots")
 """Keys that random numbers do not depend on, or not through the digest."""
 
-_LATER_KEYS = (
-    "collapse",
-    "common_random",
-    "cor_speed",
-    "wall_cor_speed",
-    "wall_speed",
-    "wall_temperature",
-    "wall_key",
-)
-"""Keys that are younger than digests: left out at their defaults, so that old digests stay."""
+_ALWAYS = ("container", "balls", "cor", "wall_cor", *LIMITS, "seed", "record")
+"""Keys that are as old as digests. Later ones are left out at their defaults: old digests stay."""
 
 MAX_REPEATS = 1_000_000  # repeats of all points of a run, which are as many files
 
@@ -172,7 +164,7 @@ def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
 
     It is of JSON with sorted keys and shortest decimals. It covers all keys except title, repeats
     and sweep, and of a state to start from its balls. wall_cor, the balls' start and
-    common_rotation are resolved. Later keys are left out at their defaults.
+    common_rotation are resolved. All but `_ALWAYS` are left out at their defaults.
 
     without : more keys to leave out
     """
@@ -180,9 +172,9 @@ def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
     data = json.loads(to_json(experiment))
     physics = {key: value for key, value in data.items() if key not in left_out}
     physics["wall_cor"] = experiment.effective_wall_cor
-    for key in _LATER_KEYS:
+    for key in physics.keys() - {*_ALWAYS}:
         if getattr(experiment, key) == Experiment.model_fields[key].default:
-            physics.pop(key, None)
+            del physics[key]
     if experiment.species:
         for_all = {"start": None, "common_rotation": None}
         species = [kind.model_copy(update=for_all) for kind in experiment.species]
@@ -192,6 +184,18 @@ def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
             physics["common_rotation"] = False
     text = json.dumps(physics, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def single_values(part: BaseModel, prefix: str = "") -> dict[str, Any]:
+    """The values of an experiment that are no lists and no mappings, by key: ``balls.radius``."""
+    values: dict[str, Any] = {}
+    for key in type(part).model_fields:
+        value = getattr(part, key)
+        if isinstance(value, BaseModel):
+            values |= single_values(value, f"{prefix}{key}.")
+        elif value is None or isinstance(value, bool | int | float | str):
+            values[f"{prefix}{key}"] = value
+    return values
 
 
 def with_values(experiment: Experiment, parameters: Mapping[str, Value]) -> Experiment:

@@ -6,9 +6,12 @@ from snooker_cli.engine.replay import (
     States,
     batch_series,
     is_short,
+    nearest_times,
     replay,
     replayed,
     series,
+    state_at,
+    stored_times,
     times_within,
 )
 from snooker_cli.engine.simulation import (
@@ -25,6 +28,7 @@ __all__ = [
     "States",
     "batch_series",
     "is_short",
+    "nearest_times",
     "replay",
     "replayed",
     "series",
@@ -33,6 +37,8 @@ __all__ = [
     "simulate_batch",
     "specialisation",
     "stands_still",
+    "state_at",
+    "stored_times",
     "times_within",
 ]
 

@@ -5,10 +5,12 @@ function is what all boundaries have that lack the method. ``sliding`` has one m
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from snooker_cli.containers import Container
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import earlier, enter_lanes
 from snooker_cli.engine.collision import (
@@ -23,6 +25,7 @@ from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 from snooker_cli.engine.prediction import candidates_from, padded_square
 from snooker_cli.engine.restitution import WALL, bounce_sums
+from snooker_cli.errors import SceneError
 
 LAST_HIT = ks.BALL_ROWS
 """The element of ``FreeCircle.motion`` with the scene's number of the ball that last hit it."""
@@ -264,3 +267,27 @@ class PeriodicSides(NamedTuple):
         row += rows if row < 0 else 0
         row -= rows if row >= rows else 0
         return column, row
+
+
+# The boundary of a container
+
+
+BOUNDARIES: dict[str, Callable[[float, float], Any]] = {
+    "box": lambda width, height: StraightWalls(width / 2, height / 2),
+    "channel": lambda width, height: ChannelSides(width / 2, height),
+    "periodic": lambda width, height: PeriodicSides(width, height),
+}
+"""What makes the boundary of a shape that is no circle, by its word, from ``Container.size``, m."""
+
+
+def fixed_boundary(container: Container) -> Any:
+    """The boundary of a container that is no circle.
+
+    Raises ``SceneError`` for a shape that is unknown here.
+    """
+    make = BOUNDARIES.get(container.name)
+    if make is None:
+        problem = f"the engine has no boundary for a {container.title}"
+        advice = "set another shape, or add one to BOUNDARIES in engine/boundaries.py"
+        raise SceneError("container.shape", f"{problem}; {advice}")
+    return make(*map(float, container.size))

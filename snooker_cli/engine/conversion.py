@@ -11,13 +11,7 @@ from numpy.typing import NDArray
 from snooker_cli.containers import Circle
 from snooker_cli.engine import clock
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.boundaries import (
-    ChannelSides,
-    FixedCircle,
-    FreeCircle,
-    PeriodicSides,
-    StraightWalls,
-)
+from snooker_cli.engine.boundaries import FixedCircle, FreeCircle, fixed_boundary
 from snooker_cli.engine.kernel_state import (
     EqualBalls,
     Floats,
@@ -27,9 +21,10 @@ from snooker_cli.engine.kernel_state import (
     State,
     UnequalBalls,
 )
-from snooker_cli.engine.restitution import law_rows
+from snooker_cli.engine.restitution import TRAPPING, law_rows
 from snooker_cli.engine.sliding import SlidingCircle
-from snooker_cli.laws import Constant
+from snooker_cli.errors import SceneError
+from snooker_cli.laws import Constant, word_of
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
 
@@ -83,15 +78,22 @@ def new_states(
 def setup_of(scene: Scene) -> Setup:
     """What collisions do in a scene."""
     law, lasts = scene.wall_law, scene.contact_duration
+    traps = scene.container.traps
     no_rule = not lasts and scene.elastic_below == 0.0
     always_loses = law.cor < 1.0 and not law.gains and no_rule
+    if traps and always_loses and not isinstance(law, TRAPPING):
+        problem = (
+            f"a {scene.container.title} may trap balls, and the {word_of(law)} law has no sums"
+        )
+        advice = "set another shape or collapse: {tc: 0.01}, or add the law to `bounce_sums`"
+        raise SceneError("container", f"{problem}; {advice} and TRAPPING in engine/restitution.py")
     masses = [*scene.masses, scene.container_mass] if scene.free else scene.masses
     slow_cor = scene.restitution if isinstance(scene.pair_law, Constant) and no_rule else 1.0
     return Setup(
         laws=law_rows(scene.pair_law, law),
         contact_path=float(lasts * scene.mean_free_path) if lasts else 0.0,
         elastic_below=float(scene.elastic_below),
-        traps=bool(isinstance(scene.container, Circle) and always_loses),
+        traps=traps and always_loses,
         settling=clock.settling(float(max(masses)), float(min(masses)), slow_cor),
     )
 
@@ -111,12 +113,7 @@ def boundary_of(scenes: Sequence[Scene]) -> Any:
     scene = scenes[0]
     container = scene.container
     if not isinstance(container, Circle):
-        width, height = map(float, container.size)
-        if container.periodic == (False, False):
-            return StraightWalls(width / 2, height / 2)
-        if container.periodic == (False, True):
-            return ChannelSides(width / 2, height)
-        return PeriodicSides(width, height)
+        return fixed_boundary(container)
     radius = float(container.radius)
     if scene.free:
         motions = [

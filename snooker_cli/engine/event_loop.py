@@ -13,7 +13,7 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import by_class, inlined, kernel
-from snooker_cli.engine.kernel_state import Integers, Recorded, State
+from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.engine.prediction import is_trapped
 from snooker_cli.engine.sampling import Grid, grid_of, next_sample, take_samples
 from snooker_cli.trace import SLIDE
@@ -176,28 +176,30 @@ def advance(
     active: Integers,
     answers: Integers,
     limit: int,
+    ends: Floats,
 ) -> None:
     """Simulate at most ``limit`` events of each active repeat, and answer why each stopped.
 
     states, searches, grids : stacked, of all repeats
     active : (*a*,), the repeats to simulate
     records, answers : a row for each of these; records have no room if there are grids
+    ends : (*a*,), what the clocks of each show at the time up to which to simulate, s
     """
     for row in range(len(active)):
         repeat = active[row]
         state = ks.state_of(states, repeat)
         recorded = Recorded(records.time[row], records.i[row], records.j[row], records.impulse[row])
         search, grid = of_repeat(searches, repeat), grid_of(grids, repeat)
-        end = state.sums[ks.TIME_LIMIT]
-        answers[row] = simulate_repeat(state, search, recorded, grid, limit, end, ks.NO_LIMIT)
+        answers[row] = simulate_repeat(state, search, recorded, grid, limit, ends[row], ks.NO_LIMIT)
 
 
 @kernel
-def advance_alone(state: State, search: Any, recorded: Recorded, grid: Grid, limit: int) -> int:
-    """Simulate at most ``limit`` events of a single repeat; why it stopped.
+def advance_alone(
+    state: State, search: Any, recorded: Recorded, grid: Grid, limit: int, end: float
+) -> int:
+    """`advance` of a single repeat up to one time, s; why it stopped.
 
     Its arrays are not parts of stacked ones: so Numba knows that each ball is a line of the cache,
     and addresses take one register. With many balls this is 2 % faster.
     """
-    end = state.sums[ks.TIME_LIMIT]
     return simulate_repeat(state, search, recorded, grid, limit, end, ks.NO_LIMIT)

@@ -69,7 +69,7 @@ class Page(NamedTuple):
     until: float
 
 
-BOUNDARIES: dict[str, Any] = {
+CIRCLES: dict[str, Any] = {
     "fixed_circle": lambda _: boundaries.FixedCircle(1.0),
     "free_circle": lambda _: boundaries.FreeCircle(
         1.0, 1.0, 1.0, np.zeros(boundaries.LAST_HIT + 1)
@@ -77,11 +77,13 @@ BOUNDARIES: dict[str, Any] = {
     "sliding_circle": lambda number: SlidingCircle(
         boundaries.FixedCircle(1.0), np.zeros(number, dtype=np.int64)
     ),
-    "box": lambda _: boundaries.StraightWalls(1.0, 1.0),
-    "channel": lambda _: boundaries.ChannelSides(1.0, 1.0),
-    "periodic": lambda _: boundaries.PeriodicSides(1.0, 1.0),
 }
-"""An example of each boundary for a number of balls. Its types are those of all others."""
+"""An example of each boundary of a circle for a number of balls; all others have its types."""
+
+
+def boundary_names() -> tuple[str, ...]:
+    """The names of all boundaries; of a shape that is no circle, its word."""
+    return (*CIRCLES, *boundaries.BOUNDARIES)
 
 
 def boundary_name(scene: Scene) -> str:
@@ -93,6 +95,10 @@ def boundary_name(scene: Scene) -> str:
     return "sliding_circle" if scene.slides else "fixed_circle"
 
 
+def _boundary(name: str, number: int) -> Any:
+    return CIRCLES[name](number) if name in CIRCLES else boundaries.BOUNDARIES[name](1.0, 1.0)
+
+
 def example(boundary: str, number: int) -> Page:
     """A page with arrays and numbers of the types and shapes of all pages with this boundary.
 
@@ -102,7 +108,7 @@ def example(boundary: str, number: int) -> Page:
         setup=ks.Setup(np.zeros((restitution.LAWS, restitution.COLUMNS)), 0.0, 0.0, True, 1.0),
         balls=np.zeros((ks.BALL_ROWS, number)),
         history=np.zeros((ks.HISTORY_ROWS, number), dtype=np.int32),
-        boundary=BOUNDARIES[boundary](number),
+        boundary=_boundary(boundary, number),
         sizes=ks.UnequalBalls(np.zeros(number), np.zeros(number)),
         labels=np.zeros(0, dtype=np.int32),
         sums=np.zeros(ks.SUMS),

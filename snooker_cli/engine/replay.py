@@ -1,7 +1,7 @@
-"""A trace's start and its list of collisions -> the state at any time, with the engine's bits."""
+"""A trace -> its states: at any time by its collisions, with the engine's bits, or stored ones."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from snooker_cli.engine.conversion import new_states, origin_of
 from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.errors import UnsoundError
+from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE, SPEED_BINS, Series, Trace, even_choice, joined
 
 ESCAPE = 1.0  # of the container's size from its centre; rounding takes balls over half of it
@@ -41,10 +42,16 @@ class States:
 def replay(trace: Trace, times: ArrayLike) -> States:
     """The states at ``times`` (s, ascending); at the time of a collision, just after it.
 
-    Raises ``ValueError`` if the trace has no events, or for times that are not ascending within
-    0 and the trace's end; ``UnsoundError`` for events that do not follow from the start.
+    Of a repeat with snapshots they are the stored ones nearest to these times; ``States.time`` has
+    their own times.
+
+    Raises ``ValueError`` if the trace has neither events nor snapshots, or for times that are not
+    ascending within 0 and the trace's end; ``UnsoundError`` for events that do not follow from the
+    start.
     """
     wanted = _replayable(trace, times)
+    if trace.events is None:
+        return _stored(trace, wanted)
     return _states(Replay(trace), wanted)
 
 
@@ -53,14 +60,63 @@ def replayed(trace: Trace, times: ArrayLike, batch: int = BATCH) -> Iterator[Sta
 
     batch : balls times states in memory
     """
-    wanted = _replayable(trace, times)
-    run, size = Replay(trace), max(1, batch // trace.start.number)
-    return (_states(run, wanted[k : k + size]) for k in range(0, len(wanted), size))
+    wanted, size = _replayable(trace, times), max(1, batch // trace.start.number)
+    parts = (wanted[k : k + size] for k in range(0, len(wanted), size))
+    if trace.events is None:
+        return (_stored(trace, part) for part in parts)
+    run = Replay(trace)
+    return (_states(run, part) for part in parts)
+
+
+def stored_times(trace: Trace) -> Floats:
+    """When states of a repeat are stored, s: at the start, at its snapshots and at the finish."""
+    between = np.zeros(0) if trace.snapshots is None else trace.snapshots.time
+    return np.unique(np.concatenate([[0.0], between, [trace.stop.time]]))
+
+
+def nearest_times(trace: Trace, times: ArrayLike) -> Floats:
+    """The times of states (s): those given, or without events the nearest stored ones, each once.
+
+    Raises ``ValueError`` as `times_within`.
+    """
+    wanted = times_within(trace, times)
+    if trace.events is not None:
+        return wanted
+    stored = stored_times(trace)
+    return np.unique(stored[[int(np.argmin(np.abs(stored - time))) for time in wanted.tolist()]])
+
+
+def state_at(trace: Trace, time: float) -> tuple[float, Scene]:
+    """The scene at a time (s), and that time; without events the nearest that is stored.
+
+    Raises ``ValueError`` for a time that is not within 0 and the end, and as `replay`.
+    """
+    start, finish = trace.start, trace.finish
+    (time,) = nearest_times(trace, [time]).tolist()
+    if trace.events is None:
+        if time in (0.0, trace.stop.time):
+            return time, start if time == 0.0 else finish
+        assert trace.snapshots is not None
+        return time, trace.snapshots.read(int(np.searchsorted(trace.snapshots.time, time)))
+    at = replay(trace, [time])
+    moved = {"positions": at.positions[0], "velocities": at.velocities[0]}
+    container = at.container_positions[0], at.container_velocities[0]
+    moved |= dict(zip(("container_position", "container_velocity"), container, strict=True))
+    return time, replace(start, **moved)
+
+
+def _stored(trace: Trace, times: Floats) -> States:
+    """The stored states nearest to some times."""
+    found = [state_at(trace, time) for time in times.tolist()]
+    moments, scenes = [time for time, _ in found], [scene for _, scene in found]
+    columns = "positions", "velocities", "container_position", "container_velocity"
+    rows = (np.array([getattr(scene, name) for scene in scenes]) for name in columns)
+    return States(np.array(moments), *rows)
 
 
 def _replayable(trace: Trace, times: ArrayLike) -> Floats:
     """The times as an array. Raises ``ValueError``."""
-    if trace.events is None:
+    if trace.events is None and trace.snapshots is None:
         raise ValueError("this repeat was recorded as a summary: it has no events to replay")
     return times_within(trace, times)
 

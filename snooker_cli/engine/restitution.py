@@ -11,7 +11,7 @@ import numpy as np
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.jit import helper, inlined
 from snooker_cli.engine.kernel_state import KEY, PAIR_EVENTS, WALL_EVENTS, Floats, State, U, V
-from snooker_cli.laws import Constant, Driven, Law, Sides, Thermal, Viscoelastic, WallLaw
+from snooker_cli.laws import Constant, Driven, Law, Sides, Thermal, Viscoelastic, WallLaw, word_of
 
 # Rows of ``Setup.laws``: the law of two balls, and that of each straight wall. The wall of a circle
 # has the first of these.
@@ -21,8 +21,11 @@ WALL = LEFT
 # Columns: which law it is; e; v0 or V, m/s; T, J.
 KIND, COR, SPEED, TEMPERATURE, COLUMNS = range(5)
 
-# Numbers of laws. Those from DRIVEN on give energy.
+# Numbers of laws; each has the name of its word in ``laws.LAWS``, which the live page reads.
 CONSTANT, VISCOELASTIC, DRIVEN, THERMAL = range(4)
+
+TRAPPING = Constant, Viscoelastic
+"""The laws that `bounce_sums` has: with others that lose energy a circle would need other sums."""
 
 ENDLESS = 1 << 20
 """Hits in a row after which a ball with a ``Viscoelastic`` law ends a repeat, trapped or not.
@@ -47,6 +50,11 @@ def _row(law: Law) -> tuple[float, float, float, float]:
             return DRIVEN, cor, speed, 0.0
         case Thermal(temperature):
             return THERMAL, law.cor, 0.0, temperature
+        case _:
+            raise ValueError(
+                f"the engine has no {word_of(law)} law; add it to `_row` and `kick` in "
+                "engine/restitution.py"
+            )
 
 
 @inlined

@@ -14,7 +14,7 @@ from snooker_cli.containers import Circle
 from snooker_cli.engine import cell_grid, cells, clock, event_loop, everyone, sampling
 from snooker_cli.engine import cell_memory as cm
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.clock import CELL_FULL, FULL, IDLE, NOTHING_LEFT, OUT_OF_MARGIN
+from snooker_cli.engine.clock import CELL_FULL, FULL, IDLE, NOTHING_LEFT, OUT_OF_MARGIN, TIME
 from snooker_cli.engine.contact import never_meet
 from snooker_cli.engine.conversion import (
     copied,
@@ -32,6 +32,7 @@ from snooker_cli.trace import (
     CONTAINER,
     SPEED_BINS,
     Events,
+    Snapshots,
     Stop,
     StopReason,
     Summary,
@@ -41,6 +42,7 @@ from snooker_cli.trace import (
 
 Sink: TypeAlias = Callable[[Events], None]
 Watch: TypeAlias = Callable[[int, float], object]
+StateSink: TypeAlias = Callable[[float, Scene], None]
 CHUNK, SMALL_CHUNK = 65536, 8192
 """Events until the user can stop a repeat, some 30 ms; and of ``REORDERED`` balls or more."""
 
@@ -82,9 +84,13 @@ class Simulation(ABC):
     reasons : why each repeat ended; ``INTERRUPTED`` while it is active
     times : (*repeats*,), of the last event, s
     chunks : of each repeat, its events so far
+    snapshots : times at which a single repeat gives its state, s, ascending
+    taken : how many of them it has given
+    at_snapshot : whether the last chunk ended there, so that no event is at its end
 
-    Raises ``ValueError`` if neither limit is given, and if balls should slide elsewhere than along
-    the fixed wall of a circle, or among neighbours.
+    Raises ``ValueError`` if neither limit is given, if balls should slide elsewhere than along the
+    fixed wall of a circle, or among neighbours, and for times of snapshots that do not ascend from
+    0 on, or of several repeats.
     """
 
     search: Any
@@ -96,13 +102,19 @@ class Simulation(ABC):
         collisions: int | None,
         time: float | None,
         summary: bool = False,
+        snapshots: Sequence[float] = (),
     ) -> None:
         if collisions is None and time is None:
             raise ValueError("a simulation needs a number of collisions or a time to end at")
         in_circle = isinstance(scenes[0].container, Circle) and not scenes[0].free
         if scenes[0].slides and not (in_circle and self.lets_slide):
             raise ValueError("balls slide along the fixed wall of a circle, found among everyone")
+        if len(snapshots) and (len(scenes) > 1 or np.any(np.diff(snapshots, prepend=-0.0) < 0)):
+            raise ValueError("times of snapshots must ascend from 0 on")
         self.scenes, repeats = scenes, len(scenes)
+        self.snapshots, self.taken = np.array(snapshots, dtype=np.float64), 0
+        self.kept: list[tuple[float, Scene]] = []
+        self.at_snapshot = False
         self.wanted = ks.NO_LIMIT if collisions is None else collisions
         self.time_limit = math.inf if time is None else time
         self.states = new_states(scenes, self.time_limit, self._memory())
@@ -125,13 +137,14 @@ class Simulation(ABC):
     def _predict_anew(self, repeat: int) -> None:
         """Let the search find everything anew, from the state."""
 
-    def advance(self, records: Recorded, answers: Integers, limit: int) -> None:
+    def advance(self, records: Recorded, answers: Integers, limit: int, ends: Floats) -> None:
         """Simulate at most ``limit`` events of each active repeat, and answer why it stopped.
 
         records, answers : a row for each active repeat
+        ends : of each, what its clocks show at the time up to which to simulate, s
         """
         event_loop.advance(
-            self.states, self.search, records, self.grids, self.active, answers, limit
+            self.states, self.search, records, self.grids, self.active, answers, limit, ends
         )
 
     def restore(self, saved: Mapping[str, NDArray[Any]]) -> None:
@@ -143,6 +156,8 @@ class Simulation(ABC):
         restored("states", plain(self.states), saved)  # in their place
         if self.summary:
             self.grids = restored("grids", self.grids, saved)
+        if len(self.snapshots):
+            self.taken = restored("taken", self.taken, saved)
         sums, counts = self.states.sums[0], self.states.counts[0]
         self.times[0] = sums[ks.EPOCH] + sums[ks.NOW]
         self.done = int(counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS])
@@ -150,21 +165,36 @@ class Simulation(ABC):
 
     def saved(self) -> dict[str, NDArray[Any]]:
         """Copies of all that decides how a single repeat goes on, for ``restore``."""
-        parts = {"states": plain(self.states)} | ({"grids": self.grids} if self.summary else {})
+        parts: dict[str, Any] = {"states": plain(self.states)}
+        parts |= {"grids": self.grids} if self.summary else {}
+        parts |= {"taken": self.taken} if len(self.snapshots) else {}
         return dict(chain.from_iterable(copied(name, part) for name, part in parts.items()))
 
-    def chunk(self, sink: Sink | None = None) -> int:
-        """Simulate a chunk of events, and keep them or give them to the sink; how many."""
+    def chunk(
+        self, sink: Sink | None = None, states: StateSink | None = None, most: int = CHUNK
+    ) -> int:
+        """Simulate a chunk of at most ``most`` events, up to the next snapshot; how many.
+
+        The events, and the state at a snapshot, are kept or given to the sinks.
+        """
         active, before, number = self.active, self.done, self.scenes[0].number
         epoch_length = clock.length(number)
         size = CHUNK if number < REORDERED else SMALL_CHUNK
-        size = min(size, max(MOST_EVENTS // len(active), 1))
+        size = min(size, max(MOST_EVENTS // len(active), 1), most)
         limit = min(self.wanted - before, size, epoch_length - before % epoch_length)
         shape = len(active), 0 if self.summary else limit
         first, second = np.empty((2, *shape), dtype=np.int32)
         records = Recorded(np.empty(shape), first, second, np.empty(shape))
         answers = np.zeros(len(active), dtype=np.int64)
-        self.advance(records, answers, limit)
+        ends = last = self.states.sums[active, ks.TIME_LIMIT]
+        if self.taken < len(self.snapshots):
+            ends = np.minimum(last, self.snapshots[self.taken] - self.states.sums[:, ks.EPOCH])
+        self.advance(records, answers, limit, ends)
+        # The time of a snapshot ends no repeat.
+        self.at_snapshot = bool(np.any(ends < last) and answers[0] == TIME)
+        if self.at_snapshot:
+            self._take_snapshot(states)
+            answers[0] = FULL
         epochs, clocks = self.states.sums[active][:, [ks.EPOCH, ks.NOW]].T
         counts = self.states.counts[active]
         done = counts[:, ks.WALL_EVENTS] + counts[:, ks.PAIR_EVENTS]
@@ -200,11 +230,34 @@ class Simulation(ABC):
         ended = len(self.scenes) - len(self.active)
         return (ended + float(np.sum(shares))) / len(self.scenes)
 
-    def traces(self) -> list[Trace]:
-        """Everything so far, as finished traces."""
+    def _take_snapshot(self, states: StateSink | None) -> None:
+        """Keep the state of a single repeat at the next time, or give it to a sink."""
+        time = float(self.snapshots[self.taken])
+        clocks = np.array([time]) - self.states.sums[:, ks.EPOCH]
+        (scene,) = scenes_at(self.scenes, self.states, clocks)
+        if states is None:
+            self.kept.append((time, scene))
+        else:
+            states(time, scene)
+        self.taken += 1
+
+    def traces(self, states: StateSink | None = None) -> list[Trace]:
+        """Everything so far, as finished traces.
+
+        states : gets the snapshots after the last event
+        """
         counts = self.states.counts.tolist()
         stops = [self._stop(repeat, count) for repeat, count in enumerate(counts)]
         times = [stop.time for stop in stops]
+        if (
+            self.reasons[0] is not StopReason.INTERRUPTED
+        ):  # else the repeat may continue before them
+            while self.taken < len(self.snapshots) and self.snapshots[self.taken] <= times[0]:
+                self._take_snapshot(states)
+        kept = None
+        if self.kept:
+            moments, scenes = zip(*self.kept, strict=True)
+            kept = Snapshots(np.array(moments), scenes.__getitem__)
         clocks = np.array(times) - self.states.sums[:, ks.EPOCH]
         summaries = self._summaries(clocks, times)
         finishes = scenes_at(self.scenes, self.states, clocks)
@@ -218,6 +271,7 @@ class Simulation(ABC):
                 pair_events=count[ks.PAIR_EVENTS],
                 events=joined(chunks) if chunks else None,
                 summary=summary,
+                snapshots=kept,
             )
             for start, finish, stop, count, chunks, summary in rows
         ]
@@ -342,7 +396,7 @@ class AmongNeighbours(Simulation):
         balls, history = cm.ball_memory(self.scenes[0].number)
         return balls[np.newaxis], history[np.newaxis]
 
-    def advance(self, records: Recorded, answers: Integers, limit: int) -> None:
+    def advance(self, records: Recorded, answers: Integers, limit: int, ends: Floats) -> None:
         if self.scene.number >= REORDERED:
             self._keep_order()
         no_chains(self.search.cells.tree.bits, self.search.progress)
@@ -351,7 +405,9 @@ class AmongNeighbours(Simulation):
             done = self.state.collisions - begun
             rest = Recorded(*(column[0] for column in records.after(done)))
             grid = sampling.grid_of(self.grids, 0)
-            answer = event_loop.advance_alone(self.state, self.search, rest, grid, limit - done)
+            answer = event_loop.advance_alone(
+                self.state, self.search, rest, grid, limit - done, float(ends[0])
+            )
             if answer == CELL_FULL:
                 self._fill(2 * self.search.cells.members.shape[1])
             elif answer == OUT_OF_MARGIN:
@@ -376,7 +432,8 @@ class AmongNeighbours(Simulation):
         state, number = self.state, self.scene.number
         container = self.scene.container
         velocities, period = state.balls[[ks.U, ks.V]], container.period
-        if container.has_wall and period is not None and np.any(velocities[0]):
+        between_walls = ~np.array(container.periodic)
+        if container.keeps_drift() and np.any(velocities[between_walls]):
             return False
         if self.scene.free:
             velocities = np.column_stack([velocities, state.boundary.motion[[ks.U, ks.V]]])
@@ -471,8 +528,10 @@ def simulate(
     collisions: int | None = None,
     time: float | None = None,
     summary: bool = False,
+    snapshots: Sequence[float] = (),
     watch: Watch | None = None,
     sink: Sink | None = None,
+    states: StateSink | None = None,
     search: type[Simulation] | None = None,
     checkpoint: Mapping[str, NDArray[Any]] | None = None,
 ) -> Trace:
@@ -481,25 +540,30 @@ def simulate(
     collisions : ball-ball and wall collisions together
     time : s
     summary : record observables on a grid of times instead of the events
+    snapshots : times (s, ascending) at which the state is recorded too; those after the end are not
+        reached
     watch : called after each chunk with the number of new events and the ``share_done``; a true
         answer stops the repeat
     sink : called with the events of each chunk; the trace then has none, so memory stays bounded
+    states : the same for snapshots: called with the time and the scene of each
     search : ``AmongEveryone`` or ``AmongNeighbours`` instead of the faster one, for tests
     checkpoint : of the trace of the same call that ``watch`` stopped; the repeat then goes on from
-        there with the same bits, and only later events are recorded
+        there with the same bits, and only later events and snapshots are recorded
 
-    Raises ``ValueError`` if neither limit is given, or if balls should slide elsewhere than along
-    the fixed wall of a circle.
+    Raises ``ValueError`` as `Simulation`.
     """
-    run = (search or usual_search(scene))([scene], collisions, time, summary)
+    run = (search or usual_search(scene))([scene], collisions, time, summary, snapshots)
     if checkpoint is not None:
         run.restore(checkpoint)
+    stops = False
     while len(run.active):
-        number = run.chunk(sink)
-        if watch is not None and watch(number, run.share):
+        number = run.chunk(sink, states, 1 if stops else CHUNK)
+        stops |= watch is not None and bool(watch(number, run.share))
+        # The time of an interrupted repeat is that of its last event, so snapshots come before it.
+        if stops and not run.at_snapshot:
             break
     saved = run.saved() if len(run.active) else None  # before the last row of a summary
-    (trace,) = run.traces()
+    (trace,) = run.traces(states)
     return replace(trace, checkpoint=saved)
 
 

@@ -17,14 +17,15 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from snooker_cli.containers import SHAPES, Circle, Container
 from snooker_cli.engine import clock, jit, page_kernels, products, restitution
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import LANES
 from snooker_cli.engine.page_kernels import (
-    BOUNDARIES,
     EVENTS,
     KERNELS,
     SEARCHES,
+    boundary_names,
     example,
     kernels_of,
 )
@@ -45,8 +46,9 @@ SETTINGS = {"NUMBA_OPT": "0", "NUMBA_LOOP_VECTORIZE": "0"}
 NOTICE = "compiling the engine of the live page (first use on this machine, 30 to 60 s)"
 
 
-def modules(boundaries: Iterable[str] = BOUNDARIES) -> dict[str, bytes]:
-    """The modules of boundaries. What is not in the cache of kernels is compiled."""
+def modules(boundaries: Iterable[str] | None = None) -> dict[str, bytes]:
+    """The modules of some boundaries, or of all. What the cache of kernels lacks is compiled."""
+    boundaries = boundary_names() if boundaries is None else boundaries
     folder = jit.cache_folder()
     if folder is not None:
         return _modules_in(folder, boundaries)
@@ -156,7 +158,7 @@ def is_of_boundary(name: str) -> bool:
 
 def description() -> dict[str, Any]:
     """What the page has to know of the modules, for JSON: layouts, and the names of numbers."""
-    layouts = {boundary: layout(boundary) for boundary in BOUNDARIES}
+    layouts = {boundary: layout(boundary) for boundary in boundary_names()}
     common = next(iter(layouts.values()))
     return {
         "begin": BEGIN,
@@ -180,6 +182,7 @@ def description() -> dict[str, Any]:
             ),
             "law": constants_of(restitution, "KIND", "COR", "SPEED", "TEMPERATURE", "COLUMNS"),
             "kinds": {word: getattr(restitution, word.upper()) for word in LAWS if word != "sides"},
+            "shapes": {name: shape_of(shape) for name, shape in SHAPES.items()},
             "answers": constants_of(
                 page_kernels, "REASON", "EVENTS_DONE", "REACHED", "LASTS", "GIVEN"
             ),
@@ -194,6 +197,11 @@ def description() -> dict[str, Any]:
             "LENGTHS": LENGTHS,
         },
     }
+
+
+def shape_of(shape: type[Container]) -> dict[str, Any]:
+    """What the page has to know of a shape: a circle, or a rectangle with walls or images."""
+    return {"isCircle": shape is Circle, "periodic": shape.periodic, "sides": shape.sides}
 
 
 def constants_of(module: Any, *names: str) -> dict[str, int]:

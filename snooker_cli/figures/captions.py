@@ -37,13 +37,16 @@ from snooker_cli.figures.selection import (
     described,
     distinct,
     matching,
+    of_label,
     ranks,
     scale,
+    shades_of_runs,
     spread,
     statuses,
     value_at,
     varying,
 )
+from snooker_cli.formatting import with_error
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
@@ -76,6 +79,7 @@ class FigureBuilder:
     records : the numbers of each point, as JSON
     means : whether lines are means over the repeats and bands their standard errors
     thin : whether theory is left out for a mean free path that exceeds the container
+    beside_theory : whether the caption says how the results differ from theory
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
     reading : is called for each repeat that is read
@@ -92,6 +96,7 @@ class FigureBuilder:
     records: list[dict[str, Any]] = field(default_factory=list)
     means: bool = False
     thin: bool = False
+    beside_theory: bool = False
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
     reading: Reading = silent
@@ -146,7 +151,8 @@ class FigureBuilder:
 
     def measurement(self, point: Point) -> Measurement:
         """The measurement of these repeats. Raises ``StoreError``."""
-        return measurement_of(self.run, point, self.repeats(point), lambda: self.traces(point))
+        own = self.run.origin(point)
+        return measurement_of(*own, self.repeats(point), lambda: self.traces(point))
 
     def energy_decays(self, point: Point) -> list[Decay]:
         """The decay of the energy of a point, over these repeats of it."""
@@ -170,7 +176,7 @@ class FigureBuilder:
 
     def label(self, point: Point, points: Sequence[Point] | None = None) -> str | None:
         """A point's text in the legend: the keys that vary; ``None`` if it is alone."""
-        return ", ".join(described(point, key) for key in varying(points or self.points)) or None
+        return ", ".join(described(point, key) for key in of_label(points or self.points)) or None
 
     def record(self, point: Point, **numbers: Any) -> None:
         """Add the numbers of a point; a pair is a value and its error."""
@@ -200,6 +206,16 @@ class FigureBuilder:
         error = np.concatenate([layer.y_error for layer in layers if layer.y_error is not None])
         at = int(np.argmax(np.abs(y)))
         return {"residuals": len(y), "largest_residual": y[at], "largest_residual_error": error[at]}
+
+    def _largest_deviation(self) -> str:
+        """A sentence on the residuals of the panel, unless the caption has one already."""
+        found = self._largest_residual()
+        if self.beside_theory or not found:
+            return ""
+        value = with_error(found["largest_residual"], found["largest_residual_error"], "%")
+        number = found["residuals"]
+        which = f"largest of {number} deviations" if number > 1 else "deviation"
+        return f"The {which} from theory is {value}."
 
     @property
     def title(self) -> str:
@@ -298,14 +314,15 @@ class FigureBuilder:
         lines = self._named(f"simulation, {shown}" if only_first else "simulation")
         if only_first and lines == self.lines:
             legend.insert(0, legend_line(f"line: {shown}", "solid"))
-        layers: list[Any] = [*self.bands, *lines, *legend]
+        layers: list[Any] = [*self.bands, *theories_once(lines), *legend]
         if self.panel:
             panel = (Reference("y", 0.0), *self.panel)
             others = {"panel": panel, "panel_label": ABOVE_THEORY} | others
         owners = {_owner(layer) for layer in layers} - {NEUTRAL}
         series = [group[0] for group in self.groups] if self.groups[1:] else self.groups[0]
         if owners == set(range(len(series))):
-            others = {"shades": ranks(series)} | others
+            shades, hues = shades_of_runs(series)
+            others = {"shades": shades or ranks(series), "hues": hues} | others
             label, values = scale(series)
             names = {described(point, key) for point in series for key in varying(series)}
             if all(layer.label in {None, *names} for layer in layers if _owner(layer) != NEUTRAL):
@@ -318,6 +335,7 @@ class FigureBuilder:
         sentences = [
             self.shows,
             caption,
+            self._largest_deviation() if others.get("panel_label") == ABOVE_THEORY else "",
             "Theory fails where the mean free path exceeds the container." if self.thin else "",
             BARS if any(error is not None and np.isfinite(error).any() for error in errors) else "",
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
@@ -341,21 +359,62 @@ def _owner(layer: Layer) -> int:
     return getattr(layer, "series", NEUTRAL)
 
 
+SAME_CURVE = 1e-3  # share of y by which curves of theory differ that a reader cannot tell apart
+COMPARED_AT = 50  # places where they are compared
+
+
+def theories_once(layers: Sequence[Layer]) -> Iterator[Layer]:
+    """The layers, and of curves of theory that several series share only the longest.
+
+    A curve of theory has a dash pattern of its own. If it belongs to several series, it has the
+    colour of none.
+    """
+    merged: dict[int, Line] = {}  # by the place of the first
+    for place, layer in enumerate(layers):
+        if not isinstance(layer, Line) or layer.style == "series" or len(layer.x) < 2:
+            continue
+        alike = (k for k, other in merged.items() if _same_curve(layer, other))
+        first = next(alike, place)
+        if first != place:
+            layer = replace(
+                max(layer, merged[first], key=lambda line: np.ptp(line.x)), series=NEUTRAL
+            )
+        merged[first] = layer
+    curves = {id(layers[place]): line for place, line in merged.items()}
+    for layer in layers:
+        is_curve = isinstance(layer, Line) and layer.style != "series" and len(layer.x) > 1
+        if not is_curve or id(layer) in curves:
+            yield curves.get(id(layer), layer)
+
+
+def _same_curve(line: Line, other: Line) -> bool:
+    """Whether two curves with one dash pattern coincide where both are."""
+    if line.style != other.style or line.label != other.label or line.series == other.series:
+        return False
+    low, high = max(line.x[0], other.x[0]), min(line.x[-1], other.x[-1])
+    if not low < high:
+        return False
+    x = np.linspace(low, high, COMPARED_AT)
+    y, other_y = np.interp(x, line.x, line.y), np.interp(x, other.x, other.y)
+    return bool(np.allclose(y, other_y, rtol=SAME_CURVE, atol=0.0))
+
+
 def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
     """The sentences that end a caption: the scene's constants, the repeats and their endings."""
     ended = [status for point in points for status in statuses(run, point, selection)]
     for status in ended:
         status.raise_if_unusable()
     early = early_endings(Counter(status.header.stop.reason for status in ended if status.header))
-    number = run.experiment.repeats
-    single = number == 1 or selection.repeat is not None
-    repeats = f"{number} repeats" if number > 1 else "one repeat"
+    numbers = sorted({run.requested(point) for point in points})
+    number = " to ".join(map(str, dict.fromkeys((numbers[0], numbers[-1]))))
+    single = numbers == [1] or selection.repeat is not None
+    repeats = f"{number} repeats" if numbers != [1] else "one repeat"
     if selection.repeat is not None:
         repeats = f"repeat {selection.repeat} of {number}"
     ends = [
         described(points[0], key)
         for key in ("collisions", "time")
-        if key not in varying(points) and value_at(points[0], key) is not None
+        if len(distinct(points, key)) == 1 and value_at(points[0], key) is not None
     ]
     length = f", {'at most ' if early else ''}{' or '.join(ends)}" if ends else ""
     scene = f"Scene: {', '.join(_constants(points))}; {repeats}{length}"
@@ -386,7 +445,8 @@ def _constants(points: Sequence[Point]) -> Iterator[str]:
 def unfinished(run: Run, selection: Selection) -> str:
     """How many of the requested repeats an unfinished run has; empty for a finished one."""
     points = matching(run, selection)
-    wanted = len(points) * (1 if selection.repeat is not None else run.experiment.repeats)
+    single = selection.repeat is not None
+    wanted = sum(1 if single else run.requested(point) for point in points)
     there = sum(len(statuses(run, point, selection)) for point in points)
     if there == wanted:
         return ""

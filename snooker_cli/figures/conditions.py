@@ -8,13 +8,15 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from snooker_cli.config import Point
-from snooker_cli.containers import Circle
+from snooker_cli.containers import ENDS
 from snooker_cli.figures.selection import gas
 from snooker_cli.laws import Sides
 
 Condition = Callable[[Point], str]
 
 MOST_SPECIES = 6  # that one figure can show
+
+MANY_BALLS = 500  # some 25 cells of 20 balls, of which a circle holds nine or more
 
 REFUSED = {
     "cooling": "nothing decays where all collisions are elastic; take cor below 1",
@@ -42,6 +44,22 @@ def _events(point: Point) -> str:
     return "" if kept else "it needs the balls' states; run the config with `record: events`"
 
 
+def _many(point: Point) -> str:
+    many = point.experiment.number >= MANY_BALLS
+    return "" if many else f"its cells need {MANY_BALLS} balls or more"
+
+
+def _states(point: Point) -> str:
+    if point.experiment.keeps_events or point.experiment.stored_times:
+        return ""
+    return "it needs the balls' states; run the config with `record: events` or `snapshots`"
+
+
+def _repeats_somewhere(point: Point) -> str:
+    repeats = any(point.experiment.container.shape_class.periodic)
+    return "" if repeats else "walls change it; it needs a periodic box or a channel"
+
+
 def _several(point: Point) -> str:
     several = point.experiment.number > 1
     return "" if several else "one ball is alone; it needs two or more"
@@ -59,7 +77,7 @@ def _moves(point: Point) -> str:
 def _circle(point: Point) -> str:
     shape = point.experiment.container.shape_class
     distant = "only the wall of a circle is at one distance from the centre"
-    return "" if issubclass(shape, Circle) else distant
+    return "" if shape.across == "radius" else distant
 
 
 def _keeps_momentum(point: Point) -> str:
@@ -72,14 +90,18 @@ def _keeps_momentum(point: Point) -> str:
 
 
 def _walls(point: Point) -> str:
-    walls = point.experiment.container.shape_class.has_wall
-    return "" if walls else "it shows the gas between walls; set another container.shape"
+    shape = point.experiment.container.shape_class
+    if shape.has_wall and shape.across is None:
+        return f"a {shape.title} has no direction across; state `across` in containers.py"
+    return "" if shape.has_wall else "it shows the gas between walls; set another container.shape"
 
 
 def _hot_sides(point: Point) -> str:
-    law = point.experiment.wall_law
-    if not isinstance(law, Sides) or not (law.left.gains or law.right.gains):
-        return "it needs a box or a channel whose left or right wall alone gives energy"
+    law, shape = point.experiment.wall_law, point.experiment.container.shape_class
+    pair = ENDS.get(shape.across or "", ())
+    if not isinstance(law, Sides) or not any(getattr(law, side).gains for side in pair):
+        first, second = pair or ENDS["x"]
+        return f"it needs a box or a channel whose {first} or {second} wall alone gives energy"
     return "the conductivity is that of equal balls" if len(_species(point)) > 1 else ""
 
 
@@ -97,9 +119,9 @@ def _two_species(point: Point) -> str:
 def _states_of_mixture(point: Point) -> str:
     if len(_species(point)) == 1:
         return ""
-    if (reason := _few_species(point)) or point.experiment.keeps_events:
+    if (reason := _few_species(point)) or not _states(point):
         return reason
-    return "a2 of a mixture needs the balls' states; run it with `record: events`"
+    return "a2 of a mixture needs the balls' states; run it with `record: events` or `snapshots`"
 
 
 def _species(point: Point) -> set[tuple[float | None, float]]:
@@ -114,9 +136,12 @@ CONDITIONS: Mapping[str, Condition] = {
     "events": _events,
     "few_species": _few_species,
     "hot_sides": _hot_sides,
+    "images": _repeats_somewhere,
     "keeps_momentum": _keeps_momentum,
+    "many": _many,
     "moves": _moves,
     "several": _several,
+    "states": _states,
     "states_of_mixture": _states_of_mixture,
     "two_species": _two_species,
     "walls": _walls,

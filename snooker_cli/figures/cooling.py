@@ -12,7 +12,9 @@ from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_c
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import mean_and_error, meeting_temperature, standard_errors
+from snooker_cli.analysis.tables import finding
 from snooker_cli.analysis.time_series import interpolated
+from snooker_cli.analysis.trend import Trend
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder
@@ -38,6 +40,7 @@ LEAST_COLLISIONS = 10
 """The least collisions of all repeats in a window: n collisions give a rate to about 1/√n of it."""
 
 COUNTS = 14  # steps of the collision count at which the energy is averaged over the repeats
+MOST_SENTENCES = 2  # of a caption, on how α changes in each of several series
 FLOOR_MATTERS = 0.1  # the floor is drawn where it is at least this share of the energy that is left
 
 _FLOORS = {
@@ -108,8 +111,12 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     # An exponential leaves slower decays by many decades.
     least = min(values.min() for _, values in started) / 10 if log else 0.0
     lower = not log or any(line.y.min() < least for line in build.lines if isinstance(line, Line))
+    seen = ""
+    if quantity == "kinetic_energy":
+        asked = {"parameters": point.as_json(), "requested": len(build.repeats(point))}
+        seen = f"{finding([decay.as_json() | asked for decay in fitted], [])}. "
     return build.figure(
-        "Each repeat is fitted; the law has the mean of their constants.",
+        f"{seen}Each repeat is fitted; the law has the mean of their constants.",
         numbers=numbers,
         logarithmic=log,
         y_limits=(float(least) if lower else None, None),
@@ -117,58 +124,111 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
 
 
 def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
-    """The decay constants of the energy against the CoR; with the source report's k if wanted."""
-    points = build.points
-    for point in points:
-        fitted = build.energy_decays(point)
-        means = {LAWS[decay.law].key: decay.over_repeats for decay in fitted}
-        constants = {key: (mean.value, mean.error) for key, mean in means.items()}
-        if source:
-            constants["report_k"] = mean_and_error(reported_constants(build.measurement(point)))
-        build.record(
-            point,
-            **constants,
-            repeats=fitted[-1].over_repeats.repeats,
-            ended_early=fitted[-1].short,
-        )
-    cors = np.array([point.experiment.cor for point in points])
-    column = {name: np.array([row[name] for row in build.records]) for name in build.records[0]}
-    caption, (k_series, alpha_series) = "", _SERIES.values()
+    """The decay constants of the energy against the CoR; with the source report's k if wanted.
+
+    One series has a colour for each constant. Several, of runs side by side, have a colour each.
+    """
+    names, several = [group[0] for group in build.groups], len(build.groups) > 1
+    caption = ""
     if source:
-        name = "k by the source report"
-        build.lines.append(Line(cors, column["report_k"], name, k_series, "dashed"))
         caption = (
             "Dashed: the source report's k = −2 ln(CoR)⟨v⟩/λ, ⟨v⟩ of complete repeats and "
             "λ = 1/(√2 n 2πr). "
         )
-    scene = build.start(points[0])
-    rates = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
-    if rates is not None:
-        # The logarithm has no value at CoR 0.
-        grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
+    for index, points in enumerate(build.groups):
+        series = dict.fromkeys(LAWS, index) if several else _SERIES
+        k_series = series["exponential"]
+        records = [_constants(build, point, source) for point in points]
+        cors = np.array([point.experiment.cor for point in points])
+        column = {name: np.array([row[name] for row in records]) for name in records[0]}
         if source:
-            free_path, speed = rates.mean_free_path, rates.mean_speed
-            law = [theory.source_decay_constant(float(e), free_path, speed) for e in grid]
-            name = "k, mean free path after Enskog"
-            build.lines.append(Line(grid, np.array(law), name, k_series, "dotted"))
-            caption += "Dotted: ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ)."
-        wall = points[0].experiment.wall_cor
-        losses = (
-            theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
-            for e in map(float, (*grid, *cors))
-        )
-        alpha = np.array([theory.haff_rate(loss) for loss in losses])
-        curve, expected = alpha[: len(grid)], alpha[len(grid) :]
-        build.lines.append(Line(grid, curve, "α, Enskog rates at the start", alpha_series, "solid"))
-        build.add_residuals(alpha_series, cors, column["alpha"], column["alpha_error"], expected)
-    for law_name, model in LAWS.items():
-        name, errors = f"{model.symbol}, {model.label} fitted", column[f"{model.key}_error"]
-        build.lines.append(Points(cors, column[model.key], errors, name, _SERIES[law_name]))
-    title = build.title
-    if points[0].experiment.container.shape_class.has_wall:
-        title = f"{title}: {described(points[0], 'wall_cor')}"
+            name = "k by the source report"
+            build.lines.append(Line(cors, column["report_k"], name, k_series, "dashed"))
+        scene = build.start(points[0])
+        rates = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
+        if rates is not None:
+            # The logarithm has no value at CoR 0.
+            grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
+            if source:
+                free_path, speed = rates.mean_free_path, rates.mean_speed
+                law = [theory.source_decay_constant(float(e), free_path, speed) for e in grid]
+                name = "k, mean free path after Enskog"
+                build.lines.append(Line(grid, np.array(law), name, k_series, "dotted"))
+                caption += "Dotted: ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ). "
+            expected = _enskog_constants(points[0], rates, np.append(grid, cors))
+            curve, theory_name = expected[: len(grid)], None if several else _ENSKOG
+            build.lines.append(Line(grid, curve, theory_name, series["haff"], "solid"))
+            alpha, error = column["alpha"], column["alpha_error"]
+            build.add_residuals(series["haff"], cors, alpha, error, expected[len(grid) :])
+            if len(build.groups) <= MOST_SENTENCES:
+                about = f"{build.label(points[0], names)}: " if several else ""
+                build.beside_theory = True
+                caption += f"{about}{_along_cor(records, expected[len(grid) :])}. "
+        for law_name, model in LAWS.items():
+            label: str | None = f"{model.symbol}, {model.label} fitted"
+            if several:
+                label = build.label(points[0], names) if law_name == "haff" else None
+            filled, errors = not several or law_name == "haff", column[f"{model.key}_error"]
+            build.lines.append(
+                Points(cors, column[model.key], errors, label, series[law_name], filled)
+            )
+    if several:
+        empty = np.empty(0)
+        build.lines += [
+            Points(empty, empty, None, f"{m.symbol}, {m.label} fitted", NEUTRAL, law == "haff")
+            for law, m in LAWS.items()
+        ]
+        build.lines.append(legend_line(_ENSKOG, "solid"))
+    title, walls = build.title, {described(point, "wall_cor") for point in names}
+    if names[0].experiment.container.shape_class.has_wall and len(walls) == 1:
+        title = f"{title}: {walls.pop()}"
     early = sum(record["ended_early"] for record in build.records)
-    return build.figure(caption, numbers={"ended_early": early}, title=title)
+    return build.figure(caption.strip(), numbers={"ended_early": early}, title=title)
+
+
+def _along_cor(records: Sequence[dict[str, Any]], expected: Array) -> str:
+    """How the fitted α changes with the CoR, beside its prediction, as a sentence."""
+    columns = ("alpha", "alpha_error")
+    alpha, error = (np.array([row[name] for row in records]) for name in columns)
+    numbers = {
+        "measured": alpha,
+        "error": error,
+        "predicted": expected,
+        "difference": alpha - expected,
+        "difference_error": error,
+        "difference_in_errors": (alpha - expected) / error,
+    }
+    rows = [
+        {"quantity": "Haff's α", "model": "Enskog rates at the start", **record}
+        | {name: column[place] for name, column in numbers.items()}
+        for place, record in enumerate(records)
+    ]
+    return Trend("cor", rows).sentence()
+
+
+_ENSKOG = "α, Enskog rates at the start"
+
+
+def _constants(build: FigureBuilder, point: Point, source: bool) -> dict[str, Any]:
+    """The decay constants of a point with their errors, which become its record."""
+    fitted = build.energy_decays(point)
+    means = {LAWS[decay.law].key: decay.over_repeats for decay in fitted}
+    constants = {key: (mean.value, mean.error) for key, mean in means.items()}
+    if source:
+        constants["report_k"] = mean_and_error(reported_constants(build.measurement(point)))
+    repeats, early = fitted[-1].over_repeats.repeats, fitted[-1].short
+    build.record(point, **constants, repeats=repeats, ended_early=early)
+    return build.records[-1]
+
+
+def _enskog_constants(point: Point, rates: theory.CollisionRates, cors: Array) -> Array:
+    """Haff's α at these CoR, from the rates of collisions at the start; 1/s."""
+    wall = point.experiment.wall_cor
+    losses = (
+        theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
+        for e in cors.tolist()
+    )
+    return np.array([theory.haff_rate(loss) for loss in losses])
 
 
 class _LocalDecay(NamedTuple):

@@ -20,7 +20,6 @@ from snooker_cli.analysis.observables import (
 )
 from snooker_cli.analysis.structure import over_time
 from snooker_cli.config import Point
-from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
@@ -34,7 +33,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import elastic, gas
 from snooker_cli.scene import Scene
-from snooker_cli.trace import SPEED_BIN, SPEED_BINS
+from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace
 
 BINS = 45
 MOST_DISTANCES, FEW_STATES = 10_000_000, 10
@@ -101,7 +100,6 @@ def _sample(
     container, radii, number = scene.container, scene.radii, scene.number
     chosen, cost = np.arange(number), number
     if central:
-        assert isinstance(container, Circle)
         limits = container.wall_gaps(np.zeros(2), radii)
         low, high = 0.0, float(limits.max())
     else:
@@ -160,12 +158,7 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         count = build.states(point, wanted, MOST_BALLS, each=OF_A_STATE, fewest=1)
         parts = np.linspace(0.5, LAST, count) if count > 1 else np.array([LAST])
         g = partial(structure.pair_correlation, edges=edges)
-        rows = np.array(
-            [
-                over_time(g, trace, parts * trace.stop.time).mean(axis=0)
-                for trace in build.traces(point)
-            ]
-        )
+        rows = np.array([_mean(g, trace, parts) for trace in build.traces(point)])
         build.add_means(index, build.label(point), (edges[1:] + edges[:-1]) / 2 / diameter, rows)
         state = predictions.scene_state(scene, 1.0)
         if state is None:
@@ -189,6 +182,52 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
     x_label = f"distance / {'' if equal else 'mean '}diameter"
     return build.figure(caption, x_label=x_label)
 
+
+def _mean(observable: structure.Observable, trace: Trace, parts: Array) -> Array:
+    """Mean of an observable at parts of a repeat's time; of snapshots at the nearest ones.
+
+    Raises ``FigureError`` if there is no snapshot, because at the last collision two balls touch.
+    """
+    times = parts * trace.stop.time
+    if trace.events is None:
+        if trace.snapshots is None:
+            raise FigureError("a repeat ended before its first snapshot; give earlier `snapshots`")
+        stored = trace.snapshots.time
+        times = np.unique([stored[np.argmin(np.abs(stored - time))] for time in times])
+    return np.asarray(over_time(observable, trace, times).mean(axis=0))
+
+
+def structure_factor(build: FigureBuilder) -> FigureData:
+    """S(k): mean over the second half of repeats that do not cool, else at the end."""
+    build.lines.append(Reference("y", 1.0))
+    for index, point in enumerate(build.points):
+        scene = build.start(point)
+        diameter = 2 * float(np.mean(scene.radii))
+        chosen = structure.waves(scene)
+        wanted = MOST_STATES if gas(point) != "cooling" else 1
+        count = build.states(point, wanted, MOST_WAVES // len(chosen.vectors), fewest=1)
+        parts = np.linspace(0.5, LAST, count) if count > 1 else np.array([LAST])
+        s = partial(structure.structure_factor, chosen=chosen)
+        rows = np.array([_mean(s, trace, parts) for trace in build.traces(point)])
+        build.add_means(index, build.label(point), chosen.numbers * diameter, rows)
+        expected = None
+        state = predictions.scene_state(scene, 1.0)
+        if state is not None and elastic(point):
+            expected = theory.structure_at_zero(scene.packing_fraction)
+            name = (
+                None
+                if any(isinstance(layer, Reference) and layer.label for layer in build.lines)
+                else "theory, k → 0"
+            )
+            build.lines.append(Reference("y", expected, name, "dotted"))
+        build.record(point, longest=mean_and_error(rows[:, 0]), theory=expected)
+    equal = all(build.start(point).equal_balls for point in build.points)
+    when = "The last state of repeats that cool; else the mean over the second half."
+    x_label = f"wave number k times the {'' if equal else 'mean '}diameter"
+    return build.figure(when, x_label=x_label, logarithmic=build.covers_decades)
+
+
+MOST_WAVES = 300_000_000  # balls times states times waves of a figure, which take seconds
 
 LEAST_SPEEDS = 100  # fewer show a distribution to no more than a tenth, 1/√n
 

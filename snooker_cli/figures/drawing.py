@@ -31,7 +31,7 @@ with out_of_sight("matplotlibrc"):
     from matplotlib.axes import Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import ListedColormap, Normalize, to_hex
+    from matplotlib.colors import ListedColormap, Normalize, to_hex, to_rgb
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
@@ -44,6 +44,7 @@ LINE_HEIGHT = 0.14  # height of a further line of text, inches
 # How many characters fit: of the bold title, of a y label, of a panel's, of the x axis's numbers.
 TITLE_WIDTH, LABEL_WIDTH, PANEL_LABEL_WIDTH, TICKS_WIDTH = 42, 31, 14, 50
 
+PALEST = 0.6  # share of white in the palest series of a run
 MOST_ENTRIES = 5  # series in a legend; more shades are a colour scale
 SCALE_TICKS = 9  # values at a colour scale at most
 LEGEND_SHARE = 0.97  # of the figure's width, for the legend
@@ -74,11 +75,22 @@ def styled() -> AbstractContextManager[None]:
     return matplotlib.style.context(["default", str(style)])
 
 
-def colour(series: int, shades: Sequence[float] = ()) -> str:
-    """The colour of a series, which the colour-blind can tell apart; shades: of ``FigureData``."""
-    if shades and series != NEUTRAL:
+def colour(series: int, shades: Sequence[float] = (), hues: Sequence[int] = ()) -> str:
+    """The colour of a series, which the colour-blind can tell apart.
+
+    shades, hues : of ``FigureData``
+    """
+    if series == NEUTRAL:
+        return "0.3"
+    if hues:
+        pale = PALEST * shades[series]
+        red, green, blue = to_rgb(_COLOURS[hues[series] % len(_COLOURS)])
+        return to_hex(
+            (pale + (1 - pale) * red, pale + (1 - pale) * green, pale + (1 - pale) * blue)
+        )
+    if shades:
         return to_hex(_SHADES(LIGHTEST * shades[series]))
-    return "0.3" if series == NEUTRAL else to_hex(_COLOURS[series % len(_COLOURS)])
+    return to_hex(_COLOURS[series % len(_COLOURS)])
 
 
 def pattern(series: int) -> int:
@@ -101,10 +113,11 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
 
     size : width and height in inches; None is a column of a page, as high as its texts need
     """
-    width = int(TITLE_WIDTH * (size[0] / WIDTH if size else 1))
-    wide = len(data.title) > width
-    parts = data.title.replace(": ", ":\n").split("\n") if wide else [data.title]
-    title = [line for part in parts for line in textwrap.wrap(part, width)]
+    if data.pictures is not None:
+        from snooker_cli.figures.state_pictures import draw_pictures  # it needs this module
+
+        return draw_pictures(data, data.pictures, size)
+    title = title_lines(data.title, size[0] if size else WIDTH)
     with styled():
         layout = ConstrainedLayoutEngine()
         figure = SnookerFigure(size or (WIDTH, HEIGHT), layout=layout)
@@ -117,14 +130,14 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         scaled = len(data.scale) > MOST_ENTRIES
         entries = [
             (neutral, artist, label)
-            for layer, artist in _added(axes, data.layers, data.shades, scaled)
+            for layer, artist in _added(axes, data, data.layers, scaled)
             if (label := layer.label)
             and ((neutral := getattr(layer, "series", NEUTRAL) == NEUTRAL) or not scaled)
         ]
         entries.sort(key=lambda entry: entry[0])  # first the series, then what is for all
         _scale(axes, data)
         for panel in panels:
-            _added(panel, data.panel, data.shades, scaled)
+            _added(panel, data, data.panel, scaled)
             panel.set_ylabel(textwrap.fill(data.panel_label, PANEL_LABEL_WIDTH), parse_math=False)
             panel.locator_params("y", nbins=PANEL_TICKS)
             panel.set_xlim(axes.get_xlim())  # `_scale` may have changed the view of one axis alone
@@ -148,8 +161,15 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
     return figure
 
 
+def title_lines(title: str, width: float) -> list[str]:
+    """The lines of a title for a figure of a width, inches."""
+    most = int(TITLE_WIDTH * width / WIDTH)
+    parts = title.replace(": ", ":\n").split("\n") if len(title) > most else [title]
+    return [line for part in parts for line in textwrap.wrap(part, most)]
+
+
 def _added(
-    axes: Axes, layers: Sequence[Layer], shades: Sequence[float], scaled: bool
+    axes: Axes, data: FigureData, layers: Sequence[Layer], scaled: bool
 ) -> list[tuple[Layer, Any]]:
     """Draw layers from the back to the front; each with its artist for the legend.
 
@@ -158,23 +178,23 @@ def _added(
     markers = sum(len(layer.x) for layer in layers if isinstance(layer, Points))
     size = 2.8 if markers > MANY_MARKERS else 4.0
     shapes = _MARKERS[:1] if scaled else _MARKERS
-    return [
-        (layer, _artist(axes, layer, k, shades, size, shapes)) for k, layer in enumerate(layers)
-    ]
+    return [(layer, _artist(axes, layer, k, data, size, shapes)) for k, layer in enumerate(layers)]
 
 
 def _artist(
     axes: Axes,
     layer: Layer,
     depth: int,
-    shades: Sequence[float],
+    data: FigureData,
     size: float,
     shapes: Sequence[str],
 ) -> Any:
     """Draw a layer with markers of a size and of shapes. Shades need no dashes beside them."""
     series = getattr(layer, "series", NEUTRAL)
-    common: dict[str, Any] = {"color": colour(series, shades), "zorder": 2 + depth / 10}
-    dashes = "solid" if shades else _DASHES[pattern(series)]
+    tint = colour(series, data.shades, data.hues)
+    common: dict[str, Any] = {"color": tint, "zorder": 2 + depth / 10}
+    kind = data.hues[series] if data.hues and series != NEUTRAL else series
+    dashes = "solid" if data.shades and not data.hues else _DASHES[pattern(kind)]
     match layer:
         case Line(x, y):
             return axes.plot(
@@ -196,7 +216,7 @@ def _artist(
                 yerr=layer.y_error,
                 linestyle="none",
                 elinewidth=0.8,
-                marker="o" if series == NEUTRAL else shapes[pattern(series) % len(shapes)],
+                marker="o" if series == NEUTRAL else shapes[pattern(kind) % len(shapes)],
                 markersize=size,
                 markerfacecolor=common["color"] if layer.filled else "none",
                 markeredgewidth=0.7,
@@ -302,11 +322,17 @@ def save(
 
 
 def to_json(data: FigureData) -> str:
-    """The figure as JSON: its words, its numbers, and the data of each layer.
+    """The figure as JSON: its words, its numbers, and the data of each layer, but no balls.
 
     Numbers have the shortest decimals that mean the same doubles; what is not finite is null.
     """
     content = dict(vars(data))
+    pictures = content.pop("pictures")
+    if pictures is not None:  # a million balls are no numbers of a figure
+        content["pictures"] = {
+            "times": [picture.time for picture in pictures.each],
+            **{name: getattr(pictures, name) for name in ("label", "limits", "names")},
+        }
     for name in ("layers", "panel"):
         layers = content[name]
         content[name] = [{"type": type(layer).__name__.lower()} | vars(layer) for layer in layers]

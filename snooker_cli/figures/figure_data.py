@@ -79,6 +79,41 @@ Layer: TypeAlias = Line | Band | Points | Reference
 
 
 @dataclass(frozen=True, eq=False)
+class Picture:
+    """The balls in their container at one time, s. Places are seen from its centre, in m.
+
+    places, radii : (*N*, 2) and (*N*,)
+    values : (*N*,), what the colours show
+    outline : (*n*, 2), corners of the container
+    size : width and height around the container
+    periodic : whether it repeats along x and along y
+    """
+
+    time: float
+    places: Array
+    radii: Array
+    values: Array
+    outline: Array
+    size: tuple[float, float]
+    periodic: tuple[bool, bool]
+
+
+@dataclass(frozen=True, eq=False)
+class Pictures:
+    """Pictures side by side, whose colours mean the same.
+
+    label : what the colours show, with its unit
+    limits : the values of the first and the last colour
+    names : of the values 0, 1, 2 … if they are no scale
+    """
+
+    each: tuple[Picture, ...]
+    label: str
+    limits: tuple[float, float]
+    names: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
 class FigureData:
     """What a figure shows.
 
@@ -90,10 +125,12 @@ class FigureData:
     x_limits, y_limits : (low, high); ``None`` fits the data
     equal_axes : whether a metre is as long in y as in x
     shades : the rank of each series in a sequential palette, from 0 to 1; empty: other colours
+    hues : the number of the colour of each series, of which ``shades`` are pale; empty: one palette
     scale, scale_label : the value of each series in these shades as a text, and what it is, if the
         labels of the series say no more; many of them are a colour scale instead of a legend
     panel, panel_label : layers of lower axes with the same x and a linear y, such as residuals, and
         their y label
+    pictures : of states, instead of axes
     """
 
     kind: str
@@ -109,10 +146,12 @@ class FigureData:
     y_limits: Sequence[float | None] = (None, None)
     equal_axes: bool = False
     shades: Sequence[float] = ()
+    hues: Sequence[int] = ()
     scale: Sequence[str] = ()
     scale_label: str = ""
     panel: tuple[Layer, ...] = ()
     panel_label: str = ""
+    pictures: Pictures | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", plain(self.numbers))
@@ -120,6 +159,8 @@ class FigureData:
     @property
     def alt(self) -> str:
         """The figure in a sentence, for readers who cannot see it: title, axes and legend."""
+        if self.pictures is not None:
+            return f"{self.title}. The colour of a ball shows: {self.pictures.label}."
         scales = [" (logarithmic)" if log else "" for log in (self.y_log, self.x_log)]
         axes = f"{self.y_label}{scales[0]} against {self.x_label}{scales[1]}"
         below = f". Below: {self.panel_label}" if self.panel else ""

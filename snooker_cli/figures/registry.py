@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from importlib.resources import files
@@ -20,15 +20,19 @@ from snooker_cli.figures.selection import (
     Gas,
     Selection,
     along,
+    distinct,
     evenly,
     file_stem,
     selected,
     spread,
+    swept_number,
     varying,
 )
 from snooker_cli.formatting import listed
 from snooker_cli.runs import Run
+from snooker_cli.runs.side_by_side import RUN
 
+ANY = "any"  # of a figure that any swept number can be along
 MOST_ALONG = 200  # points of a series along x; the eye cannot separate more
 MOST_COLLISIONS = 10_000_000  # of a figure that takes a choice of the repeats; they take seconds
 
@@ -50,7 +54,7 @@ class FigureSpec:
     report_figures: Sequence[int] = ()
     requires: Sequence[str] = ()
     gases: Sequence[Gas] = ()
-    along: Sequence[str] = ()
+    along: Sequence[str] | str = ()
     by: str | None = None
     alike: str | None = None
     most: int = MOST_SERIES
@@ -83,7 +87,11 @@ class FigureSpec:
             raise FigureError(f"it needs one {name}; choose it by {self.alike} with --where")
         if not self.along:
             return [evenly(points, self.most)]
-        return [spread(group, MOST_ALONG) for group in along(points, self.along, self.by)]
+        xs, by = self.along, self.by
+        if xs == ANY:
+            xs = [swept_number(points)]
+            by = next((key for key in varying(points) if key not in (RUN, *xs)), None)
+        return [spread(group, MOST_ALONG) for group in along(points, xs, by)]
 
     def make(
         self, run: Run, selection: Selection, *, first: bool = False, reading: Reading = silent
@@ -149,6 +157,13 @@ def figures_of(
     most : points at most that such figures are made for, evenly chosen
     """
     points = selected(run, selection)
+
+    def shown(chosen: Selection) -> Selection:
+        """What a file's name says: of runs side by side, their names too."""
+        if RUN in chosen.where or RUN not in dict(points[0].parameters):
+            return chosen
+        return replace(chosen, where={RUN: tuple(distinct(points, RUN)), **chosen.where})
+
     for name in names:
         spec = FIGURES[name]
         chosen = [selection]
@@ -156,10 +171,10 @@ def figures_of(
             fitting, reasons = spec.fitting(points)
             yield from ((name, "", FigureError(reason)) for reason in reasons.elements())
             fitting = evenly(fitting, most or len(fitting)) if fitting else []
-            chosen = [Selection(dict(point.parameters), selection.repeat) for point in fitting]
+            chosen = [replace(selection, where=dict(point.parameters)) for point in fitting]
         for one in chosen:
             try:
-                yield name, file_stem(name, one), spec.make(run, one, reading=reading)
+                yield name, file_stem(name, shown(one)), spec.make(run, one, reading=reading)
             except FigureError as error:
                 yield name, "", error
 

@@ -15,11 +15,13 @@ from snooker_cli.errors import FigureError
 from snooker_cli.formatting import listed, short, value_text
 from snooker_cli.runs import RepeatState, RepeatStatus, Run
 from snooker_cli.runs.run import point_and_repeats
+from snooker_cli.runs.side_by_side import RUN
 from snooker_cli.trace import even_choice
 
 Item = TypeVar("Item")
 Gas: TypeAlias = Literal["cooling", "elastic", "warm"]
 
+MOST_DIFFERENCES = 2  # between runs side by side, that a legend names
 MOST_SERIES = 16  # a figure with more series than this is unreadable
 
 
@@ -29,10 +31,14 @@ class Selection:
 
     where : keys of the config and the value that a point must have there; a tuple is a choice
     repeat : a repeat's number, from 0; ``None`` for all, or the first in a figure of one repeat
+    times : of the states in a figure of states, s; none for the end
+    colour : what the colours of balls show, of ``snapshot.COLOURS``
     """
 
     where: Mapping[str, Any] = field(default_factory=dict)
     repeat: int | None = None
+    times: tuple[float, ...] = ()
+    colour: str = "speed"
 
 
 def file_stem(name: str, selection: Selection) -> str:
@@ -40,9 +46,14 @@ def file_stem(name: str, selection: Selection) -> str:
     parts = []
     for key, value in selection.where.items():
         values = value if isinstance(value, tuple) else (value,)
-        parts += [key, *("null" if item is None else value_text(item) for item in values)]
+        parts += [
+            *([key] if key != RUN else []),
+            *("null" if item is None else value_text(item) for item in values),
+        ]
     if selection.repeat is not None:
         parts += ["repeat", str(selection.repeat)]
+    parts += ["time", *(f"{time:.6g}" for time in selection.times)] if selection.times else []
+    parts += [selection.colour] if selection.colour != "speed" else []
     return name + "".join("-" + re.sub(r"[^A-Za-z0-9._-]", "_", part) for part in parts)
 
 
@@ -79,7 +90,7 @@ FEWEST_DIGITS = 3  # of a value that may stand for one with more
 
 def matching(run: Run, selection: Selection) -> tuple[Point, ...]:
     """The points that are selected, simulated or not, at least one. Raises ``FigureError``."""
-    repeats = run.experiment.repeats
+    repeats = max(run.requested(point) for point in run.points)
     if selection.repeat is not None and not 0 <= selection.repeat < repeats:
         raise FigureError(
             f"there is no repeat {selection.repeat}: {run.name} has repeats 0 to {repeats - 1}"
@@ -137,6 +148,25 @@ def varying(points: Sequence[Point]) -> list[str]:
     return [key for key, _ in points[0].parameters if len(distinct(points, key)) > 1]
 
 
+def by_run(points: Sequence[Point]) -> list[list[Point]]:
+    """The points of each of the runs side by side."""
+    runs = distinct(points, RUN)
+    return [[point for point in points if value_at(point, RUN) == run] for run in runs]
+
+
+def of_label(points: Sequence[Point]) -> list[str]:
+    """The keys that tell points apart in a legend.
+
+    Of runs side by side that differ in many keys, these are the run and the keys that a run sweeps.
+    """
+    keys = varying(points)
+    if RUN not in keys:
+        return keys
+    inside = {key for run in by_run(points) for key in varying(run)}
+    between = [key for key in keys if key not in {RUN, *inside}]
+    return [key for key in keys if key not in between[MOST_DIFFERENCES:]]
+
+
 def evenly(points: Sequence[Point], most: int = MOST_SERIES) -> list[Point]:
     """Points as series of one figure; of too many an even choice along the first key.
 
@@ -164,17 +194,41 @@ def spread(items: Sequence[Item], most: int) -> list[Item]:
 
 def ranks(points: Sequence[Point]) -> tuple[float, ...]:
     """Ranks from 0 to 1 in the order of a key with a number of its own for each point, if any."""
-    for key in varying(points):
+    keys = varying(points)
+    for key in keys if RUN not in keys else ():  # runs side by side have a colour each
         values = [value_at(point, key) for point in points]
         if len(set(values)) == len(values) and set(map(type, values)) <= {int, float}:
             return tuple(sorted(values).index(value) / (len(values) - 1) for value in values)
     return ()
 
 
+def swept_number(points: Sequence[Point]) -> str:
+    """The first swept key whose values here are numbers. Raises ``FigureError``."""
+    for key in varying(points):
+        if all(isinstance(value, int | float) for value in distinct(points, key)):
+            return key
+    raise FigureError("it needs points at two or more values of a number; sweep a key")
+
+
+def shades_of_runs(points: Sequence[Point]) -> tuple[tuple[float, ...], tuple[int, ...]]:
+    """Shades and hues of series of runs side by side, if a run has several; else none."""
+    if RUN not in varying(points):
+        return (), ()
+    runs = by_run(points)
+    if max(map(len, runs)) == 1:
+        return (), ()
+    shade = {
+        point.index: rank / max(len(run) - 1, 1) for run in runs for rank, point in enumerate(run)
+    }
+    hue = {point.index: number for number, run in enumerate(runs) for point in run}
+    return tuple(shade[p.index] for p in points), tuple(hue[p.index] for p in points)
+
+
 def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[list[Point]]:
     """Points in order of one of the keys ``xs``, a list for each value of the key ``by``.
 
-    Other keys have their middle value. Raises ``FigureError`` if each of ``xs`` has one value only.
+    Runs side by side have lists of their own, if ``xs`` vary in a run. Other keys have their middle
+    value. Raises ``FigureError`` if each of ``xs`` has one value only.
     """
     keys = varying(points)
     x = next((key for key in xs if key in keys), None)
@@ -182,8 +236,15 @@ def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[li
         raise FigureError(
             f"it needs points at two or more values of {' or '.join(xs)}; sweep that key"
         )
+    if RUN in keys:
+        swept = [run for run in by_run(points) if x in varying(run)]
+        if swept:
+            return [group for run in swept for group in along(run, [x], by)]
+        keys.remove(RUN)  # a value of x from each run
+        if len(distinct(points, x)) < len(points):
+            raise FigureError(f"it needs one value of {x} from each run; choose it with --where")
     points = at_middle(points, [key for key in keys if key not in (x, by)])
-    keys = varying(points)
+    keys = [key for key in varying(points) if key != RUN]
     if others := [key for key in keys if key not in (x, by)]:
         raise FigureError(f"it needs one value of {listed(others)}; choose it with --where")
     ordered = sorted(points, key=lambda point: float(value_at(point, x)))
@@ -244,6 +305,8 @@ _ABSENT = {"wall_cor": "wall as balls", "container.mass": "fixed wall"}
 
 def described(point: Point, key: str) -> str:
     """A key and its value in words: ``CoR 0.8``, ``r = 0.1 m``."""
+    if key == RUN:
+        return str(value_at(point, key))
     if key in _ABSENT and value_at(point, key) in (None, math.inf):
         return _ABSENT[key]
     return _words(key).format(_shown(point, key))

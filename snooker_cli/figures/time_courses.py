@@ -27,7 +27,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import elastic, gas
 from snooker_cli.scene import EPSILON, Scene
-from snooker_cli.trace import Trace
+from snooker_cli.trace import Trace, even_choice
 
 MOMENTUM_UNIT = 1e-15
 """The unit of the momentum's deviation: about four roundings of a number near one."""
@@ -169,6 +169,9 @@ def _common_times(build: FigureBuilder, cost: tuple[int, int]) -> Iterator[tuple
     most, each = cost
     for point in build.points:
         count = build.states(point, TIMES, most, each=each, fewest=TIMES)
+        if not point.experiment.keeps_events:
+            yield point, _stored_times(build, point, count)
+            continue
         measurement = build.measurement(point)
         time, events = measurement.curve.time[0], measurement.curve.events[0]
         end = float(measurement.time.min())
@@ -179,6 +182,20 @@ def _common_times(build: FigureBuilder, cost: tuple[int, int]) -> Iterator[tuple
         if len(times) < 2:
             raise FigureError("nothing happens until the end of the shortest repeat; run longer")
         yield point, times
+
+
+def _stored_times(build: FigureBuilder, point: Point, count: int) -> Array:
+    """At most ``count`` times at which each repeat of a point has a stored state, s; the start too.
+
+    Raises ``FigureError`` if there is no other.
+    """
+    common: Array | None = None
+    for trace in build.traces(point):
+        own = np.append(0.0, [] if trace.snapshots is None else trace.snapshots.time)
+        common = own if common is None else np.intersect1d(common, own)
+    if common is None or len(common) < 2:
+        raise FigureError("a repeat ended before its first snapshot; give earlier `snapshots`")
+    return np.asarray(common[even_choice(len(common), count)])
 
 
 def hexatic_order(build: FigureBuilder) -> FigureData:
@@ -273,6 +290,38 @@ def _ratio(rows: Array) -> Course:
     ratio = first / second
     spread = (shares[..., 0] - ratio * shares[..., 1]) / second
     return ratio, standard_errors(spread)
+
+
+def cluster_growth(build: FigureBuilder) -> FigureData:
+    """Mean size of the cluster that a ball is in, and of the largest cluster, over time."""
+    for index, (point, scene, times, rows) in enumerate(_over_time(build, structure.mean_cluster)):
+        later = times > 0
+        build.add_means(index, build.label(point), times[later], rows[:, later, 0], "solid")
+        build.add_means(index, None, times[later], rows[:, later, 1], "dotted")
+        mean, largest = (mean_and_error(column) for column in rows[:, -1].T)
+        build.record(point, mean=mean, largest=largest, balls=scene.number)
+    build.lines.append(legend_line("cluster of a ball, mean", "solid"))
+    build.lines.append(legend_line("the largest cluster", "dotted"))
+    caption = (
+        f"Balls with a gap of at most {structure.CLUSTER_GAP:g} mean diameters are in one cluster "
+        "(Luding & Herrmann 1999). The mean is over the balls."
+    )
+    return build.figure(caption, logarithmic=build.covers_decades)
+
+
+def density_fluctuations(build: FigureBuilder) -> FigureData:
+    """Variance over mean of the number of balls in cells, over time."""
+    over_time = _over_time(build, structure.density_fluctuation)
+    build.lines.append(Reference("y", 1.0))
+    for index, (point, _, times, rows) in enumerate(over_time):
+        later = times > 0
+        build.add_means(index, build.label(point), times[later], rows[:, later, 0])
+        build.record(point, final=mean_and_error(rows[:, -1, 0]))
+    caption = (
+        f"Cells have {structure.DENSITY_BALLS:g} balls on average. Independent points have 1 "
+        "(Poisson), and a fluid has less."
+    )
+    return build.figure(caption, logarithmic=build.covers_decades)
 
 
 def local_energy(build: FigureBuilder) -> FigureData:

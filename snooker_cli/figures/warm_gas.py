@@ -12,7 +12,7 @@ from snooker_cli.analysis.measurement import WINDOWS
 from snooker_cli.analysis.observables import mean_and_error, meeting_temperature, standard_errors
 from snooker_cli.analysis.time_series import Averages
 from snooker_cli.config import Point
-from snooker_cli.containers import Circle
+from snooker_cli.containers import ENDS
 from snooker_cli.engine import States, replayed
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
@@ -125,8 +125,8 @@ def _profile(build: FigureBuilder, steady: _Steady, bins: int) -> tuple[Array, A
     """
     (point,) = build.points
     scene = build.start(point)
-    reach = scene.container.size[0] / 2 - float(scene.radii.min())
-    circle = isinstance(scene.container, Circle)
+    circle, axis = _is_radial(scene), _axis(scene)
+    reach = scene.container.size[axis] / 2 - float(scene.radii.min())
     parts = np.linspace(0.0, 1.0, bins + 1)
     # Rings of equal area, or strips of equal width.
     edges = reach * np.sqrt(parts) if circle else reach * (2 * parts - 1)
@@ -136,7 +136,9 @@ def _profile(build: FigureBuilder, steady: _Steady, bins: int) -> tuple[Array, A
     def sums(states: States) -> Array:
         """Balls, and m v² across and along, in each bin: (3, *b*)."""
         places = states.positions - states.container_positions[:, np.newaxis]
-        (x, y), (u, v) = np.moveaxis(places, 2, 0), np.moveaxis(states.velocities, 2, 0)
+        order = [axis, 1 - axis]
+        x, y = np.moveaxis(places, 2, 0)[order]
+        u, v = np.moveaxis(states.velocities, 2, 0)[order]
         where = x
         if circle:
             where = np.hypot(x, y)
@@ -163,7 +165,7 @@ def profiles(build: FigureBuilder) -> FigureData:
     edges, density, across, along = _profile(build, steady, BINS)
     scene, middles, temperature = build.start(point), _middles(edges), (across + along) / 2
     warm = steady.temperatures(point)
-    mean, circle = float(warm.mean()), isinstance(scene.container, Circle)
+    mean, circle = float(warm.mean()), _is_radial(scene)
     columns = {
         "density": density / density.mean(),
         "temperature": temperature / mean,
@@ -206,10 +208,22 @@ def _middles(values: Array) -> Array:
 
 def _walls(scene: Scene) -> dict[float, Law]:
     """The laws of the walls that a profile ends at, by the place of the wall, m."""
-    right, law = scene.container.size[0] / 2, scene.wall_law
-    if isinstance(law, Sides):
-        return {-right: law.left, right: law.right}
-    return {right: law} if isinstance(scene.container, Circle) else {-right: law, right: law}
+    right, law = scene.container.size[_axis(scene)] / 2, scene.wall_law
+    if _is_radial(scene):
+        return {right: law} if not isinstance(law, Sides) else {}
+    first, last = ENDS[scene.container.across or "x"]
+    both = (getattr(law, first), getattr(law, last)) if isinstance(law, Sides) else (law, law)
+    return {-right: both[0], right: both[1]}
+
+
+def _is_radial(scene: Scene) -> bool:
+    """Whether profiles are along the radius."""
+    return scene.container.across == "radius"
+
+
+def _axis(scene: Scene) -> int:
+    """The axis of profiles, 0 or 1: that across, or in a circle x."""
+    return int(scene.container.across == "y")
 
 
 def energy_balance(build: FigureBuilder) -> FigureData:
@@ -239,11 +253,13 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     """The flux of heat through the walls, and by Enskog's conductivity between them."""
     (point,) = build.points
     scene = build.start(point)
-    walls, height = _walls(scene), scene.container.size[1]
+    walls, height = _walls(scene), scene.container.size[1 - _axis(scene)]
+    sides = ENDS[scene.container.across or "x"]
+    ends = [scene.container.sides.index(side) for side in sides]
     steady = _Steady(build)
     edges, density, across, along = _profile(build, steady, COARSE_BINS)
     warm, length = (across + along) / 2, steady.averages(point).length[:, np.newaxis]
-    given = build.measurement(point).by_side[:, steady.first(point) :, :2].sum(axis=1)
+    given = build.measurement(point).by_side[:, steady.first(point) :, ends].sum(axis=1)
     through = given * (1, -1) / (height * length)
     if np.isnan(through).any():
         raise FigureError("a repeat has too many collisions for this figure; run a shorter one")
@@ -263,7 +279,7 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     ]
     middle = mean_and_error(enskog[:, 2:-2].mean(axis=1))
     both = [mean_and_error(side) for side in through.T]
-    numbers = {"left": both[0], "right": both[1], "enskog": middle}
+    numbers = dict(zip(sides, both, strict=True)) | {"enskog": middle}
     if scene.restitution == 1.0:
         flux = mean_and_error(through.mean(axis=1))
         build.lines.insert(0, Reference("y", flux[0], "mean of both walls", "dashed"))

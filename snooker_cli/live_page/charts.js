@@ -169,7 +169,7 @@ class GasCharts extends Panels {
     pen.strokeStyle = paint("ink");
     this.density(pen, panel, maxwellDensity);
     const { gas } = this, { scene } = gas, known = energyKept(scene) && isEqual(scene) && !this.several;
-    const fixed = gas.number > 1 && known && scene.container.shape !== "channel";
+    const fixed = gas.number > 1 && known && !keepsDrift(scene.container);
     if (fixed) {
       pen.setLineDash(DOTS.line);
       pen.strokeStyle = paint("first");

@@ -12,7 +12,7 @@ const keyOf = (part) => (key) => ({
 const ofConfig = keyOf((config) => config);
 
 // The sides of a container that can differ.
-const sidesOf = ({ container: { shape } }) => ({ box: SIDES, channel: SIDES.slice(0, 2) })[shape] ?? [];
+const sidesOf = ({ container: { shape } }) => SHAPES[shape ?? "circle"]?.sides ?? [];
 const isBySide = (value) => value !== null && typeof value === "object";
 
 // "passive", "driven", "warm", or "sides" for walls that differ.

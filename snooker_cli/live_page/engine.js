@@ -8,7 +8,7 @@
 const phrase = String.raw;
 
 const {
-  ball: BALL, history: HISTORY, sums: SUMS, counts: COUNTS, law: LAW, kinds: KINDS, answers: ANSWERS,
+  ball: BALL, history: HISTORY, sums: SUMS, counts: COUNTS, law: LAW, kinds: KINDS, shapes: SHAPES, answers: ANSWERS,
   followed: FOLLOWED, SETTLES, NO_PARTNER, FULL, REASONS, LENGTHS,
 } = ENGINE.names;
 const [COLLISIONS, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE] = REASONS;
@@ -78,7 +78,8 @@ class Kernels {
 // A scene in memory, as engine/conversion.py has it
 
 /** The law of collision of a scene, as a row of ``Setup.laws``. */
-function lawRow({ word, cor, corSpeed, speed, temperature }) {
+function lawRow({ word, cor, corSpeed, speed, temperature, row: stored }) {
+  if (stored) return Float64Array.from(stored);
   const row = new Float64Array(LAW.COLUMNS);
   row[LAW.KIND] = KINDS[word];
   row[LAW.COR] = cor ?? 0;
@@ -224,9 +225,10 @@ class Simulation {
 
   /** Whether it is certain that no ball in a periodic box or channel meets another, or a wall. */
   nothingCanMeet() {
-    const { balls, number, scene } = this, { shape, size } = scene.container;
+    const { balls, number, scene } = this, { size } = scene.container;
     const row = (which) => balls.subarray(which * number, (which + 1) * number);
-    if (shape === "channel" && row(BALL.U).some((speed) => speed !== 0)) return false;
+    const across = repeatsAlong(0, scene.container) ? BALL.V : BALL.U;
+    if (keepsDrift(scene.container) && row(across).some((speed) => speed !== 0)) return false;
     const all = Array.from(scene.radii, (_, k) =>
       [BALL.X, BALL.Y, BALL.U, BALL.V, BALL.CLOCK].map((which) => balls[which * number + k]));
     return all.every((ball, i) => all.every((other, k) =>

@@ -174,13 +174,14 @@ class Gas {
     let across, along;
     if (j >= 0) {
       [across, along] = [otherX - x, otherY - y];
-      if (container.shape === "periodic") across -= width * Math.round(across / width);
-      if (container.shape !== "box" && container.shape !== "circle") along -= height * Math.round(along / height);
+      if (repeatsAlong(0, container)) across -= width * Math.round(across / width);
+      if (repeatsAlong(1, container)) along -= height * Math.round(along / height);
     } else {
       [across, along] = [x - otherX, y - otherY];
       if (container.shape !== "circle") {
         const isNearer = width / 2 - Math.abs(across) <= height / 2 - Math.abs(along);
-        [across, along] = isNearer || container.shape === "channel" ? [Math.sign(across), 0] : [0, Math.sign(along)];
+        const isAcross = keepsDrift(container) ? repeatsAlong(1, container) : isNearer;
+        [across, along] = isAcross ? [Math.sign(across), 0] : [0, Math.sign(along)];
       }
     }
     const length = Math.hypot(across, along) || 1;

@@ -9,6 +9,8 @@ const MOST_STEPS = 100; // of the search for a decay constant
 // Ball-ball collisions in which a gas relaxes; none for one ball.
 const relaxing = (number, ofABall = RELAXING) => (number > 1 ? Math.ceil((ofABall * number) / 2) : 0);
 
+const WITH_ONE_COR = ["constant", "driven", "thermal", "sides"]; // laws with one CoR at all speeds
+
 const energyKept = ({ pairLaw, wallLaw, container, positions }) => {
   const alone = positions.length === 2;
   const laws = [...(alone ? [] : [pairLaw]), ...(hasWalls(container) ? [wallLaw] : [])];
@@ -208,7 +210,7 @@ function tableRow(config, results, scene = startingScene(config, 0)) {
   const [width] = scene.container.size, number = scene.radii.length;
   const skipped = relaxation(number, results);
   const law = hasWalls(scene.container) ? scene.wallLaw : {}; // one with a temperature has no CoR
-  const hasOneCor = [scene.pairLaw, law].every(({ word }) => word !== "viscoelastic"); // at all speeds
+  const hasOneCor = [scene.pairLaw, law].every(({ word = "constant" }) => WITH_ONE_COR.includes(word));
   const row = {
     title: config.title ?? null, starts: results.length, early: results.filter(({ early }) => early).length,
     short: !isWarm(scene) && skipped === null ? 2 * relaxing(number, LEAST_RELAXING) : 0,

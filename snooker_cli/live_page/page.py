@@ -13,9 +13,21 @@ from numpy.typing import NDArray
 from snooker_cli import config as configs
 from snooker_cli import theory
 from snooker_cli.config import BallList, Experiment, Loaded
+from snooker_cli.containers import Circle, Container, Rectangle
 from snooker_cli.engine import webassembly
+from snooker_cli.engine.page_kernels import boundary_names
+from snooker_cli.engine.restitution import PAIR, law_rows
 from snooker_cli.errors import SceneError, UserError
-from snooker_cli.laws import Sides, WallLaw, word_of
+from snooker_cli.laws import (
+    Constant,
+    Driven,
+    Sides,
+    Thermal,
+    Viscoelastic,
+    WallLaw,
+    parts_of,
+    word_of,
+)
 from snooker_cli.pages.html_page import (
     PAGES,
     SHARED,
@@ -91,8 +103,9 @@ def live_page(
     if number > MOST_BALLS:
         sentence = f"the live page shows at most {MOST_BALLS:,} balls, not {number:,}; give fewer"
         raise loaded.error("balls", sentence)
+    _check_law(loaded, experiment)
     try:
-        starting_scene(experiment, 0)
+        check_shape(starting_scene(experiment, 0).container)
     except SceneError as error:
         raise loaded.error(error.key, str(error)) from None
     own = {
@@ -124,6 +137,24 @@ def live_page(
     }
     title = own["title"] if is_own else "snooker live"
     return html_page(LIVE, "live", title, parts, simulates=True, language=language, words=words)
+
+
+def _check_law(loaded: Loaded, experiment: Experiment) -> None:
+    """Raise ``ConfigError`` for a law of collision that sliders and starts of the page have not."""
+    for law in (experiment.pair_law, *parts_of(experiment.wall_law)):
+        if not isinstance(law, Constant | Viscoelastic | Driven | Thermal):
+            sentence = f"the live page has no {word_of(law)} law; remove it, or add the law to"
+            key = next(key for key in reversed(law._fields) if key in Experiment.model_fields)
+            raise loaded.error(key, f"{sentence} collisionRules in live_page/scene.js")
+
+
+def check_shape(container: Container) -> None:
+    """Raise ``UserError`` for a container that the scripts of a page cannot draw."""
+    if not isinstance(container, Circle | Rectangle):
+        raise UserError(
+            f"a page shows circles and rectangles, not a {container.title}",
+            "give a film a name in .gif or .mp4, or add the shape to viewOf in pages/arena.js",
+        )
 
 
 def words_of(language: str) -> Words:
@@ -172,7 +203,8 @@ def packed_modules(boundaries: Set[str]) -> dict[str, Any]:
 
     They are compiled if the cache of kernels lacks them.
     """
-    codes = webassembly.modules([name for name in PACKED if name in boundaries])
+    order = dict.fromkeys((*PACKED, *boundary_names()))
+    codes = webassembly.modules([name for name in order if name in boundaries])
     packed = b64encode(zlib.compress(b"".join(codes.values()), 9)).decode()
     return {"lengths": {name: len(code) for name, code in codes.items()}, "packed": packed}
 
@@ -203,6 +235,7 @@ def own_start(experiment: Experiment) -> dict[str, Any] | None:
 def stored_start(scene: Scene) -> dict[str, Any]:
     """A scene for ``storedScene`` of start.js, relative to the centre of a fixed container."""
     centre = np.zeros(2) if scene.free else scene.container_position
+    check_shape(scene.container)
     return {
         **_packed(scene.positions - centre, scene.velocities, scene.radii, scene.masses),
         "key": _key(scene),
@@ -236,13 +269,13 @@ def _law(law: WallLaw) -> dict[str, Any]:
     numbers = law._asdict()
     if "cor_speed" in numbers:
         numbers["corSpeed"] = numbers.pop("cor_speed")
-    return {"word": word_of(law)} | numbers
+    return {"word": word_of(law), "row": law_rows(law, law)[PAIR].tolist()} | numbers
 
 
 def _boundaries(scenes: list[dict[str, Any]]) -> set[str]:
     """The boundaries that scenes have, or get by controls: any circle may be free, or slide."""
     shapes = {configs.validated(scene["config"]).container.shape for scene in scenes}
-    return {name for name in PACKED if name.split("_")[-1] in shapes}
+    return {name for name in boundary_names() if name.split("_")[-1] in shapes}
 
 
 def _with_rows(config: dict[str, Any]) -> dict[str, Any]:

@@ -99,9 +99,10 @@ function areaOf({ shape, size: [width, height] }) {
   return shape === "circle" ? Math.PI * (radius * radius) : width * height;
 }
 
-function wallLengthOf({ shape, size: [width, height] }) {
-  if (shape === "circle") return 2 * Math.PI * (width / 2);
-  return { box: 2 * (width + height), periodic: 0, channel: 2 * height }[shape];
+function wallLengthOf(container) {
+  const [width, height] = container.size;
+  if (container.shape === "circle") return 2 * Math.PI * (width / 2);
+  return 2 * ((repeatsAlong(0, container) ? 0 : height) + (repeatsAlong(1, container) ? 0 : width));
 }
 
 /** Mean path of a ball between collisions in a dilute gas, m: the same bits as ``Scene.mean_free_path``. */
@@ -133,8 +134,11 @@ function pairwiseSum(values) {
 
 /** Whether a container of a shape repeats along the axis: 0 is x, 1 is y. */
 function repeatsAlong(axis, { shape }) {
-  return shape === "periodic" || (shape === "channel" && axis === 1);
+  return SHAPES[shape ?? "circle"].periodic[axis];
 }
+
+/** Whether balls between walls keep their momentum along them, as in a channel. */
+const keepsDrift = (container) => repeatsAlong(0, container) !== repeatsAlong(1, container);
 
 /** The square of an offset, m^2; to the nearest image, where the container repeats. */
 function squareOf(x, y, container) {

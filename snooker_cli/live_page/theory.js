@@ -8,17 +8,16 @@ const THEORY = {
   ideal: phrase`ideal gas law`, finite: phrase`hard disks, finite N`, maxwell: phrase`Maxwell-Boltzmann`, fixed: phrase`fixed energy`,
 };
 
-const hasWalls = ({ shape }) => shape !== "periodic";
+const hasWalls = (container) => !(repeatsAlong(0, container) && repeatsAlong(1, container));
 
 // Area (m²), edge (m) and growth of the edge with the walls of what centres of balls can reach.
-function accessible({ shape, size: [width, height] }, radius) {
-  const reach = width / 2 - radius, across = width - 2 * radius, along = height - 2 * radius;
-  return {
-    circle: { area: Math.PI * reach ** 2, edge: 2 * Math.PI * reach, spreading: 2 * Math.PI },
-    box: { area: across * along, edge: 2 * (across + along), spreading: 8 },
-    channel: { area: across * height, edge: 2 * height, spreading: 0 },
-    periodic: { area: width * height, edge: 0, spreading: 0 },
-  }[shape];
+function accessible(container, radius) {
+  const { shape, size } = container, reach = size[0] / 2 - radius;
+  if (shape === "circle") return { area: Math.PI * reach ** 2, edge: 2 * Math.PI * reach, spreading: 2 * Math.PI };
+  const repeats = [0, 1].map((axis) => repeatsAlong(axis, container));
+  const [width, height] = size.map((side, axis) => (repeats[axis] ? side : side - 2 * radius));
+  const edge = 2 * ((repeats[0] ? 0 : height) + (repeats[1] ? 0 : width));
+  return { area: width * height, edge, spreading: repeats.includes(true) ? 0 : 8 };
 }
 
 // Polynomials by their coefficients, the constant first.
@@ -60,7 +59,7 @@ class Fluid {
   // a theory: for one ball, in a channel, or for a packing that is no fluid.
   state(number, radius, container) {
     const covered = number * Math.PI * radius ** 2, whole = areaOf(container);
-    if (number < 2 || container.shape === "channel" || covered / whole > this.densest) return null;
+    if (number < 2 || keepsDrift(container) || covered / whole > this.densest) return null;
     const { area, edge, spreading } = accessible(container, radius);
     if (!(edge >= 0 && covered < area + edge * radius)) return null;
     const linear = area - covered, quadratic = area + 2 * radius * edge;

@@ -71,7 +71,7 @@ class Arena {
     this.outline(pen, x(centre[0]), y(centre[1]), scale);
     pen.stroke();
     pen.setLineDash([]);
-    if (view.periodic && view.hasWall) this.sides(pen, x, y, centre);
+    if (view.periodic) this.sides(pen, x, y, centre);
     pen.strokeStyle = pen.fillStyle = paint("contact");
     for (const [px, py, r, age] of flashes) this.flash(pen, x(px), y(py), r * scale, age);
   }
@@ -82,15 +82,20 @@ class Arena {
     pen.closePath();
   }
 
-  // The walls of a channel, left and right.
+  // The walls of a container that repeats, such as left and right of a channel.
   sides(pen, x, y, centre) {
-    const [w, h] = this.view.size;
+    const [w, h] = this.view.size, [left, right, bottom, top] = [-w / 2, w / 2, -h / 2, h / 2];
+    const ends = {
+      left: [left, bottom, left, top], right: [right, bottom, right, top],
+      bottom: [left, bottom, right, bottom], top: [left, top, right, top],
+    };
     pen.lineWidth = 2;
     pen.strokeStyle = paint("ink");
     pen.beginPath();
-    for (const side of [-w / 2, w / 2]) {
-      pen.moveTo(x(centre[0] + side), y(centre[1] - h / 2));
-      pen.lineTo(x(centre[0] + side), y(centre[1] + h / 2));
+    for (const side of this.view.sides) {
+      const [ax, ay, bx, by] = ends[side];
+      pen.moveTo(x(centre[0] + ax), y(centre[1] + ay));
+      pen.lineTo(x(centre[0] + bx), y(centre[1] + by));
     }
     pen.stroke();
   }
@@ -169,8 +174,8 @@ function viewOf({ shape, size: [width, height] }) {
     ? Array.from({ length: corners }, (_, k) => [radius * Math.cos(k * angle), radius * Math.sin(k * angle)])
     : [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [(x * width) / 2, (y * height) / 2]);
   const margin = 0.03 * Math.max(width, height), reach = [width / 2 + margin, height / 2 + margin];
-  const periodic = shape === "periodic" || shape === "channel";
-  return { outline, periodic, hasWall: shape !== "periodic", size: [width, height],
+  const { periodic, sides } = SHAPES[shape];
+  return { outline, periodic: periodic.includes(true), sides, size: [width, height],
     extent: [-reach[0], reach[0], -reach[1], reach[1]], follow: true };
 }
 

@@ -9,8 +9,8 @@ from statistics import fmean
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.containers import Channel, Circle, Container
-from snooker_cli.errors import JammedError
+from snooker_cli.containers import Circle, Container, Rectangle
+from snooker_cli.errors import JammedError, SceneError
 from snooker_cli.neighbours import Floats, Indices, near, near_pairs
 from snooker_cli.placement.random_numbers import points_in_disc, uniforms
 from snooker_cli.scene import EPSILON
@@ -69,8 +69,16 @@ def lattice(container: Container, number: int) -> tuple[Floats, float]:
     size = container.size
     if isinstance(container, Circle):
         positions, diameter = _in_circle(container.radius, number)
-    elif isinstance(container, Channel):
-        positions, diameter = _in_box(*size, number, repeats=True)
+    elif not isinstance(container, Rectangle):
+        problem = f"there is no lattice in a {container.title}"
+        advice = "give start: random, or add one to `lattice` in placement/places.py"
+        raise SceneError("container.shape", f"{problem}; {advice}")
+    elif container.keeps_drift():
+        # Rows across, and an even number of them along the way that repeats.
+        lies = container.periodic[0]
+        positions, diameter = _in_box(*(size[::-1] if lies else size), number, repeats=True)
+        if lies:
+            positions = np.ascontiguousarray(positions[:, ::-1])
     else:
         layout = _in_box if container.has_wall else _in_periodic
         positions, diameter = layout(*size, number)
@@ -274,6 +282,9 @@ def _inserted(
             else:
                 sides = np.array(container.size) - margin * radii[k]
                 tried = (uniforms([generator], number)[0] - 0.5) * sides
+                if not isinstance(container, Rectangle):
+                    inside = container.wall_gaps(tried, np.full(number, radii[k])) >= 0
+                    tried = tried[inside]
             attempts += number
             before = [(radii[species], places) for species, places in inserted.items()]
             for other, places in [*there, *before]:

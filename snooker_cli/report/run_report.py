@@ -12,23 +12,27 @@ from snooker_cli import __version__, theory
 from snooker_cli.analysis import tables
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
-from snooker_cli.analysis.tables import few_repeats, finding, overview
+from snooker_cli.analysis.tables import few_repeats, finding, main_comparisons, overview
+from snooker_cli.analysis.trend import trends
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
-from snooker_cli.figures.selection import gas, spread
+from snooker_cli.figures.selection import gas, spread, swept_number
 from snooker_cli.files import write_text
 from snooker_cli.formatting import point_label, printable
 from snooker_cli.report.document import Pages, packaged
 from snooker_cli.runs import Run
 from snooker_cli.runs.progress import counting
+from snooker_cli.runs.side_by_side import RUN, RunsSideBySide
 from snooker_cli.runs.status import early_warning, ended, run_status
 from snooker_cli.scene import Scene
 
 RELEVANCE: dict[str, dict[str, str]] = yaml.safe_load(packaged("relevance.yaml"))
 """All figures by relevance; relevance.yaml explains their conditions."""
 
+MOST_TRENDS = 3  # sentences on how a result changes along the swept key
+MOST_TOGETHER = 6  # figures that show several runs
 KEY_FIGURES = 2  # figures before all others, on the first page
 MOST_POINTS = 30  # points in tables
 DENSE = 0.5  # packing from which neighbours have an order that a figure shows
@@ -48,14 +52,18 @@ def run_report(
     ``StoreError`` for one that cannot be read.
     """
     with Pages(out) as pages:
-        chapters = []
+        chapters, together = [], {}
         configs = [_config(run, out) for run in runs]  # before the work: the folder may be refused
+        if len(runs) > 1:
+            report_progress("comparing the runs")
+            together = _side_by_side(runs, pages)
         for number, (run, config) in enumerate(zip(runs, configs, strict=True), 1):
             report_progress(f"writing the chapter on {printable(run.name)}")
             chapters.append({"config": config, **_chapter(run, number, pages, asked)})
         compared = tables.COMPARE_COLUMNS.replace("in errors", "difference / error")
         values = {
             "chapters": chapters,
+            "together": together,
             "version": __version__,
             "columns": (tables.FIT_COLUMNS, compared),
             "notes": (f"{SAMPLING} {JUDGEMENT}", tables.PAIRED),
@@ -97,7 +105,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         "file": printable(shlex.quote(run.name)),
         "scene": scene,
         "points": [(of_point[p.index], starts.get(p.index)) for p in shown],
-        "finding": overview(fitted.rows, compared.rows) if shown[1:] else what[shown[0]],
+        "finding": _overview(points, fitted, compared) if shown[1:] else what[shown[0]],
         "few": " ".join(few_repeats(fitted.rows)),
         "warning": early_warning(run, points),
         "findings": [(point_label(p.as_json()), text or "–") for p, text in what.items()],
@@ -112,6 +120,28 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         "film": len(pages.players),
         "no_film": pages.add_player(run, single),
     }
+
+
+def _side_by_side(runs: Sequence[Run], pages: Pages) -> dict[str, Any]:
+    """What templates/run.md.j2 prints of runs side by side: figures that show several, and results.
+
+    The figures are those that tell most of the points of all runs.
+    """
+    joined = RunsSideBySide.of(runs)
+    points = selected(joined, Selection())
+    left_out = trivial(points, [joined.read(p, joined.present(p)[0]).start for p in points], ())
+    names = [name for name in RELEVANCE if name not in left_out and not FIGURES[name].each_point]
+    files, scene = list[str](), setting(joined, points, Selection())
+    for name in names:
+        picture = _figure(joined, name, points[0])
+        if isinstance(picture, FigureData) and len(files) < MOST_TOGETHER:
+            shown = {row["parameters"][RUN] for row in picture.numbers.get("points", ())}
+            if len(shown) > 1:
+                files.append(f"together-{name}")
+                pages.add_figure(files[-1], picture, known=scene)
+    rows = main_comparisons(comparisons(joined, counting=counting).rows)
+    cells = [(point_label(row["parameters"]), tables.compare_cells(row)) for row in rows]
+    return {"figures": files, "rows": cells[:MOST_POINTS], "scene": scene}
 
 
 def trivial(
@@ -130,10 +160,17 @@ def trivial(
         "cold": "warm" not in gases,
         "untagged": not any(given),
         "dilute": not clusters and all(scene.packing_fraction < DENSE for scene in starts),
+        "by_cor": _by_cor(points),
         "calm": all(ratio is not None and ratio <= 1 for ratio in ratios),
     }
     reasons = ((name, *reason) for name, given in RELEVANCE.items() for reason in given.items())
     return {name: why for name, when, why in reasons if conditions[when] and name not in asked}
+
+
+def _by_cor(points: Sequence[Point]) -> bool:
+    """Whether points are a sweep over the CoR with two or more that cool."""
+    cors = {point.experiment.cor for point in points if gas(point) == "cooling"}
+    return len(cors) > 1 and swept_number(points) == "cor"
 
 
 def _figure(run: Run, name: str, single: Point) -> FigureData | str:
@@ -143,6 +180,19 @@ def _figure(run: Run, name: str, single: Point) -> FigureData | str:
         return FIGURES[name].make(run, Selection(dict(where)))
     except FigureError as error:
         return str(error)
+
+
+def _overview(points: Sequence[Point], fitted: RunAnalysis, compared: RunAnalysis) -> str:
+    """What holds for a sweep: how the main result changes with the swept key, then the rest."""
+    try:
+        along = trends(compared.rows, swept_number(points))
+    except FigureError:
+        along = {}
+    sentences = [
+        f"{label}: {trend.sentence()}" if label else trend.sentence()
+        for label, trend in list(along.items())[:MOST_TRENDS]
+    ]
+    return ". ".join(filter(None, [*sentences, overview(fitted.rows, compared.rows)]))
 
 
 def _of(points: Sequence[Point], rows: Records) -> Records:

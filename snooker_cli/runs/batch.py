@@ -19,7 +19,7 @@ from snooker_cli.config import Experiment, to_json
 from snooker_cli.engine import ENGINE_VERSION, CheckpointError, share_done, simulate, simulate_batch
 from snooker_cli.errors import SceneError, StoreError, described
 from snooker_cli.placement.starting_scene import starting_scenes
-from snooker_cli.runs.plan import first_scene
+from snooker_cli.runs.plan import first_scene, snapshot_times
 from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Simultaneous, Stop, StopReason, Trace
@@ -241,6 +241,7 @@ def _simulated_long(
         given = float(share_done(least, last, limits["collisions"], limits["time"]))
     due = time.monotonic() + interval
     ties = Simultaneous()
+    times = snapshot_times(run.by_number[point].experiment, scene)
 
     def stops(number: int, share: float) -> bool:
         nonlocal reached
@@ -258,7 +259,15 @@ def _simulated_long(
                 ties.add(events)
 
             try:
-                trace = simulate(scene, sink=sink, watch=stops, checkpoint=checkpoint, **limits)
+                trace = simulate(
+                    scene,
+                    snapshots=times,
+                    sink=sink,
+                    states=recorder.add_snapshot,
+                    watch=stops,
+                    checkpoint=checkpoint,
+                    **limits,
+                )
             except CheckpointError as error:
                 _log.warning("%s; the repeat begins again", error)
                 checkpoint, reached, seconds = None, 0, 0.0

@@ -8,13 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from snooker_cli import store, theory
 from snooker_cli.config import BallList, Experiment, Loaded, Point
-from snooker_cli.containers import Circle, Container
+from snooker_cli.containers import Container
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
-from snooker_cli.laws import Constant, Sides, is_random, word_of
+from snooker_cli.laws import Constant, is_random, parts_of, word_of
 from snooker_cli.memory import MEMORY
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.run import RepeatState, Run
@@ -27,12 +29,14 @@ BYTES_OF_REPEAT = 500
 BYTES_OF_BALL = 80
 BYTES_OF_SUMMARY = 30_000
 BYTES_OF_EVENT = 14.5
+BYTES_OF_STATE = 32  # of a ball in a snapshot
 EVENT_IN_MEMORY = 24
 
 LAW = "law: "  # before the word of a law that is not one CoR, among what is modelled
 
 ESTIMATES = ("collisions", "processor_seconds", "bytes")
 MOST_COLLISIONS = 1e18  # of an estimate
+LAST_TIME = 1e250  # s, after which there are no snapshots
 COLD = 2.0**-104  # the part of the energy that is left when speeds are those of rounding
 
 
@@ -114,6 +118,7 @@ def scene_classes(
             wrong = error.key if isinstance(error, SceneError) else "container.shape"
             raise SceneError(wrong, f"{error}{where}") from None
         models["events"] = experiment.keeps_events
+        models |= {"snapshots": True} if experiment.stored_times else {}
         rates = theory.starting_rates(scene)
         for point in same:
             needed = models | _loss_models(point.experiment)
@@ -142,20 +147,31 @@ def _collisions(experiment: Experiment, balls: int, rates: tuple[float, float]) 
     return round(number if most is None else min(number, most))
 
 
+def _end(experiment: Experiment, balls: int, rates: tuple[float, float]) -> float:
+    """About when a repeat ends, s, by Haff's law."""
+    pairs, wall = rates
+    rate = balls * (pairs / 2 + wall)
+    if experiment.collisions is None or not rate > 0:
+        return LAST_TIME
+    elastic = experiment.collisions / rate
+    zeta = theory.cooling_rate(experiment.cor, pairs, experiment.effective_wall_cor, wall)
+    alpha = 0.0 if experiment.wall_law.gains else theory.haff_rate(zeta)
+    if alpha * elastic > math.log(LAST_TIME):
+        return LAST_TIME
+    return math.expm1(alpha * elastic) / alpha if alpha else elastic
+
+
 def _loss_models(experiment: Experiment) -> dict[str, bool]:
     """Which losses a point has, what ends its repeats because of them, and what prevents that."""
     shape = experiment.container.shape_class
     law = experiment.wall_law
     at_wall = shape.has_wall and experiment.effective_wall_cor < 1.0
-    laws = [experiment.pair_law, *(law if isinstance(law, Sides) else [law])]
+    laws = experiment.pair_law, *parts_of(law)
     words = dict.fromkeys(word_of(part) for part in laws if not isinstance(part, Constant))
     return {f"{LAW}{word}": True for word in words} | {
         "losses between balls": experiment.cor < 1.0,
         "losses at the wall": at_wall,
-        "wall traps": at_wall
-        and not law.gains
-        and issubclass(shape, Circle)
-        and experiment.collapse == "stop",
+        "wall traps": at_wall and not law.gains and shape.traps and experiment.collapse == "stop",
         "collapse": True,
         "lasting contacts": experiment.contact_duration > 0.0,
         "slow collisions elastic": experiment.elastic_below > 0.0,
@@ -175,8 +191,36 @@ def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
     return groups
 
 
+def snapshot_times(
+    experiment: Experiment, scene: Scene, end: float = LAST_TIME
+) -> tuple[float, ...]:
+    """The times at which states of a repeat are stored, s, up to an end; () without snapshots.
+
+    scene : its start
+
+    Those per decade are rounded to four digits, so that they are the same on every machine. They
+    begin at the power of ten below the time in which a ball moves the mean distance between balls.
+    """
+    times, end = experiment.stored_times, min(end, experiment.time or end)
+    if isinstance(times, tuple):
+        return times
+    speed = math.sqrt(2 * scene.kinetic_energy / float(np.sum(scene.masses)))
+    way = math.sqrt(scene.container.area / scene.number)
+    decade = math.floor(math.log10(way / speed)) if speed > 0 else 0
+    n, decades = times.per_decade, math.floor(math.log10(end)) + 1
+    rounded = (
+        float(f"{10 ** (k / n):.4g}e{ten}") for ten in range(decade, decades) for k in range(n)
+    )
+    return tuple(time for time in rounded if time <= end)
+
+
 def batch_size(experiment: Experiment) -> int:
-    """How many repeats of a point are simulated and stored together; the same on every machine."""
+    """How many repeats of a point are simulated and stored together; the same on every machine.
+
+    A file with snapshots has one repeat.
+    """
+    if experiment.stored_times:
+        return 1
     scene = first_scene(experiment, 0)
     collisions = _most_collisions(experiment, scene)
     seconds = _seconds(scene.number, specialisation(scene)["cells"], collisions)
@@ -297,6 +341,11 @@ def _estimates(
     """Collisions, time on one thread (s) and disk for some repeats."""
     collisions, events = _collisions(experiment, balls, rates), scene_class.models["events"]
     stored, recording = float(BYTES_OF_SUMMARY), 1.5e-6 * min(collisions, 20_000)
+    if experiment.stored_times:
+        times = snapshot_times(
+            experiment, first_scene(experiment, 0), _end(experiment, balls, rates)
+        )
+        stored += len(times) * BYTES_OF_STATE * balls
     if events:
         stored, recording = collisions * BYTES_OF_EVENT, 8e-7 * collisions
     seconds = _seconds(balls, scene_class.models["cells"], collisions) + recording

@@ -157,6 +157,14 @@ class Run:
         files = (self.directory / f"point-{point:04d}").glob("repeats-*-*.h5")
         return sorted(path for path in files if point_and_repeats(path)[1])
 
+    def origin(self, point: Point) -> "tuple[Run, Point]":
+        """The run that has a point, and the point as it has it; see ``RunsSideBySide``."""
+        return self, point
+
+    def requested(self, point: Point) -> int:
+        """The number of repeats that the run should have of a point."""
+        return self.origin(point)[0].experiment.repeats
+
     def place(self, point: Point) -> str:
         """Where a point is in the sweep: ``point 2 of 5``."""
         place = [*self.by_number].index(point.index) + 1
@@ -165,12 +173,13 @@ class Run:
     def chosen(self, point: int | None, repeat: int) -> Point:
         """The point with a number, or the first. Raises ``UserError`` if one does not exist."""
         point = self.points[0].index if point is None else point
-        given = ("point", point, self.by_number), ("repeat", repeat, range(self.experiment.repeats))
+        chosen = self.by_number.get(point, self.points[0])
+        given = ("point", point, self.by_number), ("repeat", repeat, range(self.requested(chosen)))
         for noun, number, numbers in given:
             if number not in numbers:
                 existing = f"{self.name} has {noun}s {spans(numbers)}"
                 raise UserError(f"there is no {noun} {number}: {existing}")
-        return self.by_number[point]
+        return chosen
 
     def present(self, point: Point) -> list[int]:
         """The repeats of a point that have a file, with any content."""

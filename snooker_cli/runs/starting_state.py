@@ -12,7 +12,7 @@ import numpy as np
 
 from snooker_cli import config as configs
 from snooker_cli.config import Loaded, Start
-from snooker_cli.engine import States, replay
+from snooker_cli.engine import States, replay, state_at
 from snooker_cli.errors import SceneError, SnookerError
 from snooker_cli.formatting import spans
 from snooker_cli.runs.folder import open_run
@@ -95,11 +95,10 @@ def _state_at(trace: Trace, time: float, start: Start) -> States:
         raise SceneError("start.time", f"{problem}; give a time up to its end, or none for the end")
     if trace.events is not None:
         return replay(trace, np.array([time]))
-    ends = {end: trace.finish, 0.0: trace.start}
-    if time not in ends:
-        problem = f"a summary has places only at 0 and at its end, {end!r} s"
-        raise SceneError("start.time", f"{problem}; give no time, for the end")
-    scene = ends[time]
+    stored, scene = state_at(trace, time)
+    if stored != time:
+        problem = f"the nearest stored state is at {stored!r} s"
+        raise SceneError("start.time", f"{problem}; give this time, or none for the end")
     columns = scene.positions, scene.velocities, scene.container_position
     rows = (column[np.newaxis] for column in (*columns, scene.container_velocity))
     return States(np.array([time]), *rows)

@@ -16,6 +16,7 @@ from snooker_cli.errors import RunError, StoreError
 from snooker_cli.formatting import listed
 from snooker_cli.placement.starting_scene import collision_rules, starting_scene
 from snooker_cli.runs.execution import ThreadExecutor
+from snooker_cli.runs.plan import snapshot_times
 from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
 from snooker_cli.trace import StopReason
 
@@ -156,14 +157,16 @@ def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Ev
     experiment, limits = run.by_number[source.point].experiment, config_of(run, source)
     most = limits.collisions or header.collisions
     interrupted = header.stop.reason is StopReason.INTERRUPTED
-    fingerprint = store.Fingerprint()
+    fingerprint, start = store.Fingerprint(), starting_scene(experiment, header.repeat)
     again = simulate(
-        starting_scene(experiment, header.repeat),
+        start,
         collisions=min(header.collisions, most) if interrupted else limits.collisions,
         time=limits.time,
         summary=header.summary,
         watch=lambda *_: cancelled.is_set(),
         sink=fingerprint.add,
+        snapshots=snapshot_times(limits, start),
+        states=fingerprint.add_snapshot,
     )
     # One that was interrupted now stops at that collision for another reason. Words may differ.
     ends = [(stop.reason, stop.time, stop.balls) for stop in (again.stop, header.stop)]

@@ -34,12 +34,22 @@ TIME, IMPULSE, RESIDUAL = (f"observables/{name}" for name in ("time", "impulse",
 EVENTS = (COLLISIONS, TIME, IMPULSE, RESIDUAL)
 SUMMARY = "observables/summary"
 
+SNAPSHOTS, CONTAINER_SNAPSHOTS = "particles/snapshots", "particles/container_snapshots"
+
 PARAMETERS = "parameters/snooker"
 STEP = f"{PARAMETERS}/step"  # of all elements of H5MD: the rows of each are numbered from 0
-REPEATS, ROWS, ENDINGS, CONTENTS, PROVENANCE, WALL_KEYS = (
+REPEATS, ROWS, ENDINGS, CONTENTS, PROVENANCE, WALL_KEYS, SNAPSHOT_HASHES = (
     f"{PARAMETERS}/{name}"
-    for name in ("repeat", "rows", "ending", "content", "provenance", "wall_key")
+    for name in ("repeat", "rows", "ending", "content", "provenance", "wall_key", "snapshot")
 )
+
+SNAPSHOT_VALUES = tuple(
+    f"{group}/{name}"
+    for group in (SNAPSHOTS, CONTAINER_SNAPSHOTS)
+    for name in ("position", "velocity")
+)
+SNAPSHOT_TIME, SNAPSHOT_STEP = f"{SNAPSHOTS}/position/time", f"{SNAPSHOTS}/position/step"
+"""When the states of all four elements are, which are of the one repeat in the file."""
 
 COUNTS = ("wall_events", "pair_events")  # of an ending, besides the fields of its stop
 
@@ -117,7 +127,7 @@ HASHED_LENGTHS = (*Circle.keys, *Box.keys)
 
 
 class Fingerprint:
-    """SHA-256 of all that a file holds of a repeat; events may be added in pieces.
+    """SHA-256 of all that a file holds of a repeat; events and snapshots are added in pieces.
 
     Each ``HASHED_ROWS`` of a column are hashed by themselves, and then their hashes. So a repeat
     that is continued needs only the hashes of its past events.
@@ -127,6 +137,11 @@ class Fingerprint:
         self._columns = {name: hashlib.sha256() for name in ("time", "i", "j", "impulse")}
         self._hashes: dict[str, list[bytes]] = {name: [] for name in self._columns}
         self._number = 0
+        self.snapshots: list[str] = []  # the `snapshot_hash` of each
+
+    def add_snapshot(self, time: float, scene: Scene) -> None:
+        """Add the next snapshot."""
+        self.snapshots.append(snapshot_hash(time, scene))
 
     def add(self, events: Events) -> None:
         """Add the next events. Residuals are hashed if one is not zero."""
@@ -169,6 +184,7 @@ class Fingerprint:
         if trace.summary is not None:
             digest.update(b"".join(map(_bytes, trace.summary.series.columns.values())))
             digest.update(_bytes(smallest(trace.summary.speed_histogram)))
+        digest.update("".join(self.snapshots).encode())
         counts = (trace.wall_events, trace.pair_events)
         digest.update(repr((sorted(trace.stop.known().items()), counts)).encode())
         return digest.hexdigest()
@@ -197,6 +213,15 @@ def checkpoint_hash(checkpoint: Mapping[str, NDArray[Any]], content: str) -> str
 def scene_hash(scene: Scene) -> str:
     """SHA-256 of all values of a scene."""
     return hashlib.sha256(_scene_bytes(scene)).hexdigest()
+
+
+def snapshot_hash(time: float, scene: Scene) -> str:
+    """SHA-256 of what moves, at a time, s."""
+    columns = scene.positions, scene.velocities, scene.container_position, scene.container_velocity
+    digest = hashlib.sha256(_bytes(time))
+    for column in columns:
+        digest.update(_bytes(column))
+    return digest.hexdigest()
 
 
 def _scene_bytes(scene: Scene) -> bytes:

@@ -22,7 +22,7 @@ UNWRITABLE = (OSError, RuntimeError)  # what h5py raises for a file that cannot 
 MOST_LINKS = 1000  # names in a file. snooker writes fewer than 100.
 TYPES = (h5t.TypeIntegerID, h5t.TypeFloatID, h5t.TypeStringID, h5t.TypeReferenceID, h5t.TypeEnumID)
 ROWS = 65536  # in a chunk of a dataset that is not written at once
-FILTERS = [h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE]  # of all chunks
+FILTERS = [h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE]  # of all chunks, except those of one row
 SMALL = 1024  # bytes of a dataset up to which it is stored in its header
 
 UNPACKED, UNPACKED_PER_BYTE = 1 << 28, 300
@@ -134,7 +134,8 @@ def _unpacked_size(data: Any, path: str, sparse: str) -> int:
     size = math.prod(shape) * data.get_type().get_size()
     if settings.get_layout() == h5d.CHUNKED:
         chunk, *rest = settings.get_chunk()
-        known = chunk in (shape[0], ROWS) and rest == [*shape[1:]] and filters == FILTERS
+        packed = chunk in (shape[0], ROWS) and filters == FILTERS
+        known = (packed or (chunk == 1 and not filters)) and rest == [*shape[1:]]
         if known and path != sparse and data.get_num_chunks() < math.ceil(shape[0] / chunk):
             raise ValueError(f"{path} has a chunk that is missing")
         size = math.prod(shape) * max(data.get_type().get_size(), 8)  # counts are read as int64
@@ -202,7 +203,10 @@ def _check_chunks(data: Any, first: int, last: int) -> None:
     HDF5 2.0 does not compare the sizes. It unpacks all of a chunk, which may be a thousand times
     its size, and reads beyond the end of one that is too short, which may end the process.
     """
-    chunk, *rest = data.get_create_plist().get_chunk()
+    settings = data.get_create_plist()
+    chunk, *rest = settings.get_chunk()
+    if settings.get_nfilters() == 0:  # nothing is unpacked
+        return
     size = data.dtype.itemsize * chunk * math.prod(rest)
     for start in range(first - first % chunk, last, chunk):
         place = (start, *(0 for _ in rest))
@@ -233,11 +237,13 @@ def write_rows(
     unit: str | None = None,
     chunk: int = 0,
     before: int = 0,
+    packed: bool = True,
 ) -> None:
     """Write a dataset, or add a chunk to it; groups are created if need be.
 
     unit : in SI, an attribute
-    chunk : rows in a chunk, shuffled and deflated, of a dataset that can grow; 0 for neither
+    chunk : rows in a chunk, shuffled and deflated if ``packed``, of a dataset that can grow; 0 for
+        none
     before : rows before these; those that were never written are zero and take no space
     """
     rest = values.shape[1:]
@@ -247,7 +253,8 @@ def write_rows(
         space = h5s.create_simple(values.shape)
         if chunk:
             space = h5s.create_simple((0, *rest), (h5s.UNLIMITED, *rest))
-        settings = _settings((chunk, *rest) if chunk else None, 0 < values.nbytes <= SMALL)
+        shape = (chunk, *rest) if chunk else None
+        settings = _settings(shape, 0 < values.nbytes <= SMALL, packed)
         data = h5d.create(file.id, path.encode(), native(values.dtype), space, *settings)
         if unit is not None:  # H5MD wants a string of fixed length
             text = np.array(unit.encode())
@@ -264,14 +271,15 @@ def write_rows(
 
 
 @lru_cache(maxsize=64)
-def _settings(chunk: tuple[int, ...] | None, small: bool) -> tuple[Any, Any]:
+def _settings(chunk: tuple[int, ...] | None, small: bool, packed: bool) -> tuple[Any, Any]:
     """HDF5's settings for a dataset with such chunks, and for the groups above it."""
     settings, links = h5p.create(h5p.DATASET_CREATE), h5p.create(h5p.LINK_CREATE)
     settings.set_obj_track_times(False)
     if chunk:
         settings.set_chunk(chunk)
-        settings.set_shuffle()
-        settings.set_deflate(1)
+        if packed:
+            settings.set_shuffle()
+            settings.set_deflate(1)
     elif small:  # in the header, which has a checksum
         settings.set_layout(h5d.COMPACT)
     links.set_create_intermediate_group(True)

@@ -5,6 +5,7 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -26,6 +27,7 @@ from snooker_cli.trace import (
     SPEED_BINS,
     Events,
     Series,
+    Snapshots,
     Stop,
     StopReason,
     Summary,
@@ -266,6 +268,9 @@ def _verified_repeats(
     if wanted is not None and len(chosen) < len(wanted):
         raise _changed(path)
     traces = _traces(file, headers, rows, chosen)
+    if layout.SNAPSHOTS in file:
+        _require(len(headers) == 1, "number of repeats with snapshots")
+        traces = [replace(one, snapshots=_snapshots(file, path, one)) for one in traces]
     at_a_time = max(rows[-1].stop, 1) if keep_events else EVENTS_AT_A_TIME
     reader = EventReader(file, at_a_time) if "connectivity" in file else None
     # Values are checked besides the hash: whoever invents numbers can make a right hash.
@@ -282,9 +287,52 @@ def _verified_repeats(
             _require(at_wall == trace.wall_events, "number of events at the wall")
         elif trace.summary:
             _check_summary(trace.summary, trace, energy)
+        if trace.snapshots:
+            fingerprint.snapshots = hdf5.read_text(file, layout.SNAPSHOT_HASHES)
+            for row in range(0 if keep_events else len(trace.snapshots)):
+                _snapshot(file, path, trace, row)
         if fingerprint.content(trace) != headers[k].fingerprint:
             raise _changed(path)
         yield trace, headers[k]._replace(start=layout.scene_hash(trace.start))
+
+
+def read_snapshot(path: Path, trace: Trace, row: int) -> Scene:
+    """The state of a snapshot, checked by its hash. Raises ``StoreError``.
+
+    trace : of the file's repeat
+    """
+    with _opened(path) as file:
+        return _snapshot(file, path, trace, row)
+
+
+def _snapshot(file: h5py.File, path: Path, trace: Trace, row: int) -> Scene:
+    """The state of a snapshot. Raises ``StoreError`` or ``ValueError`` for what was changed."""
+    rows, number = slice(row, row + 1), trace.start.number
+    columns = [hdf5.read_rows(file, f"{name}/value", rows=rows) for name in layout.SNAPSHOT_VALUES]
+    shapes = [(1, number, 2)] * 2 + [(1, 1, 2)] * 2
+    _require([column.shape for column in columns] == shapes, "number of balls in a snapshot")
+    _check_motion(trace.start, columns[:2], columns[2:])
+    moving = [*(column[0] for column in columns[:2]), *(column[0, 0] for column in columns[2:])]
+    names = "positions", "velocities", "container_position", "container_velocity"
+    scene = replace(trace.start, **dict(zip(names, moving, strict=True)))
+    _require(scene.kinetic_energy <= _most_energy(trace), "speed of a ball in a snapshot")
+    (time,) = hdf5.read_rows(file, layout.SNAPSHOT_TIME, rows=rows).tolist()
+    if layout.snapshot_hash(time, scene) != hdf5.read_text(file, layout.SNAPSHOT_HASHES)[row]:
+        raise _changed(path)
+    return scene
+
+
+def _snapshots(file: h5py.File, path: Path, trace: Trace) -> Snapshots | None:
+    """The snapshots of a file's only repeat, which are read when they are needed."""
+    if layout.SNAPSHOTS not in file:
+        return None
+    times = hdf5.read_rows(file, layout.SNAPSHOT_TIME)
+    lengths = {hdf5.length(file, f"{name}/value") for name in layout.SNAPSHOT_VALUES}
+    hashes = len(hdf5.read_text(file, layout.SNAPSHOT_HASHES))
+    _require(lengths == {len(times)} == {hashes}, "number of snapshots")
+    ascend = np.all(np.diff(times) > 0) and times[0] > 0 and times[-1] <= trace.stop.time
+    _require(ascend, "times of snapshots")
+    return Snapshots(times, partial(read_snapshot, path, trace))
 
 
 def _most_energy(trace: Trace) -> float:
@@ -359,7 +407,7 @@ def _traces(
     _require(fixed_circle or not rules.get("slides"), "rules")
     law = rules["wall_law"]
     _require(math.isinf(container_mass) or not law.gains, "rules")
-    _require(not isinstance(law, Sides) or not issubclass(shape, Circle), "rules")
+    _require(not isinstance(law, Sides) or bool(shape.sides), "rules")
     keys = [None] * len(headers)
     if is_random(law):
         keys = hdf5.read_rows(file, layout.WALL_KEYS, np.int64).tolist()

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from snooker_cli.containers import Circle
 from snooker_cli.errors import AbsentError, error_text, room_advice
 from snooker_cli.files import discard, move_into_place, own_folder, temporary_path
+from snooker_cli.scene import Scene
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, write_h5md_group
@@ -43,6 +44,9 @@ def write(path: Path, repeats: Sequence[tuple[int, Trace]], provenance: Provenan
         for repeat, trace in repeats:
             if trace.events is not None:
                 recorder.add(trace.events)
+            for k, time in enumerate([] if trace.snapshots is None else trace.snapshots.time):
+                assert trace.snapshots is not None
+                recorder.add_snapshot(float(time), trace.snapshots.read(k))
             recorder.end(repeat, trace)
         recorder.finish(provenance)
 
@@ -66,6 +70,7 @@ class Recorder(AbstractContextManager["Recorder"]):
         self._pending: list[Events] = []
         self.number = 0  # of events in all
         self._written = 0
+        self._times: list[float] = []  # of snapshots
         self._exits = ExitStack()
         self._file: h5py.File | None = None
         self._thread = ThreadPoolExecutor(1)
@@ -102,6 +107,19 @@ class Recorder(AbstractContextManager["Recorder"]):
                 self._pending = [pending[ROWS:]]
                 self._submit(self._write_chunk, self._open(), pending[:ROWS], self._written)
                 self._written += ROWS
+
+    def add_snapshot(self, time: float, scene: Scene) -> None:
+        """Take the next snapshot of the only repeat of the file."""
+        with self._refusals():
+            self._wait(1)  # a state may be large
+            self._submit(self._fingerprint.add_snapshot, time, scene)
+            self._submit(self._write_snapshot, self._open(), scene, len(self._times))
+            self._times.append(time)
+
+    def _write_snapshot(self, file: h5py.File, scene: Scene, row: int) -> None:
+        for name, values, unit in _moving(scene):
+            hdf5.write_rows(file, f"{name}/value", values, unit, 1, row, packed=False)
+        self._check()
 
     def _submit(self, task: Callable[..., None], *arguments: object) -> None:
         """Give the thread a task. Waits while many are left, and raises the error of one."""
@@ -148,6 +166,9 @@ class Recorder(AbstractContextManager["Recorder"]):
             for path in layout.EVENTS:
                 if path in file:
                     hdf5.link(file, f"{path}/step", layout.STEP)
+        if self._times:
+            (fingerprint,) = fingerprints
+            _write_snapshot_times(file, self._times, fingerprint.snapshots, traces[0].start)
         _write_scenes(file, traces)
         write_h5md_group(file)
         self._write_parameters(file, provenance)
@@ -182,6 +203,11 @@ class Recorder(AbstractContextManager["Recorder"]):
         with h5py.File(self.path, locking=False) as old:
             hashes = hdf5.read_rows(old, f"{layout.CHECKPOINT}/{layout.HASHES}", None)
             self._fingerprint.restore(hashes)
+            if layout.SNAPSHOTS in old:
+                self._fingerprint.snapshots = hdf5.read_text(old, layout.SNAPSHOT_HASHES)
+                self._times = hdf5.read_rows(old, layout.SNAPSHOT_TIME).tolist()
+                for name in layout.SNAPSHOT_VALUES:
+                    old.copy(f"{name}/value", self._open(), f"{name}/value")
             reader = EventReader(old, ROWS) if layout.TIME in old else None
             number = reader.number if reader else 0
             full = self._written = self.number = number - number % ROWS
@@ -263,12 +289,42 @@ def _write_scenes(file: h5py.File, traces: Sequence[Trace]) -> None:
         _write_element(file, f"{group}/velocity", velocities, "m s-1", chunk)
         hdf5.write_rows(file, f"{group}/mass", masses, "kg")
         hdf5.write_rows(file, f"{group}/radius", radii, "m")
-        box = file.create_group(f"{group}/box")
-        box.attrs["dimension"] = 2
-        repeats = start.container.periodic
-        box.attrs["boundary"] = np.where(repeats, b"periodic", b"none").astype(np.bytes_)
-        if not isinstance(start.container, Circle):
-            hdf5.write_rows(file, f"{group}/box/edges", np.array(start.container.size), "m")
+        _write_box(file, group, start)
+
+
+def _write_box(file: h5py.File, group: str, start: Scene) -> None:
+    """Write the box of a group of particles."""
+    box = file.create_group(f"{group}/box")
+    box.attrs["dimension"] = 2
+    repeats = start.container.periodic
+    box.attrs["boundary"] = np.where(repeats, b"periodic", b"none").astype(np.bytes_)
+    if not isinstance(start.container, Circle):
+        hdf5.write_rows(file, f"{group}/box/edges", np.array(start.container.size), "m")
+
+
+def _moving(scene: Scene) -> Iterator[tuple[str, NDArray[np.float64], str]]:
+    """The elements of a snapshot: path, row and unit of each."""
+    columns = scene.positions, scene.velocities
+    container = scene.container_position[np.newaxis], scene.container_velocity[np.newaxis]
+    for name, values, unit in zip(
+        layout.SNAPSHOT_VALUES, (*columns, *container), ("m", "m s-1") * 2, strict=True
+    ):
+        yield name, values[np.newaxis], unit
+
+
+def _write_snapshot_times(
+    file: h5py.File, times: Sequence[float], hashes: Sequence[str], start: Scene
+) -> None:
+    """Write when snapshots are, their hashes, and the box that H5MD wants for each group."""
+    hdf5.write_rows(file, layout.SNAPSHOT_HASHES, np.array(hashes, np.bytes_))
+    hdf5.write_rows(file, layout.SNAPSHOT_TIME, np.array(times), "s")
+    hdf5.write_rows(file, layout.SNAPSHOT_STEP, np.arange(len(times)))
+    for name in layout.SNAPSHOT_VALUES:
+        for column, shared in (("time", layout.SNAPSHOT_TIME), ("step", layout.SNAPSHOT_STEP)):
+            if f"{name}/{column}" != shared:
+                hdf5.link(file, f"{name}/{column}", shared)
+    for group in (layout.SNAPSHOTS, layout.CONTAINER_SNAPSHOTS):
+        _write_box(file, group, start)
 
 
 def _write_checkpoint(file: h5py.File, checkpoint: Mapping[str, NDArray[Any]]) -> None:

@@ -21,8 +21,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.containers import Circle
-from snooker_cli.laws import Constant, Driven, Sides, Viscoelastic, WallLaw
+from snooker_cli.containers import Circle, Rectangle
+from snooker_cli.laws import Constant, Driven, Sides, Viscoelastic, WallLaw, parts_of
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events
 from snooker_cli.validation.methods import events_from_rows
@@ -112,10 +112,11 @@ class Collision(NamedTuple):
 
 def unsupported_key(scene: Scene) -> str | None:
     """The config key of a scene without an exact twin; None for all others."""
-    walls = scene.wall_law if isinstance(scene.wall_law, Sides) else (scene.wall_law,)
-    for law in (scene.pair_law, *walls):
+    if not isinstance(scene.container, Circle | Rectangle):
+        return f"shape: {scene.container.name}"
+    for where, law in (("", scene.pair_law), *(("wall_", law) for law in parts_of(scene.wall_law))):
         if not isinstance(law, Constant | Viscoelastic | Driven):
-            return f"wall_{law._fields[-1]}"
+            return f"{where}{law._fields[-1]}"
     return None
 
 

@@ -15,7 +15,6 @@ import numpy as np
 
 from snooker_cli.analysis.observables import losses, total_energy
 from snooker_cli.config import EXAMPLES, load
-from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replay, series, simulate
 from snooker_cli.errors import UnsoundError, check_name
 from snooker_cli.neighbours import Floats
@@ -94,7 +93,7 @@ def checks(trace: Trace) -> list[Check]:
         scales["energy"] = total_energy(start)
     if start.free or not start.container.has_wall:
         scales["momentum"] = float(np.max(speeds @ masses))
-    if isinstance(start.container, Circle):
+    if start.container.keeps_rotation:
         scales["angular momentum"] = float(np.max((speeds * arms) @ masses))
     rounding = OPERATIONS * EPSILON * (trace.collisions + start.number)
     for name, scale in scales.items():

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scenes import report_scene
+from scenes import gas, report_scene
 from scipy.spatial import Delaunay
 
-from snooker_cli import engine
+from snooker_cli import engine, theory
 from snooker_cli.analysis import observables, structure
 from snooker_cli.analysis.time_series import series
-from snooker_cli.containers import Box, Circle, Container, PeriodicBox
+from snooker_cli.containers import Box, Channel, Circle, Container, PeriodicBox
 from snooker_cli.scene import Scene
 
 Array = NDArray[np.float64]
@@ -189,3 +190,133 @@ def test_an_observable_is_measured_at_each_time() -> None:
     assert g.shape == (7, len(structure.distance_edges(trace.start)) - 1)
     edges = structure.distance_edges(trace.start)[1:]
     assert np.all(g[:, edges < 1.99] == 0)
+
+
+# --- density in cells -------------------------------------------------------------------------
+
+
+def test_independent_points_are_poisson() -> None:
+    """At a fixed number of points variance over mean is 1 − 1/M; its error is √(2/M)."""
+    places = np.random.default_rng(5).uniform(-50, 50, (40_000, 2))
+    found = value(structure.density_fluctuation, scene(PeriodicBox(100, 100), places))
+    cells = 45**2  # of 20 balls: √2000 a side
+    assert abs(found - (1 - 1 / cells)) < 4 * math.sqrt(2 / cells)
+    circle = places[np.hypot(*places.T) < 50]
+    found = value(structure.density_fluctuation, scene(Circle(50), circle))
+    assert abs(found - 1) < 4 * math.sqrt(2 / (len(circle) / 20 * 0.9))
+
+
+def test_fluctuation_of_known_cells() -> None:
+    """Cells with 3, 1, 0 and 0 balls: the mean is 1, and the variance 6/4."""
+    places = np.array([(-1.0, -1.0), (-0.5, -1.5), (-1.5, -0.5), (1.0, 1.0)])
+    at = scene(PeriodicBox(4, 4), places)
+    assert value(structure.density_fluctuation, at, 1.0) == 1.5
+    assert math.isnan(value(structure.density_fluctuation, at, 4.0))
+
+
+@pytest.mark.parametrize(
+    ("container", "error"), [(PeriodicBox(20, 14), 0.006), (Circle(10), 0.016)]
+)
+def test_local_packings_share_out_the_container(container: Container, error: float) -> None:
+    """Each cell has its balls' area over its packing; e⁻⁵ of cells of 5 balls are empty.
+
+    The errors are four deviations of this number; those of cells at a curved wall add 1 %.
+    """
+    places = np.random.default_rng(3).uniform(-10, 10, (20_000, 2))
+    inside = places[container.wall_gaps(places, np.zeros(len(places))) >= 0]
+    at = scene(container, inside, radii=0.01)
+    packing = value(structure.local_packing, at)
+    areas = math.pi * at.radii**2 / packing
+    assert math.isclose(float(areas.sum()), container.area * (1 - math.exp(-5)), rel_tol=error)
+    x = inside[:, 0]
+    halves = scene(container, inside[(x < 0) | (np.arange(len(x)) % 2 == 0)], radii=0.01)
+    dense = value(structure.local_packing, halves)
+    left, right = (
+        dense[side].mean() for side in (halves.positions[:, 0] < -1, halves.positions[:, 0] > 1)
+    )
+    assert 1.5 < left / right < 2.0
+
+
+# --- clusters ---------------------------------------------------------------------------------
+
+
+def test_clusters_are_linked_by_gaps_across_the_edge_too() -> None:
+    """Gaps of 0.1 m, and of 0.3 m to the last ball; one pair is at both ends of the box."""
+    places = np.array([(-9.8, 0.0), (9.1, 0.0), (0.0, 0.0), (1.1, 0.0), (2.2, 0.0), (3.5, 0.0)])
+    for container, sizes in ((PeriodicBox(20, 20), [3, 2, 1]), (Box(20, 20), [3, 1, 1, 1])):
+        at = scene(container, places, radii=0.5)
+        assert value(structure.cluster_sizes, at, 0.101).tolist() == sizes
+        mean, largest = value(structure.mean_cluster, at, 0.101)
+        assert (mean, largest) == (sum(size**2 for size in sizes) / 6, 3)
+        assert value(structure.cluster_sizes, at, 0.0).tolist() == [1] * 6
+    assert value(structure.cluster_sizes, at, 0.31).tolist() == [4, 1, 1]
+    with pytest.raises(ValueError, match="gap"):
+        value(structure.cluster_sizes, at, -0.1)
+
+
+def test_clusters_of_independent_points() -> None:
+    """Σs²/N is 1 + q + q² 3√3/(4π) with q = N π d²/A links of a point, up to q³.
+
+    Over two links a point reaches q² others, and a share 1 − 3√3/(4π) of these directly too.
+    """
+    number, side, gap = 40_000, 1000.0, 1.0
+    q = number * math.pi * gap**2 / side**2
+    places = np.random.default_rng(8).uniform(-side / 2, side / 2, (number, 2))
+    mean, _ = value(
+        structure.mean_cluster, scene(PeriodicBox(side, side), places, radii=0.25), gap / 2
+    )
+    expected = 1 + q + q**2 * 3 * math.sqrt(3) / (4 * math.pi)
+    pairs = number * q / 2
+    assert abs(mean - expected) < 4 * 2 * math.sqrt(pairs) / number * 1.5 + q**3
+
+
+# --- structure factor -------------------------------------------------------------------------
+
+
+def test_independent_points_have_a_structure_factor_of_one() -> None:
+    """|Σ exp(−ik·r)|²/N of a wave is exponential: its deviation is 1."""
+    places = np.random.default_rng(2).uniform(-10, 10, (5000, 2))
+    at = scene(PeriodicBox(20, 20), places, radii=0.05)
+    chosen = structure.waves(at)
+    s, waves = value(structure.structure_factor, at, chosen), np.bincount(chosen.bins)
+    assert np.all(np.abs(s - 1) < 5 / np.sqrt(waves) + 10 / waves)
+    whole = (s * waves).sum() / waves.sum()
+    assert abs(whole - 1) < 4 / math.sqrt(waves.sum())
+
+
+def test_a_lattice_has_peaks_of_n_balls() -> None:
+    x, y = np.meshgrid(np.arange(10.0), np.arange(10.0))
+    at = scene(PeriodicBox(10, 10), np.column_stack([x.ravel(), y.ravel()]) - 4.9, radii=0.3)
+    peak = np.array([[2 * math.pi, 0.0], [0.2 * math.pi, 0.0], [2 * math.pi, 2 * math.pi]])
+    chosen = structure.Waves(peak, np.arange(3), np.hypot(*peak.T))
+    assert np.allclose(value(structure.structure_factor, at, chosen), [100, 0, 100])
+
+
+def test_waves_fit_the_sides_that_repeat() -> None:
+    balls = np.array([(0.0, 0.0), (3.0, 3.0)])
+    channel = structure.waves(scene(Channel(10, 20), balls, radii=0.5))
+    assert not channel.vectors[:, 0].any()
+    turns = channel.vectors[:, 1] * 20 / (2 * math.pi)
+    assert np.allclose(turns, np.rint(turns))
+    assert len(np.unique(turns)) == len(turns)
+    with pytest.raises(ValueError, match="walls"):
+        structure.waves(scene(Circle(10), balls, radii=0.5))
+
+
+@pytest.mark.parametrize("packing", [0.1, 0.4])
+def test_long_waves_of_a_fluid_have_the_compressibility(packing: float) -> None:
+    """S(k → 0) = 1/P' of the equation of state; at kd < 0.3 the next term of k² is below 3 %."""
+    at = gas("periodic", 900, packing)
+    fastest = math.sqrt(2 * 50.0)
+    times = (50 + np.arange(200)) * at.container.size[0] / fastest
+    trace = engine.simulate(at, time=float(times[-1]), summary=True, snapshots=times)
+    chosen = structure.waves(at)
+    rows = structure.over_time(
+        partial(structure.structure_factor, chosen=chosen), trace, trace.snapshots.time
+    )
+    long = chosen.numbers * 2.0 < 0.3
+    waves = np.bincount(chosen.bins)[long]
+    each = rows[:, long] @ waves / waves.sum()
+    error = each.std(ddof=1) / math.sqrt(len(each))
+    expected = theory.structure_at_zero(packing)
+    assert abs(each.mean() - expected) < 4 * error + 0.03 * expected

@@ -39,7 +39,8 @@ def test_every_problem_is_named_with_its_position(name: str) -> None:
     assert pickle.loads(pickle.dumps(error)).problems == error.problems
     for line, expected in zip(lines, case["says"], strict=True):
         pattern = ".*".join(re.escape(part) for part in expected.split("..."))
-        assert re.match(pattern, line), f"{line}\ndoes not start with\n{expected}"
+        wrong = f"{line}\ndoes not start with\n{expected}\nof tests/data/bad_configs.yaml"
+        assert re.match(pattern, line), wrong
     for problem in error.problems:
         jargon = r"\b(Input|pydantic|validation|union|discriminator|tuple|dict|str|NoneType)\b"
         assert not re.search(jargon, problem.sentence)

@@ -80,6 +80,10 @@ def test_a_digest_depends_on_what_matters_and_on_nothing_else() -> None:
     fixed = BASE.replace("1.0e7", ".inf")
     walls = [("wall_speed=1",), ("wall_speed=2",), ("wall_temperature=1",), ()]
     assert len({digest(experiment(fixed, *change)) for change in walls}) == len(walls)
+    times = ["[1, 2]", "[1, 3]", "{per_decade: 5}"]
+    stored = [experiment(BASE, "record=snapshots", f"snapshots={at}") for at in times]
+    assert len({digest(one) for one in (*stored, experiment(BASE, "record=snapshots"))}) == 4
+    assert len({stream_seed(one) for one in (*stored, experiment())}) == 1
 
 
 def test_digests_and_random_numbers_stay_the_same_between_releases() -> None:

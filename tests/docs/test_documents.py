@@ -267,7 +267,8 @@ def test_the_schema_of_the_command_and_of_the_configs_is_that_of_the_models(
 ) -> None:
     made = json.loads(make_schema.text())  # some versions of pydantic write 0.0 for 0
     assert json.loads(run_line("snooker schema", snooker)) == made
-    assert json.loads(text_of(make_schema.FILE)) == made
+    stored = json.loads(text_of(make_schema.FILE))
+    assert stored == made, "configs/schema.json is another; run python tests/make_schema.py"
 
 
 def test_links_lead_to_files_and_headings() -> None:

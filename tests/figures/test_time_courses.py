@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import around, in_circle, layers, shown, traces, why_not
+from figure_runs import STORED, around, in_circle, layers, made, shown, traces, why_not
 
 from snooker_cli.analysis import predictions, structure
 from snooker_cli.analysis.measurement import measure
@@ -146,3 +147,47 @@ def test_the_ratio_of_species_is_that_of_their_temperatures(mixture: Run) -> Non
 
 def test_one_species_has_no_ratio(decaying: Run) -> None:
     assert "it needs 2 species of balls, not 1" in why_not(decaying, "species-ratio")
+
+
+# --- stored states ----------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return made(tmp_path_factory.mktemp("stored") / "run", text=STORED)
+
+
+def test_figures_of_snapshots_have_the_stored_states(stored: Run) -> None:
+    """At the times that both repeats have, without the end, which may be a collision."""
+    first, second = traces(stored, 0)
+    times = np.intersect1d(first.snapshots.time, second.snapshots.time)
+    means = np.array(
+        [
+            [value(structure.mean_cluster, one.snapshots.read(k))[0] for k in range(len(times))]
+            for one in (first, second)
+        ]
+    )
+    figure = shown(stored, "cluster-growth")
+    line = layers(figure, Line)[0]
+    assert np.array_equal(line.x, times)
+    assert np.allclose(line.y, means.mean(axis=0))
+    assert math.isclose(figure.numbers["points"][0]["mean"], means[:, -1].mean())
+    densities = [
+        value(structure.density_fluctuation, one.snapshots.read(len(times) - 1))
+        for one in (first, second)
+    ]
+    final = shown(stored, "density-fluctuations").numbers["points"][0]["final"]
+    assert math.isclose(final, np.mean(densities))
+    for name in ("hexatic-order", "local-energy"):
+        assert layers(shown(stored, name), Line)[0].x.tolist() == [0.0, *times.tolist()]
+    assert "record: events" in why_not(stored, "pair-distances")
+
+
+def value(function: structure.Observable, at: Scene) -> Array:
+    return np.atleast_1d(function(at.positions, at.velocities, at))
+
+
+def test_a_run_without_a_stored_state_gets_a_sentence(tmp_path: Path) -> None:
+    late = made(tmp_path / "late", "snapshots=[1e9]", "collisions=2000", text=STORED)
+    for name in ("cluster-growth", "structure-factor", "pair-correlation"):
+        assert "before its first snapshot" in why_not(late, name)

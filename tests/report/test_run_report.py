@@ -141,7 +141,9 @@ def test_two_runs_have_chapters_and_what_is_left_out_has_a_reason(small: Path, b
     assert title == "Player, decaying, cor=0.9, repeat 0"
     assert "no film of warm: repeat 0 was recorded as a summary" in words(both)
     text = page(both)
-    assert re.findall(r"<h2 [^>]*>(.*?)</h2>", text) == ["decaying", "warm", "Appendix"]
+    assert re.findall(r"<h2 [^>]*>(.*?)</h2>", text) == [
+        *("Side by side", "decaying", "warm", "Appendix")
+    ]
     assert "<h1>decaying and warm</h1>" in text
     labels = re.findall(r"<b>(Figure|Table) (\d+)\.", text)
     for noun in ("Figure", "Table"):
@@ -170,7 +172,9 @@ def test_names_and_titles_are_text(
     text, plain = page(tmp_path / "report"), words(tmp_path / "report")
     names = [printable(name) for name in HOSTILE]
     headings = re.findall(r"<h2 [^>]*>(.*?)</h2>", text)
-    assert [html.unescape(heading) for heading in headings] == [*map(unbroken, names), "Appendix"]
+    assert [html.unescape(heading) for heading in headings] == [
+        *("Side by side", *map(unbroken, names), "Appendix")
+    ]
     assert "<script" not in text
     shown = PdfReader(tmp_path / "report" / "report.pdf").pages
     pdf = spaced("".join(page.extract_text() for page in shown))

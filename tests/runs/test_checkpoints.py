@@ -36,6 +36,10 @@ CONFIGS: dict[str, tuple[str, tuple[str, ...]]] = {
         MANY,
         ("container.mass=500", "collapse={tc: 0.1}", "record=summary"),
     ),
+    "cells, free, tc, snapshots": (
+        MANY,
+        ("container.mass=500", "collapse={tc: 0.1}", "record=snapshots"),
+    ),
 }
 PIECE = 13_000
 RUNS_OF_TWO_SEEDS = (("run", ()), ("other", ("seed=7",)))

@@ -164,5 +164,5 @@ def test_a_summary_has_its_ends(here: Path) -> None:
         balls = state_of(Start(run="source", time=time))["balls"]["list"]
         assert balls[0]["velocity"] == repeat.trace.finish.velocities[0].tolist()
     assert state_of(Start(run="source", time=0.0))["container"]["velocity"] == [0.0, 0.0]
-    with pytest.raises(SnookerError, match="a summary has places only at 0 and at its end"):
+    with pytest.raises(SnookerError, match="the nearest stored state is at 0"):
         state_of(Start(run="source", time=end / 2))

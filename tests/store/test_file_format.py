@@ -78,6 +78,10 @@ def datasets(
             found[f"{name}/step"] = "int64", f"[{first}]" if frames else "[]", ""
             if frames:
                 found[f"{name}/time"] = "float64", f"[{first}]", "s"
+        elif row["kind"] == "frames":
+            found[f"{name}/value"] = row["type"], row["shape"], row["unit"]
+            found[f"{name}/step"] = "int64", f"[{first}]", ""
+            found[f"{name}/time"] = "float64", f"[{first}]", "s"
         else:
             found[name] = row["type"], row["shape"], row["unit"]
     return found
@@ -158,25 +162,33 @@ def compare(
 
 def trace_of(scene: str, record: str) -> Trace:
     number = LEAST_EVENTS + 1 if record == "long" else 40
-    return simulate(SCENES[scene](), collisions=number, summary=record == "summary")
+    times = [0.1, 0.5, 0.9] if record == "snapshots" else []
+    summary = record in ("summary", "snapshots")
+    return simulate(SCENES[scene](), collisions=number, summary=summary, snapshots=times)
 
 
 @pytest.mark.parametrize(
     ("scene", "record"),
-    [*itertools.product(SCENES, ["events", "summary"]), ("free", "long")],
+    [*itertools.product(SCENES, ["events", "summary", "snapshots"]), ("free", "long")],
 )
 def test_a_batchs_file_has_what_the_page_says(
     scene: str, record: str, tmp_path: Path, provenance: Provenance
 ) -> None:
     trace = trace_of(scene, record)
-    store.write(tmp_path / "batch.h5", [(k, trace) for k in range(2)], provenance)
+    repeats = 1 if trace.snapshots else 2
+    store.write(tmp_path / "batch.h5", [(k, trace) for k in range(repeats)], provenance)
     kinds = {"all", record} | ({"events"} if record == "long" else set())
     kinds |= {"box"} if not isinstance(trace.start.container, Circle) else set()
     kinds |= {"thermal wall"} if trace.start.wall_key is not None else set()
-    kinds |= {"warm"} if record == "summary" and trace.start.wall_law.gains else set()
-    letters = {"N": trace.start.number, "n": 2 * trace.collisions, "B": 2, "2B": 4, "B + 1": 3}
+    kinds |= {"warm"} if trace.summary is not None and trace.start.wall_law.gains else set()
+    kinds |= {"summary"} if record == "snapshots" else set()
+    kinds |= {"box snapshots"} if kinds >= {"box", "snapshots"} else set()
+    letters = {"N": trace.start.number, "n": repeats * trace.collisions, "B": repeats}
+    letters |= {"2B": 2 * repeats, "B + 1": repeats + 1}
     if trace.summary is not None:
-        letters["g"] = 2 * len(trace.summary.series.time)
+        letters["g"] = repeats * len(trace.summary.series.time)
+    if trace.snapshots is not None:
+        letters["s"] = len(trace.snapshots)
     (data,), (attrs,) = tables("### Datasets"), tables("### Attributes")
     container = trace.start.container
     with h5py.File(tmp_path / "batch.h5") as file:

@@ -255,3 +255,13 @@ def test_what_is_no_fluid_is_refused(number, radius):
         theory.fluid_state(number, T, radius, Circle(R))
     with pytest.raises(ValueError, match="no fluid"):
         theory.collision_rates(number, T, radius, Circle(R))
+
+
+@pytest.mark.parametrize("eta", [1e-6, 0.1, 0.4, 0.65])
+def test_long_waves_have_the_slope_of_the_pressure(eta):
+    """1/P' of P = η Z; 1 − 4η from the second virial coefficient of a dilute gas."""
+    step = 1e-4 * eta
+    low, high = ((eta + s) * theory.compressibility(eta + s) for s in (-step, step))
+    found = theory.structure_at_zero(eta)
+    assert found == pytest.approx(2 * step / (high - low), rel=1e-6)
+    assert eta > 1e-3 or found == pytest.approx(1 - 4 * eta, abs=20 * eta**2)

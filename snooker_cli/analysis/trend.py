@@ -1,0 +1,139 @@
+"""How the main result of a run changes along a swept key, beside theory."""
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snooker_cli.analysis.run_analysis import Records
+from snooker_cli.analysis.tables import (
+    IDEAL,
+    MOST_ERRORS,
+    SYMBOLS,
+    main_comparisons,
+    theory_name,
+)
+from snooker_cli.formatting import point_label, ratio, value_text, with_error
+
+Array = NDArray[np.float64]
+
+SURE = 2.0  # errors by which two neighbours differ, so that a change has a direction
+
+
+@dataclass(frozen=True)
+class Trend:
+    """The main result of points along a key: Haff's α, or PV/NT, beside the best theory.
+
+    key : the swept key
+    rows : a comparison of each point, in the order of the key
+    """
+
+    key: str
+    rows: Sequence[Mapping[str, Any]]
+
+    def column(self, name: str) -> Array:
+        """A number of each row, (*points*,); nan where it is not known."""
+        values = (row[name] for row in self.rows)
+        return np.array([math.nan if value is None else float(value) for value in values])
+
+    @property
+    def x(self) -> Array:
+        """The values of the key, (*points*,)."""
+        return np.array([float(row["parameters"][self.key]) for row in self.rows])
+
+    @property
+    def symbol(self) -> str:
+        """The symbol of the result: ``α``."""
+        return SYMBOLS[self.rows[0]["quantity"]][0]
+
+    @property
+    def unit(self) -> str:
+        """The unit of the result; empty for a ratio."""
+        return SYMBOLS[self.rows[0]["quantity"]][1]
+
+    @property
+    def theory(self) -> str:
+        """The name of the theory; empty if there is only that of an ideal gas."""
+        return "" if self.rows[0]["model"] == IDEAL else theory_name(self.rows[0])
+
+    def sentence(self) -> str:
+        """How the result changes, and whether as much as in theory; without a full stop."""
+        first, last = (with_error(row["measured"], row["error"], self.unit) for row in self._ends())
+        at = [f"{self.key} = {value_text(row['parameters'][self.key])}" for row in self._ends()]
+        change = f"{self.symbol} {self._verb()} from {first} at {at[0]} to {last} at {at[1]}"
+        if not self.theory:
+            return change
+        parts = [change + self._beside_theory(), self._farthest()]
+        return "; ".join(filter(None, parts))
+
+    def _ends(self) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+        return self.rows[0], self.rows[-1]
+
+    def _verb(self) -> str:
+        """``falls`` or ``rises`` where no step is the other way beyond its error."""
+        values, errors = self.column("measured"), self.column("error")
+        steps = np.diff(values)
+        of_steps = SURE * np.nan_to_num(np.hypot(errors[1:], errors[:-1]))
+        if np.all(steps <= of_steps) and np.any(steps < -of_steps):
+            return "falls"
+        if np.all(steps >= -of_steps) and np.any(steps > of_steps):
+            return "rises"
+        return "changes, not in one direction," if np.any(np.abs(steps) > of_steps) else "goes"
+
+    def _beside_theory(self) -> str:
+        """Whether the change is steeper than that of theory, if the ends tell it.
+
+        The share of theory at an end has the error of the difference over the prediction.
+        """
+        predicted, measured = self.column("predicted"), self.column("measured")
+        share, error = measured / predicted, self.column("difference_error") / np.abs(predicted)
+        change, of_change = share[-1] - share[0], math.hypot(error[0], error[-1])
+        if not math.isfinite(change / of_change if of_change else math.nan):
+            return ""
+        if abs(change) < MOST_ERRORS * of_change:
+            return f", as steeply as {self.theory} within {MOST_ERRORS:g} errors"
+        growth = [abs(math.log(values[-1] / values[0])) for values in (measured, predicted)]
+        steeper = "more" if growth[0] > growth[1] else "less"
+        return f", {steeper} steeply than {self.theory} ({abs(change) / of_change:.1f} errors)"
+
+    def _farthest(self) -> str:
+        """Where the result differs most from theory, in errors."""
+        errors = np.nan_to_num(np.abs(self.column("difference_in_errors")))
+        if not np.any(errors):
+            return ""
+        place = int(np.argmax(errors))
+        row = self.rows[place]
+        excess = 100 * row["difference"] / row["predicted"]
+        side = "below" if excess < 0 else "above"
+        where = f"{self.key} = {value_text(row['parameters'][self.key])}"
+        most = f"{errors[place]:.1f} errors, the most of {len(errors)} points"
+        return f"it is {ratio(abs(excess))} % {side} theory at {where} ({most})"
+
+
+def trends(compared: Records, key: str) -> dict[str, Trend]:
+    """Trends along a key, by the values of the other keys (empty if there is none).
+
+    compared : rows of ``comparisons``
+
+    A trend has two or more points at which the key is a number, with the quantity and the theory
+    that most of them have.
+    """
+    groups: dict[str, Records] = {}
+    for row in main_comparisons(compared):
+        others = dict(row["parameters"])
+        value = others.pop(key, None)
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            groups.setdefault(point_label(others) if others else "", []).append(row)
+    found = {}
+    for label, rows in groups.items():
+        kinds = Counter((row["quantity"], row["model"]) for row in rows)
+        common = max(kinds, key=lambda kind: kinds[kind])
+        alike = [row for row in rows if (row["quantity"], row["model"]) == common]
+        alike.sort(key=lambda row: float(row["parameters"][key]))
+        if len(alike) > 1:
+            found[label] = Trend(key, alike)
+    return found

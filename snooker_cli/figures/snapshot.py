@@ -1,0 +1,144 @@
+"""The balls in their container at some times of a repeat, coloured by what they do."""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from snooker_cli.analysis import structure
+from snooker_cli.engine import state_at
+from snooker_cli.errors import FigureError
+from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.conditions import MOST_SPECIES
+from snooker_cli.figures.figure_data import Array, FigureData, Picture, Pictures
+from snooker_cli.formatting import listed, short
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Trace
+
+MOST_PICTURES = 12  # times of one figure
+
+SHOWN = 99.0  # percent of the balls whose values the colours tell apart; few are far outside
+
+
+class Colours(NamedTuple):
+    """What colours show: values of each state, their label, and names of 0, 1, 2 …, if any."""
+
+    values: list[Array]
+    label: str
+    limits: tuple[float, float]
+    names: tuple[str, ...] = ()
+
+
+def _of_speed(states: list[Scene]) -> Colours:
+    """Speeds; of several states over the root mean square of each, since a gas cools."""
+    speeds = [np.hypot(*scene.velocities.T) for scene in states]
+    label = "speed (m/s)"
+    if len(states) > 1:
+        means = [math.sqrt(float(np.mean(speed**2))) for speed in speeds]
+        speeds = [speed / (mean or 1.0) for speed, mean in zip(speeds, means, strict=True)]
+        label = "speed over the root mean square at that time"
+    return Colours(speeds, label, (0.0, _highest(speeds)))
+
+
+def _of_species(states: list[Scene]) -> Colours:
+    """The species, by radius and mass. Raises ``FigureError`` for too many."""
+    kinds = structure.species(states[0])
+    if len(kinds) > MOST_SPECIES:
+        raise FigureError(
+            f"the balls have {len(kinds):,} radii and masses; colours show {MOST_SPECIES} species "
+            "at most"
+        )
+    values, firsts = np.zeros(states[0].number), [balls[0] for balls in kinds]
+    for k, balls in enumerate(kinds):
+        values[balls] = k
+    scene = states[0]
+    names = [f"r = {scene.radii[k]:g} m, m = {scene.masses[k]:g} kg" for k in firsts]
+    limits = 0.0, float(len(names) - 1)
+    return Colours([values] * len(states), "species", limits, tuple(names))
+
+
+def _of_density(states: list[Scene]) -> Colours:
+    """The packing fraction around each ball."""
+    packings = [
+        structure.local_packing(scene.positions, scene.velocities, scene) for scene in states
+    ]
+    label = f"packing fraction in cells of {structure.BALLS_IN_CELL:g} balls on average"
+    return Colours(packings, label, (0.0, _highest(packings)))
+
+
+def _highest(values: list[Array]) -> float:
+    return float(max(np.percentile(value, SHOWN) for value in values)) or 1.0
+
+
+COLOURS: dict[str, Callable[[list[Scene]], Colours]] = {
+    "speed": _of_speed,
+    "species": _of_species,
+    "density": _of_density,
+}
+"""What the colours of balls can show."""
+
+
+def snapshot(build: FigureBuilder) -> FigureData:
+    """The states at the selected times, or at the end, of the selected or the first repeat."""
+    (point,) = build.points
+    build.limit(point, 1)
+    trace, times = next(build.traces(point)), build.selection.times
+    found = _states(build, trace, times or (trace.stop.time,))
+    colours = COLOURS[build.selection.colour]([scene for _, scene in found])
+    pictures = Pictures(
+        tuple(
+            _picture(time, scene, values)
+            for (time, scene), values in zip(found, colours.values, strict=True)
+        ),
+        *colours[1:],
+    )
+    if len(found) == 1:
+        build.record(point, time=found[0][0])
+    return build.figure(
+        _moved(trace, times, [time for time, _ in found]),
+        numbers={"times": [time for time, _ in found]},
+        pictures=pictures,
+    )
+
+
+def _states(
+    build: FigureBuilder, trace: Trace, times: tuple[float, ...]
+) -> list[tuple[float, Scene]]:
+    """The time and the state at each time, without repetitions. Raises ``FigureError``."""
+    if len(times) > MOST_PICTURES:
+        raise FigureError(f"one figure shows {MOST_PICTURES} times at most, not {len(times)}")
+    end = trace.stop.time
+    for time in times:
+        if not 0 <= time <= end:
+            raise FigureError(f"the repeat has no time {time:g} s: it ends at {end:.9g} s")
+    found: dict[float, Scene] = {}
+    for k, time in enumerate(sorted(times), 1):
+        if len(times) > 1:
+            build.reading(f"snapshot: time {k} of {len(times)}")
+        stored, scene = state_at(trace, time)
+        found.setdefault(stored, scene)
+    return [*found.items()]
+
+
+def _moved(trace: Trace, wanted: tuple[float, ...], found: list[float]) -> str:
+    """A sentence if the states are not at the times that were asked for."""
+    missing = [time for time in wanted if time not in found]
+    if not missing:
+        return ""
+    stored = "only the start and the end" if trace.snapshots is None else "states at some times"
+    asked = listed([f"{short(time, 4)} s" for time in missing])
+    return f"The run stores {stored}: the picture is the nearest to {asked}."
+
+
+def _picture(time: float, scene: Scene, values: Array) -> Picture:
+    container = scene.container
+    return Picture(
+        time=time,
+        places=container.nearest_image(scene.positions - scene.container_position),
+        radii=scene.radii,
+        values=values,
+        outline=container.outline,
+        size=container.size,
+        periodic=container.periodic,
+    )

@@ -1,0 +1,217 @@
+"""Pictures of states -> a matplotlib figure: few balls as circles, many as pixels.
+
+A million circles would take minutes and 100 MB. Pixels take seconds, and their number does not
+depend on the number of balls.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snooker_cli.figures.drawing import (
+    _SHADES,
+    LIGHTEST,
+    LINE_HEIGHT,
+    WIDTH,
+    SnookerFigure,
+    colour,
+    styled,
+    title_lines,
+)
+from snooker_cli.figures.figure_data import FigureData, Picture, Pictures
+from snooker_cli.files import out_of_sight
+from snooker_cli.formatting import short
+
+with out_of_sight("matplotlibrc"):
+    from matplotlib import rcParams
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.collections import EllipseCollection, LineCollection
+    from matplotlib.colors import Colormap, ListedColormap, Normalize, to_rgb
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Polygon
+
+MOST_CIRCLES = 3000  # balls of a picture that are drawn as circles
+WIDE, MOST_COLUMNS = 7.0, 4  # width of several pictures, inches: of a page; pictures in a row
+PIXELS = 900  # of the longer side of a picture, or of a row of them
+FINER = 3  # parts of a side of a pixel at most, so that balls smaller than a pixel have their area
+MARGIN = 0.02  # around the container, over its size
+BELOW, SCALE = 0.7, 0.04  # height of the colour scale with its texts, inches; its share of that
+TITLE_HEIGHT = 0.22  # of the time above a picture, inches
+
+
+def draw_pictures(data: FigureData, pictures: Pictures, size: tuple[float, float] | None) -> Figure:
+    """The pictures in rows, with a common scale of colours below.
+
+    size : width and height in inches; None is a column of a page for one picture, a page for more
+    """
+    number = len(pictures.each)
+    columns = min(number, MOST_COLUMNS)
+    rows = math.ceil(number / columns)
+    width = size[0] if size else WIDTH if number == 1 else WIDE
+    title = title_lines(data.title, width)
+    high = max(picture.size[1] / picture.size[0] for picture in pictures.each)
+    height = rows * (high * (width - 0.4) / columns + TITLE_HEIGHT) + BELOW
+    height += LINE_HEIGHT * (len(title) + len(pictures.names) // 2)
+    colours = _colours(pictures)
+    with styled():
+        layout = ConstrainedLayoutEngine()
+        figure = SnookerFigure(size or (width, height), layout=layout)
+        FigureCanvasAgg(figure)
+        grid = list(figure.subplots(rows, columns, squeeze=False).flat)
+        for axes, picture in zip(grid, pictures.each, strict=False):
+            _draw(axes, picture, pictures, colours, PIXELS // columns if number > 1 else PIXELS)
+        for axes in grid[number:]:
+            axes.set_visible(False)
+        heading = {"fontsize": rcParams["axes.titlesize"], "fontweight": "bold"}
+        figure.suptitle("\n".join(title), x=0.01, ha="left", parse_math=False, **heading)
+        if pictures.names:
+            marks: list[Any] = [
+                Line2D([], [], linestyle="none", marker="o", color=colours(k))
+                for k in range(len(pictures.names))
+            ]
+            figure.legend(marks, pictures.names, loc="outside lower center", ncols=2)
+        else:
+            scale = figure.colorbar(
+                _mappable(pictures, colours),
+                ax=grid,
+                orientation="horizontal",
+                extend="max",
+                shrink=0.8 if number == 1 else 0.4,
+                fraction=SCALE,
+                pad=0.04,
+            )
+            scale.set_label(pictures.label, parse_math=False)
+        layout.execute(figure)
+        figure.set_layout_engine(None)
+    return figure
+
+
+def _colours(pictures: Pictures) -> Colormap:
+    """The colours of values from 0 to 1, or those of the names."""
+    if pictures.names:
+        return ListedColormap([to_rgb(colour(k)) for k in range(len(pictures.names))])
+    return ListedColormap(_SHADES(np.linspace(0.0, LIGHTEST, 256)))
+
+
+def _mappable(pictures: Pictures, colours: Colormap) -> Any:
+    from matplotlib.cm import ScalarMappable
+
+    return ScalarMappable(Normalize(*pictures.limits), colours)
+
+
+def _rgb(picture: Picture, pictures: Pictures, colours: Colormap) -> NDArray[np.float64]:
+    """The colour of each ball, (*N*, 3), from 0 to 1."""
+    if pictures.names:
+        return np.asarray(colours(picture.values.astype(int)))[:, :3]
+    return np.asarray(colours(Normalize(*pictures.limits, clip=True)(picture.values)))[:, :3]
+
+
+def _draw(axes: Axes, picture: Picture, pictures: Pictures, colours: Colormap, pixels: int) -> None:
+    """A container with its balls, and the time above."""
+    width, height = picture.size
+    rgb = _rgb(picture, pictures, colours)
+    if len(picture.radii) <= MOST_CIRCLES:
+        _draw_circles(axes, picture, rgb)
+    else:
+        extent = (-width / 2, width / 2, -height / 2, height / 2)
+        image = raster(picture, rgb, pixels)
+        axes.imshow(image, extent=extent, origin="lower", interpolation="antialiased", zorder=2)
+    corners = picture.outline
+    edges = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+    vertical = np.isclose(edges[:, 0, 0], edges[:, 1, 0]) & (len(corners) == 4)
+    open_edges = np.where(vertical, picture.periodic[0], picture.periodic[1])
+    for repeats in (False, True):
+        lines = LineCollection([*edges[open_edges == repeats]], colors="0.2", linewidths=0.8)
+        lines.set_linestyle((0, (2, 2)) if repeats else "solid")
+        axes.add_collection(lines)
+        lines.set_zorder(3)
+    axes.set_aspect("equal")
+    margin = MARGIN * max(width, height)
+    axes.set_xlim(-width / 2 - margin, width / 2 + margin)
+    axes.set_ylim(-height / 2 - margin, height / 2 + margin)
+    axes.set_axis_off()
+    axes.set_title(f"t = {short(picture.time, 4)} s", fontweight="normal", pad=2, parse_math=False)
+
+
+def _draw_circles(axes: Axes, picture: Picture, rgb: NDArray[np.float64]) -> None:
+    """Circles, and those of images that reach into the container."""
+    places, balls = _with_images(picture)
+    diameters = 2 * picture.radii[balls]
+    circles = EllipseCollection(
+        diameters,
+        diameters,
+        np.zeros(len(balls)),
+        units="xy",
+        offsets=places,
+        offset_transform=axes.transData,
+        facecolors=rgb[balls],
+        linewidths=0,
+        zorder=2,
+    )
+    axes.add_collection(circles)
+    if any(picture.periodic):
+        inside = Polygon(picture.outline, closed=True, facecolor="none", edgecolor="none")
+        axes.add_patch(inside)
+        circles.set_clip_path(inside)
+
+
+def _with_images(picture: Picture) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """Places of balls and of images that reach into the container, and the ball of each."""
+    places, balls = picture.places, np.arange(len(picture.radii))
+    for axis, (side, repeats) in enumerate(zip(picture.size, picture.periodic, strict=True)):
+        if not repeats:
+            continue
+        beyond = np.abs(places[:, axis]) + picture.radii[balls] > side / 2
+        images = places[beyond].copy()
+        images[:, axis] -= np.copysign(side, images[:, axis])
+        places, balls = np.concatenate([places, images]), np.append(balls, balls[beyond])
+    return places, balls
+
+
+def raster(picture: Picture, rgb: NDArray[np.float64], pixels: int) -> NDArray[np.uint8]:
+    """The balls as pixels with red, green, blue and cover, (*rows*, *columns*, 4), 0 to 255.
+
+    rgb : (*N*, 3), from 0 to 1
+    pixels : of the longer side
+
+    A pixel has the mean colour of its parts that balls cover. A ball covers one part at least.
+    """
+    places, balls = _with_images(picture)
+    scale = pixels / max(picture.size)
+    smallest = max(float(picture.radii.min()) * scale, 1e-9)
+    finer = min(max(math.ceil(1 / smallest), 1), FINER)
+    columns, rows = (max(round(side * scale), 1) for side in picture.size)
+    across, up = columns * finer, rows * finer
+    fine = np.zeros((up, across, 3), dtype=np.float32)
+    covered = np.zeros((up, across), dtype=bool)
+    step = np.array(picture.size) / (across, up)
+    centres = (places + np.array(picture.size) / 2) / step - 0.5  # of parts: 0, 1, 2 …
+    radii = picture.radii[balls] / step.mean()
+    nearest = np.rint(centres).astype(np.int64)
+    colours = rgb.astype(np.float32)
+    reaches = np.ceil(radii).astype(np.int64)
+    for reach in np.unique(reaches):
+        alike = np.flatnonzero(reaches == reach)
+        offsets = np.arange(-reach, reach + 1)
+        grid = np.stack(np.meshgrid(offsets, offsets), axis=-1).reshape(-1, 2)
+        # Over the offsets, or over the balls: whichever are fewer.
+        loops = grid[:, np.newaxis] if len(grid) < len(alike) else [grid] * len(alike)
+        for k, offset in enumerate(loops):
+            chosen = alike if len(grid) < len(alike) else alike[k : k + 1]
+            parts = nearest[chosen] + offset
+            distances = np.hypot(*(parts - centres[chosen]).T)
+            covers = (distances <= radii[chosen]) | np.all(np.asarray(offset) == 0, axis=-1)
+            covers &= np.all((parts >= 0) & (parts < (across, up)), axis=1)
+            x, y = parts[covers].T
+            fine[y, x] = colours[balls[np.broadcast_to(chosen, covers.shape)[covers]]]
+            covered[y, x] = True
+    shares = covered.reshape(rows, finer, columns, finer).mean(axis=(1, 3))
+    sums = fine.reshape(rows, finer, columns, finer, 3).sum(axis=(1, 3)) / finer**2
+    means = sums / np.maximum(shares, 1e-9)[..., np.newaxis]
+    image = np.concatenate([means, shares[..., np.newaxis]], axis=-1)
+    return np.asarray(np.rint(255 * image).clip(0, 255), dtype=np.uint8)

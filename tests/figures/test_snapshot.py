@@ -1,0 +1,179 @@
+"""Pictures of states: which states, colours and pixels they have."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.text import Text
+from PIL import Image
+from repeating import done, made
+
+from snooker_cli.containers import Box, Channel, Container, PeriodicBox
+from snooker_cli.engine import replay
+from snooker_cli.errors import FigureError
+from snooker_cli.figures import FIGURES, Selection
+from snooker_cli.figures.drawing import draw, save, styled, to_json
+from snooker_cli.figures.figure_data import FigureData, Picture, Pictures
+from snooker_cli.figures.state_pictures import raster
+from snooker_cli.runs import Run
+
+MIXTURE = """\
+container: {shape: channel, width: 12, height: 10}
+balls:
+  - {count: 6, radius: 0.5, mass: 2, speed: 1}
+  - {count: 20, radius: 0.25, mass: 1, speed: 1}
+cor: 0.9
+time: 20
+"""
+
+
+@pytest.fixture(scope="module")
+def mixture(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    run = made(tmp_path_factory.mktemp("states") / "run", MIXTURE)
+    done(run)
+    return run
+
+
+def drawn(run: Run, *times: float, colour: str = "speed") -> FigureData:
+    return FIGURES["snapshot"].make(run, Selection(times=times, colour=colour))
+
+
+def test_it_shows_the_states_of_a_repeat(mixture: Run) -> None:
+    trace = mixture.read(mixture.points[0], 0)
+    figure = drawn(mixture, 3.0, 7.5)
+    states = replay(trace, [3.0, 7.5])
+    for k, picture in enumerate(figure.pictures.each):
+        assert picture.time == states.time[k]
+        assert np.array_equal(picture.places, states.positions[k])
+        speeds = np.hypot(*states.velocities[k].T)
+        assert np.allclose(picture.values, speeds / math.sqrt(np.mean(speeds**2)))
+    assert "nearest" not in figure.caption
+    (last,) = drawn(mixture).pictures.each
+    assert last.time == 20.0
+    assert np.array_equal(last.values, np.hypot(*trace.finish.velocities.T))
+
+
+def test_colours_show_species_and_density(mixture: Run) -> None:
+    species = drawn(mixture, 3.0, colour="species").pictures
+    assert species.names == ("r = 0.5 m, m = 2 kg", "r = 0.25 m, m = 1 kg")
+    assert species.each[0].values.tolist() == [0.0] * 6 + [1.0] * 20
+    (dense,) = drawn(mixture, 3.0, colour="density").pictures.each
+    area = 6 * math.pi * 0.25 + 20 * math.pi * 0.0625
+    shares = math.pi * dense.radii**2 / dense.values
+    assert shares.sum() <= 120 * (1 + 1e-9)  # of cells with balls
+    assert 0.5 * area / 120 < np.mean(dense.values) < 4 * area / 120
+
+
+def test_times_without_a_state_are_refused_or_replaced(mixture: Run, tmp_path: Path) -> None:
+    with pytest.raises(FigureError, match="no time 21 s: it ends at 20 s"):
+        drawn(mixture, 21.0)
+    with pytest.raises(FigureError, match="12 times at most"):
+        drawn(mixture, *range(13))
+    stored = made(tmp_path / "run", MIXTURE, "record=snapshots", "snapshots=[5, 10]")
+    done(stored)
+    figure = drawn(stored, 4.0, 6.0, 10.0)
+    assert figure.numbers["times"] == [5.0, 10.0]
+    assert "states at some times: the picture is the nearest to 4 s and 6 s." in figure.caption
+
+
+def test_it_is_saved_without_its_balls(mixture: Run, tmp_path: Path) -> None:
+    figure = drawn(mixture, 0.0, 10.0, 20.0)
+    paths = save(figure, tmp_path / "states", ("png",))
+    assert paths[1].stat().st_size < 2000
+    assert '"times": [\n' in to_json(figure)
+    assert "The colour of a ball shows: speed" in figure.alt
+    with Image.open(paths[0]) as image:
+        assert image.width == 7 * 200
+        assert len(image.convert("RGB").getcolors(10**6)) > 100
+
+
+# --- pixels -----------------------------------------------------------------------------------
+
+
+def picture(places: list[tuple[float, float]], radii: list[float], side: float = 10.0) -> Picture:
+    box = PeriodicBox(side, side)
+    columns = np.array(places), np.array(radii), np.zeros(len(radii))
+    return Picture(0.0, *columns, box.outline, box.size, box.periodic)
+
+
+def test_pixels_cover_the_area_of_the_balls() -> None:
+    """Of large ones, of one that is cut by two edges, and of ones smaller than a pixel."""
+    white = np.ones((1, 3))
+    for radius, place in ((3.0, (0.3, 0.2)), (2.0, (4.9, -4.8)), (1.0, (-5.0, 0.0))):
+        image = raster(picture([place], [radius]), white, 400)
+        covered = image[..., 3].sum() / 255 * (10 / 400) ** 2
+        assert math.isclose(covered, math.pi * radius**2, rel_tol=0.02)
+    dice = np.random.default_rng(1)
+    places = dice.uniform(-50, 50, (4000, 2))
+    image = raster(picture(places.tolist(), [0.2] * 4000, 100.0), np.ones((4000, 3)), 200)
+    covered = image[..., 3].mean() / 255
+    overlapping = 1 - math.exp(-4000 * math.pi * 0.2**2 / 100**2)
+    assert math.isclose(covered, overlapping, rel_tol=0.15)  # parts are a third of a pixel
+
+
+def test_pixels_have_the_colour_and_the_place_of_their_ball() -> None:
+    """x to the right and y upwards: rows begin at the bottom."""
+    colours = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
+    image = raster(picture([(-2.5, -2.5), (2.5, 2.5)], [1.0, 1.0]), colours, 40)
+    assert image[10, 10].tolist() == [255, 0, 0, 255]
+    assert image[30, 30].tolist() == [0, 0, 255, 255]
+    assert image[10, 30].tolist() == [0, 0, 0, 0]
+
+
+def test_a_million_balls_are_a_small_picture(tmp_path: Path) -> None:
+    """The pixels, not the balls, decide the size."""
+    dice = np.random.default_rng(1)
+    number = 1_000_000
+    balls = picture([], [], 1000.0)
+    columns = dice.uniform(-500, 500, (number, 2)), np.full(number, 0.3), dice.uniform(size=number)
+    many = Picture(0.0, *columns, balls.outline, balls.size, balls.periodic)
+    pictures = Pictures((many,), "value", (0.0, 1.0))
+    data = FigureData("snapshot", "Balls", "x", "y", (), "", pictures=pictures)
+    svg, png, _ = save(data, tmp_path / "many", ("svg", "png"))
+    assert max(svg.stat().st_size, png.stat().st_size) < 5_000_000
+
+
+# --- what is drawn ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("colour", ["speed", "species"])
+@pytest.mark.parametrize("times", [(), (0.0, 1.0, 5.0, 10.0, 20.0)])
+def test_it_is_drawn_legibly(mixture: Run, colour: str, times: tuple[float, ...]) -> None:
+    with styled():
+        figure = draw(drawn(mixture, *times, colour=colour))
+        figure.draw_without_rendering()
+        shown = [axes for axes in figure.axes if axes.get_visible()]
+        hidden = {id(text) for axes in shown if not axes.axison for text in axes.findobj(Text)}
+        hidden -= {id(axes.title) for axes in shown}
+        texts = [
+            text for text in figure.findobj(Text) if text.get_text() and id(text) not in hidden
+        ]
+        boxes = [text.get_window_extent() for text in texts]
+        for box in boxes:
+            assert figure.bbox.contains(box.x0, box.y0)
+            assert figure.bbox.contains(box.x1, box.y1)
+    places = [axes.get_window_extent() for axes in shown]
+    assert not any(one.overlaps(two) for one, two in itertools.combinations(places, 2))
+    titles = [axes.get_title() for axes in shown]
+    wanted = [f"t = {time:g} s" for time in times or (20.0,)]
+    assert titles == wanted + [""] * (colour == "speed")  # and the scale of colours
+
+
+@pytest.mark.parametrize(
+    ("container", "dashed"), [(PeriodicBox(10, 10), 4), (Channel(10, 10), 2), (Box(10, 10), 0)]
+)
+def test_edges_that_repeat_are_dashed(container: Container, dashed: int) -> None:
+    columns = np.zeros((1, 2)), np.ones(1), np.zeros(1)
+    one = Picture(0.0, *columns, container.outline, container.size, container.periodic)
+    pictures = Pictures((one,), "value", (0.0, 1.0))
+    axes, _ = draw(FigureData("snapshot", "Balls", "x", "y", (), "", pictures=pictures)).axes
+    solid, repeating = (each for each in axes.collections if isinstance(each, LineCollection))
+    assert [len(each.get_segments()) for each in (solid, repeating)] == [4 - dashed, dashed]
+    for (x, y), (u, v) in repeating.get_segments():
+        assert container.periodic[0 if x == u else 1]
+        assert x == u or y == v

@@ -1,0 +1,138 @@
+"""Figures, tables and reports of runs side by side, and of the main result along a swept key."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from figure_runs import layers, made, shown
+from matplotlib.colors import to_rgb
+
+import snooker_cli as snooker
+from snooker_cli.analysis.run_analysis import comparisons
+from snooker_cli.errors import FigureError
+from snooker_cli.figures.captions import FigureBuilder, theories_once
+from snooker_cli.figures.drawing import colour
+from snooker_cli.figures.figure_data import NEUTRAL, Line, Points
+from snooker_cli.runs import Run
+from snooker_cli.runs.side_by_side import RunsSideBySide
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, Run]:
+    """Two sweeps over the CoR with different walls, and the paths that commands open."""
+    folder = tmp_path_factory.mktemp("runs")
+    return (
+        made(folder / "A", "cor=0.8,0.9", "wall_cor=null", "repeats=4"),
+        made(folder / "B", "cor=0.8,0.9", "repeats=5"),
+    )
+
+
+@pytest.fixture(scope="module")
+def joined(runs: tuple[Run, Run]) -> RunsSideBySide:
+    return RunsSideBySide.of(runs)
+
+
+def test_each_run_is_a_series(runs: tuple[Run, Run], joined: RunsSideBySide) -> None:
+    found = shown(joined, "decay-against-cor")
+    filled = [points for points in layers(found, Points) if points.filled and len(points.x)]
+    assert [points.label for points in filled] == ["A, wall as balls", "B, wall CoR 1"]
+    assert [points.series for points in filled] == [0, 1]
+    for run, points in zip(runs, filled, strict=True):
+        alone = shown(run, "decay-against-cor")
+        (alpha,) = (p for p in layers(alone, Points) if p.label == "α, Haff's law fitted")
+        assert points.y.tolist() == alpha.y.tolist()
+    # The walls differ, and so does theory.
+    theories = [line for line in layers(found, Line) if len(line.x)]
+    assert [line.series for line in theories] == [0, 1]
+    assert not found.shades
+
+
+def test_one_series_for_one_point_of_each_run(joined: RunsSideBySide) -> None:
+    found = shown(joined, "energy", cor=0.9)
+    lines = [line for line in layers(found, Line) if len(line.x)]
+    assert [line.label for line in lines] == ["A, wall as balls", "B, wall CoR 1"]
+    assert "4 to 5 repeats, at most 200 collisions: 1 of 9 repeats ended early" in found.caption
+
+
+def test_several_points_of_a_run_are_shades_of_its_colour(joined: RunsSideBySide) -> None:
+    found = shown(joined, "event-decay")
+    assert (found.hues, found.shades) == ((0, 0, 1, 1), (0.0, 1.0, 0.0, 1.0))
+    assert colour(0, found.shades, found.hues) == colour(0)
+    assert colour(2, found.shades, found.hues) == colour(1)
+    strong, pale = (np.array(to_rgb(colour(k, found.shades, found.hues))) for k in (0, 1))
+    assert pale == pytest.approx(1 - (1 - strong) * 0.4, abs=0.005)  # 60 % white
+    assert not shown(joined, "event-decay", cor=0.9).hues
+
+
+def test_one_value_of_the_key_from_each_run(tmp_path: Path) -> None:
+    """No run sweeps the CoR: the points of the runs are one series along it."""
+    pair = RunsSideBySide.of([made(tmp_path / "A", "cor=0.8"), made(tmp_path / "B", "cor=0.9")])
+    found = shown(pair, "decay-against-cor")
+    alpha = next(p for p in layers(found, Points) if p.label == "α, Haff's law fitted")
+    assert alpha.x.tolist() == [0.8, 0.9]
+
+
+def test_theory_is_drawn_once_if_it_is_the_same(tmp_path: Path) -> None:
+    runs = [made(tmp_path / "A", "cor=0.8,0.9"), made(tmp_path / "B", "cor=0.8,0.9", "seed=2")]
+    found = shown(RunsSideBySide.of(runs), "decay-against-cor")
+    (line,) = (line for line in layers(found, Line) if len(line.x))
+    assert line.series == NEUTRAL
+    assert len([points for points in layers(found, Points) if points.filled and len(points.x)]) == 2
+
+
+def test_curves_that_differ_visibly_stay(decaying: Run) -> None:
+    x = np.linspace(0.0, 1.0, 9)
+    build = FigureBuilder(decaying, None, [[*decaying.points]], {})  # type: ignore[arg-type]
+    build.lines = [
+        Line(x, x + 1, None, 0, "dashed"),
+        Line(2 * x, 2 * x + 1.0005, None, 1, "dashed"),  # the same, and longer
+        Line(x, x + 1.01, None, 2, "dashed"),
+        Line(x, x + 1, None, 3, "dotted"),
+        Line(x, x + 1, None, 4),  # a simulation
+    ]
+    kept = [(line.series, len(line.x), line.x[-1]) for line in theories_once(build.lines)]
+    assert kept == [(NEUTRAL, 9, 2.0), (2, 9, 1.0), (3, 9, 1.0), (4, 9, 1.0)]
+
+
+def test_analyses_are_those_of_each_run(runs: tuple[Run, Run], joined: RunsSideBySide) -> None:
+    found = comparisons(joined).rows
+    alone = [row for run in runs for row in comparisons(run).rows]
+    assert [row["measured"] for row in found] == [row["measured"] for row in alone]
+    first, last = (row["parameters"] for row in (found[0], found[-1]))
+    assert first == {"run": "A", "cor": 0.8, "wall_cor": None}
+    assert last == {"run": "B", "cor": 0.9, "wall_cor": 1.0}
+    assert [row["requested"] for row in (found[0], found[-1])] == [4, 5]
+
+
+def test_tables_of_python_and_commands(runs: tuple[Run, Run]) -> None:
+    pair = snooker.open(*(run.directory for run in runs))
+    lines = pair.fit(quantity="kinetic", cor=0.9).lines()
+    table = lines[lines.index("") + 1 :]
+    assert table[0].split()[:3] == ["point", "constant,", "1/s"]
+    assert table[1] == "kinetic energy, exponential, A 1"
+    assert table[4] == "kinetic energy, haff, A 1"
+    places = ["  A, wall_cor=cor ", "  B, wall_cor=1.0 "] * 2
+    rows = [line for line in table[1:] if line.startswith("  ")]
+    assert [row[: len(place)] for row, place in zip(rows, places, strict=True)] == places
+    columns = pair.table()
+    assert columns["run"].tolist() == ["A"] * 8 + ["B"] * 10
+    assert len(pair.matching(run="B", cor=0.9)) == 1
+    with pytest.raises(FigureError, match="no point has run = C: there it is A and B"):
+        pair.matching(run="C")
+
+
+def test_the_main_result_along_any_number(tmp_path: Path) -> None:
+    run = made(tmp_path / "R", "cor=1", "wall_cor=null", "balls.radius=0.5,1.0", "collisions=600")
+    found = shown(run, "swept-key")
+    (points,) = (points for points in layers(found, Points) if len(points.x))
+    best = [row for row in comparisons(run).rows if row["quantity"] == "PV/NT"]
+    of_point = {row["parameters"]["balls.radius"]: row for row in best}  # the last is the best
+    assert points.x.tolist() == [0.5, 1.0]
+    assert points.y.tolist() == [of_point[radius]["measured"] for radius in (0.5, 1.0)]
+    (line,) = (line for line in layers(found, Line) if len(line.x))
+    assert line.y.tolist() == [of_point[radius]["predicted"] for radius in (0.5, 1.0)]
+    assert "PV/NT rises from" in found.caption
+    with pytest.raises(FigureError, match="sweep a key"):
+        shown(run, "swept-key", balls__radius=1.0)
