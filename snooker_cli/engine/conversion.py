@@ -187,7 +187,8 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
         period = np.array(scenes[0].container.period)[:, np.newaxis]
         columns[:, :2] -= period * np.rint(columns[:, :2] / period)
     if len(labels):
-        columns = columns[:, :, np.argsort(labels)]
+        sorted_by_cells, columns = columns, np.empty_like(columns)
+        columns[:, :, labels] = sorted_by_cells
     columns[:, :2] += np.stack([origin_of(scene) for scene in scenes])[:, :, np.newaxis]
     rows = columns.transpose(0, 2, 1)
     ends = [

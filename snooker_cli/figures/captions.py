@@ -283,6 +283,9 @@ class FigureBuilder:
         unnamed = not any(line.label for line in series) and len(set(map(_owner, series))) == 1
         if not unnamed or not isinstance(series[0], Line):  # markers are explained by neutral ones
             return self.lines
+        entries = [line for line in self.lines if isinstance(line, Line) and not len(line.x)]
+        if any(entry.style in ("solid", "series") for entry in entries):  # what solid lines are
+            return self.lines
         return [replace(line, label=name) if line is series[0] else line for line in self.lines]
 
     def figure(

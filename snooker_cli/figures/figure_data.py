@@ -179,10 +179,9 @@ def with_logarithmic_axes(data: FigureData, x: bool, y: bool) -> FigureData:
     positive, and for axes on which a metre is as long in y as in x.
     """
     changes: dict[str, Any] = {}
-    for axis, wanted in (("x", x), ("y", y)):
+    for axis, option, wanted in (("x", "--log-x", x), ("y", "--log-y", y)):
         if not wanted or getattr(data, f"{axis}_log"):
             continue
-        option = "--log-x" if axis == "x" else "--log-y"
         if data.equal_axes:
             raise FigureError(f"it shows places, on axes of one scale; leave out {option}")
         shown = [layer for layer in data.layers if isinstance(layer, Line | Points)]

@@ -15,7 +15,10 @@ from snooker_cli.runs.run import Check, RepeatStatus, Run
 RUN = "run"
 """The parameter that names the run of a point."""
 
-NOT_COMPARED = {"title", "repeats", "sweep", "seed", "common_random", "record", *LIMITS}
+NOT_COMPARED = {
+    *("title", "repeats", "sweep", "seed", "common_random", "record", "snapshots"),
+    *LIMITS,
+}
 """Keys in which runs may differ without being other experiments."""
 
 

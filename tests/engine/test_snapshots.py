@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 from scenes import gas, same_events, scene_of
 
-from snooker_cli.engine import nearest_times, replay, simulate, state_at, stored_times
+from snooker_cli.engine import (
+    nearest_times,
+    replay,
+    simulate,
+    simulation,
+    state_at,
+    stored_times,
+)
 from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
 
@@ -106,3 +113,14 @@ def test_a_state_of_collisions_is_at_its_own_time() -> None:
     assert moving(state_at(trace, 2.0)[1]) == moving(trace.finish)
     with pytest.raises(ValueError, match="within 0"):
         state_at(trace, 2.5)
+
+
+def test_balls_in_the_order_of_their_cells_are_those_of_the_scene(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = SCENES["cells"]()
+    plain = simulate(scene, collisions=6000, snapshots=TIMES[1:6])
+    monkeypatch.setattr(simulation, "REORDERED", 10)
+    sorted_by_cells = simulate(scene, collisions=6000, snapshots=TIMES[1:6])
+    for k in range(5):
+        assert moving(plain.snapshots.read(k)) == moving(sorted_by_cells.snapshots.read(k))

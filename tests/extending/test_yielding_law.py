@@ -130,8 +130,8 @@ def test_it_is_fitted_verified_and_drawn(extended: Extended) -> None:
     assert "3 complete repeats, read and simulated again" in extended.snooker(
         "verify", "gas", "--replay"
     )
-    extended.snooker("plot", "gas", "energy-decay")
-    assert [*Path(extended.folder, "runs/gas/figures").glob("energy-decay*.svg")]
+    extended.snooker("plot", "gas", "event-decay")
+    assert [*Path(extended.folder, "runs/gas/figures").glob("event-decay*.svg")]
 
 
 def test_what_theory_does_not_know_is_missing_with_its_file(extended: Extended) -> None:

@@ -9,7 +9,7 @@ Oosterlinck, Color Res. Appl. 19, 105, 1994).
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ import pytest
 from figure_runs import shown
 from matplotlib.colors import to_rgb
 
-from snooker_cli.figures import FIGURES, FigureData, Line, Points
+from snooker_cli.figures import Line
 from snooker_cli.figures.drawing import _DASHES, _MARKERS, MOST_ENTRIES, colour, pattern
 from snooker_cli.figures.figure_data import NEUTRAL
 from snooker_cli.figures.selection import MOST_SERIES
@@ -118,27 +118,6 @@ def test_shades_of_a_sweep_differ_for_every_reader_and_rise_in_grey(
     assert min(np.diff([lab(name)[0] for name in colours])) >= JUST_NOTICEABLE
 
 
-def entries(found: FigureData) -> Iterator[tuple[Any, ...]]:
-    """What a reader sees of each named line and marker: two of them must not be the same."""
-    for layer in found.layers:
-        if isinstance(layer, Line) and layer.label:
-            dashes = layer.style
-            if dashes == "series":
-                dashes = "solid" if found.shades else _DASHES[pattern(layer.series)]
-            yield "line", colour(layer.series, found.shades), dashes, layer.broad
-        if isinstance(layer, Points) and layer.label:
-            yield "points", colour(layer.series, found.shades), pattern(layer.series), layer.filled
-
-
-@pytest.mark.parametrize("where", [{}, {"cor": 0.8}])
-def test_no_two_entries_of_a_legend_look_the_same(decaying: Run, where: dict[str, float]) -> None:
-    names = ["energy", "haff-time", "event-decay", "a2", "local-energy", "pair-distances"]
-    for name in names + ["decay-against-cor"] * (not where) + ["energy-fit"] * bool(where):
-        assert name in FIGURES
-        seen = [*entries(shown(decaying, name, **where))]
-        assert len(seen) == len(set(seen)), name
-
-
 def test_what_is_fitted_and_what_is_predicted_have_colours_of_their_own(decaying: Run) -> None:
     """Of one point, all lines of the local decay rate had one colour."""
     found = shown(decaying, "haff-time", cor=0.8)
@@ -162,3 +141,10 @@ def test_a_single_curve_has_a_legend_entry(name: str, decaying: Run) -> None:
     assert len(named) == 1
     assert named[0].label in ("simulation", "simulation, the first repeat")
     assert len(named[0].x) > 0
+
+
+def test_a_curve_that_the_legend_explains_has_no_second_name(driven: Run) -> None:
+    found = shown(driven, "energy-balance", cor=0.9)
+    labels = [layer.label for layer in found.layers if layer.label]
+    assert "walls gave" in labels
+    assert not any(label.startswith("simulation") for label in labels)

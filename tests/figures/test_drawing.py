@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,12 +12,21 @@ from typing import Any
 import numpy as np
 import pytest
 from figure_runs import ELASTIC, STORED, made
+from figure_runs import shown as shown_of
 from matplotlib.axis import Axis
 from matplotlib.text import Text
 
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Line, Points, Reference
-from snooker_cli.figures.drawing import MOST_ENTRIES, colour, draw, save, styled
+from snooker_cli.figures.drawing import (
+    _DASHES,
+    MOST_ENTRIES,
+    colour,
+    draw,
+    pattern,
+    save,
+    styled,
+)
 from snooker_cli.figures.figure_data import Band, with_logarithmic_axes
 from snooker_cli.figures.selection import Selection
 from snooker_cli.runs import Run
@@ -145,6 +155,28 @@ def test_every_figure_is_drawn_legibly(name: str, figures: dict[str, FigureData]
     for layer in shown.layers:
         label = getattr(layer, "label", None)
         assert label is None or label in drawn
+
+
+def entries(found: FigureData) -> Iterator[tuple[Any, ...]]:
+    """What a reader sees of each named line and marker: two of them must not be the same."""
+    for layer in found.layers:
+        if isinstance(layer, Line) and layer.label:
+            dashes = layer.style
+            if dashes == "series":
+                dashes = "solid" if found.shades else _DASHES[pattern(layer.series)]
+            yield "line", colour(layer.series, found.shades), dashes, layer.broad
+        if isinstance(layer, Points) and layer.label:
+            yield "points", colour(layer.series, found.shades), pattern(layer.series), layer.filled
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_no_two_entries_of_a_legend_look_the_same(
+    name: str, figures: dict[str, FigureData], decaying: Run
+) -> None:
+    alone = [shown_of(decaying, name, cor=0.8)] if name == "haff-time" else []
+    for found in (figures[name], *alone):
+        seen = [*entries(found)]
+        assert len(seen) == len(set(seen))
 
 
 def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
