@@ -13,6 +13,7 @@ from snooker_cli.engine.collision import collide, count, slide
 from snooker_cli.engine.conversion import new_states, origin_of
 from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
+from snooker_cli.engine.surfaces import show_spin
 from snooker_cli.errors import UnsoundError
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE, SPEED_BINS, Series, Trace, even_choice, joined
@@ -30,6 +31,7 @@ class States:
 
     positions, velocities : (*t*, *N*, 2), m and m/s
     container_positions, container_velocities : (*t*, 2), m and m/s
+    spins : (*t*, *N*), rad/s; ``None`` of smooth balls
     """
 
     time: NDArray[np.float64]
@@ -37,6 +39,7 @@ class States:
     velocities: NDArray[np.float64]
     container_positions: NDArray[np.float64]
     container_velocities: NDArray[np.float64]
+    spins: NDArray[np.float64] | None = None
 
 
 def replay(trace: Trace, times: ArrayLike) -> States:
@@ -102,6 +105,8 @@ def state_at(trace: Trace, time: float) -> tuple[float, Scene]:
     moved = {"positions": at.positions[0], "velocities": at.velocities[0]}
     container = at.container_positions[0], at.container_velocities[0]
     moved |= dict(zip(("container_position", "container_velocity"), container, strict=True))
+    if at.spins is not None:
+        moved["spins"] = at.spins[0]
     return time, replace(start, **moved)
 
 
@@ -110,8 +115,11 @@ def _stored(trace: Trace, times: Floats) -> States:
     found = [state_at(trace, time) for time in times.tolist()]
     moments, scenes = [time for time, _ in found], [scene for _, scene in found]
     columns = "positions", "velocities", "container_position", "container_velocity"
-    rows = (np.array([getattr(scene, name) for scene in scenes]) for name in columns)
-    return States(np.array(moments), *rows)
+    places, velocities, at, speed = (
+        np.array([getattr(scene, name) for scene in scenes]) for name in columns
+    )
+    spins = None if trace.start.spins is None else np.array([scene.spins for scene in scenes])
+    return States(np.array(moments), places, velocities, at, speed, spins)
 
 
 def _replayable(trace: Trace, times: ArrayLike) -> Floats:
@@ -141,9 +149,10 @@ def _states(run: "Replay", times: Floats) -> States:
     return States(
         time=times,
         positions=positions + origin,
-        velocities=out[:, 2:].transpose(0, 2, 1),
+        velocities=out[:, 2:4].transpose(0, 2, 1),
         container_positions=container[:, :2] + origin,
         container_velocities=container[:, 2:],
+        spins=out[:, 4] if out.shape[1] > 4 else None,
     )
 
 
@@ -260,11 +269,14 @@ class Replay:
     def states(self, numbers: Integers, times: Floats, balls: Integers) -> tuple[Floats, Floats]:
         """Places and velocities of balls (*t*, 4, *m*), and of the container (*t*, 4), m and m/s.
 
+        Rough balls have their spins (rad/s) as a fifth row.
+
         numbers : (*t*,) of events before each, ascending, and not below ``done``
         times : (*t*,), s, not before the last of these events
         balls : (*t*, *m*), the balls at each time; (1, *m*) if they are the same at all
         """
-        out, container = np.empty((len(numbers), 4, balls.shape[1])), np.empty((len(numbers), 4))
+        rows = 4 if self.state.surface is None else 5
+        out, container = np.empty((len(numbers), rows, balls.shape[1])), np.empty((len(numbers), 4))
         row, last = 0, int(numbers[-1]) if len(numbers) else self.done
         while row < len(numbers):
             stop = min(last, self._epoch_end)
@@ -364,6 +376,7 @@ def repeat_states(
             x, y, u, v = ks.flight(boundary, balls[column], now, state)
             out[row, 0, column], out[row, 1, column] = x, y
             out[row, 2, column], out[row, 3, column] = u, v
+            show_spin(state.surface, balls[column], out[row, :, column])
         x, y, u, v = ks.container_flight(boundary, now)
         container[row, 0], container[row, 1] = x, y
         container[row, 2], container[row, 3] = u, v

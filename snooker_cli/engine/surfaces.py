@@ -85,6 +85,14 @@ def record_rub(surface: Any, recorded: Recorded, row: int) -> None:
 
 
 @by_class
+def show_spin(surface: Any, i: int, column: Floats) -> None:
+    """Write the spin of ball i, of the scene's order, after its place and velocity.
+
+    Of ``Rough``.
+    """
+
+
+@by_class
 def twice_spin_energy(surface: Any, i: int, state: State) -> float:
     """Twice the energy of rotation of ball i over its mass, m²/s².
 
@@ -216,6 +224,9 @@ class Rough(NamedTuple):
 
     def record_rub(self, recorded: Recorded, row: int) -> None:
         recorded.tangential[row] = self.given[LAST]
+
+    def show_spin(self, i: int, column: Floats) -> None:
+        column[4] = self.spins[i]
 
     def twice_spin_energy(self, i: int, state: State) -> float:
         way = ks.radius_of(state.sizes, i) * self.spins[ks.label_of(i, state.labels)]

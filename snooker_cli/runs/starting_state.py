@@ -43,9 +43,11 @@ def state_of(start: Start) -> dict[str, Any]:
     places = state.positions[0] - state.container_positions[0]
     if scene.container.period is not None:
         places = scene.container.nearest_image(places)
-    columns = places, state.velocities[0], scene.radii, scene.masses
+    columns = [places, state.velocities[0], scene.radii, scene.masses]
+    names = ["position", "velocity", "radius", "mass"]
+    if state.spins is not None:
+        columns, names = [*columns, state.spins[0]], [*names, "spin"]
     rows = zip(*(column.tolist() for column in columns), strict=True)
-    names = "position", "velocity", "radius", "mass"
     container = {"shape": scene.container.name, **scene.container.lengths}
     if scene.free:
         container |= {"mass": scene.container_mass}
@@ -100,8 +102,11 @@ def _state_at(trace: Trace, time: float, start: Start) -> States:
         problem = f"the nearest stored state is at {stored!r} s"
         raise SceneError("start.time", f"{problem}; give this time, or none for the end")
     columns = scene.positions, scene.velocities, scene.container_position
-    rows = (column[np.newaxis] for column in (*columns, scene.container_velocity))
-    return States(np.array([time]), *rows)
+    places, velocities, at, speed = (
+        column[np.newaxis] for column in (*columns, scene.container_velocity)
+    )
+    spins = None if scene.spins is None else scene.spins[np.newaxis]
+    return States(np.array([time]), places, velocities, at, speed, spins)
 
 
 def _rounding(trace: Trace, state: States) -> float:

@@ -46,11 +46,12 @@ REPEATS, ROWS, ENDINGS, CONTENTS, PROVENANCE, WALL_KEYS, SNAPSHOT_HASHES = (
     for name in ("repeat", "rows", "ending", "content", "provenance", "wall_key", "snapshot")
 )
 
-SNAPSHOT_VALUES = tuple(
+_SNAPSHOT_VALUES = tuple(
     f"{group}/{name}"
     for group in (SNAPSHOTS, CONTAINER_SNAPSHOTS)
     for name in ("position", "velocity")
 )
+_SNAPSHOT_SPIN = f"{SNAPSHOTS}/angular_velocity"
 SNAPSHOT_TIME, SNAPSHOT_STEP = f"{SNAPSHOTS}/position/time", f"{SNAPSHOTS}/position/step"
 """When the states of all four elements are, which are of the one repeat in the file."""
 
@@ -225,11 +226,16 @@ def scene_hash(scene: Scene) -> str:
     return hashlib.sha256(_scene_bytes(scene)).hexdigest()
 
 
+def snapshot_values(start: Scene) -> tuple[str, ...]:
+    """The elements of the states of a repeat; the last one is that of spins, if balls have some."""
+    return (*_SNAPSHOT_VALUES, _SNAPSHOT_SPIN) if start.spins is not None else _SNAPSHOT_VALUES
+
+
 def snapshot_hash(time: float, scene: Scene) -> str:
     """SHA-256 of what moves, at a time, s."""
     columns = scene.positions, scene.velocities, scene.container_position, scene.container_velocity
     digest = hashlib.sha256(_bytes(time))
-    for column in columns:
+    for column in (*columns, *([] if scene.spins is None else [scene.spins])):
         digest.update(_bytes(column))
     return digest.hexdigest()
 

@@ -308,14 +308,18 @@ def read_snapshot(path: Path, trace: Trace, row: int) -> Scene:
 def _snapshot(file: h5py.File, path: Path, trace: Trace, row: int) -> Scene:
     """The state of a snapshot. Raises ``StoreError`` or ``ValueError`` for what was changed."""
     rows, number = slice(row, row + 1), trace.start.number
-    columns = [hdf5.read_rows(file, f"{name}/value", rows=rows) for name in layout.SNAPSHOT_VALUES]
-    shapes = [(1, number, 2)] * 2 + [(1, 1, 2)] * 2
+    names = layout.snapshot_values(trace.start)
+    columns = [hdf5.read_rows(file, f"{name}/value", rows=rows) for name in names]
+    shapes = ([(1, number, 2)] * 2 + [(1, 1, 2)] * 2 + [(1, number)])[: len(columns)]
     _require([column.shape for column in columns] == shapes, "number of balls in a snapshot")
-    _check_motion(trace.start, columns[:2], columns[2:])
-    moving = [*(column[0] for column in columns[:2]), *(column[0, 0] for column in columns[2:])]
-    names = "positions", "velocities", "container_position", "container_velocity"
-    scene = replace(trace.start, **dict(zip(names, moving, strict=True)))
-    _require(scene.kinetic_energy <= _most_energy(trace), "speed of a ball in a snapshot")
+    _check_motion(trace.start, columns[:2], columns[2:4])
+    moving = [*(column[0] for column in columns[:2]), *(column[0, 0] for column in columns[2:4])]
+    fields = "positions", "velocities", "container_position", "container_velocity"
+    scene = replace(trace.start, **dict(zip(fields, moving, strict=True)))
+    if len(columns) > len(fields):
+        scene = replace(scene, spins=columns[-1][0])
+    energy = scene.kinetic_energy + scene.spin_energy
+    _require(energy <= _most_energy(trace), "speed of a ball in a snapshot")
     (time,) = hdf5.read_rows(file, layout.SNAPSHOT_TIME, rows=rows).tolist()
     if layout.snapshot_hash(time, scene) != hdf5.read_text(file, layout.SNAPSHOT_HASHES)[row]:
         raise _changed(path)
@@ -327,7 +331,8 @@ def _snapshots(file: h5py.File, path: Path, trace: Trace) -> Snapshots | None:
     if layout.SNAPSHOTS not in file:
         return None
     times = hdf5.read_rows(file, layout.SNAPSHOT_TIME)
-    lengths = {hdf5.length(file, f"{name}/value") for name in layout.SNAPSHOT_VALUES}
+    names = layout.snapshot_values(trace.start)
+    lengths = {hdf5.length(file, f"{name}/value") for name in names}
     hashes = len(hdf5.read_text(file, layout.SNAPSHOT_HASHES))
     _require(lengths == {len(times)} == {hashes}, "number of snapshots")
     ascend = np.all(np.diff(times) > 0) and times[0] > 0 and times[-1] <= trace.stop.time
@@ -341,7 +346,7 @@ def _most_energy(trace: Trace) -> float:
     Raises ``ValueError`` if the balls have more at the finish.
     """
     with np.errstate(over="ignore", invalid="ignore"):
-        start, finish = trace.start, trace.finish.kinetic_energy
+        start, finish = trace.start, trace.finish.kinetic_energy + trace.finish.spin_energy
         # 2 for rounding in all collisions.
         gains = start.wall_law.gains
         before = start.kinetic_energy + start.container_energy + start.spin_energy

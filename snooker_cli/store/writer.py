@@ -206,8 +206,10 @@ class Recorder(AbstractContextManager["Recorder"]):
             if layout.SNAPSHOTS in old:
                 self._fingerprint.snapshots = hdf5.read_text(old, layout.SNAPSHOT_HASHES)
                 self._times = hdf5.read_rows(old, layout.SNAPSHOT_TIME).tolist()
-                for name in layout.SNAPSHOT_VALUES:
-                    old.copy(f"{name}/value", self._open(), f"{name}/value")
+                for group in (layout.SNAPSHOTS, layout.CONTAINER_SNAPSHOTS):
+                    for name in (f"{group}/{element}/value" for element in old[group]):
+                        if name in old:
+                            old.copy(name, self._open(), name)
             reader = EventReader(old, ROWS) if layout.TIME in old else None
             number = reader.number if reader else 0
             full = self._written = self.number = number - number % ROWS
@@ -310,9 +312,10 @@ def _moving(scene: Scene) -> Iterator[tuple[str, NDArray[np.float64], str]]:
     """The elements of a snapshot: path, row and unit of each."""
     columns = scene.positions, scene.velocities
     container = scene.container_position[np.newaxis], scene.container_velocity[np.newaxis]
-    for name, values, unit in zip(
-        layout.SNAPSHOT_VALUES, (*columns, *container), ("m", "m s-1") * 2, strict=True
-    ):
+    spins = () if scene.spins is None else (scene.spins,)
+    units = [*("m", "m s-1") * 2, *["s-1"] * len(spins)]
+    names = layout.snapshot_values(scene)
+    for name, values, unit in zip(names, (*columns, *container, *spins), units, strict=True):
         yield name, values[np.newaxis], unit
 
 
@@ -323,7 +326,7 @@ def _write_snapshot_times(
     hdf5.write_rows(file, layout.SNAPSHOT_HASHES, np.array(hashes, np.bytes_))
     hdf5.write_rows(file, layout.SNAPSHOT_TIME, np.array(times), "s")
     hdf5.write_rows(file, layout.SNAPSHOT_STEP, np.arange(len(times)))
-    for name in layout.SNAPSHOT_VALUES:
+    for name in layout.snapshot_values(start):
         for column, shared in (("time", layout.SNAPSHOT_TIME), ("step", layout.SNAPSHOT_STEP)):
             if f"{name}/{column}" != shared:
                 hdf5.link(file, f"{name}/{column}", shared)
