@@ -105,12 +105,14 @@ class Pictures:
     label : what the colours show, with its unit
     limits : the values of the first and the last colour
     names : of the values 0, 1, 2 … if they are no scale
+    high_is_dark : whether the colours are darkest at the highest value, as of a density
     """
 
     each: tuple[Picture, ...]
     label: str
     limits: tuple[float, float]
     names: tuple[str, ...] = ()
+    high_is_dark: bool = False
 
 
 @dataclass(frozen=True, eq=False)
