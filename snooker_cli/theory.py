@@ -306,6 +306,14 @@ def fixed_energy_mean_speed(number: int, temperature: float, mass: float = 1.0) 
     return fixed_energy_factor(number) * maxwell_mean_speed(temperature, mass)
 
 
+def maxwell_component_share(edges: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Maxwell's share of |c| between edges (*n* + 1,), where c = v_x √(m/2T); (*n*,).
+
+    The law of c is exp(−c²)/√π.
+    """
+    return np.diff([math.erf(edge) for edge in edges.tolist()])
+
+
 def maxwell_speed_density(speed: Real, temperature: float, mass: float = 1.0) -> Real:
     """Maxwell-Boltzmann density of the speed in 2D (s/m): (m v/T) exp(−m v²/2T) at v ≥ 0 (m/s)."""
     scaled = mass * speed / temperature

@@ -57,9 +57,16 @@ class Goodness:
     end_over_fit_error: float = math.nan
 
 
-def holding(repeats: int) -> str:
-    """What a law does that this number of repeats do not refuse."""
-    return "holds" if repeats >= ENOUGH_REPEATS else "is not refused"
+def joint_probability(in_errors: Array) -> float:
+    """The probability that chance gives differences as large at all points together.
+
+    in_errors : (*n*,) differences from theory in standard errors, from enough repeats each
+
+    The sum of their squares is that of χ² with *n* degrees of freedom.
+    """
+    from scipy import special  # takes time to load
+
+    return float(special.chdtrc(len(in_errors), np.sum(np.square(in_errors))))
 
 
 class Samples(NamedTuple):

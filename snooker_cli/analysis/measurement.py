@@ -311,9 +311,12 @@ def _species_shares(scene: Scene, calm: Sequence[Trace], relaxed: Array) -> Arra
     counts = np.array([len(balls) for balls in structure.species(scene)])
     shares = np.full((len(calm), 2), math.nan)
     for row, trace, since in zip(shares, calm, relaxed, strict=True):
-        if trace.events is None or math.isnan(since):
+        times = np.empty(0) if trace.snapshots is None else trace.snapshots.time
+        if trace.events is not None:
+            times = trace.events.time
+        if math.isnan(since):
             continue
-        times = trace.events.time[trace.events.time > since]
+        times = times[times > since]
         if len(times):
             times = times[even_choice(len(times), SPECIES_STATES)]
             warm = structure.over_time(structure.species_temperature, trace, times)

@@ -6,8 +6,8 @@ from typing import Any, TypeVar
 
 from snooker_cli.analysis.decay import FURTHER
 from snooker_cli.analysis.fitting import LAWS
-from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FEW_REPEATS, holding
-from snooker_cli.analysis.predictions import CHI_SQUARE, GIVEN
+from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FEW_REPEATS
+from snooker_cli.analysis.predictions import CHI_SQUARE, GIVEN, SPECIES_RATIO
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.formatting import (
     point_label,
@@ -187,7 +187,7 @@ def note_lines(notes: Records, points: int) -> Iterator[str]:
 IDEAL = "ideal gas law"  # no theory of balls with a size, though the only one for some scenes
 MOST_ERRORS = 3.0  # of the balance of energy in a gas that is called steady
 
-SYMBOLS = {"Haff's α": ("α", "1/s"), "PV/NT": ("PV/NT", "")}
+SYMBOLS = {"Haff's α": ("α", "1/s"), "PV/NT": ("PV/NT", ""), SPECIES_RATIO: ("T₁/T₂", "")}
 """The comparisons that a finding may have: symbol and unit. The last one of each point counts."""
 
 
@@ -234,8 +234,7 @@ def overview(fits: Records, compared: Records) -> str:
     haff = [row for row in fits if _cools(row) and row["model"] == "haff"]
     judged = [row for row in haff if row["probability"] is not None]
     held = [row["holds_to"] == row["judged_to"] for row in judged]
-    verb = holding(min((row["judged_repeats"] for row in judged), default=0))
-    parts = [f"Haff's law {verb} to the end at {sum(held)} of {len(held)} points that cool"]
+    parts = [f"Haff's law is not refused to the end at {sum(held)} of {len(held)} points that cool"]
     groups: dict[str, list[float]] = {}
     beside, ideal = main_comparisons(compared), []
     for row in beside:
@@ -291,12 +290,9 @@ def _holds(law: dict[str, Any]) -> str:
     if end == law["judged_from"]:
         return f"{name} does not hold ({chance})"
     of, repeats = short(law["judged_to"]), law["judged_repeats"]
-    if repeats >= ENOUGH_REPEATS:
-        rest = "" if end == law["judged_to"] else f", not to {of} s"
-        return f"{name} {holding(repeats)} to {short(end)} s{rest} ({chance})"
     if end < law["judged_to"]:
         return f"{name} is refused after {short(end)} of {of} s ({chance})"
-    return f"{name} {holding(repeats)} up to {of} s by {repeats} repeats ({chance})"
+    return f"{name} is not refused up to {of} s by {repeats} repeats ({chance})"
 
 
 def _beside(row: dict[str, Any]) -> str:

@@ -9,6 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from snooker_cli.analysis.goodness import (
+    ENOUGH_REPEATS,
+    LEAST_PROBABILITY,
+    joint_probability,
+)
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.analysis.tables import (
     IDEAL,
@@ -17,7 +22,7 @@ from snooker_cli.analysis.tables import (
     main_comparisons,
     theory_name,
 )
-from snooker_cli.formatting import point_label, ratio, value_text, with_error
+from snooker_cli.formatting import point_label, probability, ratio, value_text, with_error
 
 Array = NDArray[np.float64]
 
@@ -67,7 +72,7 @@ class Trend:
         change = f"{self.symbol} {self._verb()} from {first} at {at[0]} to {last} at {at[1]}"
         if not self.theory:
             return change
-        parts = [change + self._beside_theory(), self._farthest()]
+        parts = [change + self._beside_theory(), self._farthest(), self._together()]
         return "; ".join(filter(None, parts))
 
     def _ends(self) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
@@ -95,22 +100,34 @@ class Trend:
         if not math.isfinite(change / of_change if of_change else math.nan):
             return ""
         if abs(change) < MOST_ERRORS * of_change:
-            return f", as steeply as {self.theory} within {MOST_ERRORS:g} errors"
+            return f", as steeply as {self.theory} (within {MOST_ERRORS:g} standard errors)"
         growth = [abs(math.log(values[-1] / values[0])) for values in (measured, predicted)]
         steeper = "more" if growth[0] > growth[1] else "less"
         return f", {steeper} steeply than {self.theory} ({abs(change) / of_change:.1f} errors)"
 
+    def _together(self) -> str:
+        """Whether all points together agree with theory, by χ² of enough repeats at each."""
+        errors, repeats = self.column("difference_in_errors"), self.column("repeats")
+        if not np.all(np.isfinite(errors)) or np.any(repeats < ENOUGH_REPEATS):
+            return ""
+        p = joint_probability(errors)
+        chance = f"p {'' if p < 0.001 else '= '}{probability(p)}"
+        verdict = "differ from" if p < LEAST_PROBABILITY else "do not refuse"
+        return f"the {len(errors)} points together {verdict} this theory (χ², {chance})"
+
     def _farthest(self) -> str:
-        """Where the result differs most from theory, in errors."""
-        errors = np.nan_to_num(np.abs(self.column("difference_in_errors")))
-        if not np.any(errors):
+        """Where the result differs most from theory, in errors; of at least two that are known."""
+        errors = np.abs(self.column("difference_in_errors"))
+        errors = np.where(np.isfinite(errors), errors, -1.0)
+        known = np.count_nonzero(errors >= 0)
+        if known < 2:
             return ""
         place = int(np.argmax(errors))
         row = self.rows[place]
         excess = 100 * row["difference"] / row["predicted"]
         side = "below" if excess < 0 else "above"
         where = f"{self.key} = {value_text(row['parameters'][self.key])}"
-        most = f"{errors[place]:.1f} errors, the most of {len(errors)} points"
+        most = f"{errors[place]:.1f} errors, the most of {known} points"
         return f"it is {ratio(abs(excess))} % {side} theory at {where} ({most})"
 
 
@@ -118,9 +135,6 @@ def trends(compared: Records, key: str) -> dict[str, Trend]:
     """Trends along a key, by the values of the other keys (empty if there is none).
 
     compared : rows of ``comparisons``
-
-    A trend has two or more points at which the key is a number, with the quantity and the theory
-    that most of them have.
     """
     groups: dict[str, Records] = {}
     for row in main_comparisons(compared):
@@ -128,12 +142,18 @@ def trends(compared: Records, key: str) -> dict[str, Trend]:
         value = others.pop(key, None)
         if isinstance(value, int | float) and not isinstance(value, bool):
             groups.setdefault(point_label(others) if others else "", []).append(row)
-    found = {}
-    for label, rows in groups.items():
-        kinds = Counter((row["quantity"], row["model"]) for row in rows)
-        common = max(kinds, key=lambda kind: kinds[kind])
-        alike = [row for row in rows if (row["quantity"], row["model"]) == common]
-        alike.sort(key=lambda row: float(row["parameters"][key]))
-        if len(alike) > 1:
-            found[label] = Trend(key, alike)
-    return found
+    along = {label: trend_of(rows, key) for label, rows in groups.items()}
+    return {label: trend for label, trend in along.items() if trend is not None}
+
+
+def trend_of(compared: Records, key: str) -> Trend | None:
+    """The trend of points with a number of this key each; ``None`` of fewer than two.
+
+    It has the quantity and the theory that most of them have.
+    """
+    rows = main_comparisons(compared)
+    kinds = Counter((row["quantity"], row["model"]) for row in rows)
+    common = max(kinds, key=lambda kind: kinds[kind], default=None)
+    alike = [row for row in rows if (row["quantity"], row["model"]) == common]
+    alike.sort(key=lambda row: float(row["parameters"][key]))
+    return Trend(key, alike) if len(alike) > 1 else None

@@ -110,7 +110,9 @@ def film(
     """
     events, scene = trace.events, trace.start
     if events is None:
-        raise FigureError("was recorded as a summary; run it with `record: events` to get a film")
+        raise FigureError(
+            "was recorded as a summary; run it with `-o record=events --out OTHER` to get a film"
+        )
     if scene.number > MOST_BALLS:
         raise FigureError(f"has {scene.number:,} balls; a film shows at most {MOST_BALLS:,}")
     if trace.stop.time == 0:

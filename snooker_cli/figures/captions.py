@@ -198,13 +198,18 @@ class FigureBuilder:
         return f"{points} The figure uses {number} {noun} of each point.".lstrip()
 
     def _largest_residual(self) -> dict[str, Any]:
-        """The largest residual of the panel and its error, %, and the number of residuals."""
+        """The residual of the panel that is largest in errors, its error, %, and their number.
+
+        Of residuals without errors it is the largest.
+        """
         layers = [layer for layer in self.panel if isinstance(layer, Points)]
         if not layers:
             return {}
         y = np.concatenate([layer.y for layer in layers])
         error = np.concatenate([layer.y_error for layer in layers if layer.y_error is not None])
-        at = int(np.argmax(np.abs(y)))
+        sure = np.isfinite(error) & (error > 0)
+        at = int(np.argmax(np.where(sure, np.abs(y) / np.where(sure, error, 1.0), -1.0)))
+        at = at if np.any(sure) else int(np.argmax(np.abs(y)))
         return {"residuals": len(y), "largest_residual": y[at], "largest_residual_error": error[at]}
 
     def _largest_deviation(self) -> str:
@@ -214,8 +219,9 @@ class FigureBuilder:
             return ""
         value = with_error(found["largest_residual"], found["largest_residual_error"], "%")
         number = found["residuals"]
-        which = f"largest of {number} deviations" if number > 1 else "deviation"
-        return f"The {which} from theory is {value}."
+        if number == 1:
+            return f"The deviation from theory is {value}."
+        return f"The largest of {number} deviations from theory, in errors, is {value}."
 
     @property
     def title(self) -> str:

@@ -28,6 +28,7 @@ from snooker_cli.figures.figure_data import (
     bands,
     courses,
     legend_line,
+    places,
 )
 from snooker_cli.figures.selection import Selection, described
 from snooker_cli.formatting import with_error
@@ -91,7 +92,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
         value = np.sqrt(band.low * band.high) if log else (band.low + band.high) / 2
         time, label = band.x, f"simulation, mean of {len(started)} repeats"
     build.lines.append(Line(time, value, label, broad=True))
-    fine = np.linspace(time[0], time[-1], 300)
+    fine = places(float(time[0]), float(time[-1]), 300)
     numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": number, "fits": []}
     for decay in fitted:
         converged = [fit for fit in decay.fits if fit.converged]
@@ -197,6 +198,7 @@ def _along_cor(records: Sequence[dict[str, Any]], expected: Array) -> str:
         "difference": alpha - expected,
         "difference_error": error,
         "difference_in_errors": (alpha - expected) / error,
+        "repeats": np.array([row["repeats"] for row in records]),
     }
     rows = [
         {"quantity": "Haff's α", "model": "Enskog rates at the start", **record}
@@ -261,7 +263,10 @@ def haff_time(build: FigureBuilder) -> FigureData:
     for index, (point, one) in enumerate(zip(build.points, found, strict=True)):
         alpha = one.laws[common][0]
         inverse_time, inverse_rate = (alpha, 0.5 / alpha) if several else (1.0, 1.0)
-        x, fine = one.edges.mean(axis=1) * inverse_time, np.linspace(0.0, one.edges[-1, 1], 200)
+        # A mean over a window is drawn where Haff's law has it.
+        of_windows = _mean_haff_rates(one.edges, alpha, 0.0)
+        x = (2 / of_windows - 1 / alpha) * inverse_time
+        fine = places(0.0, float(one.edges[-1, 1]), 200)
         ends.append(fine[-1] * inverse_time)
         curves = {law: _haff_rate(fine, *one.laws[law]) for law in one.laws}
         for law, rate in curves.items():
@@ -295,7 +300,7 @@ def haff_time(build: FigureBuilder) -> FigureData:
         build.record(point, **record, first_rate=first, last_rate=last)
     labels: dict[str, Any] = {}
     if several:
-        x, drawn = np.linspace(0.0, max(ends), 200), drawn & {"floor"}
+        x, drawn = places(0.0, max(ends), 200), drawn & {"floor"}
         build.lines.insert(0, Line(x, 1 / (1 + x), _COMMON[common], NEUTRAL, "solid"))
         labels = {"x_label": "α t", "y_label": "−d ln E / dt / (2α)"}
         if drawn:

@@ -20,6 +20,7 @@ from snooker_cli.analysis.observables import (
 )
 from snooker_cli.analysis.structure import over_time
 from snooker_cli.config import Point
+from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
@@ -30,6 +31,7 @@ from snooker_cli.figures.figure_data import (
     Line,
     Points,
     Reference,
+    legend_line,
 )
 from snooker_cli.figures.selection import elastic, gas
 from snooker_cli.scene import Scene
@@ -184,17 +186,22 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
 
 
 def _mean(observable: structure.Observable, trace: Trace, parts: Array) -> Array:
-    """Mean of an observable at parts of a repeat's time; of snapshots at the nearest ones.
+    """Mean of an observable at parts of a repeat's time. Raises as `_times`."""
+    return np.asarray(over_time(observable, trace, _times(trace, parts)).mean(axis=0))
 
-    Raises ``FigureError`` if there is no snapshot, because at the last collision two balls touch.
+
+def _times(trace: Trace, parts: Array) -> Array:
+    """Parts of a repeat's time, s; without events the nearest that are stored.
+
+    Raises ``FigureError`` if it has no snapshot.
     """
     times = parts * trace.stop.time
     if trace.events is None:
         if trace.snapshots is None:
             raise FigureError("a repeat ended before its first snapshot; give earlier `snapshots`")
-        stored = trace.snapshots.time
+        stored = stored_times(trace)
         times = np.unique([stored[np.argmin(np.abs(stored - time))] for time in times])
-    return np.asarray(over_time(observable, trace, times).mean(axis=0))
+    return times
 
 
 def structure_factor(build: FigureBuilder) -> FigureData:
@@ -210,6 +217,10 @@ def structure_factor(build: FigureBuilder) -> FigureData:
         s = partial(structure.structure_factor, chosen=chosen)
         rows = np.array([_mean(s, trace, parts) for trace in build.traces(point)])
         build.add_means(index, build.label(point), chosen.numbers * diameter, rows)
+        if gas(point) == "cooling":
+            begins = np.array([_mean(s, trace, np.zeros(1)) for trace in build.traces(point)])
+            x, mean = chosen.numbers * diameter, begins.mean(axis=0)
+            build.lines.append(Line(x, mean, None, index, "dashed"))
         expected = None
         state = predictions.scene_state(scene, 1.0)
         if state is not None and elastic(point):
@@ -222,6 +233,8 @@ def structure_factor(build: FigureBuilder) -> FigureData:
             build.lines.append(Reference("y", expected, name, "dotted"))
         build.record(point, longest=mean_and_error(rows[:, 0]), theory=expected)
     equal = all(build.start(point).equal_balls for point in build.points)
+    if any(gas(point) == "cooling" for point in build.points):
+        build.lines.append(legend_line("the same at the start", "dashed"))
     when = "The last state of repeats that cool; else the mean over the second half."
     x_label = f"wave number k times the {'' if equal else 'mean '}diameter"
     return build.figure(when, x_label=x_label, logarithmic=build.covers_decades)
@@ -302,3 +315,51 @@ def speeds(build: FigureBuilder) -> FigureData:
         panel_label="minus law at fixed energy" if fixed else "minus Maxwell's law",
         **(words if in_metres else {}),
     )
+
+
+TAIL_BIN = 0.25  # of reduced velocities, whose Maxwell's law has the width 1/√2
+LEAST_IN_TAIL = 10  # velocities in a bin; fewer have an error of a third or more
+TAIL_STATES = 400  # of all repeats of a point, at most
+
+
+def velocity_tails(build: FigureBuilder) -> FigureData:
+    """The law of a velocity component over its width at the moment, as far as there are balls."""
+    farthest = 0.0
+    for index, point in enumerate(build.points):
+        count = build.states(point, TAIL_STATES, MOST_BALLS, fewest=1)
+        parts = np.linspace(0.5, LAST, count) if count > 1 else np.array([LAST])
+        repeats = [_reduced_components(trace, parts) for trace in build.traces(point)]
+        largest = max(float(np.max(values)) for values in repeats)
+        edges = np.arange(math.ceil(largest / TAIL_BIN) + 1, dtype=np.float64) * TAIL_BIN
+        counts = np.array([np.histogram(values, edges)[0] for values in repeats])
+        sizes = np.array([len(values) for values in repeats])[:, np.newaxis]
+        rows = counts / (sizes * 2 * TAIL_BIN)  # both signs
+        filled = counts.sum(axis=0) >= LEAST_IN_TAIL
+        middle = (edges[1:] + edges[:-1]) / 2
+        build.add_points(index, point, middle[filled], rows[:, filled])
+        maxwell = theory.maxwell_component_share(edges) / (2 * TAIL_BIN)
+        errors = standard_errors(rows[:, filled])
+        build.add_residuals(
+            index, middle[filled], rows.mean(axis=0)[filled], errors, maxwell[filled]
+        )
+        farthest = max(farthest, float(edges[1:][filled].max(initial=0.0)))
+        build.record(point, velocities=sum(map(len, repeats)), largest=largest)
+    if farthest == 0.0:
+        raise FigureError("nothing moves in its states, so there is no law of velocities")
+    c = np.linspace(0.0, farthest, 160)
+    density = np.exp(-(c**2)) / math.sqrt(math.pi)
+    build.lines.append(Line(c, density, "Maxwell's law", NEUTRAL, "dashed"))
+    least = f"Bins with fewer than {LEAST_IN_TAIL} velocities are left out."
+    return build.figure(f"States of the second half of each repeat. {least}")
+
+
+def _reduced_components(trace: Trace, parts: Array) -> Array:
+    """|v_x| and |v_y| over √(2T/m) of all balls at parts of a repeat's time, T of each state."""
+    scene = trace.start
+
+    def reduced(_places: Array, velocities: Array, _scene: Scene) -> Array:
+        energies = scene.masses[:, np.newaxis] * velocities**2 / 2
+        mean = energies.sum() / scene.number
+        return np.sqrt(energies / mean).ravel() if mean > 0 else np.zeros(velocities.size)
+
+    return np.ravel(over_time(reduced, trace, _times(trace, parts)))

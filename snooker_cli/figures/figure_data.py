@@ -105,12 +105,14 @@ class Pictures:
     label : what the colours show, with its unit
     limits : the values of the first and the last colour
     names : of the values 0, 1, 2 … if they are no scale
+    high_is_dark : whether the colours are darkest at the highest value, as of a density
     """
 
     each: tuple[Picture, ...]
     label: str
     limits: tuple[float, float]
     names: tuple[str, ...] = ()
+    high_is_dark: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,6 +208,7 @@ def legend_line(text: str, style: LineStyle) -> Line:
 
 # The curves of several repeats -> those curves at common times, and a band around their mean.
 
+DECADES = 1e6  # the last place of a curve over the first one above zero
 COMMON_TIMES = 300  # times at which repeats are compared
 MOST_VERTICES = 1000  # vertices of a line at most
 
@@ -217,11 +220,19 @@ def courses(times: Array, values: Array) -> list[Course]:
     return [(time[rows], value[rows]) for rows, time, value in later]
 
 
+def places(first: float, last: float, number: int) -> Array:
+    """Places (*n*,) of a curve: even ones, and from zero on those of a logarithmic axis too."""
+    even = np.linspace(first, last, number)
+    if first != 0.0 or not last > 0.0:
+        return even
+    return np.union1d(even, np.geomspace(last / DECADES, last, number // 2))
+
+
 def at_common_times(curves: Sequence[Course]) -> Course:
     """Times (*t*,) from the latest start to the earliest end, and the curves there (*n*, *t*)."""
     first = max(float(time[0]) for time, _ in curves)
     last = min(float(time[-1]) for time, _ in curves)
-    times = np.linspace(first, last, COMMON_TIMES)
+    times = places(first, last, COMMON_TIMES)
     return times, np.array([np.interp(times, time, values) for time, values in curves])
 
 

@@ -22,12 +22,13 @@ SHOWN = 99.0  # percent of the balls whose values the colours tell apart; few ar
 
 
 class Colours(NamedTuple):
-    """What colours show: values of each state, their label, and names of 0, 1, 2 …, if any."""
+    """What colours show: values of each state, and what ``Pictures`` has of them."""
 
     values: list[Array]
     label: str
     limits: tuple[float, float]
     names: tuple[str, ...] = ()
+    high_is_dark: bool = False
 
 
 def _of_speed(states: list[Scene]) -> Colours:
@@ -64,7 +65,7 @@ def _of_density(states: list[Scene]) -> Colours:
         structure.local_packing(scene.positions, scene.velocities, scene) for scene in states
     ]
     label = f"packing fraction in cells of {structure.BALLS_IN_CELL:g} balls on average"
-    return Colours(packings, label, (0.0, _highest(packings)))
+    return Colours(packings, label, (0.0, _highest(packings)), high_is_dark=True)
 
 
 def _highest(values: list[Array]) -> float:

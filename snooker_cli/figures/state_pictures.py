@@ -95,7 +95,8 @@ def _colours(pictures: Pictures) -> Colormap:
     """The colours of values from 0 to 1, or those of the names."""
     if pictures.names:
         return ListedColormap([to_rgb(colour(k)) for k in range(len(pictures.names))])
-    return ListedColormap(_SHADES(np.linspace(0.0, LIGHTEST, 256)))
+    shades = np.linspace(0.0, LIGHTEST, 256)
+    return ListedColormap(_SHADES(shades[::-1] if pictures.high_is_dark else shades))
 
 
 def _mappable(pictures: Pictures, colours: Colormap) -> Any:

@@ -4,7 +4,7 @@ import numpy as np
 
 from snooker_cli.analysis.comparison import comparisons_of
 from snooker_cli.analysis.decay import decays_of
-from snooker_cli.analysis.trend import Trend, trends
+from snooker_cli.analysis.trend import Trend, trend_of
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
@@ -27,8 +27,7 @@ def against_key(build: FigureBuilder) -> FigureData:
             measurement = build.measurement(point)
             compared, _ = comparisons_of(measurement, decays_of(measurement))
             rows += [{"parameters": point.as_json(), **row.as_json()} for row in compared]
-        kept = {key: [row for row in rows if row["parameters"][key] is not None]}
-        for trend in trends(kept[key], key).values():
+        for trend in filter(None, [trend_of(rows, key)]):
             drawn.append(trend)
             x, y, error = trend.x, trend.column("measured"), trend.column("error")
             label = build.label(group[0], names) or "simulation"

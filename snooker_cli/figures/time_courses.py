@@ -11,6 +11,7 @@ from snooker_cli.analysis.decay import course
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import mean_and_error, standard_errors
 from snooker_cli.config import Point
+from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
@@ -161,15 +162,19 @@ def _known(rows: Array) -> Array:
     return rows
 
 
-def _common_times(build: FigureBuilder, cost: tuple[int, int]) -> Iterator[tuple[Point, Array]]:
+def _common_times(
+    build: FigureBuilder, cost: tuple[int, int], *, of_states: bool = True
+) -> Iterator[tuple[Point, Array]]:
     """Times (*t*,), s, of each point at even collision numbers of the first repeat.
+
+    of_states : whether states are needed there, which a repeat without events has stored
 
     They end with the shortest repeat. Raises ``FigureError`` if nothing happens until then.
     """
     most, each = cost
     for point in build.points:
         count = build.states(point, TIMES, most, each=each, fewest=TIMES)
-        if not point.experiment.keeps_events:
+        if of_states and not point.experiment.keeps_events:
             yield point, _stored_times(build, point, count)
             continue
         measurement = build.measurement(point)
@@ -185,13 +190,16 @@ def _common_times(build: FigureBuilder, cost: tuple[int, int]) -> Iterator[tuple
 
 
 def _stored_times(build: FigureBuilder, point: Point, count: int) -> Array:
-    """At most ``count`` times at which each repeat of a point has a stored state, s; the start too.
+    """At most ``count`` times at which each repeat of a point has a stored state, s.
 
-    Raises ``FigureError`` if there is no other.
+    Start and end are among them, but different ends are not. Raises ``FigureError`` if there is
+    only the start.
     """
     common: Array | None = None
     for trace in build.traces(point):
-        own = np.append(0.0, [] if trace.snapshots is None else trace.snapshots.time)
+        if trace.snapshots is None:
+            raise FigureError("a repeat ended before its first snapshot; give earlier `snapshots`")
+        own = stored_times(trace)
         common = own if common is None else np.intersect1d(common, own)
     if common is None or len(common) < 2:
         raise FigureError("a repeat ended before its first snapshot; give earlier `snapshots`")
@@ -347,7 +355,7 @@ def _a2(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
     if not all(build.start(point).equal_balls for point in build.points):
         yield from _over_time(build, structure.a2)
         return
-    for point, times in _common_times(build, SUMS):
+    for point, times in _common_times(build, SUMS, of_states=False):
         curve = build.measurement(point).curve
         moments = np.diff(curve.at(times, curve.energy_moment_integral), axis=1) / np.diff(times)
         middle = (times[1:] + times[:-1]) / 2

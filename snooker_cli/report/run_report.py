@@ -11,8 +11,15 @@ import yaml
 from snooker_cli import __version__, theory
 from snooker_cli.analysis import tables
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
+from snooker_cli.analysis.predictions import LEFT
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
-from snooker_cli.analysis.tables import few_repeats, finding, main_comparisons, overview
+from snooker_cli.analysis.tables import (
+    MOST_ERRORS,
+    few_repeats,
+    finding,
+    main_comparisons,
+    overview,
+)
 from snooker_cli.analysis.trend import trends
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
@@ -20,7 +27,7 @@ from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
 from snooker_cli.figures.selection import gas, spread, swept_number
 from snooker_cli.files import write_text
-from snooker_cli.formatting import point_label, printable
+from snooker_cli.formatting import point_label, printable, ratio
 from snooker_cli.report.document import Pages, packaged
 from snooker_cli.runs import Run
 from snooker_cli.runs.progress import counting
@@ -59,7 +66,11 @@ def run_report(
             together = _side_by_side(runs, pages)
         for number, (run, config) in enumerate(zip(runs, configs, strict=True), 1):
             report_progress(f"writing the chapter on {printable(run.name)}")
-            chapters.append({"config": config, **_chapter(run, number, pages, asked)})
+            chapter = _chapter(run, number, pages, asked)
+            chapters.append({"config": config, **chapter})
+            for name in set(asked) & chapter["left_out"].keys():
+                why = chapter["left_out"][name]
+                report_progress(f"{printable(run.name)} cannot give {name}: {why}")
         compared = tables.COMPARE_COLUMNS.replace("in errors", "difference / error")
         values = {
             "chapters": chapters,
@@ -106,6 +117,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         "scene": scene,
         "points": [(of_point[p.index], starts.get(p.index)) for p in shown],
         "finding": _overview(points, fitted, compared) if shown[1:] else what[shown[0]],
+        "left": _energy_left(compared.rows),
         "few": " ".join(few_repeats(fitted.rows)),
         "warning": early_warning(run, points),
         "findings": [(point_label(p.as_json()), text or "–") for p, text in what.items()],
@@ -193,6 +205,24 @@ def _overview(points: Sequence[Point], fitted: RunAnalysis, compared: RunAnalysi
         for label, trend in list(along.items())[:MOST_TRENDS]
     ]
     return ". ".join(filter(None, [*sentences, overview(fitted.rows, compared.rows)]))
+
+
+def _energy_left(compared: Records) -> str:
+    """A sentence where the energy at the end is far from that of the counted collisions."""
+    rows = [row for row in compared if row["quantity"] == LEFT and row["difference_in_errors"]]
+    if not rows:
+        return ""
+    row = max(rows, key=lambda row: abs(row["difference_in_errors"]))
+    errors, excess = row["difference_in_errors"], 100 * row["difference"] / row["predicted"]
+    if abs(errors) < MOST_ERRORS:
+        return ""
+    where = f" at {point_label(row['parameters'])}" if rows[1:] else ""
+    most = f", the most of {len(rows)} points" if rows[1:] else ""
+    side = "above" if excess > 0 else "below"
+    return (
+        f"The energy left at the end{where} is {ratio(abs(excess))} % {side} what the counted "
+        f"collisions of a uniform gas would leave ({abs(errors):.1f} errors{most})."
+    )
 
 
 def _of(points: Sequence[Point], rows: Records) -> Records:

@@ -60,7 +60,8 @@ def state(**changes: Any) -> dict[str, Any]:
 
 def test_a_gas_that_cools_has_its_law_and_theory() -> None:
     rest = "α = 0.697 ± 0.021 1/s, 4 % below Enskog, 2.1 errors"
-    assert finding([law()], [state(), beside()]) == f"Haff's law holds to 3 s (p = 0.58); {rest}"
+    held = "Haff's law is not refused up to 3 s by 30 repeats (p = 0.58)"
+    assert finding([law()], [state(), beside()]) == f"{held}; {rest}"
     assert finding([], [state(), beside()]) == rest
     assert finding([law()], []).endswith("; α = 0.697 ± 0.021 1/s")
 
@@ -81,7 +82,7 @@ def test_walls_that_do_not_give_what_collisions_take_are_named() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"holds_to": 1.5, "probability": 1e-7}, "holds to 1.5 s, not to 3 s (p <0.001)"),
+        ({"holds_to": 1.5, "probability": 1e-7}, "is refused after 1.5 of 3 s (p <0.001)"),
         (
             {"probability": None, "holds_to": None},
             "is not tested (too few repeats or collisions)",
@@ -112,7 +113,8 @@ def test_few_repeats_do_not_show_that_a_law_holds(changes: dict[str, Any], words
 def test_the_law_that_holds_longest_is_named() -> None:
     both = [law("exponential", value=1.0), law(holds_to=0.5, probability=0.001)]
     assert finding(both, [beside()]) == (
-        "The exponential law holds to 3 s (p = 0.58); k = 1.000 ± 0.021 1/s"
+        "The exponential law is not refused up to 3 s by 30 repeats (p = 0.58); "
+        "k = 1.000 ± 0.021 1/s"
     )
     assert finding([law("exponential"), law()], []).startswith("Haff's law")
     assert finding([law(value=None, holds_to=None, probability=None)], []) == (
@@ -135,7 +137,7 @@ def test_a_run_has_the_range_over_its_points() -> None:
     untested = law(parameters=cors[2], probability=None)
     others = [law(parameters=cors[2], elastic=True), untested]
     assert overview([*laws, *others], theories) == (
-        "Haff's law holds to the end at 1 of 2 points that cool; "
+        "Haff's law is not refused to the end at 1 of 2 points that cool; "
         "Haff's α differs from Enskog by −4 to 10 %; "
         "PV/NT differs from theory for hard disks, finite N by 1 %"
     )
@@ -145,7 +147,7 @@ EARLY = "repeats ended early"
 
 
 def test_a_result_names_the_repeats_that_ended_early_or_are_missing() -> None:
-    plain, judged = finding([law()], []), {"complete": 26, "judged_repeats": 26}
+    judged = {"complete": 26, "judged_repeats": 26}
     for changes, words in (
         (judged, f"4 of 30 {EARLY}, and the law is judged on the others"),
         ({"complete": 22}, f"8 of 30 {EARLY}"),
@@ -153,7 +155,9 @@ def test_a_result_names_the_repeats_that_ended_early_or_are_missing() -> None:
         ({"requested": 40}, "only 30 of 40 repeats are there"),
         ({"repeats": 1, "complete": 0, "requested": 1}, "the repeat ended early"),
     ):
-        assert finding([law(**changes)], []) == f"{plain}; {words}"
+        by = changes.get("judged_repeats", 30)
+        held = f"Haff's law is not refused up to 3 s by {by} repeats (p = 0.58)"
+        assert finding([law(**changes)], []) == f"{held}; α = 0.697 ± 0.021 1/s; {words}"
     assert finding([], [state(complete=3)]).endswith(f"; 7 of 10 {EARLY}")
     cors = [{"cor": cor} for cor in (0.7, 0.8)]
     laws = [law(parameters=cor, complete=4) for cor in cors]

@@ -102,7 +102,13 @@ def test_local_rates_and_the_forms_of_haffs_law(decaying: Run) -> None:
     found = shown(decaying, "haff-time", cor=0.8)
     (points,) = layers(found, Points)
     end = min(trace.stop.time for trace in traces(decaying, 0))
-    assert points.x[0] + points.x[-1] == pytest.approx(end, rel=1e-13)
+    # A marker is where Haff's law has the mean that it has over the window.
+    width, haff = end / 14, found.numbers["points"][0]["theory_alpha"]
+    for window, x in ((0, points.x[0]), (13, points.x[-1])):
+        edges = np.array([window, window + 1]) * width
+        mean = 2 * np.ptp(np.log1p(haff * edges)) / width
+        assert x == pytest.approx(2 / mean - 1 / haff, rel=1e-9)
+        assert edges[0] < x < edges.mean()
     edges = [0.0, end / 14]
     curve = measure(traces(decaying, 0)).curve
     energies = [
@@ -151,8 +157,8 @@ def test_haffs_laws_of_several_points_are_one_curve(decaying: Run) -> None:
         assert points.y == pytest.approx(in_seconds.y / (2 * alpha), rel=1e-13)
         assert points.y_error == pytest.approx(in_seconds.y_error / (2 * alpha), rel=1e-13)
         # Over a window the law takes ln E by the difference of 2 ln(1 + αt).
-        half = in_seconds.x[0]
-        mean = 2 * math.log1p(alpha * 2 * half) / (2 * half)
+        width = min(trace.stop.time for trace in traces(decaying, index)) / 14
+        mean = 2 * math.log1p(alpha * width) / width
         above = 100 * (in_seconds.y[0] / mean - 1)
         assert below[index].y[0] == pytest.approx(above, rel=1e-9)
         (residuals,) = (layer for layer in alone.panel if isinstance(layer, Points))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -143,3 +144,18 @@ def test_distances_of_many_balls_are_those_of_a_choice(
     assert found.numbers[key] == pytest.approx(whole.numbers[key], rel=4 * EPSILON)
     assert "Of 19 balls, the histogram has 9, chosen at random" in found.caption
     assert "chosen at random" not in whole.caption
+
+
+def test_velocity_tails_are_shares_of_all_states(periodic: Run) -> None:
+    """Each bin has both signs, and the whole law has the second moment 1/2 per component."""
+    found = shown(periodic, "velocity-tails", cor=1.0)
+    (points,) = layers(found, Points)
+    assert 1 - 2 * 0.25 * points.y.sum() < 0.01  # what is in the bins that are left out
+    assert 2 * 0.25 * np.sum(points.y * points.x**2) == pytest.approx(0.5, rel=0.05)
+    (maxwell,) = layers(found, Line)
+    assert maxwell.y[0] == pytest.approx(1 / math.sqrt(math.pi))
+    edges = np.array([0.0, 0.25, 30.0])
+    shares = theory.maxwell_component_share(edges)
+    assert shares == pytest.approx([math.erf(0.25), math.erfc(0.25)])
+    (record,) = found.numbers["points"]
+    assert record["velocities"] % (2 * 64) == 0

@@ -17,7 +17,7 @@ from matplotlib.axis import Axis
 from matplotlib.text import Text
 
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, FigureData, Line, Points, Reference
+from snooker_cli.figures import FIGURES, FigureData, Line, Points, Reference, state_pictures
 from snooker_cli.figures.drawing import (
     _DASHES,
     MOST_ENTRIES,
@@ -27,7 +27,7 @@ from snooker_cli.figures.drawing import (
     save,
     styled,
 )
-from snooker_cli.figures.figure_data import Band, with_logarithmic_axes
+from snooker_cli.figures.figure_data import Band, Pictures, with_logarithmic_axes
 from snooker_cli.figures.selection import Selection
 from snooker_cli.runs import Run
 
@@ -309,3 +309,14 @@ def test_what_has_no_logarithm_is_refused_in_one_sentence(values: list[float], r
         with_logarithmic_axes(data, False, True)
     with pytest.raises(FigureError, match="on axes of one scale; leave out --log-x"):
         with_logarithmic_axes(replace(data, equal_axes=True), True, False)
+
+
+def test_the_densest_balls_are_darkest_on_white() -> None:
+    """The fastest ones are the lightest, as in other figures."""
+    lightness = []
+    for dark in (True, False):
+        colours = state_pictures._colours(Pictures((), "", (0.0, 1.0), high_is_dark=dark))
+        lightness += [np.mean(colours(value)[:3]) for value in (0.0, 1.0)]
+    sparse, dense, slow, fast = lightness
+    assert (dense, sparse) == (slow, fast)
+    assert dense < sparse
