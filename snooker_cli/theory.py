@@ -557,6 +557,33 @@ def haff_ratio(time: Real, haff_rate: float) -> Real:
     return 1.0 / (1.0 + haff_rate * time) ** 2
 
 
+def rough_cooling(cor: float, tangential_cor: float, inertia: float) -> NDArray[np.float64]:
+    """How collisions change both temperatures of rough disks, without friction; (2, 2).
+
+    d(T_tr, T_rot)/dτ = M (T_tr, T_rot) over the collisions τ of a ball, with T_tr the mean energy
+    of translation and T_rot twice that of rotation. With η = q(1 + β)/(2(1 + q))::
+
+        M = ( −(1 − e²)/2 − η(1 − η)   η²/q              )
+            ( 2η²/q                    −2(η/q)(1 − η/q)  )
+
+    Velocities and spins are Maxwell's, and independent: Huthmann & Zippelius, Phys. Rev. E 56,
+    R6275 (1997); Luding, Huthmann, McNamara & Zippelius, Phys. Rev. E 58, 3416 (1998), in two
+    dimensions.
+    """
+    eta = inertia * (1 + tangential_cor) / (2 * (1 + inertia))
+    given = eta * eta / inertia
+    kept = eta / inertia * (1 - eta / inertia)
+    lost = (1 - cor * cor) / 2 + eta * (1 - eta)
+    return np.array([[-lost, given], [2 * given, -2 * kept]])
+
+
+def rough_ratio(cor: float, tangential_cor: float, inertia: float) -> float:
+    """T_rot/T_tr that a cooling gas of rough disks tends to, see `rough_cooling`."""
+    values, vectors = np.linalg.eig(rough_cooling(cor, tangential_cor, inertia))
+    slowest = vectors[:, int(np.argmax(values.real))].real
+    return float(slowest[1] / slowest[0])
+
+
 def sonine_coefficient(restitution: float) -> float:
     """Second Sonine coefficient a2 of the homogeneous cooling state of inelastic disks.
 
