@@ -233,10 +233,12 @@ def decays_of(
         held = quantity.starts_at_one and since == 0
         judging = cache(partial(_ranges, falling, quantity.is_judged & judged, scene))
         for law in quantity.laws:
-            fits = _fits(measurement, falling, quantity, law, held)
+            fit = partial(_fits, measurement, quantity=quantity, law=law, held=held)
             if name in LOCAL and not elastic(scene) and not scene.wall_law.gains:
-                refit = partial(_fits, measurement, quantity=quantity, law=law, held=held)
-                fits = _fits_of_windows(falling, law, energies.get(law, fits), refit)
+                begun = energies[law] if law in energies else fit(falling=falling)
+                fits = _fits_of_windows(falling, law, begun, fit)
+            else:
+                fits = fit(falling=falling)
             if name == "kinetic_energy":
                 energies[law] = fits
             result.append(

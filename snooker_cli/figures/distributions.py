@@ -224,12 +224,15 @@ def structure_factor(build: FigureBuilder) -> FigureData:
         wanted = MOST_STATES if gas(point) != "cooling" else 1
         parts = _second_half(build, point, wanted, MOST_WAVES // len(chosen.vectors))
         s = partial(structure.structure_factor, chosen=chosen)
-        rows = np.array([_mean(s, trace, parts) for trace in build.traces(point)])
-        build.add_means(index, build.label(point), chosen.numbers * diameter, rows)
-        if gas(point) == "cooling":
-            begins = np.array([_mean(s, trace, np.zeros(1)) for trace in build.traces(point)])
-            x, mean = chosen.numbers * diameter, begins.mean(axis=0)
-            build.lines.append(Line(x, mean, None, index, "dashed"))
+        cools, x = gas(point) == "cooling", chosen.numbers * diameter
+        rows, begins = [], []
+        for trace in build.traces(point):
+            rows.append(_mean(s, trace, parts))
+            if cools:
+                begins.append(_mean(s, trace, np.zeros(1)))
+        build.add_means(index, build.label(point), x, np.array(rows))
+        if cools:
+            build.lines.append(Line(x, np.mean(begins, axis=0), None, index, "dashed"))
         expected = None
         state = predictions.scene_state(scene, 1.0)
         if state is not None and elastic(point):
@@ -240,7 +243,7 @@ def structure_factor(build: FigureBuilder) -> FigureData:
                 else "theory, k → 0"
             )
             build.lines.append(Reference("y", expected, name, "dotted"))
-        build.record(point, longest=mean_and_error(rows[:, 0]), theory=expected)
+        build.record(point, longest=mean_and_error(np.array(rows)[:, 0]), theory=expected)
     equal = all(build.start(point).equal_balls for point in build.points)
     if any(gas(point) == "cooling" for point in build.points):
         build.lines.append(legend_line("the same at the start", "dashed"))
@@ -355,8 +358,9 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
     if farthest == 0.0:
         raise FigureError("nothing moves in its states, so there is no law of velocities")
     c = np.linspace(0.0, farthest, 160)
-    density = np.exp(-(c**2)) / math.sqrt(math.pi)
-    build.lines.append(Line(c, density, "Maxwell's law", NEUTRAL, "dashed"))
+    build.lines.append(
+        Line(c, theory.maxwell_component_density(c), "Maxwell's law", NEUTRAL, "dashed")
+    )
     least = f"Bins with fewer than {LEAST_IN_TAIL} velocities are left out."
     return build.figure(f"States of the second half of each repeat. {least}")
 

@@ -16,6 +16,7 @@ from snooker_cli.analysis.predictions import LEFT
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
 from snooker_cli.analysis.tables import (
     MOST_ERRORS,
+    excess,
     few_repeats,
     finding,
     main_comparisons,
@@ -28,7 +29,7 @@ from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
 from snooker_cli.figures.selection import gas, spread, swept_number
 from snooker_cli.files import write_text
-from snooker_cli.formatting import point_label, printable, ratio, with_error
+from snooker_cli.formatting import point_label, printable, with_error
 from snooker_cli.report.document import Pages, packaged
 from snooker_cli.runs import Run
 from snooker_cli.runs.progress import counting
@@ -230,14 +231,13 @@ def _energy_left(compared: Records) -> str:
     if not rows:
         return ""
     row = max(rows, key=lambda row: abs(row["difference_in_errors"]))
-    errors, excess = row["difference_in_errors"], 100 * row["difference"] / row["predicted"]
+    errors = row["difference_in_errors"]
     if abs(errors) < MOST_ERRORS:
         return ""
     where = f" at {point_label(row['parameters'])}" if rows[1:] else ""
     most = f", the most of {len(rows)} points" if rows[1:] else ""
-    side = "above" if excess > 0 else "below"
     return (
-        f"The energy left at the end{where} is {ratio(abs(excess))} % {side} what the counted "
+        f"The energy left at the end{where} is {excess(row)} what the counted "
         f"collisions of a uniform gas would leave ({abs(errors):.1f} errors{most})."
     )
 
