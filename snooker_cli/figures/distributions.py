@@ -362,7 +362,8 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
         Line(c, theory.maxwell_component_density(c), "Maxwell's law", NEUTRAL, "dashed")
     )
     least = f"Bins with fewer than {LEAST_IN_TAIL} velocities are left out."
-    return build.figure(f"States of the second half of each repeat. {least}")
+    when = f"States of the second half of each repeat. {least}"
+    return build.figure(when, panel_label="above Maxwell's law (%)")
 
 
 def _reduced_components(trace: Trace, parts: Array) -> Array:
