@@ -176,6 +176,11 @@ def probability(value: float | None) -> str:
     return "<0.001" if value is not None and value < 0.001 else short(value, 2)
 
 
+def chance(value: float) -> str:
+    """A probability in a sentence: ``p = 0.03``, ``p <0.001``."""
+    return f"p {'' if value < 0.001 else '= '}{probability(value)}"
+
+
 def plain(value: Any) -> Any:
     """A value as JSON has it: lists for arrays and tuples, ``None`` for what is not finite."""
     if hasattr(value, "tolist"):

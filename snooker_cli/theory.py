@@ -306,11 +306,13 @@ def fixed_energy_mean_speed(number: int, temperature: float, mass: float = 1.0) 
     return fixed_energy_factor(number) * maxwell_mean_speed(temperature, mass)
 
 
-def maxwell_component_share(edges: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Maxwell's share of |c| between edges (*n* + 1,), where c = v_x √(m/2T); (*n*,).
+def maxwell_component_density(c: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Maxwell's probability density of c = v_x √(m/2T)."""
+    return np.asarray(np.exp(-(c**2)) / math.sqrt(math.pi))
 
-    The law of c is exp(−c²)/√π.
-    """
+
+def maxwell_component_share(edges: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The share of |c| between edges (*n* + 1,) by `maxwell_component_density`; (*n*,)."""
     return np.diff([math.erf(edge) for edge in edges.tolist()])
 
 

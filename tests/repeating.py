@@ -33,6 +33,18 @@ class StopsAfter(Watcher):
             self.cancelled.set()
 
 
+class StopsAtOnce(Watcher):
+    """Cancels the run that it watches at the first news of a batch, and keeps all news."""
+
+    def __init__(self) -> None:
+        self.news: list[Progress] = []
+        self.cancelled = threading.Event()
+
+    def reached(self, progress: Progress) -> None:
+        self.news.append(progress)
+        self.cancelled.set()
+
+
 @contextmanager
 def batches_of(repeats: int) -> Iterator[None]:
     """Inside, this process cuts the repeats of every point into batches of this size."""

@@ -23,7 +23,7 @@ FIGURES_OF: dict[str, tuple[dict[str, Any], dict[str, dict[str, Any]]]] = {
             "momentum-x": {},
         },
     ),
-    "configs/restitution": ({"repeats": 10}, {"decay-against-cor": {}}),
+    "configs/restitution": ({"repeats": 10}, {"decay-against-cor": {}, "swept-key": {}}),
     "configs/temperature": ({}, {"pressure-temperature": {}, "speeds": {"balls.speed": 20}}),
     "configs/area": ({}, {"pressure-area": {}, "van-der-waals": {"balls.radius": 0.1}}),
     "configs/number": ({}, {"pressure-number": {}}),
@@ -47,7 +47,13 @@ FIGURES_OF: dict[str, tuple[dict[str, Any], dict[str, dict[str, Any]]]] = {
     ),
     "configs/large": (
         {"balls.count": 4000, "collisions": 400000},
-        {"snapshot": {}, "cluster-growth": {}, "density-fluctuations": {}, "structure-factor": {}},
+        {
+            "snapshot": {},
+            "cluster-growth": {},
+            "density-fluctuations": {},
+            "structure-factor": {},
+            "velocity-tails": {},
+        },
     ),
 }
 """For each config of `snooker init`: changed keys, and figures with the points that they show."""

@@ -73,6 +73,12 @@ QUANTITIES: dict[str, Quantity] = {
 }
 """Every quantity that is fitted, by its name in the rows of ``snooker fit --json``."""
 
+LOCAL = ("local_pressure", "local_energy")
+"""Quantities that are means over windows of time."""
+
+ROUNDS = 20  # fits of these at most, each at the times that follow from the one before
+SETTLED = 1e-4  # change of a rate, over it, after which there is no further one
+
 
 class Course(NamedTuple):
     """How a quantity of the repeats falls, in units of its first value.
@@ -220,13 +226,21 @@ def decays_of(
     scene, complete = measurement.scene, measurement.complete
     judged = complete if np.count_nonzero(complete) > 2 else np.ones_like(complete)
     ended = Counter(StopReason(ending) for ending in measurement.endings)
-    result = []
+    result: list[Decay] = []
+    energies: dict[str, Sequence[FitResult]] = {}
     for name in quantities:
         quantity, falling = QUANTITIES[name], course(measurement, name, since, until)
         held = quantity.starts_at_one and since == 0
         judging = cache(partial(_ranges, falling, quantity.is_judged & judged, scene))
         for law in quantity.laws:
-            fits = _fits(measurement, falling, quantity, law, held)
+            fit = partial(_fits, measurement, quantity=quantity, law=law, held=held)
+            if name in LOCAL and not elastic(scene) and not scene.wall_law.gains:
+                begun = energies[law] if law in energies else fit(falling=falling)
+                fits = _fits_of_windows(falling, law, begun, fit)
+            else:
+                fits = fit(falling=falling)
+            if name == "kinetic_energy":
+                energies[law] = fits
             result.append(
                 Decay(
                     quantity=name,
@@ -255,7 +269,7 @@ def course(
     curve, weight = measurement.curve, measurement.curve.weight
     origin, first = curve.time[:, 0], measurement.start_energy
     value, means = curve.kinetic_energy, curve.group_kinetic
-    if name in ("local_pressure", "local_energy"):
+    if name in LOCAL:
         return _in_windows(measurement, name, since, until)
     if name == "kinetic_energy":
         first = measurement.first_energy
@@ -285,6 +299,42 @@ def _in_windows(measurement: Measurement, name: str, since: float, until: float)
     value = value / np.where(first > 0, first, 1.0)[:, np.newaxis]
     origin = time[np.arange(len(time)), np.argmax(inside, axis=1)]
     return Course(Points(time, value, inside.astype(np.float64)), origin, time, value)
+
+
+def _fits_of_windows(
+    falling: Course,
+    law: str,
+    begun: Sequence[FitResult],
+    refit: Callable[..., list[FitResult]],
+) -> list[FitResult]:
+    """Fits of means over windows, each at the times that follow from the one before.
+
+    begun : fits with about these rates
+    refit : a course -> its fits
+    """
+    for _ in range(ROUNDS):
+        fits = refit(falling=_at_means(falling, law, begun))
+        rates = np.array([[fit.value for fit in row] for row in (begun, fits)])
+        known = rates[:, np.isfinite(rates).all(axis=0)]
+        if np.all(np.abs(np.diff(known, axis=0)) <= SETTLED * np.abs(known[1])):
+            break
+        begun = fits
+    return fits
+
+
+def _at_means(falling: Course, law: str, fits: Sequence[FitResult]) -> Course:
+    """Means over windows, at the times at which a fitted law has its mean over each of them.
+
+    The middle of a window would be too late where the law falls much within it.
+    """
+    rate = np.array([fit.value for fit in fits])[:, np.newaxis]
+    half = np.diff(falling.time[:, :2], axis=1) / 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        places = LAWS[law].place_of_mean(rate, falling.time - half, falling.time + half)
+    times = np.where(np.isfinite(places) & (rate > 0), places, falling.time)
+    used = falling.points.weight > 0
+    origin = times[np.arange(len(times)), np.argmax(used, axis=1)]
+    return falling._replace(points=falling.points._replace(time=times), origin=origin)
 
 
 def _ranges(falling: Course, judged: "NDArray[np.bool_]", scene: Scene) -> list[Range]:

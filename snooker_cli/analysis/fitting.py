@@ -55,6 +55,16 @@ class FitModel:
         """The x at which g has these positive values."""
         return np.asarray(y ** (-1 / self.power) - 1.0 if self.power else -np.log(y))
 
+    def place_of_mean(self, rate: Array, low: Array, high: Array) -> Array:
+        """The time, s since the start, at which g(q t) is its mean between two times.
+
+        rate : q > 0, 1/s; n is 0 or 2
+        """
+        if self.power:
+            return np.asarray((np.sqrt((1 + rate * low) * (1 + rate * high)) - 1) / rate)
+        fall = rate * (high - low)
+        return np.asarray(low - np.log(-np.expm1(-fall) / fall) / rate)
+
     def logarithm(self, p: float, s: Array) -> tuple[Array, Array]:
         """ln g(q s) and its derivative with p, the variable of a search.
 

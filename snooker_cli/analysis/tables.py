@@ -10,6 +10,7 @@ from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FEW_REPEATS
 from snooker_cli.analysis.predictions import CHI_SQUARE, GIVEN, SPECIES_RATIO
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.formatting import (
+    chance,
     point_label,
     probability,
     range_held,
@@ -286,26 +287,30 @@ def _holds(law: dict[str, Any]) -> str:
     name = label if label[0].isupper() else f"The {label} law"
     if p is None:
         return f"{name} is not tested (too few repeats or collisions)"
-    chance = f"p {'' if p < 0.001 else '= '}{probability(p)}"
     if end == law["judged_from"]:
-        return f"{name} does not hold ({chance})"
+        return f"{name} does not hold ({chance(p)})"
     of, repeats = short(law["judged_to"]), law["judged_repeats"]
     if end < law["judged_to"]:
-        return f"{name} is refused after {short(end)} of {of} s ({chance})"
-    return f"{name} is not refused up to {of} s by {repeats} repeats ({chance})"
+        return f"{name} is refused after {short(end)} of {of} s ({chance(p)})"
+    return f"{name} is not refused up to {of} s by {repeats} repeats ({chance(p)})"
 
 
 def _beside(row: dict[str, Any]) -> str:
     """``α = 0.697 ± 0.021 1/s, 4 % below Enskog, 2.1 errors``."""
     symbol, unit = SYMBOLS[row["quantity"]]
-    errors, excess = row["difference_in_errors"], 100 * row["difference"] / row["predicted"]
+    errors = row["difference_in_errors"]
     value = with_error(row["measured"], row["error"], unit)
     if row["model"] == IDEAL:  # no theory of these balls: the difference is no test
         return f"{symbol} = {value} (an ideal gas has {short(row['predicted'])})"
-    side = "below" if excess < 0 else "above"
     known = errors is not None and row["repeats"] > 2  # an error of two repeats says little
     distance = f", {abs(errors):.1f} errors" if known else ""
-    return f"{symbol} = {value}, {ratio(abs(excess))} % {side} {theory_name(row)}{distance}"
+    return f"{symbol} = {value}, {excess(row)} {theory_name(row)}{distance}"
+
+
+def excess(row: Mapping[str, Any]) -> str:
+    """How far a result is from its prediction: ``4 % below``."""
+    share = 100 * row["difference"] / row["predicted"]
+    return f"{ratio(abs(share))} % {'below' if share < 0 else 'above'}"
 
 
 def theory_name(row: Mapping[str, Any]) -> str:

@@ -19,10 +19,11 @@ from snooker_cli.analysis.tables import (
     IDEAL,
     MOST_ERRORS,
     SYMBOLS,
+    excess,
     main_comparisons,
     theory_name,
 )
-from snooker_cli.formatting import point_label, probability, ratio, value_text, with_error
+from snooker_cli.formatting import chance, point_label, value_text, with_error
 
 Array = NDArray[np.float64]
 
@@ -111,9 +112,8 @@ class Trend:
         if not np.all(np.isfinite(errors)) or np.any(repeats < ENOUGH_REPEATS):
             return ""
         p = joint_probability(errors)
-        chance = f"p {'' if p < 0.001 else '= '}{probability(p)}"
         verdict = "differ from" if p < LEAST_PROBABILITY else "do not refuse"
-        return f"the {len(errors)} points together {verdict} this theory (χ², {chance})"
+        return f"the {len(errors)} points together {verdict} this theory (χ², {chance(p)})"
 
     def _farthest(self) -> str:
         """Where the result differs most from theory, in errors; of at least two that are known."""
@@ -124,11 +124,9 @@ class Trend:
             return ""
         place = int(np.argmax(errors))
         row = self.rows[place]
-        excess = 100 * row["difference"] / row["predicted"]
-        side = "below" if excess < 0 else "above"
         where = f"{self.key} = {value_text(row['parameters'][self.key])}"
         most = f"{errors[place]:.1f} errors, the most of {known} points"
-        return f"it is {ratio(abs(excess))} % {side} theory at {where} ({most})"
+        return f"it is {excess(row)} theory at {where} ({most})"
 
 
 def trends(compared: Records, key: str) -> dict[str, Trend]:

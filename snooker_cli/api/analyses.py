@@ -345,13 +345,12 @@ class Analyses(runs.Run):
         """
         from snooker_cli.animation import MOST_COLLISIONS, check_film_file, save_films
         from snooker_cli.figures import Selection
-        from snooker_cli.figures.selection import file_stem
+        from snooker_cli.figures.selection import file_stem, with_runs
 
         numbers = sorted(set(repeats or [0]))
         self.chosen(None, numbers[-1])  # raises for a repeat that cannot be
         chosen = _alternatives(where) or self._first
-        names = {RUN: self._first[RUN]} if isinstance(self, RunsSideBySide) else {}
-        parts = names | chosen | ({"repeat": tuple(numbers)} if repeats else {})
+        parts = with_runs(chosen, self.points) | ({"repeat": tuple(numbers)} if repeats else {})
         path = Path(out or self.directory / f"{file_stem('film', Selection(parts))}.html")
         is_page = path.suffix.lower() == ".html"
         if fps is not None and is_page:

@@ -186,13 +186,14 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
     if scenes[0].container.period is not None:
         period = np.array(scenes[0].container.period)[:, np.newaxis]
         columns[:, :2] -= period * np.rint(columns[:, :2] / period)
-    if len(labels):
-        sorted_by_cells, columns = columns, np.empty_like(columns)
-        columns[:, :, labels] = sorted_by_cells
     columns[:, :2] += np.stack([origin_of(scene) for scene in scenes])[:, :, np.newaxis]
     rows = columns.transpose(0, 2, 1)
     ends = [
-        replace(scene, positions=positions.copy(), velocities=velocities.copy())
+        replace(
+            scene,
+            positions=_in_order(positions, labels),
+            velocities=_in_order(velocities, labels),
+        )
         for scene, positions, velocities in zip(scenes, rows[:, :, :2], rows[:, :, 2:], strict=True)
     ]
     if states.surface is not None:
@@ -205,6 +206,15 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
         replace(scene, container_position=motion[:2], container_velocity=motion[2:])
         for scene, motion in zip(ends, motions, strict=True)
     ]
+
+
+def _in_order(rows: Floats, labels: Indices) -> Floats:
+    """A copy of the rows of balls, in the scene's order."""
+    if len(labels) == 0:
+        return rows.copy()
+    ordered = np.empty(rows.shape)
+    ordered[labels] = rows
+    return ordered
 
 
 # Checkpoints

@@ -369,32 +369,28 @@ SAME_CURVE = 1e-3  # share of y by which curves of theory differ that a reader c
 COMPARED_AT = 50  # places where they are compared
 
 
-def theories_once(layers: Sequence[Layer]) -> Iterator[Layer]:
+def theories_once(layers: Sequence[Layer]) -> list[Layer]:
     """The layers, and of curves of theory that several series share only the longest.
 
     A curve of theory has a dash pattern of its own. If it belongs to several series, it has the
     colour of none.
     """
-    merged: dict[int, Line] = {}  # by the place of the first
-    for place, layer in enumerate(layers):
-        if not isinstance(layer, Line) or layer.style == "series" or len(layer.x) < 2:
-            continue
-        alike = (k for k, other in merged.items() if _same_curve(layer, other))
-        first = next(alike, place)
-        if first != place:
-            layer = replace(
-                max(layer, merged[first], key=lambda line: np.ptp(line.x)), series=NEUTRAL
-            )
-        merged[first] = layer
-    curves = {id(layers[place]): line for place, line in merged.items()}
+    kept: list[Layer] = []
     for layer in layers:
-        is_curve = isinstance(layer, Line) and layer.style != "series" and len(layer.x) > 1
-        if not is_curve or id(layer) in curves:
-            yield curves.get(id(layer), layer)
+        for place, other in enumerate(kept):
+            if isinstance(layer, Line) and isinstance(other, Line) and _same_curve(layer, other):
+                longest = max(layer, other, key=lambda line: float(np.ptp(line.x)))
+                kept[place] = replace(longest, series=NEUTRAL)
+                break
+        else:
+            kept.append(layer)
+    return kept
 
 
 def _same_curve(line: Line, other: Line) -> bool:
-    """Whether two curves with one dash pattern coincide where both are."""
+    """Whether these are curves of theory with one dash pattern that coincide where both are."""
+    if line.style == "series" or min(len(line.x), len(other.x)) < 2:
+        return False
     if line.style != other.style or line.label != other.label or line.series == other.series:
         return False
     low, high = max(line.x[0], other.x[0]), min(line.x[-1], other.x[-1])

@@ -157,8 +157,7 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         diameter = 2 * float(np.mean(scene.radii))
         edges = structure.distance_edges(scene)
         wanted = MOST_STATES if gas(point) != "cooling" else 1
-        count = build.states(point, wanted, MOST_BALLS, each=OF_A_STATE, fewest=1)
-        parts = np.linspace(0.5, LAST, count) if count > 1 else np.array([LAST])
+        parts = _second_half(build, point, wanted, MOST_BALLS, each=OF_A_STATE)
         g = partial(structure.pair_correlation, edges=edges)
         rows = np.array([_mean(g, trace, parts) for trace in build.traces(point)])
         build.add_means(index, build.label(point), (edges[1:] + edges[:-1]) / 2 / diameter, rows)
@@ -183,6 +182,17 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
     equal = all(build.start(point).equal_balls for point in build.points)
     x_label = f"distance / {'' if equal else 'mean '}diameter"
     return build.figure(caption, x_label=x_label)
+
+
+def _second_half(
+    build: FigureBuilder, point: Point, wanted: int, most: int, *, each: int = 0
+) -> Array:
+    """Even parts of the second half of each repeat's time; of one state the last one.
+
+    wanted, most, each : as of ``FigureBuilder.states``
+    """
+    count = build.states(point, wanted, most, each=each, fewest=1)
+    return np.linspace(0.5, LAST, count) if count > 1 else np.array([LAST])
 
 
 def _mean(observable: structure.Observable, trace: Trace, parts: Array) -> Array:
@@ -212,15 +222,17 @@ def structure_factor(build: FigureBuilder) -> FigureData:
         diameter = 2 * float(np.mean(scene.radii))
         chosen = structure.waves(scene)
         wanted = MOST_STATES if gas(point) != "cooling" else 1
-        count = build.states(point, wanted, MOST_WAVES // len(chosen.vectors), fewest=1)
-        parts = np.linspace(0.5, LAST, count) if count > 1 else np.array([LAST])
+        parts = _second_half(build, point, wanted, MOST_WAVES // len(chosen.vectors))
         s = partial(structure.structure_factor, chosen=chosen)
-        rows = np.array([_mean(s, trace, parts) for trace in build.traces(point)])
-        build.add_means(index, build.label(point), chosen.numbers * diameter, rows)
-        if gas(point) == "cooling":
-            begins = np.array([_mean(s, trace, np.zeros(1)) for trace in build.traces(point)])
-            x, mean = chosen.numbers * diameter, begins.mean(axis=0)
-            build.lines.append(Line(x, mean, None, index, "dashed"))
+        cools, x = gas(point) == "cooling", chosen.numbers * diameter
+        rows, begins = [], []
+        for trace in build.traces(point):
+            rows.append(_mean(s, trace, parts))
+            if cools:
+                begins.append(_mean(s, trace, np.zeros(1)))
+        build.add_means(index, build.label(point), x, np.array(rows))
+        if cools:
+            build.lines.append(Line(x, np.mean(begins, axis=0), None, index, "dashed"))
         expected = None
         state = predictions.scene_state(scene, 1.0)
         if state is not None and elastic(point):
@@ -231,7 +243,7 @@ def structure_factor(build: FigureBuilder) -> FigureData:
                 else "theory, k → 0"
             )
             build.lines.append(Reference("y", expected, name, "dotted"))
-        build.record(point, longest=mean_and_error(rows[:, 0]), theory=expected)
+        build.record(point, longest=mean_and_error(np.array(rows)[:, 0]), theory=expected)
     equal = all(build.start(point).equal_balls for point in build.points)
     if any(gas(point) == "cooling" for point in build.points):
         build.lines.append(legend_line("the same at the start", "dashed"))
@@ -326,8 +338,7 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
     """The law of a velocity component over its width at the moment, as far as there are balls."""
     farthest = 0.0
     for index, point in enumerate(build.points):
-        count = build.states(point, TAIL_STATES, MOST_BALLS, fewest=1)
-        parts = np.linspace(0.5, LAST, count) if count > 1 else np.array([LAST])
+        parts = _second_half(build, point, TAIL_STATES, MOST_BALLS)
         repeats = [_reduced_components(trace, parts) for trace in build.traces(point)]
         largest = max(float(np.max(values)) for values in repeats)
         edges = np.arange(math.ceil(largest / TAIL_BIN) + 1, dtype=np.float64) * TAIL_BIN
@@ -347,10 +358,12 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
     if farthest == 0.0:
         raise FigureError("nothing moves in its states, so there is no law of velocities")
     c = np.linspace(0.0, farthest, 160)
-    density = np.exp(-(c**2)) / math.sqrt(math.pi)
-    build.lines.append(Line(c, density, "Maxwell's law", NEUTRAL, "dashed"))
+    build.lines.append(
+        Line(c, theory.maxwell_component_density(c), "Maxwell's law", NEUTRAL, "dashed")
+    )
     least = f"Bins with fewer than {LEAST_IN_TAIL} velocities are left out."
-    return build.figure(f"States of the second half of each repeat. {least}")
+    when = f"States of the second half of each repeat. {least}"
+    return build.figure(when, panel_label="above Maxwell's law (%)")
 
 
 def _reduced_components(trace: Trace, parts: Array) -> Array:

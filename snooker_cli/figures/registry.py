@@ -20,13 +20,13 @@ from snooker_cli.figures.selection import (
     Gas,
     Selection,
     along,
-    distinct,
     evenly,
     file_stem,
     selected,
     spread,
     swept_number,
     varying,
+    with_runs,
 )
 from snooker_cli.formatting import listed
 from snooker_cli.runs import Run
@@ -158,12 +158,6 @@ def figures_of(
     """
     points = selected(run, selection)
 
-    def shown(chosen: Selection) -> Selection:
-        """What a file's name says: of runs side by side, their names too."""
-        if RUN in chosen.where or RUN not in dict(points[0].parameters):
-            return chosen
-        return replace(chosen, where={RUN: tuple(distinct(points, RUN)), **chosen.where})
-
     for name in names:
         spec = FIGURES[name]
         chosen = [selection]
@@ -174,7 +168,8 @@ def figures_of(
             chosen = [replace(selection, where=dict(point.parameters)) for point in fitting]
         for one in chosen:
             try:
-                yield name, file_stem(name, shown(one)), spec.make(run, one, reading=reading)
+                named = replace(one, where=with_runs(one.where, points))
+                yield name, file_stem(name, named), spec.make(run, one, reading=reading)
             except FigureError as error:
                 yield name, "", error
 

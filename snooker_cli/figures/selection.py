@@ -57,6 +57,13 @@ def file_stem(name: str, selection: Selection) -> str:
     return name + "".join("-" + re.sub(r"[^A-Za-z0-9._-]", "_", part) for part in parts)
 
 
+def with_runs(where: Mapping[str, Any], points: Sequence[Point]) -> dict[str, Any]:
+    """Conditions as a file's name has them: of runs side by side, their names too."""
+    if RUN not in dict(points[0].parameters):
+        return dict(where)
+    return {RUN: tuple(distinct(points, RUN)), **where}
+
+
 def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
     """The selected points that have a repeat, at least one. Raises ``FigureError``."""
     return _some(run, selection, lambda point: bool(statuses(run, point, selection)))

@@ -3,6 +3,7 @@
 import math
 import shlex
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from snooker_cli.analysis.predictions import LEFT
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
 from snooker_cli.analysis.tables import (
     MOST_ERRORS,
+    excess,
     few_repeats,
     finding,
     main_comparisons,
@@ -27,7 +29,7 @@ from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
 from snooker_cli.figures.selection import gas, spread, swept_number
 from snooker_cli.files import write_text
-from snooker_cli.formatting import point_label, printable, ratio
+from snooker_cli.formatting import point_label, printable, with_error
 from snooker_cli.report.document import Pages, packaged
 from snooker_cli.runs import Run
 from snooker_cli.runs.progress import counting
@@ -40,6 +42,7 @@ RELEVANCE: dict[str, dict[str, str]] = yaml.safe_load(packaged("relevance.yaml")
 
 MOST_TRENDS = 3  # sentences on how a result changes along the swept key
 MOST_TOGETHER = 6  # figures that show several runs
+WITH_SENTENCE = {"energy-fit", "decay-against-cor", "swept-key"}  # on their result
 KEY_FIGURES = 2  # figures before all others, on the first page
 MOST_POINTS = 30  # points in tables
 DENSE = 0.5  # packing from which neighbours have an order that a figure shows
@@ -103,7 +106,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     for name, future in drawings.items():
         if isinstance(picture := future.result(), FigureData):
             files.append(f"{number}-{name}")
-            pages.add_figure(files[-1], picture, known=scene)
+            pages.add_figure(files[-1], _with_result(picture), known=scene)
         else:
             left_out[name] = picture
     of_point = {row["point"]: row for row in status["ledger"]}
@@ -134,6 +137,21 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     }
 
 
+def _with_result(picture: FigureData) -> FigureData:
+    """A figure whose caption has its first number, unless it has a sentence on its result."""
+    rows: Sequence[dict[str, Any]] = picture.numbers.get("points", ())
+    numbers = [name for row in rows[:1] for name in row if isinstance(row[name], float)]
+    names = [name for name in numbers if not name.endswith("_error")]
+    if not names or picture.kind in WITH_SENTENCE or "largest_residual" in picture.numbers:
+        return picture
+    name = names[0]
+    texts = [with_error(row.get(name), row.get(f"{name}_error")) for row in (rows[0], rows[-1])]
+    labels = [point_label(row["parameters"]) for row in (rows[0], rows[-1])]
+    seen = f"from {texts[0]} at {labels[0]} to {texts[1]} at {labels[1]}" if rows[1:] else texts[0]
+    words = name.replace("_", " ").capitalize()
+    return replace(picture, caption=f"{words}: {seen}. {picture.caption}")
+
+
 def _side_by_side(runs: Sequence[Run], pages: Pages) -> dict[str, Any]:
     """What templates/run.md.j2 prints of runs side by side: figures that show several, and results.
 
@@ -150,7 +168,7 @@ def _side_by_side(runs: Sequence[Run], pages: Pages) -> dict[str, Any]:
             shown = {row["parameters"][RUN] for row in picture.numbers.get("points", ())}
             if len(shown) > 1:
                 files.append(f"together-{name}")
-                pages.add_figure(files[-1], picture, known=scene)
+                pages.add_figure(files[-1], _with_result(picture), known=scene)
     rows = main_comparisons(comparisons(joined, counting=counting).rows)
     cells = [(point_label(row["parameters"]), tables.compare_cells(row)) for row in rows]
     return {"figures": files, "rows": cells[:MOST_POINTS], "scene": scene}
@@ -213,14 +231,13 @@ def _energy_left(compared: Records) -> str:
     if not rows:
         return ""
     row = max(rows, key=lambda row: abs(row["difference_in_errors"]))
-    errors, excess = row["difference_in_errors"], 100 * row["difference"] / row["predicted"]
+    errors = row["difference_in_errors"]
     if abs(errors) < MOST_ERRORS:
         return ""
     where = f" at {point_label(row['parameters'])}" if rows[1:] else ""
     most = f", the most of {len(rows)} points" if rows[1:] else ""
-    side = "above" if excess > 0 else "below"
     return (
-        f"The energy left at the end{where} is {ratio(abs(excess))} % {side} what the counted "
+        f"The energy left at the end{where} is {excess(row)} what the counted "
         f"collisions of a uniform gas would leave ({abs(errors):.1f} errors{most})."
     )
 

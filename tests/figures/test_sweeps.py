@@ -72,6 +72,8 @@ def test_one_value_of_the_key_from_each_run(tmp_path: Path) -> None:
     found = shown(pair, "decay-against-cor")
     alpha = next(p for p in layers(found, Points) if p.label == "α, Haff's law fitted")
     assert alpha.x.tolist() == [0.8, 0.9]
+    main = next(points for points in layers(shown(pair, "swept-key"), Points) if len(points.x))
+    assert main.x.tolist() == [0.8, 0.9]
 
 
 def test_theory_is_drawn_once_if_it_is_the_same(tmp_path: Path) -> None:

@@ -191,3 +191,14 @@ def test_a_run_without_a_stored_state_gets_a_sentence(tmp_path: Path) -> None:
     late = made(tmp_path / "late", "snapshots=[1e9]", "collisions=2000", text=STORED)
     for name in ("cluster-growth", "structure-factor", "pair-correlation"):
         assert "before its first snapshot" in why_not(late, name)
+
+
+def test_a2_of_a_summary_needs_no_states(tmp_path: Path) -> None:
+    """It is the same as with all collisions, but for the grid of the summary."""
+    long = ("cor=0.8", "collisions=1200", "wall_cor=null")
+    whole, summed = (
+        made(tmp_path / record, f"record={record}", *long) for record in ("events", "summary")
+    )
+    lines = [layers(shown(run, "a2"), Line)[0] for run in (whole, summed)]
+    # The grid knows to a step when the curve has its collisions.
+    assert lines[1].y[-5:].mean() == pytest.approx(lines[0].y[-5:].mean(), abs=0.02)

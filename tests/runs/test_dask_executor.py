@@ -17,13 +17,13 @@ from typing import Any
 
 import pytest
 from command_line import Snooker
-from repeating import bytes_of, contents, done, made
+from repeating import StopsAtOnce, bytes_of, contents, done, made
 
 from snooker_cli import runs, store
 from snooker_cli.runs import dask_executor
-from snooker_cli.runs.batch import Batch, Progress
+from snooker_cli.runs.batch import Batch
 from snooker_cli.runs.dask_executor import RemoteRun, simulate_remotely, software
-from snooker_cli.runs.execution import Watcher, execute
+from snooker_cli.runs.execution import execute
 from snooker_cli.runs.folder import failures
 from snooker_cli.trace import StopReason
 
@@ -157,24 +157,19 @@ def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
 def test_workers_report_how_far_their_repeats_are(here: Path, executor: str) -> None:
     """The first news ends a run that would take minutes."""
     run = made(here / "long", LONG.replace("400000", "50000000"))
-    cancelled, news = threading.Event(), []
-
-    class Stops(Watcher):
-        def reached(self, progress: Progress) -> None:
-            news.append(progress)
-            cancelled.set()
-
+    stops = StopsAtOnce()
+    cancelled, news = stops.cancelled, stops.news
     timer = threading.Timer(60.0, cancelled.set)
     timer.start()
     with dask_executor.DaskExecutor(executor.partition("=")[2], None, cancelled) as cluster:
-        results = execute(run, workers=1, watcher=Stops(), cancelled=cancelled, executor=cluster)
+        results = execute(run, workers=1, watcher=stops, cancelled=cancelled, executor=cluster)
     timer.cancel()
     assert news
     assert [of_batch.share for of_batch in news] == pytest.approx(
         [of_batch.collisions / 5e7 for of_batch in news]
     )
-    stops = [result.stop.reason for result in results if result.stop]
-    assert set(stops) == {StopReason.INTERRUPTED}
+    reasons = [result.stop.reason for result in results if result.stop]
+    assert set(reasons) == {StopReason.INTERRUPTED}
 
 
 # What cannot be

@@ -15,12 +15,12 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from repeating import batches_of, contents, done, made
+from repeating import StopsAtOnce, batches_of, contents, done, made
 
 from snooker_cli import runs
 from snooker_cli.errors import RunError
 from snooker_cli.runs import execution
-from snooker_cli.runs.batch import Progress, RepeatResult
+from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
 
 
@@ -59,16 +59,11 @@ def test_processes_store_the_same_bits_as_threads(small_config: str, tmp_path: P
 def test_an_interrupt_does_not_wait_for_long_batches(small_config: str, tmp_path: Path) -> None:
     """They would take minutes; the first news of them ends the run, and nothing is stored."""
     long = ("cor=1.0", "repeats=8", "collisions=50000000", "record=summary")
-    run, cancelled, news = made(tmp_path / "run", small_config, *long), threading.Event(), []
-
-    class Stops(Watcher):
-        def reached(self, progress: Progress) -> None:
-            news.append(progress)
-            cancelled.set()
-
+    run, stops = made(tmp_path / "run", small_config, *long), StopsAtOnce()
+    cancelled, news = stops.cancelled, stops.news
     timer = threading.Timer(60.0, cancelled.set)
     timer.start()
-    found = execute(run, workers=2, watcher=Stops(), cancelled=cancelled, processes=True)
+    found = execute(run, workers=2, watcher=stops, cancelled=cancelled, processes=True)
     timer.cancel()
     assert found == []
     assert news
