@@ -38,6 +38,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "scene": ("containers", "errors", "laws", "neighbours"),
     "theory": ("containers", "laws", "scene"),
     "trace": ("scene",),
+    "two_temperatures": (),
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "laws", "neighbours", "scene"),
     "engine": ("containers", "errors", "files", "laws", "scene", "trace"),
