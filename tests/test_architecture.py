@@ -20,7 +20,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 SIMULATING = ("containers", "errors", "files", "laws", "memory", "neighbours", "scene", "trace")
 RUNNING = (
     *("config", "engine", "formatting", "placement", "runs", "signals", "store", "theory"),
-    *SIMULATING,
+    *("two_temperatures", *SIMULATING),
 )
 PARTS: dict[str, tuple[str, ...]] = {
     # Nothing of ours below
@@ -92,6 +92,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
         "analysis.goodness",
         "analysis.structure",
         "theory",
+        "two_temperatures",
         "validation.physics_study",
     ),
     "matplotlib": ("animation.movie", "api", "figures"),

@@ -246,7 +246,8 @@ def _measured(traces: Sequence[Trace], limits: tuple[float, float], pairs: float
     after = rows.averages(np.stack([relaxed, calm_lasts], axis=1), ends)
     collisions = Collisions(rows, traces)
     curve, first_fitted_pressure = collisions.curve(*limits)
-    kinetic, energies = rows.columns[KINETIC], rows.energy
+    kinetic = rows.columns[KINETIC]
+    energies = kinetic + rows.other_energy
     sides = np.full((len(traces), WINDOWS, len(scene.container.sides)), math.nan)
     if isinstance(scene.wall_law, Sides):
         for k in np.flatnonzero(rows.held).tolist():

@@ -207,9 +207,8 @@ class TimeSeries:
         root_meeting = root / math.sqrt(self.free)
         if not self.walls:
             root_meeting = np.sqrt(np.maximum(meeting, 0.0))
-        spins = self.spin_energy
-        total = energy + self.columns[CONTAINER] + spins
-        others = self.columns[SPEED], moment, moment * energy**2, spins
+        total = energy + self.other_energy
+        others = self.columns[SPEED], moment, moment * energy**2, self.spin_energy
         return np.stack([energy, total, root, meeting, root_meeting, *others])
 
     @property
@@ -218,10 +217,9 @@ class TimeSeries:
         return np.asarray(self.columns[SPIN] if self.rough else np.zeros_like(self.time))
 
     @property
-    def energy(self) -> Array:
-        """Of the balls with their spins and the container, J."""
-        kinetic, container = self.columns[[KINETIC, CONTAINER]]
-        return np.asarray(kinetic + container + self.spin_energy)
+    def other_energy(self) -> Array:
+        """Of the container and the balls' spins, J."""
+        return np.asarray(self.columns[CONTAINER] + self.spin_energy)
 
     def _between(self, values: Array) -> Array:
         """Values of rows in the middle between each row and the next."""
@@ -377,7 +375,6 @@ class Collisions:
         late = self.count[row[:, :-1]] >= SKIPPED_COLLISIONS - 1
         nothing = np.full_like(time, math.nan)
         given, lost = rows.columns[GIVEN : LOST + 1, row] if rows.gains else (nothing, nothing)
-        others = self.after(rows.energy - rows.columns[KINETIC])
         curve = Curve(
             time=time,
             kinetic_energy=kinetic,
@@ -392,7 +389,7 @@ class Collisions:
             weight=number,
             group_time=mean(self.time),
             group_kinetic=mean(self.after(rows.columns[KINETIC])),
-            group_others=mean(others),
+            group_others=mean(self.after(rows.other_energy)),
             group_pressure=np.where(late, mean(settled), math.nan),
         )
         return curve, self._settled(np.where(self.weight > 0, settled, 0.0))
