@@ -59,6 +59,15 @@ repeats: 2
 record: snapshots
 """
 
+ROUGH = """\
+container: {shape: periodic, width: 200}
+balls: {count: 60, radius: 1, speed: 5, speeds: maxwell, start: random}
+cor: 0.9
+tangential_cor: 0.5
+collisions: 1200
+repeats: 4
+"""
+
 MIXTURE = """\
 container: {shape: periodic, width: 24, height: 20}
 balls:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from figure_runs import ELASTIC, STORED, made
+from figure_runs import ELASTIC, ROUGH, STORED, made
 from figure_runs import shown as shown_of
 from matplotlib.axis import Axis
 from matplotlib.text import Text
@@ -83,6 +83,7 @@ def figures(
         "energy-balance": (driven, {"cor": 0.9}),
         "profiles": (driven, {"cor": 0.9, "balls.radius": 0.5}),
         "heat-flux": (heated, {"wall_temperature.right": 50.0}),
+        "rotation": (made(folder / "rough", text=ROUGH), {}),
         "structure-factor": (stored := made(folder / "stored", text=STORED), {}),
         "cluster-growth": (stored, {}),
         "density-fluctuations": (stored, {}),

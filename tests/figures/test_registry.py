@@ -30,7 +30,7 @@ def test_figures_describe_the_shape_that_is_there(
     sweeps = {"pressure-temperature", "pressure-number", "temperature-ratio"}
     sweeps |= {"pressure-area", "pressure-area-linear", "van-der-waals"}
     others = {"central-distances", "momentum-x", "momentum-y"}
-    others |= {"species-temperature", "species-ratio"}
+    others |= {"species-temperature", "species-ratio", "rotation"}
     others |= {"stationary", "profiles", "energy-balance", "heat-flux", "equation-of-state"}
     others |= {"density-fluctuations", *(["structure-factor"] if shape == "box" else [])}
     assert set(missing) == others | sweeps

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import STORED, around, in_circle, layers, made, shown, traces, why_not
+from figure_runs import ROUGH, STORED, around, in_circle, layers, made, shown, traces, why_not
 
+from snooker_cli import two_temperatures
 from snooker_cli.analysis import predictions, structure
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import standard_errors
@@ -147,6 +148,38 @@ def test_the_ratio_of_species_is_that_of_their_temperatures(mixture: Run) -> Non
 
 def test_one_species_has_no_ratio(decaying: Run) -> None:
     assert "it needs 2 species of balls, not 1" in why_not(decaying, "species-ratio")
+
+
+# --- rotation ---------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def rough(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return made(tmp_path_factory.mktemp("rough") / "run", text=ROUGH)
+
+
+def test_temperatures_of_motion_and_rotation_are_those_of_the_states(rough: Run) -> None:
+    found = shown(rough, "rotation")
+    moving, turning, *theory_lines = [line for line in layers(found, Line) if len(line.x)]
+    ratio, expected = [line for line in found.panel if isinstance(line, Line)]
+    assert moving.x[-1] == pytest.approx(2 * 1200 / 60, rel=1e-3)
+    warm = []
+    for trace in traces(rough, 0):
+        ends = trace.start, trace.finish
+        drift = float(np.sum((trace.start.masses @ trace.start.velocities) ** 2)) / 2 / 60
+        first, last = ((scene.kinetic_energy - drift) / 59 for scene in ends)
+        warm.append((last / first, trace.finish.spin_energy / 30 / first))
+    means = np.mean(warm, axis=0)
+    assert (moving.y[-1], turning.y[-1]) == pytest.approx(tuple(means), rel=1e-9)
+    assert ratio.y[-1] == pytest.approx(np.mean([turn / move for move, turn in warm]), rel=1e-9)
+    assert np.all(np.diff(moving.y) < 0)
+    assert len(theory_lines) == 2
+    assert expected.y[-1] == pytest.approx(two_temperatures.rough_ratio(0.9, 0.5, 0.5), rel=1e-4)
+    assert found.y_log
+
+
+def test_smooth_balls_have_no_rotation(decaying: Run) -> None:
+    assert why_not(decaying, "rotation").startswith("smooth balls do not spin")
 
 
 # --- stored states ----------------------------------------------------------------------------
