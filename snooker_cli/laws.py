@@ -105,6 +105,11 @@ class Surface(NamedTuple):
     wall_tangential_cor: float
     wall_friction: float
 
+    @property
+    def smooth_wall(self) -> bool:
+        """Whether the wall changes no spin."""
+        return self.wall_tangential_cor == -1 or self.wall_friction == 0
+
     def elastic(self, has_wall: bool) -> bool:
         """Whether no contact takes energy: surfaces are smooth, or turn the slip round."""
         contacts = [(self.tangential_cor, self.friction)]

@@ -167,6 +167,15 @@ def rough_ratio(cor: float, tangential_cor: float, inertia: float) -> float:
     return float(slowest[1] / slowest[0])
 
 
+def heated_ratio(tangential_cor: float, inertia: float) -> float:
+    """T_rot/T_tr of rough disks whose motion alone is heated, where spins gain what they lose.
+
+    The second row of `rough_cooling` is zero at η/(1 − η/q), at any CoR.
+    """
+    eta = inertia * (1 + tangential_cor) / (2 * (1 + inertia))
+    return eta / (1 - eta / inertia)
+
+
 def sliding_tangential_cor(
     slope: NDArray[np.float64], cor: float, tangential_cor: float, friction: float, inertia: float
 ) -> NDArray[np.float64]:

@@ -93,9 +93,15 @@ def total_momentum(scene: Scene) -> Array:
 
 
 def total_angular_momentum(scene: Scene) -> float:
-    """Angular momentum about the origin, kg m^2/s; a free container counts as a point mass."""
+    """Angular momentum about the origin, kg m^2/s, with that of spins.
+
+    A free container counts as a point mass.
+    """
     (x, y), (u, v) = scene.positions.T, scene.velocities.T
     total = float(np.sum(scene.masses * (x * v - y * u)))
+    if scene.surface is not None and scene.spins is not None:
+        moments = scene.surface.inertia * scene.masses * scene.radii**2
+        total += float(moments @ scene.spins)
     if scene.free:
         (x, y), (u, v) = scene.container_position, scene.container_velocity
         total += scene.container_mass * float(x * v - y * u)

@@ -443,8 +443,7 @@ def cooling_spins(measurement: Measurement) -> Array | None:
         return None
     if math.isfinite(surface.friction) or scene.number < 2 or scene.elastic_below > 0:
         return None
-    smooth = surface.wall_tangential_cor == -1 or surface.wall_friction == 0
-    if scene.container.has_wall and not (smooth and scene.wall_law == Constant(1.0)):
+    if scene.container.has_wall and (scene.wall_law != Constant(1.0) or not surface.smooth_wall):
         return None
     collisions, both = temperatures(measurement)
     values = law.cor, surface.tangential_cor, surface.inertia

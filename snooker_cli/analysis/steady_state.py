@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli import theory
+from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import observables, predictions
 from snooker_cli.analysis.decay import Note
 from snooker_cli.analysis.goodness import LEAST_PROBABILITY, equal_means
@@ -136,6 +136,17 @@ def expected_temperatures(scene: Scene) -> dict[str, float]:
     return {BALANCE: warm} if math.isfinite(warm) else {}
 
 
+def _heated_spins(scene: Scene) -> dict[str, float]:
+    """T_rot/T_tr that theory gives smooth walls, by the name of the theory; empty without one."""
+    surface = scene.surface
+    if surface is None or not surface.smooth_wall or not scene.equal_balls:
+        return {}
+    if math.isfinite(surface.friction) or surface.tangential_cor == -1:
+        return {}
+    ratio = two_temperatures.heated_ratio(surface.tangential_cor, surface.inertia)
+    return {two_temperatures.MEAN_FIELD: ratio}
+
+
 def _is_smooth(scene: Scene) -> bool:
     """Whether collisions between smooth balls have one CoR at all speeds."""
     return isinstance(scene.pair_law, Constant) and scene.surface is None
@@ -190,9 +201,8 @@ def rows(measurement: Measurement, first: int) -> Iterator[Row]:
         yield from _beside("ball-ball rate of a ball", pairs, contacts, dilute * root)
         yield from _beside("mean free path", pooled_ratio(steady.mean_speed, pairs), paths)
     if scene.surface is not None:
-        spins = {WALLS: 1.0} if wall is not None else {}
         ratio = pooled_ratio(2 * steady.spin_energy, energy)
-        yield from _beside(predictions.SPIN_RATIO, ratio, spins)
+        yield from _beside(predictions.SPIN_RATIO, ratio, _heated_spins(scene))
     if number > 1 and not observables.elastic_pairs(scene):
         given, taken = steady.wall_energy / length, steady.lost_energy / length
         yield GIVEN, "taken by collisions", given, taken

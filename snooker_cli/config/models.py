@@ -578,13 +578,11 @@ class Experiment(Model):
             return None
         cor = -1.0 if self.tangential_cor is None else self.tangential_cor
         friction = math.inf if self.friction is None else self.friction
-        return Surface(
-            self.inertia,
-            cor,
-            friction,
-            cor if self.wall_tangential_cor is None else self.wall_tangential_cor,
-            friction if self.wall_friction is None else self.wall_friction,
-        )
+        wall = cor if self.wall_tangential_cor is None else self.wall_tangential_cor
+        if isinstance(self.wall_law, Thermal):
+            wall = -1.0
+        limit = friction if self.wall_friction is None else self.wall_friction
+        return Surface(self.inertia, cor, friction, wall, limit)
 
     @property
     def wall_law(self) -> WallLaw:

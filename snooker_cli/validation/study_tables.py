@@ -9,8 +9,9 @@ from pathlib import Path
 from snooker_cli.errors import UserError, error_text
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, listed, short, text_table, with_error
+from snooker_cli.validation.gas_samples import ONLY_OPEN
 from snooker_cli.validation.hard_cases import INVARIANTS
-from snooker_cli.validation.physics_study import ONLY_OPEN, walls
+from snooker_cli.validation.physics_study import walls
 from snooker_cli.validation.study import PLANS, Record, Study, machine, text_of
 
 Columns = Mapping[str, str | Callable[[Record], str]]

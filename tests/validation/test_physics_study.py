@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from snooker_cli.cli.app import app
 from snooker_cli.validation import physics_study as measurements
-from snooker_cli.validation.physics_study import GasSample, known_value
+from snooker_cli.validation.gas_samples import ALLOWED, GasSample, known_value
 from snooker_cli.validation.study import PLANS
 
 Record = dict[str, Any]
@@ -78,7 +78,7 @@ def test_rows_that_chance_puts_beyond_three_errors() -> None:
     rows = [a_row(), a_row(), a_row(systematic=0.1)]
     draws = np.random.default_rng(1).standard_normal((200_000, 12))
     t = draws.mean(axis=1) / (draws.std(axis=1, ddof=1) / math.sqrt(12))
-    share = np.mean(abs(t) > measurements.ALLOWED)
+    share = np.mean(abs(t) > ALLOWED)
     error = math.sqrt(share / len(t))
     assert measurements.by_chance(rows) / 2 == pytest.approx(share, abs=4 * error)
 
