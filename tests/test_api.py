@@ -160,6 +160,25 @@ def test_a_gas_at_rest_has_temperature_zero(here: Path) -> None:
         run[0, 0].animate("film.html")
 
 
+def test_rough_balls_have_their_energy_of_rotation_in_series_and_tables(here: Path) -> None:
+    """Events and a summary have the same; at the ends it is that of the stored spins."""
+    rough = {"tangential_cor": 0.5, "collisions": 300, "seed": 5}
+    run = snooker.run(CONFIG | rough | {"record": "events"})
+    short = snooker.run(CONFIG | rough | {"record": "summary"}, out="short")
+    for repeat, other in zip(run, short, strict=True):
+        columns, again = repeat.series(), other.series()
+        finish = other.trace.finish
+        assert columns["spin_energy"][0] == 0.0
+        assert columns["spin_energy"][-1] == pytest.approx(finish.spin_energy, rel=1e-12)
+        assert again["spin_energy"][-1] == pytest.approx(finish.spin_energy, rel=1e-12)
+    table = run.table()
+    assert np.all(table["rotational_temperature"] > 0)
+    assert table["rotational_temperature"] == pytest.approx(
+        short.table()["rotational_temperature"], rel=0.02
+    )
+    assert "rotational_temperature" not in snooker.run(CONFIG, out="smooth").table()
+
+
 def test_the_table_of_a_heated_gas_has_its_energy_account(here: Path) -> None:
     """The stationary part is that of the point; other scenes have no such numbers."""
     heated = {"balls": {"count": 7, "radius": 1.0, "speed": 6.0}, "wall_temperature": 20.0}

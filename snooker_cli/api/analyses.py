@@ -103,8 +103,9 @@ class Analyses(runs.Run):
         energy: the constants of exp(−kt) and of Haff's law; nan without a fit. Where walls give
         energy, ``wall_energy`` and ``lost_energy`` (J) are what they gave and what collisions
         between balls took, and ``stationary_from`` (s) is when the stationary part begins, in the
-        complete repeats of a point that has one; otherwise these are nan. A swept key with
-        the name of another column gets the prefix ``config.``. Raises ``FigureError``,
+        complete repeats of a point that has one; otherwise these are nan. With rough balls there
+        is ``rotational_temperature`` (J), twice the mean energy of a spin. A swept key with the
+        name of another column gets the prefix ``config.``. Raises ``FigureError``,
         ``StoreError``, and ``RunError`` if no repeat is there.
         """
         return exports.table_of(self, self.matching(**where))

@@ -97,8 +97,9 @@ class Repeat:
         ``wall_impulse`` (kg m/s), ``pair_virial`` (impulse times distance, kg m²/s),
         ``wall_events`` and ``pair_events``; ``mean_speed`` (m/s), and ``energy_moment``,
         <k²>/<k>² of the balls' kinetic energies. If walls give energy, ``wall_energy`` and
-        ``lost_energy`` (J) are what they gave and what collisions between balls took. Very long
-        repeats give an even choice of rows.
+        ``lost_energy`` (J) are what they gave and what collisions between balls took. Rough balls
+        have ``spin_energy`` (J), that of their rotation. Very long repeats give an even choice of
+        rows.
         """
         from snooker_cli.analysis import time_series
 

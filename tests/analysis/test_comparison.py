@@ -434,13 +434,17 @@ MAXWELL_APART = 0.025
 equation, see ``two_temperatures.species_ratio``, and 0.005 for 120 balls."""
 
 
-def species_row(text: str) -> tuple[Comparison, list[str]]:
+def row_and_notes(text: str, quantity: str) -> tuple[Comparison, list[str]]:
     experiment = parse(text).experiment
     scenes = [starting_scene(experiment, repeat) for repeat in range(experiment.repeats)]
     limits = {"collisions": experiment.collisions, "summary": not experiment.keeps_events}
     rows, notes = comparison.compare(simulate_batch(scenes, **limits))
-    found = [row for row in rows if row.quantity == predictions.SPECIES_RATIO]
+    found = [row for row in rows if row.quantity == quantity]
     return found[0] if found else None, [note.note for note in notes]  # type: ignore[return-value]
+
+
+def species_row(text: str) -> tuple[Comparison, list[str]]:
+    return row_and_notes(text, predictions.SPECIES_RATIO)
 
 
 def test_two_species_have_the_temperatures_of_equal_cooling_rates() -> None:
@@ -486,3 +490,69 @@ def test_a_summary_has_no_temperatures_of_species() -> None:
     row, notes = species_row(MIXED.replace("repeats: 40", "repeats: 1\nrecord: summary"))
     assert row is None
     assert any("T₁/T₂ (equal cooling rates) is missing" in text for text in notes)
+
+
+ROUGH = """\
+container: {shape: periodic, packing: 0.01}
+balls: {count: 100, radius: 1.0, speed: 5.0, speeds: maxwell, start: random}
+cor: 1.0
+tangential_cor: 1.0
+collisions: 6000
+repeats: 30
+record: summary
+"""
+
+
+def spin_row(*changes: tuple[str, str]) -> tuple[Comparison, list[str]]:
+    text = ROUGH
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return row_and_notes(text, predictions.SPIN_RATIO)
+
+
+def test_perfectly_rough_elastic_balls_share_the_energy_evenly() -> None:
+    row, notes = spin_row()
+    assert row.model == two_temperatures.MEAN_FIELD
+    assert row.predicted == pytest.approx(1.0, abs=1e-9)
+    assert abs(row.difference) < 4 * row.difference_error < 0.1
+    assert "spins take a part of the energy" in "".join(notes)
+
+
+def test_cooling_rough_balls_have_the_ratio_of_the_mean_field() -> None:
+    """The theory is up to 5 % above, see docs/accuracy.md."""
+    row, notes = spin_row(
+        ("\ncor: 1.0\n", "\ncor: 0.9\n"), ("tangential_cor: 1.0", "tangential_cor: 0")
+    )
+    assert row.predicted == pytest.approx(two_temperatures.rough_ratio(0.9, 0.0, 0.5), rel=0.01)
+    assert -0.05 * row.predicted - 4 * row.difference_error < row.difference
+    assert row.difference < 4 * row.difference_error < 0.1
+    assert any("decay constants and energy left at the end" in text for text in notes)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("tangential_cor: 1.0", "tangential_cor: 1.0\nfriction: 0.3"),
+        ("\ncor: 1.0\n", "\ncor: 0.9\ncor_speed: 5.0\n"),
+        ("shape: periodic, packing: 0.01", "shape: box, width: 180, height: 180"),
+    ],
+)
+def test_other_rough_balls_have_a_ratio_without_theory(change: tuple[str, str]) -> None:
+    row, _ = spin_row(change, ("repeats: 30", "repeats: 2"))
+    assert row.model == predictions.NO_THEORY
+    assert 0.1 < row.measured < 2
+    assert math.isnan(row.predicted)
+
+
+def test_heated_rough_balls_gain_as_much_rotation_as_they_lose() -> None:
+    """η/(1 − η/q) is 1/2 at β = 1/2; speeds that are not Maxwell's may add 5 %."""
+    row, _ = spin_row(
+        ("shape: periodic, packing: 0.01", "radius: 80"),
+        ("\ncor: 1.0\n", "\ncor: 0.95\nwall_temperature: 20\n"),
+        ("tangential_cor: 1.0", "tangential_cor: 0.5"),
+        ("collisions: 6000", "collisions: 20000"),
+    )
+    assert row.predicted == pytest.approx(0.5)
+    assert abs(row.difference) < 0.05 * row.predicted + 4 * row.difference_error
+    assert row.difference_error < 0.01
