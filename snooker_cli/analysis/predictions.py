@@ -127,7 +127,12 @@ def scene_rates(scene: Scene, temperature: float) -> theory.CollisionRates | Non
 
 
 def haff_rate(scene: Scene) -> float | None:
-    """Haff's α by Enskog's rates at the start of a scene, 1/s; ``None`` as in `scene_state`."""
+    """Haff's α by Enskog's rates at the start of a scene, 1/s; ``None`` as in `scene_state`.
+
+    Rough balls have none, because they begin with other shares of the energy than they keep.
+    """
+    if scene.surface is not None:
+        return None
     rates = scene_rates(scene, observables.meeting_temperature(scene.kinetic_energy, scene))
     return None if rates is None else _haff_rate(scene, rates.ball_ball, rates.wall)
 

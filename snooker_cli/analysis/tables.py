@@ -7,7 +7,13 @@ from typing import Any, TypeVar
 from snooker_cli.analysis.decay import FURTHER
 from snooker_cli.analysis.fitting import LAWS
 from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FEW_REPEATS
-from snooker_cli.analysis.predictions import CHI_SQUARE, GIVEN, SPECIES_RATIO
+from snooker_cli.analysis.predictions import (
+    CHI_SQUARE,
+    GIVEN,
+    NO_THEORY,
+    SPECIES_RATIO,
+    SPIN_RATIO,
+)
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.formatting import (
     chance,
@@ -20,6 +26,7 @@ from snooker_cli.formatting import (
     with_error,
 )
 from snooker_cli.runs.side_by_side import RUN
+from snooker_cli.two_temperatures import MEAN_FIELD
 
 Item = TypeVar("Item")
 
@@ -189,6 +196,7 @@ IDEAL = "ideal gas law"  # no theory of balls with a size, though the only one f
 MOST_ERRORS = 3.0  # of the balance of energy in a gas that is called steady
 
 SYMBOLS = {"Haff's α": ("α", "1/s"), "PV/NT": ("PV/NT", ""), SPECIES_RATIO: ("T₁/T₂", "")}
+SYMBOLS |= {SPIN_RATIO: (SPIN_RATIO, "")}
 """The comparisons that a finding may have: symbol and unit. The last one of each point counts."""
 
 
@@ -276,8 +284,9 @@ def _cools(fit: dict[str, Any]) -> bool:
 
 
 def main_comparisons(rows: Records) -> Records:
-    """The comparison of each point: Haff's α where it is, else PV/NT with the best theory."""
-    known = {point_label(row["parameters"]): row for row in rows if row["quantity"] in SYMBOLS}
+    """The comparison of each point: Haff's α or T_rot/T_tr, else PV/NT with the best theory."""
+    beside = (row for row in rows if row["quantity"] in SYMBOLS and row["model"] != NO_THEORY)
+    known = {point_label(row["parameters"]): row for row in beside}
     return list(known.values())
 
 
@@ -315,5 +324,5 @@ def excess(row: Mapping[str, Any]) -> str:
 
 def theory_name(row: Mapping[str, Any]) -> str:
     """The name of a model as a theory: ``Enskog``, ``theory for hard disks, finite N``."""
-    known = {"Enskog rates at the start": "Enskog"}
+    known = {"Enskog rates at the start": "Enskog", MEAN_FIELD: "mean-field theory"}
     return known.get(row["model"], f"theory for {row['model']}")

@@ -32,7 +32,7 @@ SURE = 2.0  # errors by which two neighbours differ, so that a change has a dire
 
 @dataclass(frozen=True)
 class Trend:
-    """The main result of points along a key: Haff's α, or PV/NT, beside the best theory.
+    """The main result of points along a key: Haff's α, T_rot/T_tr or PV/NT beside the best theory.
 
     key : the swept key
     rows : a comparison of each point, in the order of the key

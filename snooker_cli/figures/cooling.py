@@ -147,7 +147,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
             build.lines.append(Line(cors, column["report_k"], name, k_series, "dashed"))
         scene = build.start(points[0])
         rates = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
-        if rates is not None:
+        if rates is not None and scene.surface is None:
             # The logarithm has no value at CoR 0.
             grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
             if source:
@@ -386,7 +386,7 @@ def event_decay(build: FigureBuilder) -> FigureData:
         build.add_points(index, point, x, energies)
         floor, alone = float(floors.mean()), expected.mean(axis=0)
         record = {"collisions_per_ball": x[-1], "floor": floor}
-        if not build.too_thin(scene):
+        if scene.surface is None and not build.too_thin(scene):
             record["theory"] = alone[-1]
             build.lines.append(Line(x, alone, None, index, "solid"))
             nearest = alone

@@ -18,7 +18,7 @@ from snooker_cli.figures.selection import swept_number
 
 
 def against_key(build: FigureBuilder) -> FigureData:
-    """Haff's α, or PV/NT, of each point against the swept key, with theory at the same points."""
+    """The main result of each point against the swept key, with theory at the same points."""
     key, names = swept_number(build.points), [group[0] for group in build.groups]
     drawn: list[Trend] = []
     for index, group in enumerate(build.groups):
