@@ -587,6 +587,11 @@ class Experiment(Model):
         )
 
     @property
+    def has_rough_wall(self) -> bool:
+        """Whether hits of the wall change spins, so that no ball can slide along it."""
+        return self.surface is not None and self.surface.wall_tangential_cor > -1.0
+
+    @property
     def wall_law(self) -> WallLaw:
         """The law of collisions at the wall."""
         keys = self.wall_speed, self.wall_temperature
@@ -717,7 +722,7 @@ def _faults_of_surface(experiment: Experiment) -> Iterator[Problem]:
             if group.spin is not None:
                 sentence = "smooth balls have no spin; give tangential_cor (-1 to 1), or remove it"
                 yield Problem((*path, "spin"), sentence, about_key=True)
-    elif experiment.collapse == "slide" and surface.wall_tangential_cor > -1.0:
+    elif experiment.collapse == "slide" and experiment.has_rough_wall:
         sentence = (
             "slide needs a smooth wall; set wall_tangential_cor: -1, or collapse: stop, {tc: 0.01} "
             "or {elastic_below: 1e-6}"
