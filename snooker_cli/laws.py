@@ -7,6 +7,7 @@ cor : every law's first number: the coefficient of restitution e, 0 to 1, of fas
 gains : whether a collision can give energy to the balls
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
@@ -103,6 +104,15 @@ class Surface(NamedTuple):
     friction: float
     wall_tangential_cor: float
     wall_friction: float
+
+    def elastic(self, has_wall: bool) -> bool:
+        """Whether no contact takes energy: surfaces are smooth, or turn the slip round."""
+        contacts = [(self.tangential_cor, self.friction)]
+        contacts += [(self.wall_tangential_cor, self.wall_friction)] * has_wall
+        return all(
+            cor == -1 or friction == 0 or (cor == 1 and friction == math.inf)
+            for cor, friction in contacts
+        )
 
 
 Law: TypeAlias = Constant | Viscoelastic | Driven | Thermal

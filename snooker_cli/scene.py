@@ -86,8 +86,12 @@ class Scene:
 
     @property
     def constant_laws(self) -> bool:
-        """Whether both laws have one CoR at all speeds, as theories of cooling need."""
-        return isinstance(self.pair_law, Constant) and isinstance(self.wall_law, Constant)
+        """Whether balls are smooth, and both laws have one CoR at all speeds.
+
+        Theories of cooling need it.
+        """
+        constant = isinstance(self.pair_law, Constant) and isinstance(self.wall_law, Constant)
+        return constant and self.surface is None
 
     @property
     def kinetic_energy(self) -> float:

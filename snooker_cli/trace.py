@@ -218,6 +218,7 @@ class Series:
         kurtosis <v^4>/<v^2>^2
     wall_energy, lost_energy : energy that hits of the wall gave to the balls, and that collisions
         between them took, since the start, J; ``None`` unless walls give energy
+    spin_energy : J, of the balls' rotation; ``None`` of smooth balls
     """
 
     time: NDArray[np.float64]
@@ -231,6 +232,7 @@ class Series:
     energy_moment: NDArray[np.float64]
     wall_energy: NDArray[np.float64] | None = None
     lost_energy: NDArray[np.float64] | None = None
+    spin_energy: NDArray[np.float64] | None = None
 
     @property
     def columns(self) -> dict[str, NDArray[np.float64]]:
@@ -242,17 +244,20 @@ class Series:
         return Series(**{name: column[rows] for name, column in self.columns.items()})
 
 
-def series_units(*, gains: bool) -> dict[str, str]:
-    """The columns of ``Series``, in order, and their units.
+def series_units(scene: Scene) -> dict[str, str]:
+    """The columns of the ``Series`` of a scene, in order, and their units."""
+    units = ("s", "J", "J", "kg m s-1", "kg m2 s-1", "1", "1", "m s-1", "1", "J", "J", "J")
+    columns = dict(zip(Series.__dataclass_fields__, units, strict=True))
+    if not scene.wall_law.gains:
+        del columns["wall_energy"], columns["lost_energy"]
+    if scene.surface is None:
+        del columns["spin_energy"]
+    return columns
 
-    gains : whether walls give energy
-    """
-    units = ("s", "J", "J", "kg m s-1", "kg m2 s-1", "1", "1", "m s-1", "1", "J", "J")
-    return dict(list(zip(Series.__dataclass_fields__, units, strict=True))[: None if gains else -2])
 
-
-SERIES_UNITS = series_units(gains=False)
-"""The columns of a scene whose walls give no energy."""
+def series_of(scene: Scene, time: NDArray[np.float64], columns: NDArray[np.float64]) -> Series:
+    """The ``Series`` of a scene, of its times and its other columns (*columns*, *g*) in order."""
+    return Series(**dict(zip(series_units(scene), (time, *columns), strict=True)))
 
 
 @dataclass(frozen=True)

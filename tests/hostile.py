@@ -6,7 +6,7 @@ import json
 import os
 import zlib
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import MISSING, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from snooker_cli.laws import Surface
 from snooker_cli.store import file_format as layout
 from snooker_cli.store.hdf5 import ROWS
 from snooker_cli.store.reader import GROWING
-from snooker_cli.trace import SERIES_UNITS, Stop, Trace
+from snooker_cli.trace import Series, Stop, Trace
 
 Damage = Callable[[Path], object]
 """Changes the good file at a path, or replaces it."""
@@ -451,12 +451,15 @@ def summary(name: str, make: Make) -> Damage:
     return dataset(f"{layout.SUMMARY}/{name}/value", make)
 
 
+COLUMNS = [field.name for field in fields(Series) if field.default is MISSING]
+"""The columns of a summary that all scenes have."""
+
 KINDS: dict[str, dict[str, Damage]] = {
     "events": REPEATS,
     "summary": {
         **{
             f"{name}: {value}": trace(f"summary.series.{name}", value, 1)
-            for name in SERIES_UNITS
+            for name in COLUMNS
             for value in WRONG
         },
         **{f"last {name}: 0": trace(f"summary.series.{name}", 0.0, -1) for name in GROWING},

@@ -20,7 +20,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 SIMULATING = ("containers", "errors", "files", "laws", "memory", "neighbours", "scene", "trace")
 RUNNING = (
     *("config", "engine", "formatting", "placement", "runs", "signals", "store", "theory"),
-    *SIMULATING,
+    *("two_temperatures", *SIMULATING),
 )
 PARTS: dict[str, tuple[str, ...]] = {
     # Nothing of ours below
@@ -38,6 +38,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "scene": ("containers", "errors", "laws", "neighbours"),
     "theory": ("containers", "laws", "scene"),
     "trace": ("scene",),
+    "two_temperatures": (),
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "laws", "neighbours", "scene"),
     "engine": ("containers", "errors", "files", "laws", "scene", "trace"),
@@ -91,6 +92,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
         "analysis.goodness",
         "analysis.structure",
         "theory",
+        "two_temperatures",
         "validation.physics_study",
     ),
     "matplotlib": ("animation.movie", "api", "figures"),

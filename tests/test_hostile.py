@@ -22,7 +22,6 @@ from snooker_cli.engine import simulation
 from snooker_cli.errors import StoreError
 from snooker_cli.files import temporary_path
 from snooker_cli.runs import Run
-from snooker_cli.trace import SERIES_UNITS
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")  # NumPy's, which a user would see
 
@@ -107,9 +106,9 @@ def refuse(path: Path, reasons: dict[str, dict[str, hostile.Damage]]) -> None:
 
 def test_reading_refuses_a_summary_for_what_is_wrong(warm: Run, tmp_path: Path) -> None:
     """The reason has the name of the wrong column."""
-    names = [*SERIES_UNITS, "speed_histogram"]
+    names = [*hostile.COLUMNS, "speed_histogram"]
     columns = {key: d for key, d in hostile.KINDS["summary"].items() if key.split(": ")[0] in names}
-    assert len(columns) == 3 * len(SERIES_UNITS) + 2
+    assert len(columns) == 3 * len(hostile.COLUMNS) + 2
     path = Path(shutil.copy(warm.batches(0)[0], tmp_path))
     for key in hostile.damaged(path, columns):
         column = key.partition(":")[0]

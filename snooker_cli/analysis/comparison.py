@@ -121,6 +121,7 @@ def comparisons_of(
                 predictions.rates,
                 predictions.speeds,
                 predictions.mixtures,
+                predictions.rotation,
             ):
                 comparisons += _compared(rows(relaxed), relaxed_count, notes)
             counts = relaxed.speeds.sum(axis=0)

@@ -273,7 +273,7 @@ def course(
         return _in_windows(measurement, name, since, until)
     if name == "kinetic_energy":
         first = measurement.first_energy
-        value, means = curve.energy, means + curve.group_container
+        value, means = curve.energy, means + curve.group_others
     elif QUANTITIES[name].is_mean:
         begins, first = measurement.first_fitted_pressure.T
         origin = np.maximum(begins, curve.time[:, 0])

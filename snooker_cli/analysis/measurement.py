@@ -20,7 +20,6 @@ from snooker_cli.analysis.observables import INSTANT
 from snooker_cli.analysis.time_series import (
     AT_WALL,
     BETWEEN,
-    CONTAINER,
     KINETIC,
     Averages,
     Collisions,
@@ -66,8 +65,8 @@ class Measurement:
     rotation_energy : J, see `theory.rotation_energy`, of the balls' angular momentum at the start
         and their places in the end, about the centre of the container; nan outside of circles
     skipped : collisions between balls in the relaxation, see `relaxation`
-    first_energy, last_energy, calm_energy : J, of balls and container at the start, at the end and
-        before a collapse
+    first_energy, last_energy, calm_energy : J, of balls with their spins and container at the
+        start, at the end and before a collapse
     start_energy, drift_energy : J, of the balls at the start and of their centre of mass
     collision_speed : mean speed of the balls after collisions, m/s; nan unless complete
     speeds : (*repeats*, SPEED_BINS) balls by reduced speed after the relaxation
@@ -247,7 +246,8 @@ def _measured(traces: Sequence[Trace], limits: tuple[float, float], pairs: float
     after = rows.averages(np.stack([relaxed, calm_lasts], axis=1), ends)
     collisions = Collisions(rows, traces)
     curve, first_fitted_pressure = collisions.curve(*limits)
-    kinetic, energies = rows.columns[KINETIC], rows.columns[KINETIC] + rows.columns[CONTAINER]
+    kinetic = rows.columns[KINETIC]
+    energies = kinetic + rows.other_energy
     sides = np.full((len(traces), WINDOWS, len(scene.container.sides)), math.nan)
     if isinstance(scene.wall_law, Sides):
         for k in np.flatnonzero(rows.held).tolist():

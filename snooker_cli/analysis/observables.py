@@ -66,8 +66,8 @@ ROUNDING = 1e-12  # relative spread below which repeats differ by nothing but ro
 
 
 def total_energy(scene: Scene) -> float:
-    """Kinetic energy of the balls and the container, J."""
-    return scene.kinetic_energy + scene.container_energy
+    """Kinetic energy of the balls, with their spins, and of the container, J."""
+    return scene.kinetic_energy + scene.container_energy + scene.spin_energy
 
 
 def losses(start: Scene, events: Events) -> float:
@@ -120,8 +120,14 @@ def meeting_temperature(kinetic_energy: Real, scene: Scene) -> Real:
 def elastic(scene: Scene) -> bool:
     """Whether no collision of a scene loses or gives energy."""
     gains = scene.pair_law.gains or (scene.container.has_wall and scene.wall_law.gains)
-    kept = theory.elastic(scene.restitution, scene.wall_restitution, scene.container)
-    return kept and not gains
+    walls = scene.wall_restitution, scene.container, scene.surface
+    return theory.elastic(scene.restitution, *walls) and not gains
+
+
+def elastic_pairs(scene: Scene) -> bool:
+    """Whether collisions between balls take no energy."""
+    surface = scene.surface
+    return scene.restitution == 1 and (surface is None or surface.elastic(has_wall=False))
 
 
 def standard_errors(rows: Array) -> Array:

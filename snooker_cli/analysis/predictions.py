@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli import theory
+from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import observables, structure
 from snooker_cli.analysis.decay import Note, reported_constants
 from snooker_cli.analysis.measurement import Measurement
@@ -44,8 +44,11 @@ UNITS |= {"energy taken by a collision": "J", CHI_SQUARE: "1"}
 SPECIES_RATIO = "T₁/T₂"
 """The quantity of `mixtures`."""
 
+SPIN_RATIO = "T_rot/T_tr"
+"""The quantity of `rotation`: twice the mean energy of a spin over that of a ball's motion."""
+
 UNITS |= dict.fromkeys(("energy left at the end", "L/L_c", "T across/T along"), "1")
-UNITS |= {SPECIES_RATIO: "1"}
+UNITS |= {SPECIES_RATIO: "1", SPIN_RATIO: "1"}
 UNITS |= dict.fromkeys((f"energy from the {side} wall" for side in Sides._fields), "J/s")
 
 HEAVY = 1000.0
@@ -90,7 +93,7 @@ def disk_ratios(scene: Scene) -> dict[str, DiskRatio]:
     """PV/NT of equal balls with one CoR, by the name of the theory; empty without one.
 
     There is none for one ball, unequal ones, a CoR that depends on the speed, or a dense packing;
-    N balls in a channel have that of a very large gas only.
+    N balls in a channel, and rough ones, have that of a very large gas only.
     """
     packing, law = scene.packing_fraction, scene.pair_law
     if scene.number < 2 or not scene.equal_balls or packing > theory.DENSEST_FLUID:
@@ -99,7 +102,8 @@ def disk_ratios(scene: Scene) -> dict[str, DiskRatio]:
         return {}
     large = theory.granular_compressibility(packing, law.cor)
     balls = scene.number, float(scene.radii[0]), scene.container
-    finite = None if scene.container.keeps_drift() else finite_ratio(*balls, law.cor)
+    fixed = scene.surface is None and not scene.container.keeps_drift()
+    finite = finite_ratio(*balls, law.cor) if fixed else None
     return {INFINITE: DiskRatio(large, large)} | ({FINITE: finite} if finite else {})
 
 
@@ -164,9 +168,9 @@ def independent_velocities(scene: Scene) -> int | None:
 
     With walls all of them. Without walls one less, because total momentum is kept, and only for
     balls of one mass whose centre of mass is at rest. A channel has half of one less. Walls
-    that give energy do not fix it.
+    that give energy, and spins, do not fix it.
     """
-    if scene.container.keeps_drift() or scene.wall_law.gains:
+    if scene.container.keeps_drift() or scene.wall_law.gains or scene.surface is not None:
         return None
     if scene.container.has_wall:
         return scene.number
@@ -260,7 +264,7 @@ def rates(measurement: Measurement) -> Iterator[Row]:
         relative = speed * theory.wall_speed_ratio(mass, scene.container_mass)
         ideal = theory.wall_rate(relative, container.accessible(radius))
         yield "wall rate of a ball", "ideal gas", wall, ideal
-        if enskog is not None:
+        if enskog is not None and scene.surface is None:
             yield "wall rate of a ball", FINITE, wall, enskog.wall * root
     state = scene_state(scene, 1.0)
     if enskog is None or state is None:
@@ -271,12 +275,14 @@ def rates(measurement: Measurement) -> Iterator[Row]:
     here = theory.ball_ball_rate_from_virial(state.virial_ratio, 1.0, radius, free, mass) * root
     yield "ball-ball rate of a ball", "Boltzmann", pairs, dilute * root
     yield "ball-ball rate of a ball", "Enskog", pairs, enskog.ball_ball * root
-    yield "ball-ball rate of a ball", FINITE, pairs, here
+    if scene.surface is None:
+        yield "ball-ball rate of a ball", FINITE, pairs, here
     path = relaxed.mean_speed / pairs
     source = theory.source_mean_free_path(density, radius)
     yield "mean free path", "Boltzmann", path, theory.mean_free_path(density, radius)
     yield "mean free path", "Enskog", path, enskog.mean_free_path
-    if container.has_wall or at_rest(scene):  # a drift adds to the path of each ball
+    # A drift adds to the path of each ball.
+    if (container.has_wall or at_rest(scene)) and scene.surface is None:
         yield "mean free path", FINITE, path, speed / here
     yield "mean free path", "source report, 1/(√2 n 2πr)", path, source
 
@@ -287,7 +293,7 @@ def cooling(measurement: Measurement, constants: Mapping[tuple[str, str], Array]
     constants : the fitted constants of the repeats, 1/s, by quantity and law
     """
     scene = measurement.scene
-    if elastic(scene) or scene.number == 1 or not scene.equal_balls:
+    if elastic(scene) or scene.number == 1 or not scene.equal_balls or scene.surface is not None:
         return
     if not scene.constant_laws:
         yield from _slower_cooling(measurement)
@@ -389,7 +395,7 @@ def species_ratio(scene: Scene) -> float | None:
     """T₁/T₂ of these balls in the homogeneous cooling state; ``None`` without a theory.
 
     There is one for two species in a periodic box at rest, with one CoR at all speeds. The balls'
-    momentum is zero, see `theory.temperatures_at_rest`.
+    momentum is zero, see `two_temperatures.temperatures_at_rest`.
     """
     walls = scene.container.has_wall or scene.contact_duration > 0 or scene.elastic_below > 0
     if walls or not structure.is_binary(scene) or not (scene.constant_laws and at_rest(scene)):
@@ -402,8 +408,8 @@ def species_ratio(scene: Scene) -> float | None:
         np.array([column[balls[0]] for balls in groups]) for column in (scene.masses, scene.radii)
     )
     densities = numbers / scene.container.area
-    ratio = theory.species_ratio(densities, masses, radii, scene.restitution)
-    first, second = theory.temperatures_at_rest(np.array([ratio, 1.0]), numbers, masses)
+    ratio = two_temperatures.species_ratio(densities, masses, radii, scene.restitution)
+    first, second = two_temperatures.temperatures_at_rest(np.array([ratio, 1.0]), numbers, masses)
     return float(first / second)
 
 
@@ -411,7 +417,60 @@ def mixtures(measurement: Measurement) -> Iterator[Row]:
     """The ratio of the temperatures of two species, without walls."""
     if (expected := species_ratio(measurement.scene)) is not None:
         first, second = measurement.species_shares.T
-        yield SPECIES_RATIO, theory.EQUAL_RATES, first / second, expected
+        yield SPECIES_RATIO, two_temperatures.EQUAL_RATES, first / second, expected
+
+
+def temperatures(measurement: Measurement) -> tuple[Array, Array]:
+    """Collisions of a ball at the rows of the curve, and T_tr and T_rot of rough balls there, J.
+
+    (*repeats*, *rows*) and (2, *repeats*, *rows*). T_tr is that at which balls meet.
+    """
+    scene, curve, number = measurement.scene, measurement.curve, measurement.scene.number
+    free, drift = number, np.zeros_like(measurement.drift_energy)
+    if not scene.container.has_wall:
+        free, drift = number - 1, measurement.drift_energy
+    moving = (curve.kinetic_energy - drift[:, np.newaxis]) / free
+    return 2 * curve.pair_events / number, np.stack([moving, 2 * curve.spin_energy / number])
+
+
+def cooling_spins(measurement: Measurement) -> Array | None:
+    """What theory has for `temperatures`, from the first row on, J; ``None`` without a theory.
+
+    There is one for equal balls of one CoR, without friction, whose walls keep their energy.
+    """
+    scene, surface, law = measurement.scene, measurement.scene.surface, measurement.scene.pair_law
+    if surface is None or not (scene.equal_balls and isinstance(law, Constant)):
+        return None
+    if math.isfinite(surface.friction) or scene.number < 2 or scene.elastic_below > 0:
+        return None
+    smooth = surface.wall_tangential_cor == -1 or surface.wall_friction == 0
+    if scene.container.has_wall and not (smooth and scene.wall_law == Constant(1.0)):
+        return None
+    collisions, both = temperatures(measurement)
+    values = law.cor, surface.tangential_cor, surface.inertia
+    courses = [
+        two_temperatures.rough_temperatures(since, start, *values)
+        for since, start in zip(collisions - collisions[:, :1], both[:, :, 0].T, strict=True)
+    ]
+    return np.stack(courses, axis=1)
+
+
+def rotation(measurement: Measurement) -> Iterator[Row]:
+    """T_rot/T_tr in the second half of the collisions."""
+    if measurement.scene.surface is None:
+        return
+    collisions, both = temperatures(measurement)
+    late = collisions >= collisions[:, -1:] / 2
+
+    def ratio(warm: Array) -> Array:
+        """Of the mean shares of both: the mean of ratios would be too large."""
+        share = np.average(warm[1] / warm.sum(axis=0), axis=1, weights=late)
+        return np.asarray(share / (1 - share))
+
+    if (expected := cooling_spins(measurement)) is None:
+        yield SPIN_RATIO, NO_THEORY, ratio(both), math.nan
+    else:
+        yield SPIN_RATIO, two_temperatures.MEAN_FIELD, ratio(both), ratio(expected)
 
 
 TURNING = (
@@ -439,6 +498,8 @@ def impulse_notes(scene: Scene) -> Iterator[Note]:
 
 LEFT = "energy left at the end"
 
+SMOOTH_ROWS = f"decay constants and {LEFT}"
+
 EQUAL_SPEEDS = (
     "Haff's α: theory is for mixed speeds; equal speeds lose less at first "
     "(`start: random` and `speeds: maxwell` start mixed)"
@@ -454,7 +515,9 @@ def notes(scene: Scene) -> Iterator[Note]:
         yield Note(NO_WALLS, "pressure, temperature, PV/NT by the virial")
         if scene.number > 1 and independent_velocities(scene) is None:
             why = "two balls have one speed" if scene.number == 2 else "the balls' masses differ"
-            if not at_rest(scene):
+            if scene.surface is not None:
+                why = "spins take a part of the energy"
+            elif not at_rest(scene):
                 why = "the balls' centre of mass moves on for ever"
             missing = f"the law of speeds at fixed energy is missing, because {why}"
             yield Note(missing, "mean speed, kurtosis of speeds, mean free path")
@@ -466,6 +529,14 @@ def notes(scene: Scene) -> Iterator[Note]:
             "fails at a small CoR and in clusters"
         )
         yield Note(text, SPECIES_RATIO)
+    if scene.surface is not None:
+        text = (
+            f"{SPIN_RATIO}: mean over the second half of the collisions; the theory is for equal "
+            "balls without friction, whose velocities and spins are independent"
+        )
+        yield Note(text, SPIN_RATIO)
+        if not elastic(scene):
+            yield Note(f"the theory needs smooth balls, so these rows are missing: {SMOOTH_ROWS}")
     if scene.equal_balls and (law := _unknown_loss(scene)) is not None:
         text = f"{LEFT} is missing: theory.py has no mean_loss of the {word_of(law)} law"
         yield Note(text)

@@ -292,4 +292,6 @@ def _columns(measurement: Measurement, constants: Sequence[Decay]) -> dict[str, 
         "lost_energy": whole.lost_energy,
         "stationary_from": begins,
     }
+    if scene.surface is not None:
+        columns["rotational_temperature"] = 2 * whole.spin_energy / scene.number
     return dict(plain(columns))

@@ -122,11 +122,11 @@ def expected_temperatures(scene: Scene) -> dict[str, float]:
     Walls that give energy must have one law: between two temperatures the gas is not uniform.
     """
     wall = wall_temperature(scene)
-    if wall is not None and scene.restitution == 1:
+    if wall is not None and observables.elastic_pairs(scene):
         return {WALLS: wall}
     walls, radius, mass = _walls(scene), float(scene.radii[0]), float(scene.masses[0])
     one_law = len({law for law, _ in walls if law.gains}) == 1
-    if not (one_law and _is_fluid(scene) and isinstance(scene.pair_law, Constant)):
+    if not (one_law and _is_fluid(scene) and _is_smooth(scene)):
         return {}
     balls = scene.number, radius, mass, scene.restitution
     try:
@@ -134,6 +134,11 @@ def expected_temperatures(scene: Scene) -> dict[str, float]:
     except ValueError:
         return {}
     return {BALANCE: warm} if math.isfinite(warm) else {}
+
+
+def _is_smooth(scene: Scene) -> bool:
+    """Whether collisions between smooth balls have one CoR at all speeds."""
+    return isinstance(scene.pair_law, Constant) and scene.surface is None
 
 
 def _is_fluid(scene: Scene) -> bool:
@@ -184,11 +189,15 @@ def rows(measurement: Measurement, first: int) -> Iterator[Row]:
         paths = {m: theory.mean_free_path(density, radius, c) for m, c in contacts.items()}
         yield from _beside("ball-ball rate of a ball", pairs, contacts, dilute * root)
         yield from _beside("mean free path", pooled_ratio(steady.mean_speed, pairs), paths)
-    if number > 1 and scene.restitution < 1:
+    if scene.surface is not None:
+        spins = {WALLS: 1.0} if wall is not None else {}
+        ratio = pooled_ratio(2 * steady.spin_energy, energy)
+        yield from _beside(predictions.SPIN_RATIO, ratio, spins)
+    if number > 1 and not observables.elastic_pairs(scene):
         given, taken = steady.wall_energy / length, steady.lost_energy / length
         yield GIVEN, "taken by collisions", given, taken
         losses = {}
-        if equal and theory.has_mean_loss(scene.pair_law):
+        if equal and scene.surface is None and theory.has_mean_loss(scene.pair_law):
             share = theory.mean_loss(scene.pair_law, float(warm.mean()), mass)
             losses = {"Maxwell-Boltzmann": share}
         loss = pooled_ratio(steady.lost_energy, steady.pair_events)

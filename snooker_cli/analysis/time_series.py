@@ -31,6 +31,7 @@ MOST_MEASURED, MOST_ROWS = 2**28, 2**22
 
 # Columns of a series, as in ``trace.Series`` after the time.
 KINETIC, CONTAINER, IMPULSE, VIRIAL, AT_WALL, BETWEEN, SPEED, MOMENT, GIVEN, LOST = range(10)
+SPIN = -1  # of rough balls
 
 
 class Averages(NamedTuple):
@@ -38,7 +39,8 @@ class Averages(NamedTuple):
 
     Each array has a row for each repeat, and a column for each span if there are several.
 
-    kinetic_energy, total_energy : J, of the balls; with the container
+    kinetic_energy, total_energy : J, of the balls' motion; with the container and spins
+    spin_energy : J, of the balls' rotation; zero of smooth balls
     root_energy : of the square root of the balls' energy, √J
     meeting, root_meeting : of `observables.meeting_temperature`, J, and of its square root, √J
     mean_speed, energy_moment : as in ``trace.Series``
@@ -56,6 +58,7 @@ class Averages(NamedTuple):
     mean_speed: Array
     energy_moment: Array
     squares: Array
+    spin_energy: Array
     wall_impulse: Array
     pair_virial: Array
     wall_events: Array
@@ -108,20 +111,21 @@ class Curve(NamedTuple):
     is (*repeats*, ``ROWS``), or for groups (*repeats*, ``ROWS`` − 1).
 
     time : s
-    kinetic_energy, container_energy : J, at the rows
+    kinetic_energy, container_energy, spin_energy : J, at the rows; without spins the last is zero
     wall_events, pair_events : collisions before the rows
     pressure : mean pressure since the start, Pa m; nan at the start
     energy_moment_integral : ∫ ``Series.energy_moment`` dt since the start, s
     wall_energy, lost_energy : as in ``Series``; nan unless walls give energy
     weight : collisions of a group that count, zero if there is none; the start counts as one
-    group_time, group_kinetic, group_container, group_pressure : means over these collisions of the
-        time (s), and of values just after them (J, Pa m); a pressure needs ``SKIPPED_COLLISIONS``,
-        and is nan before
+    group_time, group_kinetic, group_others, group_pressure : means over these collisions of the
+        time (s), and of values just after them: the balls' energy of motion, that of the container
+        and of spins (J), the pressure (Pa m), which needs ``SKIPPED_COLLISIONS``, and is nan before
     """
 
     time: Array
     kinetic_energy: Array
     container_energy: Array
+    spin_energy: Array
     wall_events: Array
     pair_events: Array
     pressure: Array
@@ -131,13 +135,13 @@ class Curve(NamedTuple):
     weight: Array
     group_time: Array
     group_kinetic: Array
-    group_container: Array
+    group_others: Array
     group_pressure: Array
 
     @property
     def energy(self) -> Array:
-        """Of the balls and the container, J."""
-        return self.kinetic_energy + self.container_energy
+        """Of the balls with their spins and the container, J."""
+        return self.kinetic_energy + self.container_energy + self.spin_energy
 
     @property
     def events(self) -> Array:
@@ -182,7 +186,7 @@ class TimeSeries:
     ) -> None:
         scene = traces[0].start
         self.time, self.columns, self.starts, self.held = time, columns, starts, held
-        self.gains = scene.wall_law.gains
+        self.gains, self.rough = scene.wall_law.gains, scene.surface is not None
         self.drift = np.array([drift_energy(trace.start) for trace in traces])
         self.walls = scene.container.has_wall or scene.number == 1
         self.free = scene.number - (not self.walls)
@@ -203,9 +207,19 @@ class TimeSeries:
         root_meeting = root / math.sqrt(self.free)
         if not self.walls:
             root_meeting = np.sqrt(np.maximum(meeting, 0.0))
-        total = energy + self.columns[CONTAINER]
-        others = self.columns[SPEED], moment, moment * energy**2
+        total = energy + self.other_energy
+        others = self.columns[SPEED], moment, moment * energy**2, self.spin_energy
         return np.stack([energy, total, root, meeting, root_meeting, *others])
+
+    @property
+    def spin_energy(self) -> Array:
+        """Of each row, J; zero of smooth balls."""
+        return np.asarray(self.columns[SPIN] if self.rough else np.zeros_like(self.time))
+
+    @property
+    def other_energy(self) -> Array:
+        """Of the container and the balls' spins, J."""
+        return np.asarray(self.columns[CONTAINER] + self.spin_energy)
 
     def _between(self, values: Array) -> Array:
         """Values of rows in the middle between each row and the next."""
@@ -312,9 +326,8 @@ class Collisions:
         sums = np.append(0.0, np.cumsum(integrals[:-1]))
         return np.asarray(sums - np.repeat(sums[self.first], np.diff(self.rows.starts)))
 
-    def after(self, column: int) -> Array:
-        """A column of all rows, just after these collisions."""
-        values = self.rows.columns[column]
+    def after(self, values: Array) -> Array:
+        """Values of all rows, just after these collisions."""
         if self.rows.all_held:
             return np.asarray(values)
         before = np.append(values[:1], values[:-1])
@@ -335,7 +348,8 @@ class Collisions:
         if not self.rows.all_held:
             earlier = np.append(0.0, self.moved[:-1])
             moved = np.where(self.time < self.rows.time, (earlier + moved) / 2, moved)
-        return self.pressure(self.time, self.after(IMPULSE), moved, self.after(VIRIAL))
+        impulse, virial = map(self.after, self.rows.columns[[IMPULSE, VIRIAL]])
+        return self.pressure(self.time, impulse, moved, virial)
 
     def curve(self, since: float, until: float) -> tuple[Curve, Array]:
         """`Measurement.curve` between times (s), and `Measurement.first_fitted_pressure`."""
@@ -360,11 +374,12 @@ class Collisions:
 
         late = self.count[row[:, :-1]] >= SKIPPED_COLLISIONS - 1
         nothing = np.full_like(time, math.nan)
-        given, lost = rows.columns[GIVEN:, row] if rows.gains else (nothing, nothing)
+        given, lost = rows.columns[GIVEN : LOST + 1, row] if rows.gains else (nothing, nothing)
         curve = Curve(
             time=time,
             kinetic_energy=kinetic,
             container_energy=container,
+            spin_energy=rows.spin_energy[row],
             wall_events=rows.columns[AT_WALL, row],
             pair_events=rows.columns[BETWEEN, row],
             pressure=self.pressure(time, impulse, moved, virial),
@@ -373,8 +388,8 @@ class Collisions:
             lost_energy=lost,
             weight=number,
             group_time=mean(self.time),
-            group_kinetic=mean(self.after(KINETIC)),
-            group_container=mean(self.after(CONTAINER)),
+            group_kinetic=mean(self.after(rows.columns[KINETIC])),
+            group_others=mean(self.after(rows.other_energy)),
             group_pressure=np.where(late, mean(settled), math.nan),
         )
         return curve, self._settled(np.where(self.weight > 0, settled, 0.0))
@@ -429,5 +444,6 @@ class Collisions:
         ends = self.rows.starts[1:]
         number = _sums(self.weight, self.first + 1, ends)
         with np.errstate(divide="ignore", invalid="ignore"):
-            speeds = _sums(self.weight * self.after(SPEED), self.first + 1, ends) / number
+            after = self.weight * self.after(self.rows.columns[SPEED])
+            speeds = _sums(after, self.first + 1, ends) / number
         return np.asarray(np.where(self.complete, speeds, math.nan))

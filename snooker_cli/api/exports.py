@@ -28,6 +28,7 @@ Target: TypeAlias = str | PathLike[str] | TextIO
 UNITS = {"time": "s", "temperature": "J", "pressure": "Pa m", "mean_speed": "m s-1"}
 UNITS |= {"k": "s-1", "alpha": "s-1"}
 UNITS |= {"wall_energy": "J", "lost_energy": "J", "stationary_from": "s"}
+UNITS |= {"rotational_temperature": "J"}
 """Of the columns of ``Run.table`` that have one."""
 
 TABLES = (".csv", ".parquet")  # files of columns
@@ -48,9 +49,12 @@ def table_of(run: Run, points: tuple[Point, ...]) -> dict[str, NDArray[Any]]:
             for key, value in point.parameters
         }
         tables.append({"point": [point.index] * number} | swept | own)
+    names = dict.fromkeys(chain.from_iterable(tables))  # in order; rough points have one more
     return {
-        name: _column(list(chain.from_iterable(table[name] for table in tables)))
-        for name in tables[0]
+        name: _column(
+            [v for table in tables for v in table.get(name, [None] * len(table["point"]))]
+        )
+        for name in names
     }
 
 

@@ -16,7 +16,7 @@ from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.engine.surfaces import show_spin
 from snooker_cli.errors import UnsoundError
 from snooker_cli.scene import Scene
-from snooker_cli.trace import SLIDE, SPEED_BINS, Series, Trace, even_choice, joined
+from snooker_cli.trace import SLIDE, SPEED_BINS, Series, Trace, even_choice, joined, series_of
 
 ESCAPE = 1.0  # of the container's size from its centre; rounding takes balls over half of it
 BATCH = (
@@ -187,7 +187,7 @@ def series(trace: Trace, most: int | None = None) -> Series:
     run.advance(len(events), kept[1:], out[1:])
     if slides:
         run.measure(out[-1], trace.stop.time)
-    return Series(time, *out.T)
+    return series_of(trace.start, time, out.T)
 
 
 class Rows(NamedTuple):

@@ -15,7 +15,7 @@ from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import by_class, helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, State, U, V
 from snooker_cli.scene import Scene
-from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Series, Summary
+from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Summary, series_of, series_units
 
 ROWS = 512
 
@@ -31,6 +31,7 @@ LEAST_ENERGY, MOST_ENERGY = 1e-140, 1e140
 KINETIC_ENERGY, CONTAINER_ENERGY, WALL_IMPULSE, PAIR_VIRIAL = range(4)
 WALL_EVENTS, PAIR_EVENTS, MEAN_SPEED, ENERGY_MOMENT, COLUMNS = range(4, 9)
 WALL_ENERGY, LOST_ENERGY = COLUMNS, COLUMNS + 1  # if walls give energy
+SPIN_ENERGY = -1  # of rough balls
 
 
 class Grid(NamedTuple):
@@ -68,7 +69,7 @@ class Grid(NamedTuple):
 
 def columns_of(scene: Scene) -> int:
     """Number of columns of a row."""
-    return COLUMNS + 2 * scene.wall_law.gains
+    return len(series_units(scene)) - 1
 
 
 def new_grids(scenes: Sequence[Scene], summary: bool) -> Grid:
@@ -174,6 +175,14 @@ def bounce_back(boundary: Any, state: State) -> None:
     """
 
 
+@by_class
+def measure_spins(surface: Any, row: Floats, state: State) -> None:
+    """Write the energy of rotation into a row.
+
+    Of ``Rough``.
+    """
+
+
 # Rows
 
 
@@ -232,6 +241,7 @@ def measure(
     if len(state.account) > 0:
         for which in range(2):
             row[WALL_ENERGY + which] = state.account[which] + state.account[which + ks.ACCOUNT_REST]
+    measure_spins(state.surface, row, state)
 
 
 @kernel
@@ -312,13 +322,13 @@ def sample_to_end(
         sample(rows[repeat], histograms[repeat], pressed, state)
 
 
-def summary(grid: Grid, time: float, row: Floats, histogram: Indices) -> Summary:
-    """The rows of a grid, in order of time, and one more at a time (s)."""
+def summary(scene: Scene, grid: Grid, time: float, row: Floats, histogram: Indices) -> Summary:
+    """The rows of a scene's grid, in order of time, and one more at a time (s)."""
     used, early = int(grid.used[0]), int(grid.early[0])
     grid_times = np.arange(used) * float(grid.step[0])
     times = np.concatenate([grid.early_times[:early], grid_times, [time]])
     rows = np.concatenate([grid.early_rows[:early], grid.rows[:used], [row]])
     balls = np.concatenate([grid.early_histogram[:early], grid.histogram[:used], [histogram]])
     order = np.argsort(times, kind="stable")
-    series = Series(times[order], *np.ascontiguousarray(rows[order].T))
+    series = series_of(scene, times[order], np.ascontiguousarray(rows[order].T))
     return Summary(series, speed_histogram=balls[order].astype(np.int64))

@@ -293,7 +293,7 @@ class Simulation(ABC):
         histograms = np.empty((len(times), SPEED_BINS), dtype=np.int32)
         sampling.sample_to_end(clocks, self.grids, self.states, rows, histograms)
         return [
-            sampling.summary(sampling.grid_of(self.grids, repeat), *last)
+            sampling.summary(self.scenes[repeat], sampling.grid_of(self.grids, repeat), *last)
             for repeat, last in enumerate(zip(times, rows, histograms, strict=True))
         ]
 

@@ -232,6 +232,12 @@ class Rough(NamedTuple):
         way = ks.radius_of(state.sizes, i) * self.spins[ks.label_of(i, state.labels)]
         return float(self.inertia * way * way)
 
+    def measure_spins(self, row: Floats, state: State) -> None:
+        energy = 0.0
+        for i in range(state.balls.shape[1]):
+            energy += ks.mass_of(state.sizes, i) * twice_spin_energy(self, i, state)
+        row[-1] = 0.5 * energy
+
     def most_rubbed(self, i: int, along: float, normal: float, share: float, state: State) -> float:
         # No hit makes the slip longer than it is now, and friction is limited by all impulses.
         spin = self.spins[ks.label_of(i, state.labels)]

@@ -105,6 +105,11 @@ def _hot_sides(point: Point) -> str:
     return "the conductivity is that of equal balls" if len(_species(point)) > 1 else ""
 
 
+def _rough(point: Point) -> str:
+    rough = point.experiment.surface is not None
+    return "" if rough else "smooth balls do not spin; give tangential_cor"
+
+
 def _few_species(point: Point) -> str:
     number = len(_species(point))
     needed = f"it needs 2 to {MOST_SPECIES} species of balls, not {number}"
@@ -140,6 +145,7 @@ CONDITIONS: Mapping[str, Condition] = {
     "keeps_momentum": _keeps_momentum,
     "many": _many,
     "moves": _moves,
+    "rough": _rough,
     "several": _several,
     "states": _states,
     "states_of_mixture": _states_of_mixture,

@@ -266,7 +266,8 @@ def gas(point: Point) -> Gas:
     case, shape = point.experiment, point.experiment.container.shape_class
     if shape.has_wall and case.wall_law.gains:
         return "warm"
-    return "elastic" if theory.elastic(case.cor, case.effective_wall_cor, shape) else "cooling"
+    kept = theory.elastic(case.cor, case.effective_wall_cor, shape, case.surface)
+    return "elastic" if kept else "cooling"
 
 
 def elastic(point: Point) -> bool:
@@ -295,6 +296,10 @@ SCENE_WORDS = {  # of the keys whose common values a caption prints
     "container.packing": "packing {}",
     "cor": "CoR {}",
     "wall_cor": "wall CoR {}",
+    "tangential_cor": "β = {}",
+    "friction": "μ = {}",
+    "wall_tangential_cor": "wall β = {}",
+    "wall_friction": "wall μ = {}",
     "wall_speed": "V = {} m/s",
     "wall_temperature": "wall at {} J",
 }

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from snooker_cli import theory
+from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import observables, predictions, structure
 from snooker_cli.analysis.decay import course
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import mean_and_error, standard_errors
+from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.config import Point
 from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
@@ -19,12 +20,14 @@ from snooker_cli.figures.figure_data import (
     Band,
     Course,
     FigureData,
+    Layer,
     Line,
     Reference,
     at_common_times,
     courses,
     legend_line,
     more_than_a_decade,
+    places,
 )
 from snooker_cli.figures.selection import elastic, gas
 from snooker_cli.scene import EPSILON, Scene
@@ -281,11 +284,48 @@ def species_ratio(build: FigureBuilder) -> FigureData:
         second_half = tuple(float(column[0]) for column in _ratio(later))
         build.record(point, second_half=second_half, theory=expected)
     if known:
-        build.lines.append(legend_line(f"theory, {theory.EQUAL_RATES}", "dotted"))
+        build.lines.append(legend_line(f"theory, {two_temperatures.EQUAL_RATES}", "dotted"))
     caption = f"1: {names[0]}; 2: {names[1]}." if names else ""
     if known:
         caption += " Theory: uniform, Maxwell's velocities (Garzó & Dufty 1999)."
     return build.figure(caption)
+
+
+def rotation(build: FigureBuilder) -> FigureData:
+    """T_tr and T_rot over collisions per ball, beside theory, and their ratio below."""
+    build.means, below, known = True, list[Layer](), False
+    for index, point in enumerate(build.points):
+        measurement = build.measurement(point)
+        collisions, both = predictions.temperatures(measurement)
+        x = places(0.0, float(collisions[:, -1].min()), TIMES)[1:]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = interpolated(x, collisions, both[1] / both[0])
+            moving = np.exp(interpolated(x, collisions, np.log(both[0] / both[0, :, :1])))
+        build.add_means(index, build.label(point), x, moving, "solid")
+        build.add_means(index, None, x, moving * ratio, "dashed")
+        mean, error = ratio.mean(axis=0), standard_errors(ratio)
+        below.append(Line(x, mean, None, index, "solid"))
+        if len(ratio) > 1:
+            below.insert(0, Band(x, mean - error, mean + error, None, index))
+        expected = predictions.cooling_spins(measurement)
+        if expected is not None:
+            later = collisions[0] > 0
+            known, since, first = True, collisions[0, later], expected[:, 0, later] / both[0, 0, 0]
+            build.lines += [Line(since, row, None, index, "dotted") for row in first]
+            below.append(Line(since, first[1] / first[0], None, index, "dotted"))
+        final = None if expected is None else np.mean(expected[1, :, -1] / expected[0, :, -1])
+        build.record(point, final_ratio=mean_and_error(ratio[:, -1]), theory=final)
+    build.lines.append(legend_line("motion, T_tr", "solid"))
+    build.lines.append(legend_line("rotation, T_rot", "dashed"))
+    caption = ""
+    if known:
+        build.lines.append(legend_line(f"theory, {two_temperatures.MEAN_FIELD}", "dotted"))
+        caption = "Theory: velocities and spins are independent (Luding et al. 1998)."
+    return build.figure(
+        caption,
+        logarithmic=build.covers_decades,
+        panel=tuple(below),
+    )
 
 
 def _ratio(rows: Array) -> Course:

@@ -370,7 +370,8 @@ def _check_events(events: Events, trace: Trace, energy: float) -> None:
 def _check_summary(summary: Summary, trace: Trace, energy: float) -> None:
     """Raise ``ValueError`` for values out of the range that start and end give."""
     counts = summary.speed_histogram
-    most = {"time": trace.stop.time, "kinetic_energy": energy, "container_energy": energy}
+    energies = ("kinetic_energy", "container_energy", "spin_energy")
+    most = dict.fromkeys(energies, energy) | {"time": trace.stop.time}
     most |= {name: getattr(trace, name) for name in layout.COUNTS}
     for name, values in summary.series.columns.items():
         least = -MOST if name in GIVEN else 0.0
@@ -439,7 +440,7 @@ def _traces(
         _require(all(ball < len(radii) for ball in header.stop.balls), "balls in an ending")
     _check_motion(scene(0), moving, places)
     summaries = (
-        [None] * len(headers) if "connectivity" in file else _summaries(file, rows, law.gains)
+        [None] * len(headers) if "connectivity" in file else _summaries(file, rows, scene(0))
     )
     traces = []
     for k in chosen:
@@ -531,10 +532,9 @@ class EventReader:
         return Events(time, i, j, impulse, residual, tangential)
 
 
-def _summaries(file: h5py.File, rows: Sequence[slice], gains: bool) -> list[Summary]:
+def _summaries(file: h5py.File, rows: Sequence[slice], start: Scene) -> list[Summary]:
     columns = {
-        name: hdf5.read_rows(file, f"{layout.SUMMARY}/{name}/value")
-        for name in series_units(gains=gains)
+        name: hdf5.read_rows(file, f"{layout.SUMMARY}/{name}/value") for name in series_units(start)
     }
     counts = hdf5.read_rows(file, f"{layout.SUMMARY}/speed_histogram/value", np.int64)
     shapes = {values.shape for values in columns.values()}

@@ -267,8 +267,7 @@ def _write_element(
 
 def _write_summaries(file: h5py.File, traces: Sequence[Trace]) -> None:
     summaries = [trace.summary for trace in traces if trace.summary is not None]
-    gains = traces[0].start.wall_law.gains
-    for name, unit in series_units(gains=gains).items():
+    for name, unit in series_units(traces[0].start).items():
         values = np.concatenate([getattr(summary.series, name) for summary in summaries])
         _write_element(file, f"{layout.SUMMARY}/{name}", values, unit, _chunk(values))
     counts = layout.smallest(np.concatenate([summary.speed_histogram for summary in summaries]))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scenes import gas
 
-from snooker_cli import containers, theory
+from snooker_cli import containers, theory, two_temperatures
 from snooker_cli.analysis import comparison, decay, predictions
 from snooker_cli.analysis.comparison import Comparison
 from snooker_cli.analysis.measurement import measure
@@ -431,7 +431,7 @@ repeats: 40
 """
 MAXWELL_APART = 0.025
 """How far T₁/T₂ may be below the theory of Maxwell's velocities at CoR 0.8: 0.020 in Boltzmann's
-equation, see ``theory.species_ratio``, and 0.005 for 120 balls."""
+equation, see ``two_temperatures.species_ratio``, and 0.005 for 120 balls."""
 
 
 def species_row(text: str) -> tuple[Comparison, list[str]]:
@@ -445,7 +445,7 @@ def species_row(text: str) -> tuple[Comparison, list[str]]:
 
 def test_two_species_have_the_temperatures_of_equal_cooling_rates() -> None:
     row, notes = species_row(MIXED)
-    assert row.model == theory.EQUAL_RATES
+    assert row.model == two_temperatures.EQUAL_RATES
     assert row.repeats == 40
     assert row.error < 0.015
     assert -MAXWELL_APART - 4 * row.error < row.difference < 4 * row.error

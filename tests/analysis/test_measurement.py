@@ -203,7 +203,7 @@ def test_the_curve_is_that_of_slow_loops(measured: tuple[Trace, Measurement]) ->
         for name, values in (
             ("group_time", time),
             ("group_kinetic", columns.kinetic_energy),
-            ("group_container", columns.container_energy),
+            ("group_others", columns.container_energy),
             ("group_pressure", after),
         ):
             value = getattr(curve, name)[0, group]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import replace
+from dataclasses import MISSING, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ from snooker_cli.containers import SHAPES
 from snooker_cli.engine import ENGINE_VERSION, replay, series, simulate, simulation
 from snooker_cli.laws import LAWS, Constant, Driven, Sides, Thermal, Viscoelastic, parts_of, word_of
 from snooker_cli.scene import Scene
-from snooker_cli.trace import SERIES_UNITS, Events, Series, StopReason, Trace, joined
+from snooker_cli.trace import Events, Series, StopReason, Trace, joined
 
 GOLDEN = json.loads(Path(__file__).parents[1].joinpath("golden/engine.json").read_text("utf-8"))
 
@@ -37,9 +37,12 @@ def hash_of(columns: Iterable[ArrayLike], start: str = "") -> str:
     return sha.hexdigest()
 
 
+NAMES = [field.name for field in fields(Series) if field.default is MISSING]
+
+
 def observables(columns: Series) -> list[np.ndarray]:
     """The columns that all scenes have."""
-    return [getattr(columns, name) for name in SERIES_UNITS]
+    return [getattr(columns, name) for name in NAMES]
 
 
 def bits(trace: Trace) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from snooker_cli import theory
+from snooker_cli import theory, two_temperatures
 
 Array = NDArray[np.float64]
 MASSES, RADII = np.array([4.0, 1.0]), np.array([1.0, 0.5])
@@ -23,7 +23,7 @@ def test_contact_values_of_equal_disks_are_hendersons() -> None:
     """(1 − 7η/16)/(1 − η)², for all pairs of a mixture of two equal species."""
     for packing in (1e-6, 0.1, 0.3, 0.5):
         halves = np.array([0.5, 0.5]) * packing / math.pi
-        values = theory.mixture_contact_values(halves, np.ones(2))
+        values = two_temperatures.mixture_contact_values(halves, np.ones(2))
         assert values == pytest.approx((1 - 7 * packing / 16) / (1 - packing) ** 2, rel=1e-12)
         near = 0.0005 if packing <= 0.3 else 0.0065
         assert values[0, 0] == pytest.approx(theory.contact_value(packing), rel=near)
@@ -31,7 +31,7 @@ def test_contact_values_of_equal_disks_are_hendersons() -> None:
 
 def test_contact_values_of_a_small_disk_between_large_ones() -> None:
     """A point meets others as often as the free area has it: 1/(1 − η). Larger pairs more often."""
-    values = theory.mixture_contact_values(np.array([0.1, 0.05]), np.array([1.0, 1e-9]))
+    values = two_temperatures.mixture_contact_values(np.array([0.1, 0.05]), np.array([1.0, 1e-9]))
     assert values[0, 1] == pytest.approx(1 / (1 - 0.1 * math.pi), rel=1e-7)
     assert values[1, 1] == pytest.approx(1 / (1 - 0.1 * math.pi), rel=1e-7)
     assert values[0, 0] > values[0, 1] == values[1, 0]
@@ -41,17 +41,19 @@ def test_rates_of_equal_balls_are_haffs() -> None:
     """(1 − e²) ω/2 with Enskog's rate of collisions, however the balls are named."""
     density, radius, mass, heat = 0.05, 0.7, 2.0, 3.0
     parts, both = np.array([0.3, 0.7]) * density, np.ones(2)
-    contact = theory.mixture_contact_values(parts, radius * both)[0, 0]
+    contact = two_temperatures.mixture_contact_values(parts, radius * both)[0, 0]
     rate = theory.ball_ball_rate(density, radius, heat, contact, mass)
-    rates = theory.partial_cooling_rates(heat * both, parts, mass * both, radius * both, 0.8)
+    rates = two_temperatures.partial_cooling_rates(
+        heat * both, parts, mass * both, radius * both, 0.8
+    )
     assert rates == pytest.approx((1 - 0.8**2) * rate / 2, rel=1e-12)
 
 
 def test_rates_are_those_of_random_collisions() -> None:
     """Energy that collisions of random pairs with Maxwell's velocities take, within 5 errors."""
     random, temperatures, e = np.random.default_rng(46), np.array([1.5, 0.7]), 0.6
-    contact = theory.mixture_contact_values(DENSE, RADII)
-    expected = theory.partial_cooling_rates(temperatures, DENSE, MASSES, RADII, e)
+    contact = two_temperatures.mixture_contact_values(DENSE, RADII)
+    expected = two_temperatures.partial_cooling_rates(temperatures, DENSE, MASSES, RADII, e)
     for i in range(2):
         total, variance = 0.0, 0.0
         for j in range(2):
@@ -73,20 +75,20 @@ def test_rates_are_those_of_random_collisions() -> None:
 @pytest.mark.parametrize("densities", [DILUTE, DENSE])
 def test_known_limits(densities: Array) -> None:
     """Elastic balls, and balls that differ in their names alone, have one temperature."""
-    assert theory.species_ratio(densities, MASSES, RADII, 1.0) == 1.0
-    equal = theory.species_ratio(densities, np.ones(2), np.ones(2), 0.5)
+    assert two_temperatures.species_ratio(densities, MASSES, RADII, 1.0) == 1.0
+    equal = two_temperatures.species_ratio(densities, np.ones(2), np.ones(2), 0.5)
     assert equal == pytest.approx(1.0, rel=1e-12)
-    nearly = theory.species_ratio(densities, MASSES, RADII, 0.9999)
+    nearly = two_temperatures.species_ratio(densities, MASSES, RADII, 0.9999)
     assert nearly == pytest.approx(1.0, abs=2e-4)
     assert nearly != 1.0
 
 
 def test_the_names_of_the_species_change_nothing() -> None:
-    ratio = theory.species_ratio(DENSE, MASSES, RADII, 0.7)
-    turned = theory.species_ratio(DENSE[::-1], MASSES[::-1], RADII[::-1], 0.7)
+    ratio = two_temperatures.species_ratio(DENSE, MASSES, RADII, 0.7)
+    turned = two_temperatures.species_ratio(DENSE[::-1], MASSES[::-1], RADII[::-1], 0.7)
     assert ratio == pytest.approx(1 / turned, rel=1e-12)
     temperatures = np.array([ratio, 1.0])
-    first, second = theory.partial_cooling_rates(temperatures, DENSE, MASSES, RADII, 0.7)
+    first, second = two_temperatures.partial_cooling_rates(temperatures, DENSE, MASSES, RADII, 0.7)
     assert first == pytest.approx(second, rel=1e-12)
     assert first > 0
 
@@ -97,10 +99,10 @@ def test_a_single_ball_in_a_warm_gas_has_the_temperature_of_martin_and_piasecki(
 ) -> None:
     """T₁/T₂ = (1 + e)/(2 + (1 − e) m₂/m₁) in an elastic gas (Europhys. Lett. 46, 613 (1999))."""
     known = (1 + e) / (2 + (1 - e) / mass)
-    of_ball, _ = theory.partial_cooling_rates(
+    of_ball, _ = two_temperatures.partial_cooling_rates(
         np.array([known, 1.0]), np.array([0.0, 0.1]), np.array([mass, 1.0]), RADII, e
     )
-    hotter, _ = theory.partial_cooling_rates(
+    hotter, _ = two_temperatures.partial_cooling_rates(
         np.array([1.1 * known, 1.0]), np.array([0.0, 0.1]), np.array([mass, 1.0]), RADII, e
     )
     assert abs(of_ball) < 1e-12 * hotter
@@ -113,11 +115,11 @@ def test_temperatures_at_rest_are_those_of_velocities_without_their_mean() -> No
     velocities = random.normal(size=(400_000, 5, 2)) * scale[:, np.newaxis]
     velocities -= (own @ velocities / own.sum())[:, np.newaxis]
     energies = own / 2 * np.sum(velocities**2, axis=2)
-    expected = theory.temperatures_at_rest(np.array([2.0, 1.0]), numbers, MASSES)
+    expected = two_temperatures.temperatures_at_rest(np.array([2.0, 1.0]), numbers, MASSES)
     for balls, value in zip((slice(0, 3), slice(3, 5)), expected, strict=True):
         means = energies[:, balls].mean(axis=1)
         assert abs(means.mean() - value) < 5 * means.std() / math.sqrt(len(means))
-    equilibrium = theory.temperatures_at_rest(np.ones(2), numbers, MASSES)
+    equilibrium = two_temperatures.temperatures_at_rest(np.ones(2), numbers, MASSES)
     assert equilibrium == pytest.approx(1 - MASSES / (numbers @ MASSES), rel=1e-12)
 
 
@@ -155,6 +157,6 @@ def test_direct_simulation_is_as_near_as_the_docstring_says(e: float) -> None:
     value, error = boltzmann(e)
     assert error < 0.005
     assert abs(value - SIMULATED[e]) < 4 * math.hypot(error, 0.002)
-    predicted = theory.species_ratio(DILUTE, MASSES, RADII, e)
+    predicted = two_temperatures.species_ratio(DILUTE, MASSES, RADII, e)
     assert round(predicted, 3) == {0.9: 1.1, 0.8: 1.212}[e]
     assert value + 4 * error > predicted - 0.025
