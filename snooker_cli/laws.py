@@ -105,6 +105,11 @@ class Surface(NamedTuple):
     wall_tangential_cor: float
     wall_friction: float
 
+    @property
+    def rubs_wall(self) -> bool:
+        """Whether hits of the wall change anything along the tangent."""
+        return self.wall_tangential_cor > -1.0 and self.wall_friction > 0.0
+
     def elastic(self, has_wall: bool) -> bool:
         """Whether no contact takes energy: surfaces are smooth, or turn the slip round."""
         contacts = [(self.tangential_cor, self.friction)]

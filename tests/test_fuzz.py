@@ -111,19 +111,6 @@ sweep:
   zip: {container.packing: [0.1, 0.2], balls.count: 10:20:2}
 """,
     """\
-container: {shape: box, packing: 0.2}
-balls:
-  - {count: 9, radius: 1, speed: 10, spin: 2}
-  - {count: 9, radius: 1, speed: 1, spin: {temperature: 3}}
-cor: 0.9
-tangential_cor: 0.5
-friction: 0.3
-wall_tangential_cor: -0.5
-wall_friction: 0.1
-inertia: 1
-collisions: 100
-""",
-    """\
 container: {shape: channel, packing: 0.2}
 balls: {count: 20, radius: 1, speed: 10}
 cor: 0.9

@@ -587,11 +587,6 @@ class Experiment(Model):
         )
 
     @property
-    def has_rough_wall(self) -> bool:
-        """Whether hits of the wall change spins, so that no ball can slide along it."""
-        return self.surface is not None and self.surface.wall_tangential_cor > -1.0
-
-    @property
     def wall_law(self) -> WallLaw:
         """The law of collisions at the wall."""
         keys = self.wall_speed, self.wall_temperature
@@ -726,7 +721,7 @@ def _faults_of_surface(experiment: Experiment) -> Iterator[Problem]:
         for path in spinning:
             sentence = "smooth balls have no spin; give tangential_cor (-1 to 1), or remove it"
             yield Problem((*path, "spin"), sentence, about_key=True)
-    elif experiment.collapse == "slide" and experiment.has_rough_wall:
+    elif experiment.collapse == "slide" and surface.rubs_wall:
         sentence = (
             "slide needs a smooth wall; set wall_tangential_cor: -1, or collapse: stop, {tc: 0.01} "
             "or {elastic_below: 1e-6}"
