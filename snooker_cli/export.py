@@ -26,8 +26,12 @@ from snooker_cli.trace import CONTAINER, Events
 Table = dict[str, NDArray[Any]]  # columns of one length, by name
 
 EVENTS = {"time": "s", "i": "1", "j": "1", "impulse": "kg m s-1"}
-STATES = {"time": "s", "ball": "1", "x": "m", "y": "m", "u": "m s-1", "v": "m s-1"}
-"""The columns of both tables and their units; ball -1 is the container."""
+EVENTS |= {"tangential_impulse": "kg m s-1"}
+STATES = {"time": "s", "ball": "1", "x": "m", "y": "m", "u": "m s-1", "v": "m s-1", "spin": "s-1"}
+"""The columns of both tables and their units; ball -1 is the container, which does not turn.
+
+Only rough balls have the last one of both.
+"""
 
 STATES_FORMATS = (".h5md", ".h5", ".xyz")  # files that have only states
 
@@ -53,7 +57,9 @@ def _exported(path: Path) -> Iterator[Path]:
 
 def events_table(events: Events) -> Table:
     """The columns of ``EVENTS``."""
-    return {name: getattr(events, name) for name in EVENTS}
+    table = {name: getattr(events, name) for name in ("time", "i", "j", "impulse")}
+    rubbed = events.tangential
+    return table if rubbed is None else table | {"tangential_impulse": rubbed}
 
 
 def states_table(states: States) -> Table:
@@ -62,22 +68,28 @@ def states_table(states: States) -> Table:
     containers = np.hstack([states.container_positions, states.container_velocities])
     balls = np.concatenate([states.positions, states.velocities], axis=2)
     together = np.concatenate([containers[:, None], balls], axis=1).reshape(-1, 4)
-    return {
+    table = {
         "time": np.repeat(states.time, number),
         "ball": np.tile(np.arange(CONTAINER, number - 1, dtype=np.int32), len(states.time)),
         **dict(zip("xyuv", np.ascontiguousarray(together.T), strict=True)),
     }
+    if states.spins is not None:
+        table["spin"] = np.pad(states.spins, [(0, 0), (1, 0)]).ravel()
+    return table
 
 
 def csv_lines(units: Mapping[str, str], tables: Iterable[Table]) -> Iterator[str]:
     """A CSV, many lines at a time: the columns' names, then texts, and numbers with all digits.
 
+    units : of all columns that the tables can have, in order
+
     The names come after the first table was read, which may fail.
     """
     for k, table in enumerate(tables):
+        names = [name for name in units if name in table]
         if k == 0:
-            yield ",".join(units) + "\n"
-        columns = [table[name] for name in units]
+            yield ",".join(names) + "\n"
+        columns = [table[name] for name in names]
         for first in range(0, len(columns[0]), CSV_LINES):
             values = (column[first : first + CSV_LINES].tolist() for column in columns)
             lines = StringIO()
@@ -135,6 +147,7 @@ def write_parquet(
         ) from None
     tables = iter(tables)
     first = next(tables)
+    units = {name: unit for name, unit in units.items() if name in first}
     fields = [
         pa.field(name, pa.array(first[name]).type, nullable=False, metadata={"unit": unit})
         for name, unit in units.items()
@@ -159,6 +172,8 @@ XYZ_HEAD = (
     "Time={!r}\n"
 )
 XYZ_BALL = "{} {!r} {!r} 0 {!r} {!r} 0 {!r} {!r} {!r} {!r} {!r} 0\n"
+XYZ_SPINS = XYZ_HEAD.replace(" Time", ":angular_velocity:R:3 Time"), XYZ_BALL[:-1] + " 0 0 {!r}\n"
+"""The same of rough balls."""
 
 
 def write_xyz(path: Path, start: Scene, batches: Iterable[States]) -> None:
@@ -166,8 +181,9 @@ def write_xyz(path: Path, start: Scene, batches: Iterable[States]) -> None:
 
     Each frame has the rectangle around the container as its cell, periodic along axes without
     walls, and the time in s. Numbers read back as the same doubles. OVITO knows `velo` and `mass`,
-    ASE `momenta` and `masses`.
+    ASE `momenta` and `masses`. Rough balls have `angular_velocity`, about z.
     """
+    head, ball = (XYZ_HEAD, XYZ_BALL) if start.spins is None else XYZ_SPINS
     sizes = np.column_stack([start.radii, start.masses])
     masses = start.masses[:, np.newaxis]
     group = np.unique(sizes, axis=0, return_inverse=True)[1].ravel()
@@ -179,11 +195,13 @@ def write_xyz(path: Path, start: Scene, batches: Iterable[States]) -> None:
             for k, time in enumerate(batch.time.tolist()):
                 corner = np.append(batch.container_positions[k], 0.0) - cell / 2
                 edges = (*cell.tolist(), *corner.tolist())
-                file.write(XYZ_HEAD.format(start.number, *edges, pbc, time))
-                states = batch.positions[k], batch.velocities[k], sizes
-                rows = np.hstack([*states, masses, masses * batch.velocities[k]]).tolist()
-                balls = zip(names, rows, strict=True)
-                file.writelines(XYZ_BALL.format(name, *row) for name, row in balls)
+                file.write(head.format(start.number, *edges, pbc, time))
+                states = [batch.positions[k], batch.velocities[k], sizes, masses]
+                states.append(masses * batch.velocities[k])
+                if batch.spins is not None:
+                    states.append(batch.spins[k, :, np.newaxis])
+                balls = zip(names, np.hstack(states).tolist(), strict=True)
+                file.writelines(ball.format(name, *row) for name, row in balls)
 
 
 def write_states(
@@ -215,10 +233,16 @@ def write_states(
         for batch in batches:
             rows = slice(row, row + len(batch.time))
             for name, data in datasets.items():
-                states = getattr(batch, name)
-                data[rows] = np.pad(states, [(0, 0)] * (states.ndim - 1) + [(0, 1)])
+                data[rows] = _in_space(name, getattr(batch, name))
             row = rows.stop
             check()
+
+
+def _in_space(name: str, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A field of ``States`` in three dimensions: spins are about z, all else has z = 0."""
+    if name == "spins":
+        return np.pad(states[..., np.newaxis], [(0, 0), (0, 0), (2, 0)])
+    return np.pad(states, [(0, 0)] * (states.ndim - 1) + [(0, 1)])
 
 
 def _create_states(
@@ -253,7 +277,8 @@ def _create_states(
         group[name] = values
         group[name].attrs["unit"] = unit
     balls = (start.number, 3)
-    return {
+    spins = "particles/trajectory/angular_velocity"
+    return ({} if start.spins is None else {"spins": element(spins, balls, "s-1")}) | {
         "positions": element("particles/trajectory/position", balls, "m"),
         "velocities": element("particles/trajectory/velocity", balls, "m s-1"),
         "container_positions": element("observables/container_position", (3,), "m"),

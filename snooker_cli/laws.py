@@ -106,9 +106,9 @@ class Surface(NamedTuple):
     wall_friction: float
 
     @property
-    def smooth_wall(self) -> bool:
-        """Whether the wall changes no spin."""
-        return self.wall_tangential_cor == -1 or self.wall_friction == 0
+    def rubs_wall(self) -> bool:
+        """Whether hits of the wall change anything along the tangent."""
+        return self.wall_tangential_cor > -1.0 and self.wall_friction > 0.0
 
     def elastic(self, has_wall: bool) -> bool:
         """Whether no contact takes energy: surfaces are smooth, or turn the slip round."""

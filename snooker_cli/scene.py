@@ -29,7 +29,8 @@ class Scene:
     elastic_below : relative normal speed below which collisions are elastic, m/s; 0 without it
     slides : whether a ball slides on after infinitely many bounces on a fixed circular wall
     surface : of rough balls; None for smooth ones, which do not spin
-    spins : (*N*,) ``numpy.float64``, rad/s, a turn to the left positive; None of smooth balls
+    spins : (*N*,) ``numpy.float64``, rad/s, a turn to the left positive; zeros of rough balls by
+        default, None of smooth ones
     wall_key : of the random numbers of a wall with a temperature, from 0 to below 2^63; else None
     """
 
@@ -51,8 +52,12 @@ class Scene:
     spins: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
-        for array in (self.positions, self.velocities, self.radii, self.masses):
-            array.flags.writeable = False
+        if (self.surface is None) != (self.spins is None):  # as after `replace` of one of them
+            spins = None if self.surface is None else np.zeros(len(self.radii))
+            object.__setattr__(self, "spins", spins)
+        for array in (self.positions, self.velocities, self.radii, self.masses, self.spins):
+            if array is not None:
+                array.flags.writeable = False
 
     @property
     def number(self) -> int:
@@ -98,9 +103,8 @@ class Scene:
         """Energy of the balls' spins, J; 0 of smooth ones."""
         if self.surface is None or self.spins is None:
             return 0.0
-        return float(
-            0.5 * self.surface.inertia * np.sum(self.masses * (self.radii * self.spins) ** 2)
-        )
+        ways = self.radii * self.spins
+        return float(0.5 * self.surface.inertia * np.sum(self.masses * ways**2))
 
     @property
     def container_energy(self) -> float:

@@ -171,22 +171,24 @@ def _of_same_time(events: Events) -> int:
     return int(np.count_nonzero(shared.any(axis=0)))
 
 
-_EVENT = np.dtype([("time", "<f8"), ("i", "<i4"), ("j", "<i4"), ("impulse", "<f8")])
+_EVENT = [("time", "<f8"), ("i", "<i4"), ("j", "<i4"), ("impulse", "<f8")]
 
 
 def event_hashes(pieces: Iterable[Events]) -> list[tuple[int, str]]:
     """Numbers of events, and the hash of as many: of the first 1,000, 10,000 … and of all.
 
     SHA-256, in hexadecimal, of time, i, j and impulse of each event as little-endian numbers of
-    64, 32, 32 and 64 bits. ``EventHash`` of the live page computes the same.
+    64, 32, 32 and 64 bits; of rough balls then the tangential impulse, of 64. ``EventHash`` of the
+    live page computes the same.
 
     pieces : the events of a repeat, in order
     """
     sha, count, following = hashlib.sha256(), 0, 1000
     hashes: dict[int, str] = {}
     for events in pieces:
-        rows = np.empty(len(events), dtype=_EVENT)
-        for name in _EVENT.fields or ():
+        columns = _EVENT if events.tangential is None else [*_EVENT, ("tangential", "<f8")]
+        rows = np.empty(len(events), dtype=columns)
+        for name, _ in columns:
             rows[name] = getattr(events, name)
         while count + len(rows) >= following:
             first, rows = rows[: following - count], rows[following - count :]

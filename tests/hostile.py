@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 
 from snooker_cli import store
+from snooker_cli.laws import Surface
 from snooker_cli.store import file_format as layout
 from snooker_cli.store.hdf5 import ROWS
 from snooker_cli.store.reader import GROWING
@@ -403,6 +404,43 @@ REPEATS |= OTHERS
 """By name; the file has three repeats of seven balls and up to 150 events each."""
 
 
+def surface(**numbers: Any) -> Damage:
+    """Changes numbers of the surface of rough balls."""
+    return rules(surface=Surface(0.5, 0.5, 0.1, 0.5, 0.1)._asdict() | numbers)
+
+
+def gone(name: str) -> Damage:
+    return edited(lambda file: file.__delitem__(name))
+
+
+ROUGH: dict[str, dict[str, Damage]] = {
+    "wrong columns of events": {"none along the tangent": gone(layout.TANGENTIAL)},
+    "wrong tangential impulse of an event": {
+        f"{value}": event("tangential", value) for value in (np.nan, np.inf)
+    },
+    "wrong lengths of the columns": {"one less": dataset(f"{layout.TANGENTIAL}/value", one_less)},
+    "wrong surface": {
+        **{f"{value}": rules(surface=value) for value in (None, 1.0, [])},
+        "too few numbers": rules(surface={"inertia": 0.5}),
+        "inertia 0": surface(inertia=0.0),
+        "tangential_cor 2": surface(tangential_cor=2.0),
+        "friction -1": surface(friction=-1.0),
+        "friction true": surface(friction=True),
+    },
+    "wrong number of spins": {
+        "none": gone(layout.SPIN),
+        "too few": dataset(f"{layout.SPIN}/value", filled(lambda _: np.zeros((6, 6)))),
+    },
+    "wrong spin of a ball": {
+        f"{end} {value}": trace(f"{end}.spins", value, 3)
+        for end in ("start", "finish")
+        for value in (np.nan, 1e300)
+    },
+    "wrong speed of a ball": {"fast spin at the finish": trace("finish.spins", 1e100, 3)},
+}
+"""Damages of a file with rough balls by a part of the reason why it is refused."""
+
+
 def edges(*values: float) -> Damage:
     """Changes the lengths of the container of a box."""
     return dataset(f"{layout.BALLS}/box/edges", filled(lambda _: values))
@@ -433,6 +471,7 @@ KINDS: dict[str, dict[str, Damage]] = {
         "counts in one column": summary("speed_histogram", declared(450, None)),
         "a box": rules(shape="box"),
     },
+    "rough": {f"{reason}: {name}": d for reason, some in ROUGH.items() for name, d in some.items()},
     "box": {
         **{f"edges {sides}": edges(*sides) for sides in ((), (20.0,), (0.0, 14.0))},
         **{f"edge {side}": edges(side, side) for side in (*WRONG, 1e-300)},
@@ -443,7 +482,7 @@ KINDS: dict[str, dict[str, Damage]] = {
         "far": scene("positions", 1e300, 0),
     },
 }
-"""Damages of a file with events, of one with a summary, and of one in a box."""
+"""Damages of a file with events, of one with a summary, of rough balls, and of one in a box."""
 
 
 def with_large_indices(file: h5py.File) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from snooker_cli.config import Experiment
 from snooker_cli.containers import SHAPES, Circle, Container
 from snooker_cli.engine import simulation
-from snooker_cli.laws import Constant
+from snooker_cli.laws import Constant, Surface
 from snooker_cli.placement.random_numbers import PLACES, random_normals, shuffled, stream
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
@@ -108,6 +108,12 @@ def gas(
         pair_law=Constant(cor),
         wall_law=Constant(cor if wall_cor is None else wall_cor),
     )
+
+
+def rough(scene: Scene) -> Scene:
+    """The scene with rough balls that spin, and a rough wall if it has one."""
+    surface = Surface(0.4, 0.5, 0.3, 0.2, math.inf)
+    return replace(scene, surface=surface, spins=np.linspace(-3.0, 4.0, scene.number))
 
 
 DARTS = 200_000

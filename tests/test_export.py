@@ -13,7 +13,7 @@ import hostile
 import numpy as np
 import pytest
 from pyh5md import File, element
-from scenes import gas
+from scenes import gas, rough
 
 from snooker_cli import export, store
 from snooker_cli.engine import replay, replayed, simulate
@@ -59,7 +59,7 @@ def test_a_csv_has_the_same_doubles(
     assert trace.events is not None
     expected = states_table(replay(trace, [0, 0.5, 1.25])) if options else vars(trace.events)
     first, *rows = csv.reader(text.splitlines())
-    assert first == list(STATES if options else EVENTS)
+    assert first == list(STATES if options else EVENTS)[:-1]  # the last is that of rough balls
     for name, column in zip(first, zip(*rows, strict=True), strict=True):
         assert np.array_equal(np.array(column, dtype=expected[name].dtype), expected[name])
 
@@ -108,12 +108,12 @@ def test_parquet_has_the_same_numbers_their_units_and_origin(
     ):
         out = exported(snooker, "a.parquet", *options)
         table = read_parquet(out).read()
-        assert table.column_names == list(units)
-        for name, unit in units.items():
+        assert table.column_names == list(units)[:-1]
+        for name in table.column_names:
             column = table[name].to_numpy()
             assert column.dtype == expected[name].dtype
             assert column.tobytes() == expected[name].tobytes()
-            assert table.schema.field(name).metadata == {b"unit": unit.encode()}
+            assert table.schema.field(name).metadata == {b"unit": units[name].encode()}
         about = json.loads(table.schema.metadata[b"snooker"])
         assert about.items() >= size.items()
         assert about["bits"] == header.fingerprint
@@ -131,10 +131,51 @@ def test_without_pyarrow_the_message_has_the_command(
     assert not list(Path().glob("a.parquet*"))
 
 
+# Rough balls
+
+
+ROUGH = """\
+container: {radius: 10.0}
+balls: {count: 7, radius: 1.0, speed: 10.0, spin: {temperature: 50}}
+cor: 0.9
+tangential_cor: 0.5
+collisions: 60
+"""
+
+
+def columns_of(text: str) -> dict[str, np.ndarray[Any, Any]]:
+    """The columns of a CSV."""
+    first, *rows = csv.reader(text.splitlines())
+    return dict(zip(first, np.array(rows, dtype=np.float64).T, strict=True))
+
+
+def test_rough_balls_have_a_column_more(here: Path, snooker: Snooker) -> None:
+    """Events the tangential impulse, states the spin; the container does not turn."""
+    Path("turning.yaml").write_text(ROUGH)
+    assert snooker("run", "turning.yaml").code == 0
+    ((trace, _),) = store.read(next(Path("runs/turning/point-0000").iterdir()))
+    events, states = (
+        columns_of(snooker("export", "turning", *options).out) for options in ((), ("--states",))
+    )
+    assert (list(events), list(states)) == (list(EVENTS), list(STATES))
+    assert trace.events is not None
+    assert np.array_equal(events["tangential_impulse"], trace.events.tangential)
+    spins = states["spin"].reshape(2, 8)
+    assert np.array_equal(spins[:, 0], [0.0, 0.0])
+    assert np.array_equal(spins[0, 1:], trace.start.spins)
+    assert np.array_equal(spins[1, 1:], trace.finish.spins)
+    for options, units in (((), EVENTS), (("--states",), STATES)):
+        out = ("--out", "a.parquet", "--replace")
+        assert snooker("export", "turning", *options, *out).code == 0
+        table, name = read_parquet(Path("a.parquet")).read(), list(units)[-1]
+        assert np.array_equal(table[name].to_numpy(), (states if options else events)[name])
+        assert table.schema.field(name).metadata == {b"unit": units[name].encode()}
+
+
 # H5MD
 
 
-@pytest.fixture(params=["circle", "periodic"])
+@pytest.fixture(params=["circle", "periodic", "rough"])
 def written(
     request: pytest.FixtureRequest, tmp_path: Path, provenance: Provenance
 ) -> tuple[Path, Trace, Any]:
@@ -142,8 +183,10 @@ def written(
     options: dict[str, Any] = {
         "circle": {"container_mass": 20.0, "mixed": True},
         "periodic": {},
+        "rough": {"mixed": True},
     }[request.param]
-    trace = simulate(gas(request.param, 60, 0.3, **options), collisions=60)
+    scene = gas(request.param.replace("rough", "box"), 60, 0.3, **options)
+    trace = simulate(rough(scene) if request.param == "rough" else scene, collisions=60)
     times = np.linspace(0, trace.stop.time, 7)
     batches = replayed(trace, times, batch=2 * trace.start.number)
     path = tmp_path / "states.h5md"
@@ -162,6 +205,11 @@ def test_an_independent_reader_reads_the_states(written: tuple[Path, Trace, Any]
             assert np.array_equal(found.time[:], states.time)
             assert np.array_equal(found.value[:, :, :2], values)
             assert not np.any(found.value[:, :, 2])
+        assert ("angular_velocity" in group) == (states.spins is not None)
+        if states.spins is not None:
+            turning = element(group, "angular_velocity").value[:]
+            assert np.array_equal(turning[:, :, 2], states.spins)
+            assert not np.any(turning[:, :, :2])
         assert np.array_equal(element(group, "mass").value[:], trace.start.masses)
         assert np.array_equal(element(group, "radius").value[:], trace.start.radii)
         position, velocity = (
@@ -204,6 +252,11 @@ def test_ase_reads_the_states(written: tuple[Path, Trace, Any]) -> None:
         assert np.array_equal(frame.positions[:, :2], states.positions[k])
         assert np.array_equal(frame.get_masses(), start.masses)
         assert np.array_equal(frame.arrays["radius"], start.radii)
+        assert ("angular_velocity" in frame.arrays) == (states.spins is not None)
+        if states.spins is not None:
+            turning = frame.arrays["angular_velocity"]
+            assert np.array_equal(turning[:, 2], states.spins[k])
+            assert not np.any(turning[:, :2])
         velocities = frame.get_velocities()
         np.testing.assert_allclose(velocities[:, :2], states.velocities[k], rtol=2**-51, atol=0)
         assert not np.any(velocities[:, 2])

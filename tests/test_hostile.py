@@ -87,8 +87,17 @@ def check(snooker: Snooker, command: str, name: str) -> int:
 
 def test_reading_refuses_a_file_for_what_is_wrong(finished: Path) -> None:
     """Not for a hash, which whoever changes a file can make again."""
-    path = finished / REPEATS
-    for reason, damages in hostile.REFUSED.items():
+    refuse(finished / REPEATS, hostile.REFUSED)
+
+
+def test_reading_refuses_rough_balls_for_what_is_wrong(here: Path) -> None:
+    run = repeating.made(here / "turning", SMALL, *KINDS["rough"])
+    repeating.done(run)
+    refuse(here / "turning" / REPEATS, hostile.ROUGH)
+
+
+def refuse(path: Path, reasons: dict[str, dict[str, hostile.Damage]]) -> None:
+    for reason, damages in reasons.items():
         for name in hostile.damaged(path, damages):
             with pytest.raises(StoreError) as refused:
                 store.check(path)
@@ -113,6 +122,7 @@ SHARES = [pytest.param(SHARE, id="some"), pytest.param(1, id="all", marks=pytest
 KINDS = {
     "events": [],
     "summary": ["record=summary", "collisions=1000"],
+    "rough": ["tangential_cor=0.5", "friction=0.2", "balls.spin=5"],
     "box": [
         "container={shape: box, width: 20, height: 14}",
         "balls={count: 7, radius: 1, speed: 9}",

@@ -448,7 +448,7 @@ def cooling_spins(measurement: Measurement) -> Array | None:
         return None
     if math.isfinite(surface.friction) or scene.number < 2 or scene.elastic_below > 0:
         return None
-    if scene.container.has_wall and (scene.wall_law != Constant(1.0) or not surface.smooth_wall):
+    if scene.container.has_wall and (scene.wall_law != Constant(1.0) or surface.rubs_wall):
         return None
     collisions, both = temperatures(measurement)
     values = law.cor, surface.tangential_cor, surface.inertia

@@ -139,7 +139,7 @@ def expected_temperatures(scene: Scene) -> dict[str, float]:
 def _heated_spins(scene: Scene) -> dict[str, float]:
     """T_rot/T_tr that theory gives smooth walls, by the name of the theory; empty without one."""
     surface = scene.surface
-    if surface is None or not surface.smooth_wall or not scene.equal_balls:
+    if surface is None or surface.rubs_wall or not scene.equal_balls:
         return {}
     if math.isfinite(surface.friction) or surface.tangential_cor == -1:
         return {}

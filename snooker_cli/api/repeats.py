@@ -66,8 +66,9 @@ class Repeat:
     def events(self) -> "np.recarray[Any, Any]":
         """All collisions in order: ``time`` (s), ``i``, ``j`` and ``impulse`` (kg m/s).
 
-        j is −1 for the container and −2 for a slide along the wall. Raises ``UserError`` for a
-        repeat that was recorded as a summary.
+        j is −1 for the container and −2 for a slide along the wall. Rough balls also have
+        ``tangential_impulse`` (kg m/s), on j, to the left of the line from i to j. Raises
+        ``UserError`` for a repeat that was recorded as a summary.
         """
         return _records(export.events_table(self._recorded()))
 
@@ -75,10 +76,11 @@ class Repeat:
         """Places and velocities at times (s, ascending), just after a collision at that time.
 
         The fields are ``time`` (*t*,), ``positions`` and ``velocities`` (*t*, *N*, 2), and
-        ``container_positions`` and ``container_velocities`` (*t*, 2), in s, m and m/s. They have
-        the bits of the simulation. Of snapshots they are the stored states nearest to the times, so
-        look at ``time``. Raises ``UserError`` for times that do not ascend within 0 and the end,
-        and for a summary.
+        ``container_positions`` and ``container_velocities`` (*t*, 2), in s, m and m/s. Rough balls
+        have ``spins`` (*t*, *N*), rad/s, positive to the left; of smooth ones it is ``None``. All
+        have the bits of the simulation. Of snapshots they are the stored states nearest to the
+        times, so look at ``time``. Raises ``UserError`` for times that do not ascend within 0 and
+        the end, and for a summary.
         """
         return self._replayed(lambda: engine.replay(self.trace, np.atleast_1d(times)))
 

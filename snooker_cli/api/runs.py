@@ -146,6 +146,8 @@ class Run(Analyses):
     ) -> None:
         """Write the collisions of a repeat: time (s), i, j and impulse (kg m/s).
 
+        Of rough balls the tangential impulse too.
+
         out : a file in .csv or .parquet, or a stream that gets CSV
         replace : whether the file may exist already
 
@@ -165,6 +167,8 @@ class Run(Analyses):
         replace: bool = True,
     ) -> None:
         """Write positions (m) and velocities (m/s) of all balls of a repeat at some times.
+
+        Of rough balls the spins too, rad/s.
 
         out : a file in .csv, .parquet, .h5md, .h5 or .xyz, or a stream that gets CSV
         times : s, ascending; or a text such as ``"0:10:11"`` [0 and the end]

@@ -32,6 +32,12 @@ def new_scene(
     wall_cor_speed: float | None = None,
     wall_speed: float | Mapping[str, float] | None = None,
     wall_temperature: float | Mapping[str, float] | None = None,
+    tangential_cor: float | None = None,
+    friction: float | None = None,
+    wall_tangential_cor: float | None = None,
+    wall_friction: float | None = None,
+    inertia: float = 0.5,
+    spins: ArrayLike | None = None,
     collapse: str | Mapping[str, float] = "stop",
 ) -> Scene:
     """A scene from arrays, checked.
@@ -43,12 +49,15 @@ def new_scene(
     container_mass : of a circle that moves, kg
     cor, wall_cor, collapse : as in a config; the wall's CoR is that of the balls by default
     cor_speed, wall_cor_speed, wall_speed, wall_temperature : as in a config; none by default
+    tangential_cor, friction, wall_tangential_cor, wall_friction, inertia : of rough balls, as in a
+        config; smooth by default
+    spins : (*N*,) or one number, rad/s, of rough balls; none by default
 
     Raises ``ConfigError`` or ``SceneError``: balls that overlap or stick out, or a wrong value.
     """
     if not isinstance(container, Container):
         raise UserError(f"container={container!r}: give Circle, Box, Channel or PeriodicBox")
-    given = (positions, velocities, radii, masses)
+    given = [positions, velocities, radii, masses, *([] if spins is None else [spins])]
     try:
         columns = [np.asarray(values, dtype=np.float64) for values in given]
         number = len(columns[0])
@@ -59,17 +68,22 @@ def new_scene(
     if not fit:
         shapes = "give positions and velocities of shape (N, 2), and N or one radius and mass"
         raise UserError("the arrays do not fit each other", shapes)
-    names = ("position", "velocity", "radius", "mass")
+    names = ("position", "velocity", "radius", "mass", "spin")
     rows = zip(*(column.tolist() for column in columns), strict=True)
     data = {
         "container": {"shape": container.name, **container.lengths, "mass": container_mass},
-        "balls": {"list": [dict(zip(names, row, strict=True)) for row in rows]},
+        "balls": {"list": [dict(zip(names, row, strict=False)) for row in rows]},
         "cor": cor,
         "wall_cor": wall_cor,
         "cor_speed": cor_speed,
         "wall_cor_speed": wall_cor_speed,
         "wall_speed": wall_speed,
         "wall_temperature": wall_temperature,
+        "tangential_cor": tangential_cor,
+        "friction": friction,
+        "wall_tangential_cor": wall_tangential_cor,
+        "wall_friction": wall_friction,
+        "inertia": inertia,
         "collapse": collapse,
         "collisions": 1,
     }

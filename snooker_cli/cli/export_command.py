@@ -31,10 +31,10 @@ def export(
 
     The default is CSV with the columns time, i, j and impulse of each collision; j = -1 is the
     container. With --states the columns are time, ball, x, y, u and v of all balls; ball -1 is the
-    container. Numbers have enough digits to read back the same doubles. A Parquet file has the
-    same columns, their units and the provenance. An H5MD file has states in three dimensions with
-    z = 0, for programs that read molecular trajectories. An .xyz file (extended XYZ) has them for
-    OVITO and ASE.
+    container. Rough balls have one column more: tangential_impulse or spin. Numbers have enough
+    digits to read back the same doubles. A Parquet file has the same columns, their units and the
+    provenance. An H5MD file has states in three dimensions with z = 0, for programs that read
+    molecular trajectories. An .xyz file (extended XYZ) has them for OVITO and ASE.
 
     With --table each repeat of each point is a row: swept keys, how and when it ended, collisions,
     mean temperature, pressure and speed, the energy at the end over that at the start, and the

@@ -711,11 +711,15 @@ def _faults_of_surface(experiment: Experiment) -> Iterator[Problem]:
         for key in given:
             sentence = f"{key} is of rough balls; give tangential_cor (-1 to 1) too, or remove it"
             yield Problem((key,), sentence, about_key=True)
-        for path, group in _groups(experiment.balls):
-            if group.spin is not None:
-                sentence = "smooth balls have no spin; give tangential_cor (-1 to 1), or remove it"
-                yield Problem((*path, "spin"), sentence, about_key=True)
-    elif experiment.collapse == "slide" and surface.wall_tangential_cor > -1.0:
+        spinning = [path for path, group in _groups(experiment.balls) if group.spin is not None]
+        if spinning and experiment.start is not None:
+            sentence = "the balls of this state spin; give tangential_cor (-1 to 1) too"
+            yield Problem(("start",), sentence, about_key=True)
+            return
+        for path in spinning:
+            sentence = "smooth balls have no spin; give tangential_cor (-1 to 1), or remove it"
+            yield Problem((*path, "spin"), sentence, about_key=True)
+    elif experiment.collapse == "slide" and surface.rubs_wall:
         sentence = (
             "slide needs a smooth wall; set wall_tangential_cor: -1, or collapse: stop, {tc: 0.01} "
             "or {elastic_below: 1e-6}"

@@ -14,7 +14,7 @@ SCHEMA = "snooker-schema.json"  # beside a config, whose first line names it for
 
 def templates() -> dict[str, Path]:
     """The commented configs by name, the simplest first."""
-    cold = ("report", "haff", "sweep", "exact", "dense", "brownian")
+    cold = ("report", "haff", "sweep", "exact", "dense", "brownian", "rough")
     names = (*cold, "driven", "heat", "granular-heat")
     return {name: Path(__file__).with_name("templates") / f"{name}.yaml" for name in names}
 

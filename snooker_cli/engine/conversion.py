@@ -136,14 +136,13 @@ def surface_of(scenes: Sequence[Scene]) -> Rough | None:
     surface = scenes[0].surface
     if surface is None:
         return None
-    spins = np.stack([np.zeros(s.number) if s.spins is None else s.spins for s in scenes])
     return Rough(
         float(surface.inertia),
         float(surface.tangential_cor),
         float(surface.friction),
         float(surface.wall_tangential_cor),
         float(surface.wall_friction),
-        spins,
+        np.array([scene.spins for scene in scenes]),
         np.zeros((len(scenes), 1)),
     )
 

@@ -166,7 +166,7 @@ class Simulation {
     this.number = scene.radii.length;
     this.wanted = limits.collisions ?? NO_LIMIT;
     this.timeLimit = limits.time ?? Infinity;
-    this.hash = options.hash ? new EventHash() : null;
+    this.hash = options.hash ? new EventHash(Boolean(scene.surface)) : null;
     this.collisions = 0;
     this.time = 0; // s, of the last event
     this.reached = 0; // s; no other event is before
@@ -191,6 +191,7 @@ class Simulation {
     this.eventI = parts["followed.i"];
     this.eventJ = parts["followed.j"];
     this.eventImpulse = parts["followed.impulse"];
+    this.eventTangential = parts["followed.tangential"];
     this.eventSums = parts["followed.sums"]; // FOLLOWED_SUMS for each event
     this.eventPlaces = parts["followed.places"]; // of ball i, and of ball j or the container
     this.shown = NaN;

@@ -94,13 +94,15 @@ class Sha256 {
   }
 }
 
-const EVENT_BYTES = 24, EVENTS_AT_ONCE = 8; // eight events are three blocks
+const EVENT_BYTES = 24, ROUGH_BYTES = 32, EVENTS_AT_ONCE = 8; // eight events are three blocks, or four
 
 /** The hash of a repeat's events, kept at 1,000, 10,000, 100,000 … events; see ``event_hashes``. */
 class EventHash {
-  constructor() {
+  /** rough : whether events have a tangential impulse */
+  constructor(rough) {
     this.sha = new Sha256();
-    this.bytes = new Uint8Array(EVENT_BYTES * EVENTS_AT_ONCE);
+    this.size = rough ? ROUGH_BYTES : EVENT_BYTES;
+    this.bytes = new Uint8Array(this.size * EVENTS_AT_ONCE);
     this.view = new DataView(this.bytes.buffer);
     this.numbers = new Float64Array(this.bytes.buffer); // little-endian, as all browsers are
     this.balls = new Int32Array(this.bytes.buffer);
@@ -114,19 +116,20 @@ class EventHash {
    *
    * before : number of events before them
    */
-  addAll({ eventCount, eventTime, eventI, eventJ, eventImpulse }, before) {
+  addAll({ eventCount, eventTime, eventI, eventJ, eventImpulse, eventTangential }, before) {
     for (let k = this.count - before; k < eventCount; k += 1) {
-      this.add(eventTime[k], eventI[k], eventJ[k], eventImpulse[k]);
+      this.add(eventTime[k], eventI[k], eventJ[k], eventImpulse[k], eventTangential?.[k]);
     }
   }
 
-  add(time, i, j, impulse) {
-    const { numbers, balls, used } = this;
+  add(time, i, j, impulse, tangential) {
+    const { numbers, balls, used, size } = this;
     numbers[used / 8] = time;
     balls[used / 4 + 2] = i;
     balls[used / 4 + 3] = j;
     numbers[used / 8 + 2] = impulse;
-    this.used = used + EVENT_BYTES;
+    if (size === ROUGH_BYTES) numbers[used / 8 + 3] = tangential;
+    this.used = used + size;
     if (this.used === this.bytes.length) {
       this.sha.updateBlocks(this.view);
       this.used = 0;

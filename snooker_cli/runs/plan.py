@@ -30,6 +30,7 @@ BYTES_OF_BALL = 80
 BYTES_OF_SUMMARY = 30_000
 BYTES_OF_EVENT = 14.5
 BYTES_OF_STATE = 32  # of a ball in a snapshot
+BYTES_OF_ROUGH = 8  # more of each of both, if balls are rough
 EVENT_IN_MEMORY = 24
 
 LAW = "law: "  # before the word of a law that is not one CoR, among what is modelled
@@ -168,6 +169,7 @@ def _loss_models(experiment: Experiment) -> dict[str, bool]:
     at_wall = shape.has_wall and experiment.effective_wall_cor < 1.0
     laws = experiment.pair_law, *parts_of(law)
     words = dict.fromkeys(word_of(part) for part in laws if not isinstance(part, Constant))
+    words |= {} if experiment.surface is None else {"rough": None}
     return {f"{LAW}{word}": True for word in words} | {
         "losses between balls": experiment.cor < 1.0,
         "losses at the wall": at_wall,
@@ -341,13 +343,14 @@ def _estimates(
     """Collisions, time on one thread (s) and disk for some repeats."""
     collisions, events = _collisions(experiment, balls, rates), scene_class.models["events"]
     stored, recording = float(BYTES_OF_SUMMARY), 1.5e-6 * min(collisions, 20_000)
+    more = 0 if experiment.surface is None else BYTES_OF_ROUGH
     if experiment.stored_times:
         times = snapshot_times(
             experiment, first_scene(experiment, 0), _end(experiment, balls, rates)
         )
-        stored += len(times) * BYTES_OF_STATE * balls
+        stored += len(times) * (BYTES_OF_STATE + more) * balls
     if events:
-        stored, recording = collisions * BYTES_OF_EVENT, 8e-7 * collisions
+        stored, recording = collisions * (BYTES_OF_EVENT + more), 8e-7 * collisions
     seconds = _seconds(balls, scene_class.models["cells"], collisions) + recording
     size = BYTES_OF_REPEAT + BYTES_OF_BALL * balls + stored
     return repeats * collisions, repeats * seconds, round(repeats * size)

@@ -307,17 +307,17 @@ def _law_from(written: Any, stored: str) -> Any:
 
 def _surface_from(written: Any) -> Surface:
     """The surface that was written. Raises ``ValueError`` for numbers that no config gives."""
-    numbers = {key: math.inf if number is None else number for key, number in written.items()}
-    if numbers.keys() != {*Surface._fields}:
+    if not isinstance(written, dict) or written.keys() != {*Surface._fields}:
         raise ValueError("wrong surface")
+    numbers = {key: math.inf if number is None else number for key, number in written.items()}
     for key, number in numbers.items():
-        least, most = (-1.0, 1.0) if key.endswith("tangential_cor") else (0.0, math.inf)
+        least = -1.0 if key.endswith("cor") else 0.0
+        most = math.inf if key.endswith("friction") else 1.0
         if type(number) not in (int, float) or not least <= number <= most:
             raise ValueError("wrong surface")
-    surface = Surface(**numbers)
-    if not 0 < surface.inertia <= 1:
+    if numbers["inertia"] == 0:
         raise ValueError("wrong surface")
-    return surface
+    return Surface(**numbers)
 
 
 def rules_of(written: Mapping[str, Any]) -> dict[str, Any]:

@@ -423,6 +423,7 @@ def _traces(
 
     spins: Any = [None] * (2 * len(headers))
     if rules.get("surface") is not None:
+        _require(f"{layout.SPIN}/value" in file, "number of spins")
         spins = hdf5.read_rows(file, f"{layout.SPIN}/value")
         _require(spins.shape == (2 * len(headers), len(radii)), "number of spins")
         with np.errstate(all="ignore"):

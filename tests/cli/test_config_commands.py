@@ -26,6 +26,7 @@ SHORT = {
     "exact": ("balls.list[1].mass=1.0,1e2,1e4,1e6",),
     "dense": ("collisions=500", "repeats=1"),
     "brownian": ("time=1", "repeats=1"),
+    "rough": ("collisions=50", "repeats=1"),
     "driven": ("collisions=50", "repeats=1", "cor=0.9", "balls.radius=0.2,0.4"),
     "heat": ("time=1", "repeats=1"),
     "granular-heat": ("collisions=50", "repeats=1"),

@@ -84,6 +84,9 @@ def test_a_digest_depends_on_what_matters_and_on_nothing_else() -> None:
     stored = [experiment(BASE, "record=snapshots", f"snapshots={at}") for at in times]
     assert len({digest(one) for one in (*stored, experiment(BASE, "record=snapshots"))}) == 4
     assert len({stream_seed(one) for one in (*stored, experiment())}) == 1
+    rough = ["friction=1", "wall_tangential_cor=1", "wall_friction=1", "inertia=1", "balls.spin=1"]
+    surfaces = [("tangential_cor=0",), *(("tangential_cor=0", change) for change in rough)]
+    assert len({digest(experiment(BASE, *change)) for change in ((), *surfaces)}) == 7
 
 
 def test_digests_and_random_numbers_stay_the_same_between_releases() -> None:

@@ -70,6 +70,7 @@ PICTURES = {
         "student-path.png": "runs/brownian/figures/tagged-path.png",
         "student-displacement.png": "runs/brownian/figures/mean-squared-displacement.png",
         "student-heat.png": "runs/heat/figures/profiles.png",
+        "student-rotation.png": "runs/rough/figures/rotation.png",
         "student-balance.png": "runs/driven/figures/energy-balance-wall_speed-1.png",
     },
 }

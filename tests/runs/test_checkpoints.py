@@ -36,6 +36,11 @@ CONFIGS: dict[str, tuple[str, tuple[str, ...]]] = {
         MANY,
         ("container.mass=500", "collapse={tc: 0.1}", "record=summary"),
     ),
+    "all pairs, rough": (FEW, ("cor=1", "tangential_cor=1", "balls.spin=2", "wall_friction=0.1")),
+    "cells, rough, snapshots": (
+        MANY,
+        ("record=snapshots", "tangential_cor=0.5", "friction=0.2", "balls.spin={temperature: 9}"),
+    ),
     "cells, free, tc, snapshots": (
         MANY,
         ("container.mass=500", "collapse={tc: 0.1}", "record=snapshots"),

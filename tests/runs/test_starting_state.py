@@ -83,23 +83,41 @@ def test_an_exported_state_is_a_start(here: Path, snooker: Snooker) -> None:
     assert shown[0] == shown[1]
 
 
-@pytest.mark.parametrize(("config", "part"), [(FREE, 0.5), (PERIODIC, 0.5), (PERIODIC, None)])
+ROUGH = FREE | {"tangential_cor": 0.5, "inertia": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("config", "part"), [(FREE, 0.5), (PERIODIC, 0.5), (PERIODIC, None), (ROUGH, 0.5)]
+)
 def test_the_state_is_that_of_the_repeat(config: Any, part: float | None, here: Path) -> None:
     """Also of a container that moves, seen from its centre, and in a periodic box."""
     repeat = done(config, "source")[0, 0]
     time = repeat.stop.time if part is None else part * repeat.stop.time
     start = {"run": "source"} | ({} if part is None else {"time": time})
-    again = done({"start": start, "cor": 0.8, "collisions": 50}, "again")[0, 0]
+    laws = {key: value for key, value in config.items() if key in ("tangential_cor", "inertia")}
+    again = done({"start": start, "cor": 0.8, "collisions": 50, **laws}, "again")[0, 0]
     scene, state = again.scene, repeat.state(time)
     offsets = state.positions - state.container_position
     assert np.array_equal(scene.positions, scene.container.nearest_image(offsets))
     assert np.array_equal(scene.velocities, state.velocities)
     assert np.array_equal(scene.container_velocity, state.container_velocity)
+    assert (scene.spins is not None) == (config is ROUGH)
+    assert np.array_equal(scene.spins, state.spins)
     assert np.array_equal(scene.radii, state.radii)
     assert np.array_equal(scene.masses, state.masses)
     assert scene.container == state.container
     assert scene.container_mass == state.container_mass
     assert (scene.restitution, again.trace.collisions) == (0.8, 50)
+
+
+def test_smooth_balls_do_not_start_from_a_state_with_spins(here: Path, snooker: Snooker) -> None:
+    """One sentence, not one for each ball."""
+    done(ROUGH | {"collisions": 9}, "source")
+    Path("again.yaml").write_text("start: {run: source}\ncor: 0.9\ncollisions: 9\n")
+    ended = snooker("run", "again.yaml")
+    advice = "the balls of this state spin; give tangential_cor (-1 to 1) too"
+    assert (ended.code, ended.err) == (3, f"snooker: again.yaml:1:1: start: {advice}\n")
+    assert snooker("run", "again.yaml", "-o", "tangential_cor=-1").code == 0
 
 
 def test_a_run_that_has_begun_does_not_need_its_source(here: Path, snooker: Snooker) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 import pyh5md
 import pytest
 from pyh5md import element
-from scenes import gas, lone_bouncer
+from scenes import gas, lone_bouncer, rough
 
 from snooker_cli import export, runs, store
 from snooker_cli.containers import Circle
@@ -36,6 +36,7 @@ SCENES: dict[str, Callable[[], Scene]] = {
     "free": lambda: gas("circle", 20, 0.3, mixed=True, container_mass=20.0),
     "box": lambda: gas("box", 60, 0.3, aspect=1.5),
     "periodic": lambda: gas("periodic", 60, 0.3),
+    "rough": lambda: rough(gas("circle", 20, 0.3)),
     "thermal": lambda: replace(
         gas("circle", 20, 0.3),
         pair_law=Viscoelastic(0.9, 5.0),
@@ -182,6 +183,8 @@ def test_a_batchs_file_has_what_the_page_says(
     kinds |= {"thermal wall"} if trace.start.wall_key is not None else set()
     kinds |= {"warm"} if trace.summary is not None and trace.start.wall_law.gains else set()
     kinds |= {"summary"} if record == "snapshots" else set()
+    if trace.start.surface is not None:
+        kinds |= {"rough", *(f"rough {kind}" for kind in kinds)}
     kinds |= {"box snapshots"} if kinds >= {"box", "snapshots"} else set()
     letters = {"N": trace.start.number, "n": repeats * trace.collisions, "B": repeats}
     letters |= {"2B": 2 * repeats, "B + 1": repeats + 1}
@@ -262,6 +265,19 @@ def test_the_jsons_have_the_keys_of_the_page(
     assert re.fullmatch(b"[0-9a-f]{64}", own["content"])
 
 
+def test_rough_balls_have_a_surface(tmp_path: Path, provenance: Provenance) -> None:
+    trace = trace_of("rough", "events")
+    store.write(tmp_path / "batch.h5", [(0, trace)], provenance)
+    with h5py.File(tmp_path / "batch.h5") as file:
+        scene = json.loads(file["parameters/snooker"].attrs["scene"])
+    assert trace.start.surface is not None
+    numbers = trace.start.surface._asdict()
+    assert scene["surface"] == numbers | {"wall_friction": None}  # infinite
+    body = " ".join(PAGE.split("\n### The scene\n")[1].split("\n### ")[0].split())
+    named = re.findall(r"`(\w+)`", body.partition("`surface` too: ")[2])
+    assert named[: len(numbers)] == list(numbers)
+
+
 def test_a_wall_trap_has_more_keys(tmp_path: Path, provenance: Provenance) -> None:
     trace = simulate(lone_bouncer(), collisions=9)
     store.write(tmp_path / "trap.h5", [(0, trace)], provenance)
@@ -314,4 +330,5 @@ def test_exported_states_are_what_the_page_says(
     export.write_states(out, trace.start, header, times, replayed(trace, times))
     data, attrs = tables("### States: `.h5md`")
     with h5py.File(out) as file:
-        compare(file, data, attrs, {"all"}, {"N": trace.start.number, "t": 3}, "string")
+        kinds = {"all"} if trace.start.surface is None else {"all", "rough"}
+        compare(file, data, attrs, kinds, {"N": trace.start.number, "t": 3}, "string")

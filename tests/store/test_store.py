@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from pyh5md import File, element
 from repeating import content_hash
-from scenes import gas, lone_bouncer, report_scene
+from scenes import gas, lone_bouncer, report_scene, rough
 
 from snooker_cli import store
 from snooker_cli.containers import Box, Circle, PeriodicBox
 from snooker_cli.engine import simulate
 from snooker_cli.errors import AbsentError, StoreError
-from snooker_cli.laws import Constant, Driven
+from snooker_cli.laws import Constant, Driven, Surface
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance
 from snooker_cli.trace import (
@@ -61,6 +61,7 @@ SCENES: dict[str, Callable[[], Scene]] = {
     "periodic": lambda: gas("periodic", 60, 0.3, cor=0.9),
     "slides": lambda: replace(report_scene(radius=0.1, cor=0.8), slides=True),
     "wall trap": lone_bouncer,
+    "rough": lambda: rough(gas("circle", 60, 0.2, cor=0.95)),
     "driven": lambda: replace(gas("circle", 7, 0.2, cor=0.95), wall_law=Driven(0.9, 2.0)),
     "collapse by duration": lambda: replace(gas("circle", 7, 0.2, cor=0.5), contact_duration=0.1),
 }
@@ -105,7 +106,7 @@ def test_a_run_that_was_deleted_is_not_made_again(
 
 
 def test_content_hash_sees_every_array_and_the_ending(traces: dict[str, Trace]) -> None:
-    trace = traces["events"]
+    trace = simulate(rough(traces["events"].start), collisions=300)
     events, stop = trace.events, trace.stop
     assert events is not None
     others = [
@@ -116,7 +117,7 @@ def test_content_hash_sees_every_array_and_the_ending(traces: dict[str, Trace]) 
         replace(trace, wall_events=trace.wall_events + 1),
         replace(trace, pair_events=trace.pair_events + 1),
     ]
-    for name in ("time", "i", "j", "impulse"):
+    for name in ("time", "i", "j", "impulse", "tangential"):
         column = getattr(events, name).copy()
         column.view(np.uint8)[-1] ^= 1
         others.append(replace(trace, events=replace(events, **{name: column})))
@@ -132,6 +133,11 @@ def test_content_hash_sees_every_array_and_the_ending(traces: dict[str, Trace]) 
                 continue
             if field.name == "wall_key":
                 others.append(replace(trace, **{end: replace(scene, wall_key=0)}))
+                continue
+            if field.name == "surface":
+                for name in Surface._fields:
+                    surface = scene.surface._replace(**{name: 0.7})
+                    others.append(replace(trace, **{end: replace(scene, surface=surface)}))
                 continue
             values = np.array(getattr(scene, field.name), dtype=np.float64)
             values.reshape(-1).view(np.uint8)[-8] ^= 1
