@@ -26,9 +26,9 @@ function bitsOf(values) {
 }
 
 function startOfScene(scene, config) {
-  const { positions, velocities, radii, masses, container, wallKey } = scene;
+  const { positions, velocities, radii, masses, container, wallKey, spins = [] } = scene;
   return JSON.stringify({
-    bits: bitsOf([...positions, ...velocities, ...radii, ...masses, ...container.size]),
+    bits: bitsOf([...positions, ...velocities, ...radii, ...masses, ...container.size, ...spins]),
     key: wallKey === null ? null : String(wallKey),
     config: configOfStart(config, scene), given: scene.isGiven,
   });

@@ -222,6 +222,7 @@ function tableRow(config, results, scene = startingScene(config, 0)) {
     cor: config.cor, wallCor: law.cor ?? null, container: scene.container,
     packing: packingOf(scene), seed: config.seed,
     wallTemperature: law.temperature ?? null, wallSpeed: law.speed ?? null,
+    ...Object.fromEntries(Object.keys(SURFACE_NAMES).map((key) => [`surface_${key}`, scene.surface?.[key] ?? null])),
     ...Object.fromEntries(SIDES.flatMap((side) => [
       [`${side}Temperature`, law[side]?.temperature ?? null], [`${side}Speed`, law[side]?.speed ?? null],
     ])),

@@ -60,7 +60,8 @@ MEASURING = ("theory.js", "measurements.js")
 SHOWING = ("gas.js", "yaml.js", "charts.js", "table.js", "controls.js", "link.js", "live.js")
 
 CONTROLS = (
-    *("cor", "wall-cor", "rings", "count", "radius", "mass", "speed", "packing"),
+    *("cor", "wall-cor", "tangential-cor", "friction", "wall-tangential-cor", "wall-friction"),
+    *("rings", "count", "radius", "mass", "speed", "packing"),
     *("container-radius", "container-width", "container-mass"),
     *("wall", "wall-speed", "wall-temperature"),
 )

@@ -53,6 +53,11 @@ function collisionRules(config) {
   };
 }
 
+const SURFACE_NAMES = {
+  cor: phrase`tangential CoR of balls`, friction: phrase`friction of balls`,
+  wall_cor: phrase`tangential CoR of the wall`, wall_friction: phrase`friction of the wall`,
+};
+
 /** What rough balls do along the tangent, see ``Surface`` of laws.py; null for smooth ones.
  *
  * A friction of null has no limit.

@@ -1,4 +1,4 @@
-// The container, the balls coloured by speed, and the flashes of contacts.
+// The container, the balls coloured by speed, marks on those that turn, and the flashes of contacts.
 "use strict";
 
 const FLASH = 0.3; // s of playing
@@ -106,7 +106,7 @@ class Arena {
     pen.strokeStyle = RIM;
     for (let ball = 0; ball < gas.number; ball++) {
       let [px, py] = gas.place(ball, time);
-      const r = gas.radii[ball];
+      const r = gas.radii[ball], turned = gas.scene.surface ? gas.simulation.angleOf(ball, time) : null;
       const part = Math.min(gas.speed(ball) / topSpeed, 1) || 0;
       pen.fillStyle = this.colours?.[ball] ?? this.shades[Math.round(part * (SHADES - 1))];
       let across = [0], along = [0];
@@ -121,6 +121,10 @@ class Arena {
           pen.beginPath();
           pen.arc(x(px + dx), y(py + dy), Math.max(r * scale - 0.5, SMALLEST), 0, 2 * Math.PI);
           pen.fill();
+          if (turned !== null) { // a mark on a ball that turns
+            pen.moveTo(x(px + dx), y(py + dy));
+            pen.lineTo(x(px + dx + r * Math.cos(turned)), y(py + dy + r * Math.sin(turned)));
+          }
           pen.stroke();
           this.drawn.push([ball, x(px + dx), y(py + dy), r * scale]);
         }

@@ -169,6 +169,26 @@ CONTROLLED: dict[str, dict[str, Any]] = {
         "balls": [{"position": [0.0, 0.0], "velocity": [0.0, 0.0], "radius": 2.0}, SPECIES[0]],
     },
     "periodic": {"container": CHANNEL | {"shape": "periodic"}, "balls": SPECIES},
+    "rough": {
+        "container": {"radius": 10.0},
+        "balls": SPECIES,
+        "tangential_cor": 0.5,
+        "friction": 0.3,
+        "wall_friction": 0.8,
+    },
+    "rough beside a warm wall": {
+        "container": CHANNEL | {"shape": "box"},
+        "balls": SPECIES,
+        "tangential_cor": 0.5,
+        "wall_temperature": {"left": 20.0, "right": 80.0},
+    },
+    "rough, slide": {
+        "container": {"radius": 10.0},
+        "balls": SPECIES[0],
+        "tangential_cor": 0.5,
+        "wall_tangential_cor": -1,
+        "collapse": "slide",
+    },
 }
 
 USED = """
