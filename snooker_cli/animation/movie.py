@@ -29,6 +29,7 @@ with out_of_sight("matplotlibrc"):
     from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
     from matplotlib.figure import Figure
     from matplotlib.patches import Polygon
+    from matplotlib.patheffects import withStroke
 
 Floats: TypeAlias = NDArray[np.float64]
 Pixels: TypeAlias = NDArray[np.uint8]
@@ -223,7 +224,10 @@ class Screen:
         if container.period is not None:
             look = {"edgecolor": SOFT, "linewidth": 0.8, "linestyle": (0, (4, 3))}
         self.balls = self._moves(axes.scatter([], [], edgecolors=[RIM], linewidths=0.5))
-        self.marks = self._moves(LineCollection([], colors=[RIM], linewidths=0.8))
+        edge = [withStroke(linewidth=2.2, foreground=RIM)]  # so that each colour of balls shows it
+        self.marks = self._moves(
+            LineCollection([], colors="white", path_effects=edge, linewidths=1)
+        )
         axes.add_collection(self.marks)
         self.wall = self._moves(Polygon(container.outline, facecolor="none", **look))
         axes.add_patch(self.wall)

@@ -135,6 +135,25 @@ def test_sums_are_those_of_the_events(engine):
     assert answer == pytest.approx(expected, rel=1e-12, abs=1e-9)
 
 
+def test_a_ball_that_slides_after_a_trap_keeps_its_spin_and_angle(engine):
+    scene = scene_of(rough(test_bits.trapped(), SMOOTH_WALL))
+    reason, before, after, turned = engine.answer(f"""
+(() => {{
+  const simulation = new Simulation({scene}, {{}}), {{ number }} = simulation;
+  const spinsAndAngles = (time) => Array.from({{ length: number }}, (_, ball) =>
+    [simulation.spins[ball], simulation.angleOf(ball, time)]);
+  for (let call = 0; call < 1000 && !simulation.stop; call += 1) simulation.advance(100);
+  const {{ reason }} = simulation.stop, {{ time }} = simulation, before = spinsAndAngles(time);
+  simulation.continueWith({{ slides: true }});
+  const after = spinsAndAngles(time);
+  simulation.advance(100);
+  return JSON.stringify([reason, before, after, spinsAndAngles(simulation.time)]);
+}})()""")
+    assert reason == "wall_trap"
+    assert after == before
+    assert turned != before
+
+
 def test_laws_may_change_while_a_ball_settles(engine):
     """It bounces on, but now loses no energy and does not slide; a wall may become thermal, too."""
     scene = scene_of(replace(report_scene(1, radius=0.1, cor=0.8), slides=True))
