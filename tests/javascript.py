@@ -26,9 +26,9 @@ function bitsOf(values) {
 }
 
 function startOfScene(scene, config) {
-  const { positions, velocities, radii, masses, container, wallKey } = scene;
+  const { positions, velocities, radii, masses, container, wallKey, spins = [] } = scene;
   return JSON.stringify({
-    bits: bitsOf([...positions, ...velocities, ...radii, ...masses, ...container.size]),
+    bits: bitsOf([...positions, ...velocities, ...radii, ...masses, ...container.size, ...spins]),
     key: wallKey === null ? null : String(wallKey),
     config: configOfStart(config, scene), given: scene.isGiven,
   });
@@ -62,6 +62,7 @@ function simulated(scene, limits) {
   for (let i = 0; i <= number; i += 1) {
     numbers.push(...simulation.positionOf(i, stop.time), ...simulation.velocityOf(i, stop.time));
   }
+  if (scene.surface) numbers.push(...simulation.spins);
   return JSON.stringify({
     stop, events: simulation.wallEvents + simulation.pairEvents, hash: simulation.eventHash(),
     hashes: simulation.hashes, bits: bitsOf(numbers), wall: simulation.wallEvents,
@@ -126,6 +127,6 @@ def answer_of(trace: Trace) -> dict[str, Any]:
         "events": trace.collisions,
         "hash": hashes[-1][1],
         "hashes": [[k, text] for k, text in hashes if k >= 1000 and math.log10(k) % 1 == 0],
-        "bits": bits_of(rows, container),
+        "bits": bits_of(rows, container, [] if finish.spins is None else finish.spins),
         "wall": trace.wall_events,
     }

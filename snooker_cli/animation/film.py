@@ -11,7 +11,8 @@ from snooker_cli.analysis.time_series import series
 from snooker_cli.engine import replay, replayed, simulate
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import printable
-from snooker_cli.trace import CONTAINER, SLIDE, Trace
+from snooker_cli.scene import Scene
+from snooker_cli.trace import CONTAINER, SLIDE, Events, Trace
 
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int32]
@@ -189,6 +190,20 @@ def with_events(trace: Trace, since: float, most: int) -> Trace:
         needed = f"needs {number:,} collisions simulated again, {MOST_AGAIN:,} at most"
         raise FigureError(f"is a summary, and the film {needed}; choose an earlier --from")
     return replace(trace, events=simulate(trace.start, collisions=number).events)
+
+
+def turned_by(events: Events, scene: Scene) -> Floats:
+    """(*N*,) what the angles of rough balls have after events, beside spin times time, rad.
+
+    An impulse J at the time t changes a spin by −J/(q m r), and so the angle ∫ω dt is
+    ωt + Σ J t/(q m r), exactly.
+    """
+    assert events.tangential is not None
+    assert scene.surface is not None
+    given, at_ball = events.tangential * events.time, events.j >= 0
+    turned = np.bincount(events.i, given, scene.number)
+    turned += np.bincount(events.j[at_ball], given[at_ball], scene.number)
+    return turned / (scene.surface.inertia * scene.masses * scene.radii)
 
 
 def _at_collisions(

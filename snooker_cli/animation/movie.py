@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from snooker_cli.animation.film import BATCH, Film, Pace
+from snooker_cli.animation.film import BATCH, Film, Pace, turned_by
 from snooker_cli.engine import replayed
 from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
@@ -29,6 +29,7 @@ with out_of_sight("matplotlibrc"):
     from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
     from matplotlib.figure import Figure
     from matplotlib.patches import Polygon
+    from matplotlib.patheffects import withStroke
 
 Floats: TypeAlias = NDArray[np.float64]
 Pixels: TypeAlias = NDArray[np.uint8]
@@ -67,6 +68,7 @@ class Frame:
     container : (2,) m, its centre
     flashes, ages : the collisions that flash, at most ``MOST_FLASHES``; 0 at the contact, 1 in
         the end
+    angles : (*N*,) rad, by which rough balls have turned since the repeat's start; or ``None``
     """
 
     time: float
@@ -76,6 +78,7 @@ class Frame:
     container: Floats
     flashes: NDArray[np.intp]
     ages: Floats
+    angles: Floats | None = None
 
 
 def frames(film: Film, pace: Pace, count: int, seconds: float) -> Iterator[Frame]:
@@ -97,8 +100,14 @@ def frames(film: Film, pace: Pace, count: int, seconds: float) -> Iterator[Frame
     recent = np.searchsorted(hit, shown - flash, side="right")
     batches = replayed(film.trace, times, BATCH)
     rows = ((states, row) for states in batches for row in range(len(states.time)))
+    events, counted, turned, angles = film.trace.events, 0, np.zeros(1), None
+    assert events is not None
     for frame, (states, row) in enumerate(rows):
         done = collisions[frame]
+        if states.spins is not None:
+            now = film.before + int(done)
+            turned = turned + turned_by(events[counted:now], film.trace.start)
+            angles, counted = states.spins[row] * times[frame] + turned, now
         flashes = np.arange(max(min(recent[frame], done), done - MOST_FLASHES), done)
         yield Frame(
             time=float(times[frame]),
@@ -108,6 +117,7 @@ def frames(film: Film, pace: Pace, count: int, seconds: float) -> Iterator[Frame
             container=states.container_positions[row],
             flashes=flashes,
             ages=np.clip((shown[frame] - hit[flashes]) / flash, 0.0, 1.0),
+            angles=angles,
         )
 
 
@@ -150,6 +160,10 @@ class Screen:
         which, places = _seen(frame.positions - origin, scene.radii, centre, scene.container.period)
         colours = self.colours(self.scale(frame.speeds[which]))
         self._place(self.balls, places, scene.radii[which], facecolors=colours)
+        if frame.angles is not None:
+            turned = frame.angles[which]
+            lines = scene.radii[which] * np.array([np.cos(turned), np.sin(turned)])
+            self.marks.set_segments(np.stack([places, places + lines.T], axis=1))
         # Rings of recent contacts, wider and fainter with age.
         reach = scene.radii[film.i[frame.flashes]]
         rings = np.repeat(to_rgba_array(GREEN), len(reach), axis=0)
@@ -210,6 +224,11 @@ class Screen:
         if container.period is not None:
             look = {"edgecolor": SOFT, "linewidth": 0.8, "linestyle": (0, (4, 3))}
         self.balls = self._moves(axes.scatter([], [], edgecolors=[RIM], linewidths=0.5))
+        edge = [withStroke(linewidth=2.2, foreground=RIM)]  # so that each colour of balls shows it
+        self.marks = self._moves(
+            LineCollection([], colors="white", path_effects=edge, linewidths=1)
+        )
+        axes.add_collection(self.marks)
         self.wall = self._moves(Polygon(container.outline, facecolor="none", **look))
         axes.add_patch(self.wall)
         lines: dict[str, Any] = {"colors": INK, "linewidths": 1.4 * (container.period is not None)}
@@ -219,6 +238,7 @@ class Screen:
         self.flashes = self._moves(axes.scatter([], [], **rings))
         if container.period is not None:
             self.balls.set_clip_path(self.wall)
+            self.marks.set_clip_path(self.wall)
 
     def _add_panels(self) -> None:
         film = self.film

@@ -16,6 +16,7 @@ from snooker_cli.engine.everyone import Everyone
 from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Recorded, State, U, V, X, Y
 from snooker_cli.engine.sliding import SlidingCircle, bounces_to_come
+from snooker_cli.engine.surfaces import Rough, twice_spin_energy
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE
 
@@ -29,16 +30,16 @@ SEARCHES = 20_000
 # before which there is no other, s. Of ``trap``: how long all bounces last, s; their impulse.
 REASON, EVENTS_DONE, REACHED, LASTS, GIVEN, ANSWERS = range(6)
 
-# Columns of ``Followed.sums``: energy of the balls and of a free container, J; the impulse on the
-# wall, kg m/s, and the virial, kg m^2/s, since the start.
-ENERGY, CONTAINER_ENERGY, WALL_IMPULSE, PAIR_VIRIAL, FOLLOWED_SUMS = range(5)
+# Columns of ``Followed.sums``: energy of the balls' motion, of their spins, and of a free
+# container, J; the impulse on the wall, kg m/s, and the virial, kg m^2/s, since the start.
+ENERGY, SPIN_ENERGY, CONTAINER_ENERGY, WALL_IMPULSE, PAIR_VIRIAL, FOLLOWED_SUMS = range(6)
 
 
 class Followed(NamedTuple):
     """The events of a call, a row for each.
 
     time : s, since the start of the repeat
-    i, j, impulse : as in ``Recorded``
+    i, j, impulse, tangential : as in ``Recorded``
     sums : (EVENTS, FOLLOWED_SUMS), after the event
     places : (EVENTS, 4), of ball i, and of ball j or the centre of the container, m
     """
@@ -47,6 +48,7 @@ class Followed(NamedTuple):
     i: Indices
     j: Indices
     impulse: Floats
+    tangential: Floats
     sums: Floats
     places: Floats
 
@@ -54,6 +56,8 @@ class Followed(NamedTuple):
 class Page(NamedTuple):
     """All that the kernels of the page read and write.
 
+    turned : (*N*,), rad: up to a time t after the last event, a ball with the spin w has turned by
+        w t + turned
     flights : (*N* + 1, 4), place (m) and velocity (m/s) of each ball and of the container
     answers : (ANSWERS,)
     limit : the most events of a call of ``follow``, up to EVENTS
@@ -63,6 +67,7 @@ class Page(NamedTuple):
     state: State
     search: Everyone
     followed: Followed
+    turned: Floats
     flights: Floats
     answers: Floats
     limit: int
@@ -102,7 +107,8 @@ def _boundary(name: str, number: int) -> Any:
 def example(boundary: str, number: int) -> Page:
     """A page with arrays and numbers of the types and shapes of all pages with this boundary.
 
-    One module has all sizes of balls and all laws, so that there are few.
+    One module has all sizes of balls, all laws, and rough balls, so that there are few. Smooth
+    balls have no friction.
     """
     state = State(
         setup=ks.Setup(np.zeros((restitution.LAWS, restitution.COLUMNS)), 0.0, 0.0, True, 1.0),
@@ -110,7 +116,7 @@ def example(boundary: str, number: int) -> Page:
         history=np.zeros((ks.HISTORY_ROWS, number), dtype=np.int32),
         boundary=_boundary(boundary, number),
         sizes=ks.UnequalBalls(np.zeros(number), np.zeros(number)),
-        surface=None,
+        surface=Rough(0.5, -1.0, 0.0, -1.0, 0.0, np.zeros(number), np.zeros(1)),
         labels=np.zeros(0, dtype=np.int32),
         sums=np.zeros(ks.SUMS),
         counts=np.zeros(ks.COUNTS + 1, dtype=np.int64),
@@ -119,11 +125,11 @@ def example(boundary: str, number: int) -> Page:
     )
     search = everyone.new_search(1, number).of_repeat(0)
     first, second = np.zeros((2, EVENTS), dtype=np.int32)
-    times, impulses = np.zeros((2, EVENTS))
+    times, impulses, tangential = np.zeros((3, EVENTS))
     sums, places = np.zeros((EVENTS, FOLLOWED_SUMS)), np.zeros((EVENTS, 4))
-    followed = Followed(times, first, second, impulses, sums, places)
+    followed = Followed(times, first, second, impulses, tangential, sums, places)
     flights, answers = np.zeros((number + 1, 4)), np.zeros(ANSWERS)
-    return Page(state, search, followed, flights, answers, 0, 0.0)
+    return Page(state, search, followed, np.zeros(number), flights, answers, 0, 0.0)
 
 
 # What they do
@@ -143,15 +149,41 @@ def gained(account: Floats) -> float:
 
 
 @inlined
-def write_row(row: int, energy: float, followed: Followed, state: State) -> None:
+def spin_energy(state: State) -> float:
+    """The energy of all spins, J."""
+    total = 0.0
+    for k in range(state.balls.shape[1]):
+        total += 0.5 * ks.mass_of(state.sizes, k) * twice_spin_energy(state.surface, k, state)
+    return total
+
+
+@inlined
+def note_turn(row: int, page: Page) -> float:
+    """Note in ``turned`` that an event has changed spins; what they gained by it, J.
+
+    A ball turns by the sum of its changes of spin, each times the time since then.
+    """
+    followed, surface, gained = page.followed, page.state.surface, 0.0
+    if followed.tangential[row] == 0.0:
+        return gained
+    for ball in (followed.i[row], followed.j[row]):
+        if ball >= 0:
+            r, m = ks.radius_of(page.state.sizes, ball), ks.mass_of(page.state.sizes, ball)
+            lost = followed.tangential[row] / (surface.inertia * m * r)
+            page.turned[ball] += lost * followed.time[row]
+            gained -= 0.5 * followed.tangential[row] * r * (2.0 * surface.spins[ball] + lost)
+    return gained
+
+
+@inlined
+def write_row(row: int, energy: float, spinning: float, followed: Followed, state: State) -> None:
     """Complete the row of the event that has just happened."""
     i, j, time = followed.i[row], followed.j[row], state.sums[ks.NOW]
     x, y, _, _ = ks.container_flight(state.boundary, time)
     if j >= 0:
         x, y = state.balls[X, j], state.balls[Y, j]
     sums, places = followed.sums, followed.places
-    followed.time[row] = state.sums[ks.EPOCH] + time
-    sums[row, ENERGY] = energy
+    sums[row, ENERGY], sums[row, SPIN_ENERGY] = energy, spinning
     sums[row, CONTAINER_ENERGY] = sampling.energy(state.boundary)
     sums[row, WALL_IMPULSE] = state.sums[ks.WALL_IMPULSE] + state.sums[ks.WALL_IMPULSE_REST]
     sums[row, PAIR_VIRIAL] = state.sums[ks.PAIR_VIRIAL] + state.sums[ks.PAIR_VIRIAL_REST]
@@ -175,7 +207,7 @@ def follow(page: Page) -> None:
     """
     state, search, followed = page.state, page.search, page.followed
     number, sums, answers = state.balls.shape[1], state.sums, page.answers
-    energy, account, reason, done = 0.0, state.account, clock.FULL, 0
+    energy, spinning, account, reason, done = 0.0, 0.0, state.account, clock.FULL, 0
     answers[REACHED] = page.until
     while done < page.limit and reason == clock.FULL:
         record = Recorded(
@@ -183,7 +215,7 @@ def follow(page: Page) -> None:
             followed.i[done:],
             followed.j[done:],
             followed.impulse[done:],
-            followed.impulse[:0],
+            followed.tangential[done:],
         )
         before = events_of(state)
         until = min(page.until - sums[ks.EPOCH], sums[ks.TIME_LIMIT])
@@ -199,9 +231,12 @@ def follow(page: Page) -> None:
             break
         # Over more collisions the energy may fall by orders of magnitude, and the account would not
         # be exact enough. It leaves out what a ball loses until it slides.
+        followed.time[done] = sums[ks.EPOCH] + sums[ks.NOW]
+        spinning += note_turn(done, page)
         if done % number == 0 or followed.j[done] == SLIDE:
-            energy, account[:] = sampling.totals(state)[0], 0.0
-        write_row(done, energy + gained(account), followed, state)
+            spinning, account[:] = spin_energy(state), 0.0
+            energy = sampling.totals(state)[0] + spinning
+        write_row(done, energy + gained(account) - spinning, spinning, followed, state)
         done += 1
         if events_of(state) % clock.length(number) == 0:
             begin_epoch(state, search)

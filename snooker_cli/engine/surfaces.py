@@ -12,7 +12,7 @@ from snooker_cli.engine.kernel_state import Floats, Recorded, State
 from snooker_cli.engine.restitution import ENDLESS
 
 LAST = 0
-"""The element of ``Rough.given``: the tangential impulse of the last event, kg m/s."""
+"""Of ``Rough.given``: the tangential impulse of an event until it is recorded, kg m/s."""
 
 
 @by_class
@@ -69,16 +69,8 @@ def rub_free_wall(
 
 
 @by_class
-def forget(surface: Any) -> None:
-    """Note that an event has no tangential impulse, unless it has one.
-
-    Of ``Rough``.
-    """
-
-
-@by_class
 def record_rub(surface: Any, recorded: Recorded, row: int) -> None:
-    """Write the tangential impulse of the last event into a row of the record.
+    """Write the tangential impulse of the event into a row of the record.
 
     Of ``Rough``.
     """
@@ -182,6 +174,8 @@ class Rough(NamedTuple):
     def rub_pair(
         self, i: int, j: int, x: float, y: float, u: float, v: float, normal: float, state: State
     ) -> None:
+        if self.friction == 0.0:
+            return  # all bits stay, as smooth scenes of a page need it
         balls, sizes, length = state.balls, state.sizes, math.sqrt(x * x + y * y)
         a, b = ks.label_of(i, state.labels), ks.label_of(j, state.labels)
         r, s = ks.radius_of(sizes, i), ks.radius_of(sizes, j)
@@ -219,11 +213,9 @@ class Rough(NamedTuple):
         motion[ks.U] += along_x / wall
         motion[ks.V] += along_y / wall
 
-    def forget(self) -> None:
-        self.given[LAST] = 0.0
-
     def record_rub(self, recorded: Recorded, row: int) -> None:
         recorded.tangential[row] = self.given[LAST]
+        self.given[LAST] = 0.0  # the next event may rub nothing
 
     def show_spin(self, i: int, column: Floats) -> None:
         column[4] = self.spins[i]
@@ -262,6 +254,8 @@ def rub(
     state: State,
 ) -> tuple[float, float]:
     """Rub ball i on a wall with a mass (kg) towards (x, y); the impulse on the wall, kg m/s."""
+    if surface.wall_friction == 0.0:
+        return 0.0, 0.0
     balls, length = state.balls, math.sqrt(x * x + y * y)
     a, r, m = ks.label_of(i, state.labels), ks.radius_of(state.sizes, i), ks.mass_of(state.sizes, i)
     slip = (x * v - y * u) / length + r * surface.spins[a]

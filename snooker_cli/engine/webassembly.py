@@ -188,7 +188,8 @@ def description() -> dict[str, Any]:
             ),
             "followed": constants_of(
                 page_kernels,
-                *("ENERGY", "CONTAINER_ENERGY", "WALL_IMPULSE", "PAIR_VIRIAL", "FOLLOWED_SUMS"),
+                *("ENERGY", "SPIN_ENERGY", "CONTAINER_ENERGY"),
+                *("WALL_IMPULSE", "PAIR_VIRIAL", "FOLLOWED_SUMS"),
             ),
             "SETTLES": SETTLES,
             "NO_PARTNER": ks.NO_PARTNER,

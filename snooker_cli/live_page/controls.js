@@ -46,7 +46,7 @@ function controlsOf(config) {
     fits: (now) => isBySide(now[key]) && Boolean(now[key][side]),
     ...keyOf((now) => now[key])(side),
   })));
-  return [...CORS, ...species, ...CONTROLS, ...sides].filter(({ fits }) => fits(config));
+  return [...CORS, ...SURFACES, ...species, ...CONTROLS, ...sides].filter(({ fits }) => fits(config));
 }
 
 // The controls of one of several species.
@@ -78,6 +78,9 @@ const WALLS = [
     help: phrase`Temperature of the wall, J: twice as high a temperature gives balls twice the energy.` },
 ];
 
+const OF_WALL = ["wall_cor", "wall_tangential_cor", "wall_friction"];
+const hasRoughWall = (config) => hasWalls(config.container) && rebounds(config) && config.collapse !== "slide";
+
 // A control has a label, a unit, a sentence, `low` and `high`, `step` or `log`, `live` if it changes
 // a gas that runs. `read` and `write` know the config, `fits` says whether a config has it.
 const CORS = [
@@ -94,6 +97,20 @@ const CORS = [
     fits: (config) => hasWalls(config.container) && rebounds(config), read: (config) => config.wall_cor ?? config.cor,
     write: setWallCor },
 ];
+
+// Of rough balls. Some have an end for no value: a friction without a limit, or a wall that is as balls are.
+const SURFACES = [
+  ["tangential_cor", "cor", -1, "",
+    phrase`Tangential restitution of balls: at −1 they are smooth, at 0 they roll off each other, at 1 the slip turns round.`],
+  ["friction", "friction", 0, phrase`unlimited`,
+    phrase`The impulse along the surface of a ball is at most this much of that across; at the right end it has no limit.`],
+  ["wall_tangential_cor", "wall_cor", -1, phrase`same`, phrase`The same at the wall; at the right end it is that of balls.`],
+  ["wall_friction", "wall_friction", 0, phrase`same`, phrase`The same at the wall; at the right end it is that of balls.`],
+].map(([key, name, low, none, help]) => ({
+  id: key.replaceAll("_", "-"), label: SURFACE_NAMES[name], low, high: 1, step: 0.01, live: true, none, help,
+  fits: (config) => surfaceOf(config) !== null && (!OF_WALL.includes(key) || hasRoughWall(config)),
+  ...ofConfig(key), read: (config) => config[key] ?? (none ? null : low),
+}));
 
 const CONTROLS = [
   { id: "packing", label: phrase`packing`, low: 0.01, high: 0.75, step: 0.01,
@@ -138,13 +155,13 @@ function setWallCor(config, value, own) {
 // Another type of wall: as in the scene's own config if it has this type, else with values that suit the
 // gas. Sides that differ begin with a hot one on the left and a cold one on the right. The container is then fixed.
 function setWall(config, type, own) {
-  const isOwn = type === wallType(own), wallCor = rebounds(config) ? config.wall_cor : own.wall_cor;
+  const isOwn = type === wallType(own), kept = OF_WALL.map((key) => [key, (rebounds(config) ? config : own)[key]]);
   const { speed, mass = 1 } = speciesOf(config)[0] ?? {}, usual = speed || 10, energy = (mass * usual * usual) / 2;
   const temperatures = { warm: energy, sides: { left: 2 * energy, right: energy / 2 } };
   const made = { wall_speed: type === "driven" ? usual / 10 : null, wall_temperature: temperatures[type] ?? null };
   const { wall_speed, wall_temperature, wall_cor_speed = null } = isOwn ? own : made;
   Object.assign(config, { wall_speed, wall_temperature, wall_cor_speed });
-  config.wall_cor = rebounds(config) ? wallCor : null;
+  for (const [key, value] of kept) config[key] = rebounds(config) ? value : null;
   if (type !== "passive") config.container.mass = null;
   if (own.collapse === "slide" && !config.collapse.tc) config.collapse = type === "passive" ? "slide" : "stop";
 }

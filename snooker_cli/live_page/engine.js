@@ -88,6 +88,8 @@ function lawRow({ word, cor, corSpeed, speed, temperature, row: stored }) {
   return row;
 }
 
+const SMOOTH = { inertia: 0.5, cor: -1, friction: 0, wall_cor: -1, wall_friction: 0 };
+
 const isFree = ({ containerMass }) => containerMass < Infinity;
 
 /** The name of the boundary of a scene. */
@@ -100,7 +102,8 @@ function boundaryOf(scene) {
 
 /** Write what collisions do in a scene. */
 function writeSetup(scene, parts) {
-  const { pairLaw, wallLaw, contactDuration, elasticBelow, masses } = scene;
+  const { pairLaw, wallLaw, contactDuration, elasticBelow, masses, surface } = scene;
+  for (const [name, value] of Object.entries(surface ?? SMOOTH)) parts[`state.surface.${name}`][0] = value ?? Infinity;
   const walls = SIDES.map((side) => wallLaw[side] ?? wallLaw);
   [pairLaw, ...walls].forEach((law, row) => parts["state.setup.laws"].set(lawRow(law), row * LAW.COLUMNS));
   const noRule = !contactDuration && elasticBelow === 0, passive = !givesEnergy(wallLaw);
@@ -118,7 +121,7 @@ const givesEnergy = (law) => lawsOfWall(law).some(({ word }) => word === "therma
 
 /** Write a scene at its start. */
 function writeScene(scene, timeLimit, parts) {
-  const { positions, velocities, radii, masses, container, containerMass } = scene;
+  const { positions, velocities, spins, radii, masses, container, containerMass } = scene;
   const number = radii.length, [width, height] = container.size, balls = parts["state.balls"];
   for (let k = 0; k < number; k += 1) {
     balls[BALL.X * number + k] = positions[2 * k];
@@ -129,6 +132,7 @@ function writeScene(scene, timeLimit, parts) {
   }
   parts["state.sizes.radii"].set(radii);
   parts["state.sizes.masses"].set(masses);
+  parts["state.surface.spins"].set(spins ?? []);
   parts["state.history"].fill(NO_PARTNER, HISTORY.FORMER * number);
   parts["search.times"].fill(Infinity);
   const counts = parts["state.counts"];
@@ -186,6 +190,8 @@ class Simulation {
     this.counts = parts["state.counts"];
     this.balls = parts["state.balls"];
     this.motions = parts["state.boundary.motions"]; // absent where no ball slides
+    this.spins = parts["state.surface.spins"]; // rad/s
+    this.turned = parts.turned;
     this.flights = parts.flights;
     this.eventTime = parts["followed.time"];
     this.eventI = parts["followed.i"];
@@ -241,7 +247,7 @@ class Simulation {
    * With them, a ball that bounces infinitely often may do so no more: it flies again. The impulse
    * of its bounces since the last event counts as nothing.
    */
-  setLaws(pairLaw, wallLaw) {
+  setLaws(pairLaw, wallLaw, surface = this.scene.surface) {
     const { number, balls, parts, motions, sums } = this;
     motions?.forEach((motion, ball) => {
       if (motion !== BigInt(SETTLES)) return;
@@ -251,7 +257,7 @@ class Simulation {
       motions[ball] = 0n;
       parts["search.begun"][0] = 0; // all predictions are made anew
     });
-    Object.assign(this.scene, { pairLaw, wallLaw });
+    Object.assign(this.scene, { pairLaw, wallLaw, surface });
     writeSetup(this.scene, this.parts);
   }
 
@@ -274,7 +280,7 @@ class Simulation {
    * rules : fields of the scene that differ from now on, such as ``slides``; null for none
    */
   continueWith(rules = null) {
-    const { number, time, sums, counts } = this;
+    const { number, time, sums, counts, spins, turned } = this;
     this.stop = null;
     this.timeLimit = sums[SUMS.TIME_LIMIT] = Infinity;
     if (rules === null) return;
@@ -289,6 +295,8 @@ class Simulation {
     this.begin(Infinity);
     this.sums.set(sums);
     this.counts.set(counts);
+    this.spins.set(spins);
+    this.turned.set(turned);
     this.sums[SUMS.CONTACT_LASTS] = 0;
     this.sums[SUMS.STILL_SINCE] = sums[SUMS.NOW];
     this.counts[COUNTS.STALLED] = 0n;
@@ -318,6 +326,11 @@ class Simulation {
   velocityOf(i, time = this.time) {
     this.show(time);
     return [this.flights[4 * i + BALL.U], this.flights[4 * i + BALL.V]];
+  }
+
+  /** By how much ball i has turned to the left since the start, rad. */
+  angleOf(i, time) {
+    return this.spins[i] * time + this.turned[i];
   }
 
   /** Whether the way of a ball is curved, or bounces along the wall. */
@@ -354,9 +367,20 @@ class Simulation {
     return sum;
   }
 
-  /** Kinetic energy of the balls, J. */
+  /** Kinetic energy of the balls, without that of their spins, J. */
   kineticEnergy() {
     return this.sumOf((m, x, y, u, v) => 0.5 * m * (u * u + v * v), 0, this.number);
+  }
+
+  /** The sum over balls of their moments of inertia, kg m^2, times a function of the spin, rad/s. */
+  spinSum(value) {
+    const { spins, scene: { radii, masses, surface } } = this;
+    return surface ? spins.reduce((sum, w, k) => sum + surface.inertia * masses[k] * radii[k] ** 2 * value(w), 0) : 0;
+  }
+
+  /** Energy of the spins of the balls, J. */
+  spinEnergy() {
+    return this.spinSum((w) => 0.5 * w * w);
   }
 
   /** Kinetic energy of a free container, J. */
@@ -369,9 +393,9 @@ class Simulation {
     return [this.sumOf((m, x, y, u) => m * u), this.sumOf((m, x, y, u, v) => m * v)];
   }
 
-  /** Angular momentum of balls and free container about the origin, kg m^2/s. */
+  /** Angular momentum of balls, with their spins, and free container about the origin, kg m^2/s. */
   angularMomentum() {
-    return this.sumOf((m, x, y, u, v) => m * (x * v - y * u));
+    return this.sumOf((m, x, y, u, v) => m * (x * v - y * u)) + this.spinSum((w) => w);
   }
 
   /** SHA-256 of all events so far, in hexadecimal: time, i, j, impulse of each, little-endian. */

@@ -344,8 +344,8 @@ class Gas {
   // Other laws of collision from now on.
   setLaws(config) {
     this.config = config;
-    const { pairLaw, wallLaw } = collisionRules(config);
-    this.simulation.setLaws(pairLaw, wallLaw);
+    const { pairLaw, wallLaw, surface } = collisionRules(config);
+    this.simulation.setLaws(pairLaw, wallLaw, surface);
     this.changed = true;
     this.forgetMeans();
     this.forgetMoments();
@@ -362,11 +362,12 @@ class Gas {
   // How a gas that ended can go on: not at all, `on`, with `slide`, or from its start with `tc`. After a
   // collapse the balls that touch have velocities that differ by roundings, and go on for ever.
   get continuation() {
-    const { reason } = this.stop ?? {}, { container, containerMass, contactDuration, wallLaw } = this.scene;
+    const { reason } = this.stop ?? {}, { container, containerMass, contactDuration, wallLaw, surface } = this.scene;
     if (reason === TIME || reason === NOTHING_LEFT) return "on";
     if ((reason !== WALL_TRAP && reason !== COLLAPSE) || contactDuration) return null;
     const fixed = container.shape === "circle" && !Number.isFinite(containerMass);
-    const slides = fixed && wallLaw.word === "constant" && wallLaw.cor <= 1 - 1e-6;
+    const isSmooth = (surface?.wall_cor ?? -1) === -1;
+    const slides = fixed && isSmooth && wallLaw.word === "constant" && wallLaw.cor <= 1 - 1e-6;
     return reason === WALL_TRAP && slides ? "slide" : "tc";
   }
 }

@@ -277,6 +277,7 @@ class LivePage extends PlayerPage {
       [phrase`momentum`]: `(${small(across, gas)}, ${small(up, gas)}) kg m/s`,
       [phrase`angular momentum`]: `${short(gas.simulation.angularMomentum())} kg m²/s`,
     };
+    if (gas.scene.surface) numbers[phrase`temperature of rotation`] = `${short((2 * gas.simulation.spinEnergy()) / gas.number)} J`;
     if (this.inTime === false) numbers[phrase`speed`] = phrase`as fast as this computer can`;
     if (!hasWalls(gas.scene.container)) delete numbers[phrase`collisions at the wall`];
     if (this.view === "beginner") for (const name of EXPERT) delete numbers[name];

@@ -11,7 +11,10 @@ const relaxing = (number, ofABall = RELAXING) => (number > 1 ? Math.ceil((ofABal
 
 const WITH_ONE_COR = ["constant", "driven", "thermal", "sides"]; // laws with one CoR at all speeds
 
-const energyKept = ({ pairLaw, wallLaw, container, positions }) => {
+const keepsSlip = (cor, friction) => cor === -1 || friction === 0 || (cor === 1 && friction === null);
+
+const energyKept = ({ pairLaw, wallLaw, container, positions, surface }) => {
+  if (surface && !(keepsSlip(surface.cor, surface.friction) && keepsSlip(surface.wall_cor, surface.wall_friction))) return false;
   const alone = positions.length === 2;
   const laws = [...(alone ? [] : [pairLaw]), ...(hasWalls(container) ? [wallLaw] : [])];
   return laws.every((law) => law.word === "constant" && law.cor === 1);
@@ -28,8 +31,8 @@ class Meter {
     this.time = simulation.time;
     this.energyTime = 0; // J s, the integral of the balls' energy
     this.wallImpulse = this.pairVirial = this.wallEvents = this.pairEvents = 0;
-    this.energy = simulation.kineticEnergy(); // of the balls, J
-    this.totalEnergy = this.energy + simulation.containerEnergy();
+    this.energy = simulation.kineticEnergy(); // of the balls without their spins, J
+    this.totalEnergy = this.energy + simulation.spinEnergy() + simulation.containerEnergy();
   }
 
   // To be called for each event of a call of the simulation's ``advance``.
@@ -40,7 +43,7 @@ class Meter {
     if (eventJ[row] < 0) this.wallEvents++;
     else this.pairEvents++;
     this.energy = eventSums[begin + FOLLOWED.ENERGY];
-    this.totalEnergy = this.energy + eventSums[begin + FOLLOWED.CONTAINER_ENERGY];
+    this.totalEnergy = this.energy + eventSums[begin + FOLLOWED.SPIN_ENERGY] + eventSums[begin + FOLLOWED.CONTAINER_ENERGY];
     this.wallImpulse = eventSums[begin + FOLLOWED.WALL_IMPULSE];
     this.pairVirial = eventSums[begin + FOLLOWED.PAIR_VIRIAL];
   }
@@ -219,12 +222,13 @@ function tableRow(config, results, scene = startingScene(config, 0)) {
     cor: config.cor, wallCor: law.cor ?? null, container: scene.container,
     packing: packingOf(scene), seed: config.seed,
     wallTemperature: law.temperature ?? null, wallSpeed: law.speed ?? null,
+    ...Object.fromEntries(Object.keys(SURFACE_NAMES).map((key) => [`surface_${key}`, scene.surface?.[key] ?? null])),
     ...Object.fromEntries(SIDES.flatMap((side) => [
       [`${side}Temperature`, law[side]?.temperature ?? null], [`${side}Speed`, law[side]?.speed ?? null],
     ])),
     containerMass: scene.containerMass, drift: driftEnergy(scene),
     hasDisks: isEqual(scene) && scene.pairLaw.word === "constant",
-    hasHaff: isEqual(scene) && hasOneCor && !isWarm(scene) && !energyKept(scene),
+    hasHaff: isEqual(scene) && hasOneCor && !scene.surface && !isWarm(scene) && !energyKept(scene),
   };
   const values = results.map((result) => ({ ...result, ...meansOf(scene, skipped, result) }));
   for (const name of MEASURED) {

@@ -4,6 +4,7 @@ import json
 import zlib
 from base64 import b64encode
 from collections.abc import Sequence, Set
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from snooker_cli.laws import (
     Constant,
     Driven,
     Sides,
+    Surface,
     Thermal,
     Viscoelastic,
     WallLaw,
@@ -58,7 +60,8 @@ MEASURING = ("theory.js", "measurements.js")
 SHOWING = ("gas.js", "yaml.js", "charts.js", "table.js", "controls.js", "link.js", "live.js")
 
 CONTROLS = (
-    *("cor", "wall-cor", "rings", "count", "radius", "mass", "speed", "packing"),
+    *("cor", "wall-cor", "tangential-cor", "friction", "wall-tangential-cor", "wall-friction"),
+    *("rings", "count", "radius", "mass", "speed", "packing"),
     *("container-radius", "container-width", "container-mass"),
     *("wall", "wall-speed", "wall-temperature"),
 )
@@ -228,7 +231,7 @@ def own_start(experiment: Experiment) -> dict[str, Any] | None:
     start = starting_scene(experiment, 0)
     if isinstance(experiment.balls, BallList) and start.wall_key is None:
         return None
-    rows = _packed(start.positions, start.velocities, start.radii)
+    rows = _packed(start.positions, start.velocities, start.radii, start.spins)
     return {"size": start.container.size, **rows, "key": _key(start)}
 
 
@@ -237,7 +240,9 @@ def stored_start(scene: Scene) -> dict[str, Any]:
     centre = np.zeros(2) if scene.free else scene.container_position
     check_shape(scene.container)
     return {
-        **_packed(scene.positions - centre, scene.velocities, scene.radii, scene.masses),
+        **_packed(
+            scene.positions - centre, scene.velocities, scene.radii, scene.masses, scene.spins
+        ),
         "key": _key(scene),
         "container": {"shape": scene.container.name, "size": scene.container.size},
         "containerMass": scene.container_mass if scene.free else None,
@@ -248,13 +253,15 @@ def stored_start(scene: Scene) -> dict[str, Any]:
         "contactDuration": scene.contact_duration,
         "elasticBelow": scene.elastic_below,
         "slides": scene.slides,
+        "surface": _surface(scene.surface),
     }
 
 
-def _packed(*columns: NDArray[np.float64]) -> dict[str, Any]:
-    """Columns of balls for ``unpacked`` of start.js: doubles in base64, and the number of balls."""
-    rows = b"".join(column.astype("<f8").tobytes() for column in columns)
-    return {"number": len(columns[0]), "rows": b64encode(rows).decode()}
+def _packed(positions: NDArray[np.float64], *columns: NDArray[np.float64] | None) -> dict[str, Any]:
+    """Columns of balls for ``unpacked`` of scene.js: doubles in base64, and the number of balls."""
+    given = [positions, *(column for column in columns if column is not None)]
+    rows = b"".join(column.astype("<f8").tobytes() for column in given)
+    return {"number": len(positions), "rows": b64encode(rows).decode()}
 
 
 def _key(scene: Scene) -> str | None:
@@ -270,6 +277,16 @@ def _law(law: WallLaw) -> dict[str, Any]:
     if "cor_speed" in numbers:
         numbers["corSpeed"] = numbers.pop("cor_speed")
     return {"word": word_of(law), "row": law_rows(law, law)[PAIR].tolist()} | numbers
+
+
+def _surface(surface: Surface | None) -> dict[str, float | None] | None:
+    """A surface as ``surfaceOf`` of scene.js has it: a friction without a limit is ``None``."""
+    if surface is None:
+        return None
+    numbers = surface._asdict().items()
+    return {
+        key.replace("tangential_", ""): number if number < inf else None for key, number in numbers
+    }
 
 
 def _boundaries(scenes: list[dict[str, Any]]) -> set[str]:

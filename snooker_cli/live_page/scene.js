@@ -49,7 +49,22 @@ function collisionRules(config) {
     contactDuration: collapse.tc ?? 0,
     elasticBelow: collapse.elastic_below ?? 0,
     slides: collapse === "slide",
+    surface: surfaceOf(config),
   };
+}
+
+const SURFACE_NAMES = {
+  cor: phrase`tangential CoR of balls`, friction: phrase`friction of balls`,
+  wall_cor: phrase`tangential CoR of the wall`, wall_friction: phrase`friction of the wall`,
+};
+
+/** What rough balls do along the tangent, see ``Surface`` of laws.py; null for smooth ones.
+ *
+ * A friction of null has no limit.
+ */
+function surfaceOf({ inertia, tangential_cor: cor, friction, wall_tangential_cor: wallCor, wall_friction: wallFriction }) {
+  if (cor === null && wallCor === null) return null;
+  return { inertia, cor: cor ?? -1, friction, wall_cor: wallCor ?? cor, wall_friction: wallFriction ?? friction };
 }
 
 function lawOfBalls(cor, corSpeed) {
@@ -150,7 +165,7 @@ function squareOf(x, y, container) {
 
 // Stored starts
 
-/** The doubles of arrays one after the other, of ``rows_of`` in page.py: [first, second …]. lengths: theirs. */
+/** The doubles of arrays one after the other, of ``_packed`` in page.py: [first, second …]. lengths: theirs, or 0 if absent. */
 function unpacked(rows, ...lengths) {
   const bytes = Uint8Array.from(atob(rows), (letter) => letter.charCodeAt(0)), numbers = new Float64Array(bytes.buffer);
   let end = 0;
@@ -161,8 +176,8 @@ const wallKeyOf = (text) => (text === null ? null : BigInt(text));
 
 /** The scene of ``stored_start`` in page.py. */
 function storedScene({ number, rows, key, containerMass, ...rules }) {
-  const [positions, velocities, radii, masses] = unpacked(rows, 2 * number, 2 * number, number, number);
-  return { ...rules, positions, velocities, radii, masses, wallKey: wallKeyOf(key), containerMass: containerMass ?? Infinity };
+  const [positions, velocities, radii, masses, spins] = unpacked(rows, 2 * number, 2 * number, number, number, number);
+  return { ...rules, positions, velocities, radii, masses, spins, wallKey: wallKeyOf(key), containerMass: containerMass ?? Infinity };
 }
 
 // Whether a scene can exist

@@ -6,7 +6,7 @@
 
 const isSmall = typeof matchMedia === "function" && matchMedia("(max-width: 44rem)").matches;
 const MOST_BALLS = isSmall ? 1000 : 2000; // on a phone, or else
-const DIRECTIONS = 0, STIRRING = 1, WALL = 2; // random numbers of a repeat, by their purpose
+const DIRECTIONS = 0, STIRRING = 1, WALL = 2, SPIN = 3; // random numbers of a repeat, by their purpose
 const STIRRED = 20; // collisions of a ball, after which places are random
 
 /** Random numbers: xoshiro128++ (Blackman & Vigna, doi:10.1145/3460772), begun by SplitMix's mixing. */
@@ -118,6 +118,7 @@ function startingScene(config, repeat, own = null) {
     if (placed.length) check(subset(scene, placed.length)); // before others come
     if (gas.length) addGas(scene, gas, placed.length, random);
   }
+  if (scene.surface) scene.spins = same && own.spins.length ? own.spins.slice() : spinsOf(scene, placed, gas, random(SPIN));
   check(scene);
   return scene;
 }
@@ -253,7 +254,7 @@ function stir(scene, first, random) {
   const elastic = { word: "constant", cor: 1 };
   const velocities = Float64Array.from(Array.from({ length: number }, (_, k) => (k < first ? [0, 0] : random.pair(false))).flat());
   const moving = {
-    ...scene, velocities, pairLaw: elastic, wallLaw: elastic, containerMass: Infinity, slides: false,
+    ...scene, velocities, pairLaw: elastic, wallLaw: elastic, surface: null, containerMass: Infinity, slides: false,
     contactDuration: 0, elasticBelow: 0, masses: masses.map((mass, k) => (k < first ? heavy : mass)),
   };
   const collisions = (STIRRED * number) / 2, simulation = new Simulation(moving, { collisions });
@@ -270,6 +271,15 @@ function velocitiesOf(gas, random) {
     const drawn = Array.from({ length: number }, () => random.pair(isNormal));
     const spread = isNormal ? Math.sqrt(sum(drawn.flat().map((part) => part * part)) / number) : 1;
     return drawn.map((pair) => pair.map((part) => (part / spread) * group.speed));
+  });
+}
+
+/** Spins of rough balls, rad/s: a number of all, or normal ones with the energy T/2 on average. */
+function spinsOf({ surface, radii, masses }, placed, gas, random) {
+  const groups = [...placed, ...gas.flatMap((group) => Array(countOf(group)).fill(group))];
+  return Float64Array.from(groups, ({ spin = null }, k) => {
+    if (spin?.temperature === undefined) return spin ?? 0;
+    return random.pair(true)[0] * Math.sqrt(spin.temperature / (surface.inertia * masses[k] * radii[k] ** 2));
   });
 }
 
@@ -305,20 +315,21 @@ function setAtRest({ container, masses, positions }, drawn, first, keepsRotation
 
 /** The start that a page has of its config. */
 function ownStart({ number, size, rows, key }, config) {
-  const [positions, velocities, radii] = unpacked(rows, 2 * number, 2 * number, number);
+  const [positions, velocities, radii, spins] = unpacked(rows, 2 * number, 2 * number, number, number);
   const container = { shape: config.container.shape ?? "circle", size };
-  return { config, container, positions, velocities, radii, wallKey: wallKeyOf(key) };
+  return { config, container, positions, velocities, radii, spins, wallKey: wallKeyOf(key) };
 }
 
 /** A config of the program with the start of a scene: the given one, if it has this start. */
 function configOfStart(config, scene) {
   const isListed = !groupsOf(config).gas.length && scene.wallKey === null && (config.wall_key ?? null) === null;
   if (scene.isGiven || isListed) return config;
-  const { container: { shape, size: [width, height] }, positions, velocities, radii, masses, wallKey } = scene;
+  const { container: { shape, size: [width, height] }, positions, velocities, spins, radii, masses, wallKey } = scene;
   const { mass = null, velocity = null } = config.container, size = shape === "circle" ? { radius: width / 2 } : { width, height };
   const list = Array.from(radii, (radius, k) => ({
     position: Array.from(positions.subarray(2 * k, 2 * k + 2)), velocity: Array.from(velocities.subarray(2 * k, 2 * k + 2)), radius,
     ...(masses[k] === 1 ? {} : { mass: masses[k] }),
+    ...(spins?.[k] ? { spin: spins[k] } : {}),
   }));
   const key = { wall_key: wallKey === null ? null : Number(wallKey) };
   return { ...config, container: { shape, ...size, mass, velocity }, balls: { list }, common_random: false, ...key };

@@ -23,6 +23,7 @@ const COLUMNS = [
   { key: "wallCor", text: phrase`wall CoR`, axis: true, varied: true },
   { key: "wallTemperature", text: phrase`wall T`, unit: "J", axis: true, varied: true },
   { key: "wallSpeed", text: phrase`wall speed`, unit: "m/s", axis: true, varied: true },
+  ...Object.entries(SURFACE_NAMES).map(([key, text]) => ({ key: `surface_${key}`, text, axis: true, varied: true })),
   ...SIDES.flatMap((side) => [
     { key: `${side}Temperature`, text: `${SIDE_NAMES[side]} ${phrase`wall T`}`, unit: "J", axis: true, varied: true },
     { key: `${side}Speed`, text: `${SIDE_NAMES[side]} ${phrase`wall speed`}`, unit: "m/s", axis: true, varied: true },

@@ -1,4 +1,4 @@
-// The container, the balls coloured by speed, and the flashes of contacts.
+// The container, the balls coloured by speed, marks on those that turn, and the flashes of contacts.
 "use strict";
 
 const FLASH = 0.3; // s of playing
@@ -9,6 +9,7 @@ const RIM = "#434854"; // around each ball: it is dark on every floor, also wher
 // Of species, for colour-blind people too (Okabe & Ito); without the green of contacts.
 const SPECIES = ["#0072b2", "#e69f00", "#cc79a7", "#f0e442", "#d55e00", "#56b4e9"];
 const VIOLET = "#7b2cbf"; // the path of the tagged ball
+const MARK = [[RIM, 3], ["#fff", 1]]; // of a ball that turns, on each of its colours
 const NEAR = 6; // px: how near to a small ball a click is
 const MOST_PARTS = 3000; // of a ball's path: the latest ones, because more would fill the container
 
@@ -106,7 +107,7 @@ class Arena {
     pen.strokeStyle = RIM;
     for (let ball = 0; ball < gas.number; ball++) {
       let [px, py] = gas.place(ball, time);
-      const r = gas.radii[ball];
+      const r = gas.radii[ball], turned = gas.scene.surface ? gas.simulation.angleOf(ball, time) : null;
       const part = Math.min(gas.speed(ball) / topSpeed, 1) || 0;
       pen.fillStyle = this.colours?.[ball] ?? this.shades[Math.round(part * (SHADES - 1))];
       let across = [0], along = [0];
@@ -122,6 +123,13 @@ class Arena {
           pen.arc(x(px + dx), y(py + dy), Math.max(r * scale - 0.5, SMALLEST), 0, 2 * Math.PI);
           pen.fill();
           pen.stroke();
+          if (turned !== null) {
+            pen.beginPath();
+            pen.moveTo(x(px + dx), y(py + dy));
+            pen.lineTo(x(px + dx + r * Math.cos(turned)), y(py + dy + r * Math.sin(turned)));
+            strokes(pen, MARK);
+            pen.strokeStyle = RIM;
+          }
           this.drawn.push([ball, x(px + dx), y(py + dy), r * scale]);
         }
       }
@@ -145,11 +153,7 @@ class Arena {
         pen.lineTo(x(bx - dx), y(by - dy));
       }
     }
-    for (const [colour, width] of [["#fff", 3.5], [VIOLET, 1.5]]) {
-      pen.strokeStyle = colour;
-      pen.lineWidth = width;
-      pen.stroke();
-    }
+    strokes(pen, [["#fff", 3.5], [VIOLET, 1.5]]);
   }
 
   flash(pen, px, py, r, age) {
@@ -163,6 +167,15 @@ class Arena {
     pen.arc(px, py, Math.max(1.5, r * 0.16 * (1 - age)), 0, 2 * Math.PI);
     pen.fill();
     pen.globalAlpha = 1;
+  }
+}
+
+// Draws a line in colours and widths, one on top of the other.
+function strokes(pen, lines) {
+  for (const [colour, width] of lines) {
+    pen.strokeStyle = colour;
+    pen.lineWidth = width;
+    pen.stroke();
   }
 }
 

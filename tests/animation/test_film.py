@@ -24,11 +24,13 @@ from PIL import Image
 from scenes import gas
 
 from snooker_cli.animation import Film, film, page, with_events
+from snooker_cli.animation.film import Pace
 from snooker_cli.animation.movie import BIN, FLASH, MOST_FLASHES, Screen, frames, save_movie
 from snooker_cli.containers import Circle
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.figures.drawing import styled
+from snooker_cli.laws import Surface
 from snooker_cli.pages.html_page import embedded
 from snooker_cli.trace import CONTAINER, StopReason, Trace
 
@@ -89,6 +91,41 @@ def test_a_film_shows_the_wanted_span(shown: dict[str, Trace]) -> None:
         )
         short = film(trace, name, since=since, most=10)
         assert (short.end, len(short), short.left_out) == (hits[59], 10, 140)
+
+
+@pytest.mark.parametrize("pace", ["time", "events"])
+def test_marks_show_how_far_rough_balls_have_turned(pace: Pace) -> None:
+    """By spin times time from one event to the next, also of a film that begins later."""
+    scene = gas("periodic", 40, 0.3, cor=0.9)
+    surface, spins = Surface(0.5, 0.5, 0.4, -1.0, 0.0), np.linspace(-3.0, 3.0, 40)
+    trace = simulate(replace(scene, surface=surface, spins=spins), collisions=300)
+    assert trace.events is not None
+    made = film(trace, "rough", since=float(trace.events.time[99]))
+    with styled():
+        screen = Screen(made, pace)
+        for frame in frames(made, pace, 7, 1.0):
+            times = trace.events.time[trace.events.time < frame.time]
+            states = replay(trace, times).spins
+            turned = np.diff([0.0, *times, frame.time]) @ np.vstack([spins, states])
+            np.testing.assert_allclose(frame.angles, turned, rtol=1e-11, atol=1e-11)
+            screen.image(frame)
+            lines = np.array(screen.marks.get_segments())
+            assert len(lines) >= 40  # with images at the edges
+            ways = np.diff(lines, axis=1)[:, 0]
+            np.testing.assert_allclose(np.hypot(*ways.T), scene.radii[0], rtol=1e-12)
+            ends = np.exp(1j * turned)
+            for way in ways:
+                assert np.min(abs(ends - complex(*way) / scene.radii[0])) < 1e-9
+
+
+def test_smooth_balls_have_no_marks(films: dict[str, Film]) -> None:
+    made = films["box"]
+    with styled():
+        screen = Screen(made, "time")
+        (first, *_) = frames(made, "time", 2, 1.0)
+        screen.image(first)
+    assert first.angles is None
+    assert len(screen.marks.get_segments()) == 0
 
 
 def test_a_sliding_ball_presses() -> None:

@@ -12,8 +12,10 @@ import test_bits
 from javascript import JavaScript, answer_of, scene_of
 from scenes import gas, report_scene
 
-from snooker_cli.engine import simulate
+from snooker_cli.engine import replay, simulate
 from snooker_cli.engine.kernel_state import NO_PARTNER
+from snooker_cli.laws import Surface
+from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE
 
 
@@ -26,6 +28,67 @@ def engine() -> Iterator[JavaScript]:
 def is_simulated(case: test_bits.Case) -> bool:
     """Whether the page has this case: no summary, at most 200 balls."""
     return not case.summary and case.scene().number <= 200
+
+
+SURFACE = Surface(0.4, 0.5, 0.3, 0.2, 0.8)
+SMOOTH_WALL = Surface(0.5, 0.5, math.inf, -1.0, math.inf)
+
+
+def rough(scene: Scene, surface: Surface = SURFACE) -> Scene:
+    """The scene with rough balls, each with another spin."""
+    return replace(scene, surface=surface, spins=np.linspace(-3.0, 5.0, scene.number))
+
+
+ROUGH = {
+    "fixed": lambda: rough(gas("circle", 60, 0.3, cor=0.9)),
+    "free, mixture": lambda: rough(test_bits.light()),
+    "sliding": lambda: rough(test_bits.sliding(), SMOOTH_WALL),
+    "wall trap": lambda: rough(test_bits.trapped()),
+    "sides": lambda: rough(test_bits.CASES["box, sides"].scene()),
+    "channel": lambda: rough(gas("channel", 60, 0.3, cor=0.9, aspect=1.5)),
+    "periodic": lambda: rough(test_bits.periodic()),
+}
+
+
+@pytest.mark.parametrize("name", ROUGH)
+def test_rough_balls_have_the_same_collisions(engine, name):
+    scene = ROUGH[name]()
+    answer = engine.answer(f"simulated({scene_of(scene)}, {{ collisions: 2000 }})")
+    assert answer == answer_of(simulate(scene, collisions=2000))
+
+
+@pytest.mark.parametrize("name", ROUGH)
+def test_energies_and_angles_follow_from_the_events(engine, name):
+    """After each event; and spins of the program, integrated from one event to the next."""
+    scene = ROUGH[name]()
+    trace = simulate(scene, collisions=500)
+    events = trace.events
+    last = np.append(np.diff(events.time) > 0, True)  # of those at one instant
+    energies, angles = engine.answer(f"""
+(() => {{
+  const simulation = new Simulation({scene_of(scene)}, {{}}), energies = [];
+  while (simulation.collisions < {len(events)}) {{
+    simulation.advance({len(events)} - simulation.collisions);
+    for (let row = 0; row < simulation.eventCount; row += 1) {{
+      const begin = row * FOLLOWED.FOLLOWED_SUMS, sums = simulation.eventSums;
+      energies.push([sums[begin + FOLLOWED.ENERGY], sums[begin + FOLLOWED.SPIN_ENERGY]]);
+    }}
+  }}
+  const {{ spins, time }} = simulation;
+  return JSON.stringify([
+    [...energies, [simulation.kineticEnergy(), simulation.spinEnergy()]],
+    Array.from(spins, (_, ball) => simulation.angleOf(ball, time + 1)),
+  ]);
+}})()""")
+    states = replay(trace, events.time)
+    moving = np.sum(scene.masses * np.sum(states.velocities**2, axis=2), axis=1) / 2
+    moments = scene.surface.inertia * scene.masses * scene.radii**2
+    expected = np.column_stack([moving, np.sum(moments * states.spins**2, axis=1) / 2])
+    assert np.array(energies[:-1])[last] == pytest.approx(expected[last], rel=1e-12)
+    assert energies[-1] == pytest.approx(energies[-2], rel=1e-12)
+    lasts = np.diff(np.concatenate([[0.0], events.time, events.time[-1:] + 1.0]))
+    turned = lasts @ np.vstack([scene.spins, states.spins])
+    assert angles == pytest.approx(turned, rel=1e-10, abs=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -70,6 +133,25 @@ def test_sums_are_those_of_the_events(engine):
         np.sum(moments) + 20.0 * of_wall,
     ]
     assert answer == pytest.approx(expected, rel=1e-12, abs=1e-9)
+
+
+def test_a_ball_that_slides_after_a_trap_keeps_its_spin_and_angle(engine):
+    scene = scene_of(rough(test_bits.trapped(), SMOOTH_WALL))
+    reason, before, after, turned = engine.answer(f"""
+(() => {{
+  const simulation = new Simulation({scene}, {{}}), {{ number }} = simulation;
+  const spinsAndAngles = (time) => Array.from({{ length: number }}, (_, ball) =>
+    [simulation.spins[ball], simulation.angleOf(ball, time)]);
+  for (let call = 0; call < 1000 && !simulation.stop; call += 1) simulation.advance(100);
+  const {{ reason }} = simulation.stop, {{ time }} = simulation, before = spinsAndAngles(time);
+  simulation.continueWith({{ slides: true }});
+  const after = spinsAndAngles(time);
+  simulation.advance(100);
+  return JSON.stringify([reason, before, after, spinsAndAngles(simulation.time)]);
+}})()""")
+    assert reason == "wall_trap"
+    assert after == before
+    assert turned != before
 
 
 def test_laws_may_change_while_a_ball_settles(engine):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -169,6 +170,26 @@ CONTROLLED: dict[str, dict[str, Any]] = {
         "balls": [{"position": [0.0, 0.0], "velocity": [0.0, 0.0], "radius": 2.0}, SPECIES[0]],
     },
     "periodic": {"container": CHANNEL | {"shape": "periodic"}, "balls": SPECIES},
+    "rough": {
+        "container": {"radius": 10.0},
+        "balls": SPECIES,
+        "tangential_cor": 0.5,
+        "friction": 0.3,
+        "wall_friction": 0.8,
+    },
+    "rough beside a warm wall": {
+        "container": CHANNEL | {"shape": "box"},
+        "balls": SPECIES,
+        "tangential_cor": 0.5,
+        "wall_temperature": {"left": 20.0, "right": 80.0},
+    },
+    "rough, slide": {
+        "container": {"radius": 10.0},
+        "balls": SPECIES[0],
+        "tangential_cor": 0.5,
+        "wall_tangential_cor": -1,
+        "collapse": "slide",
+    },
 }
 
 USED = """
@@ -428,6 +449,72 @@ def test_balls_of_one_radius_and_mass_are_a_species(javascript: LiveScripts) -> 
         {"radius": 2.0, "mass": 1.0, "balls": [0]},
         {"radius": 0.5, "mass": 1.0, "balls": list(range(1, 21))},
     ]
+
+
+DRAWN = """(() => {
+  const gas = new Gas(configOf(name)), lines = [];
+  gas.advance(0.5);
+  const arena = Object.assign(Object.create(Arena.prototype), {
+    gas, view: viewOf(gas.scene.container), shades: [], colours: null, drawn: [],
+  });
+  const pen = {
+    beginPath() {}, arc() {}, fill() {}, stroke() {},
+    moveTo: (x, y) => lines.push([x, y]), lineTo: (x, y) => lines[lines.length - 1].push(x, y),
+  };
+  arena.balls(pen, (x) => x, (y) => -y, 1, gas.time, [0, 0], 1);
+  const { simulation: now, time } = gas, balls = [...gas.radii.keys()];
+  return [lines, balls.map((ball) => [...gas.place(ball, time), now.angleOf(ball, time)])];
+})()"""
+
+
+def test_a_rough_ball_has_a_mark_at_its_angle(javascript: LiveScripts) -> None:
+    """From its centre to its rim; y is downwards on the screen. A smooth ball has none."""
+    lines, balls = javascript.value(DRAWN.replace("name)", "'rough')"))
+    expected = [
+        [x, -y, x + 0.4 * math.cos(angle), -y - 0.4 * math.sin(angle)] for x, y, angle in balls
+    ]
+    assert len({angle for *_, angle in balls}) > 100
+    assert lines == [pytest.approx(line, rel=1e-12) for line in expected]
+    assert javascript.value(DRAWN.replace("name)", "'heated')"))[0] == []
+
+
+TURNED = """(() => {
+  const gas = new Gas(configOf("rough")), { simulation } = gas;
+  const balls = [...gas.radii.keys()];
+  const angles = () => balls.map((ball) => simulation.angleOf(ball, simulation.time));
+  gas.advance(Infinity, 1200);
+  const first = angles();
+  gas.advance(Infinity, 1500);
+  gas.goTo(1200);
+  const again = angles(), spins = [...simulation.spins], { energy, totalEnergy } = gas.meter;
+  const energies = [energy + simulation.spinEnergy(), totalEnergy];
+  gas.setLaws({ ...gas.config, tangential_cor: -1 });
+  gas.advance(Infinity, 500);
+  return [first, again, energies, spins, [...simulation.spins], energyKept(gas.scene)];
+})()"""
+
+
+def test_a_gas_that_goes_back_has_its_angles_and_a_smooth_one_keeps_its_spins(
+    javascript: LiveScripts,
+) -> None:
+    first, again, energies, spins, kept, keeps_energy = javascript.value(TURNED)
+    assert again == first
+    assert energies[1] == pytest.approx(energies[0], rel=1e-12)
+    assert kept == spins
+    assert len(set(spins)) > 100
+    assert not keeps_energy  # its CoR is below 1
+
+
+@pytest.mark.parametrize(
+    ("cor", "friction", "keeps"), [(1, None, True), (-1, 0.5, True), (1, 0.5, False), (0, 0, True)]
+)
+def test_which_surfaces_keep_the_energy(
+    cor: float, friction: float | None, keeps: bool, javascript: LiveScripts
+) -> None:
+    """Of elastic balls: smooth ones, and perfectly rough ones that do not slip."""
+    config = {"cor": 1, "tangential_cor": cor, "friction": friction}
+    scene = "startingScene({ ...configOf('rough'), ...config }, 0)"
+    assert javascript.value(f"energyKept({scene})", config=config) is keeps
 
 
 def luminance(colour: str) -> float:

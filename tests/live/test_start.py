@@ -110,6 +110,41 @@ def test_the_program_has_the_start_of_the_page(engine: JavaScript) -> None:
     assert 15 < refused < 300
 
 
+ROUGH: dict[str, Any] = {
+    "container": {"radius": 10.0},
+    "balls": [
+        {"position": [0.0, 0.0], "velocity": [1.0, 0.0], "radius": 1.0, "spin": -7.0},
+        {"count": 200, "radius": 0.2, "mass": 3.0, "speed": 3.0, "spin": {"temperature": 2.0}},
+        {"count": 10, "radius": 0.3, "speed": 3.0, "spin": 5.0},
+        {"count": 10, "radius": 0.3, "speed": 3.0},
+    ],
+    "cor": 1.0,
+    "tangential_cor": 0.5,
+    "time": 1.0,
+}
+
+
+def test_rough_balls_begin_with_their_spins(engine: JavaScript) -> None:
+    """Given ones, and random ones with a temperature, of 200 balls within four standard errors."""
+    answer = engine.answer(f"startOfRepeat({to_json(validated(ROUGH))}, 0)")
+    scene = starting_scene(configs.load(answer["config"]).experiment, 0)
+    columns = scene.positions, scene.velocities, scene.radii, scene.masses, scene.container.size
+    assert answer["bits"] == bits_of(*columns, scene.spins)
+    assert [*scene.spins[[0, -11, -1]]] == [-7.0, 5.0, 0.0]
+    energies = 0.5 * 3.0 * 0.2**2 * scene.spins[1:201] ** 2
+    assert np.mean(energies) == pytest.approx(2.0, abs=4 * 2.0 * math.sqrt(2 / 200))
+
+
+def test_the_first_start_has_the_spins_of_the_program(engine: JavaScript) -> None:
+    loaded = configs.load(ROUGH)
+    data = live_page(loaded).partition('id="data">')[2].partition("</script>")[0]
+    scene = starting_scene(loaded.experiment, 0)
+    columns = scene.positions, scene.velocities, scene.radii, scene.masses, scene.container.size
+    answer = engine.answer(f"{OWN}({data}, {{}})")
+    assert answer["bits"] == bits_of(*columns, scene.spins)
+    assert answer["given"]
+
+
 def test_a_dense_gas_fits(engine: JavaScript) -> None:
     """Random places, up to a packing of .7."""
     gas = {"count": 150, "radius": 1.0, "speed": 1.0, "start": "random"}
