@@ -104,6 +104,11 @@ class Surface(NamedTuple):
     wall_tangential_cor: float
     wall_friction: float
 
+    @property
+    def rubs_wall(self) -> bool:
+        """Whether hits of the wall change anything along the tangent."""
+        return self.wall_tangential_cor > -1.0 and self.wall_friction > 0.0
+
 
 Law: TypeAlias = Constant | Viscoelastic | Driven | Thermal
 WallLaw: TypeAlias = Law | Sides

@@ -717,7 +717,7 @@ def _faults_of_surface(experiment: Experiment) -> Iterator[Problem]:
             if group.spin is not None:
                 sentence = "smooth balls have no spin; give tangential_cor (-1 to 1), or remove it"
                 yield Problem((*path, "spin"), sentence, about_key=True)
-    elif experiment.collapse == "slide" and surface.wall_tangential_cor > -1.0:
+    elif experiment.collapse == "slide" and surface.rubs_wall:
         sentence = (
             "slide needs a smooth wall; set wall_tangential_cor: -1, or collapse: stop, {tc: 0.01} "
             "or {elastic_below: 1e-6}"

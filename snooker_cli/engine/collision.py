@@ -34,7 +34,7 @@ from snooker_cli.engine.restitution import (
     kick,
     leave,
 )
-from snooker_cli.engine.surfaces import forget, rub_pair, rub_wall, twice_spin_energy
+from snooker_cli.engine.surfaces import rub_pair, rub_wall, twice_spin_energy
 
 # The change of velocity
 
@@ -230,7 +230,6 @@ def exchange(i: int, j: int, now: float, state: State) -> float:
     if state.setup.contact_path > 0.0 and done % balls.shape[1] == 0:
         sums[ks.CONTACT_LASTS] = contact_lasts(now, state)
     elastic = in_contact(i, now, balls, sums)
-    forget(state.surface)
     move(i, now, state)
     if j == ks.NO_PARTNER:
         return hit_wall(state.boundary, i, now, state, elastic)

@@ -16,7 +16,7 @@ from snooker_cli.engine.jit import by_class, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.engine.prediction import is_trapped
 from snooker_cli.engine.sampling import Grid, grid_of, next_sample, take_samples
-from snooker_cli.engine.surfaces import record_rub
+from snooker_cli.engine.surfaces import forget, record_rub
 from snooker_cli.trace import SLIDE
 
 # What a search does: a method of ``Everyone`` and of ``Neighbours`` for each
@@ -132,6 +132,7 @@ def simulate_repeat(
                 sample_time = take_samples(grid, now, state)
             i, j = ks.in_order(i, j, state.labels)
             clock.begin_event(i, j, now, state)
+            forget(state.surface)
             slider, begins, size = carry_out_slide(boundary, i, j, now, state)
             if slider != ks.NO_PARTNER:
                 i, j = slider, SLIDE
