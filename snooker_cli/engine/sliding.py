@@ -177,7 +177,8 @@ def bounces_to_come(i: int, state: State) -> tuple[float, float]:
         distance = math.sqrt(square)
         _, changes = bounce_sums(law, inward / square, distance)
         now = float(state.sums[ks.NOW])
-        return prediction.bouncing_time(i, now, state), mass * changes * inward / distance
+        given = float(mass * changes * inward / distance)
+        return prediction.bouncing_time(i, now, state), given
     if e == 0.0:
         return 0.0, 0.0
     lasts = 2.0 * (square / cross) * chord_sum(inward / cross, e)

@@ -124,7 +124,8 @@ def continuing(experiment: Experiment, reason: StopReason) -> str:
     """What a config sets so that repeats with such an end continue; empty if there is no way."""
     lossy = min(experiment.cor, experiment.effective_wall_cor) < 1.0
     if reason is StopReason.WALL_TRAP and experiment.collapse == "stop":
-        if not isinstance(experiment.wall_law, Constant):
+        rubs = experiment.surface is not None and experiment.surface.rubs_wall
+        if rubs or not isinstance(experiment.wall_law, Constant):
             return "`collapse: {tc: 0.01}`"
         if math.isinf(experiment.container.mass):
             return "`collapse: slide` (exact)"
