@@ -269,6 +269,15 @@ TYPES = {
     "compound": np.dtype("f8, S9"),
 }
 
+ROUGH: dict[str, Any] = {
+    "inertia": 0.5,
+    "tangential_cor": 0.5,
+    "friction": None,
+    "wall_tangential_cor": 0.5,
+    "wall_friction": 0.1,
+}
+"""A surface, as files have it."""
+
 REFUSED: dict[str, dict[str, Damage]] = {
     "wrong ball in an event": {
         **{f"i = {value}": event("i", value) for value in (LARGE, 7, -1)},
@@ -300,6 +309,15 @@ REFUSED: dict[str, dict[str, Damage]] = {
         f"{value!r}": rules(restitution=value) for value in (2.0, -1.0, "a", None, True)
     },
     "wrong contact_duration": {"above 1": rules(contact_duration=1.5)},
+    "wrong surface": {
+        **{f"{value!r}": rules(surface=value) for value in ("a", 1, [], {}, ROUGH | {"x": 1})},
+        **{
+            f"{key} {value!r}": rules(surface=ROUGH | {key: value})
+            for key in ("inertia", "tangential_cor", "wall_friction")
+            for value in (-2, True, "a", np.nan)
+        },
+        "inertia none": rules(surface=ROUGH | {"inertia": None}),
+    },
     "wrong rules": {"slides": rules(slides=True), "all slide": scene("slides", True)},
     "wrong number of events": {
         "too few": trace("wall_events", 0),
@@ -438,6 +456,18 @@ KINDS: dict[str, dict[str, Damage]] = {
         "slides": rules(slides=True),
         "partner": event("j", -2),
         "far": scene("positions", 1e300, 0),
+    },
+    "rough": {
+        **{f"spin {value}": scene("spins", value, 0) for value in (np.nan, np.inf, 1e200)},
+        "spin at the finish": trace("finish.spins", 1e100, 0),
+        **{f"rubs {value}": event("tangential", value) for value in (np.nan, np.inf, 1e200)},
+        "no rubs": edited(lambda file: file.__delitem__(layout.TANGENTIAL)),
+        "one rub less": dataset(f"{layout.TANGENTIAL}/value", one_less),
+        "no spins": edited(lambda file: file.__delitem__(layout.SPIN)),
+        "one spin": dataset(f"{layout.SPIN}/value", filled(lambda _: [1.0])),
+        "smooth": rules(surface=None),
+        "rougher": rules(surface=ROUGH | {"tangential_cor": 1.0}),
+        "slides": rules(slides=True),
     },
 }
 """Damages of a file with events, of one with a summary, and of one in a box."""

@@ -113,6 +113,7 @@ SHARES = [pytest.param(SHARE, id="some"), pytest.param(1, id="all", marks=pytest
 
 KINDS = {
     "events": [],
+    "rough": ["tangential_cor=0.5", "friction=0.3", "balls.spin=2"],
     "summary": ["record=summary", "collisions=1000"],
     "box": [
         "container={shape: box, width: 20, height: 14}",

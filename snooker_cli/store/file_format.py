@@ -307,9 +307,9 @@ def _law_from(written: Any, stored: str) -> Any:
 
 def _surface_from(written: Any) -> Surface:
     """The surface that was written. Raises ``ValueError`` for numbers that no config gives."""
-    numbers = {key: math.inf if number is None else number for key, number in written.items()}
-    if numbers.keys() != {*Surface._fields}:
+    if not isinstance(written, dict) or written.keys() != {*Surface._fields}:
         raise ValueError("wrong surface")
+    numbers = {key: math.inf if number is None else number for key, number in written.items()}
     for key, number in numbers.items():
         least, most = (-1.0, 1.0) if key.endswith("tangential_cor") else (0.0, math.inf)
         if type(number) not in (int, float) or not least <= number <= most:
