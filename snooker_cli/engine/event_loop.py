@@ -165,7 +165,7 @@ def simulate_repeat(
 def of_repeat(search: Any, repeat: int) -> Any:
     """The search of one of many stacked repeats.
 
-    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``.
+    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``, ``Rough``.
     """
     return search
 
