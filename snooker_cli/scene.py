@@ -166,7 +166,7 @@ def check(scene: Scene, rounding: float = 0.0) -> None:
     slack = place_rounding(scene.container, 2 * float(np.max(scene.radii)))
     slack = max(slack + STORED * 2 * float(np.min(scene.radii)), rounding)
     _check_places(scene, slack)
-    check_speeds(scene, scene.velocities[np.newaxis])
+    check_speeds(scene, scene.velocities[np.newaxis], scene.spins)
     _check_pairs(scene, slack)
 
 
@@ -197,10 +197,13 @@ def _check_places(scene: Scene, slack: float) -> None:
     raise SceneError("balls", f"{problem}: it is {where}; {advice}", ball)
 
 
-def check_speeds(scene: Scene, velocities: NDArray[np.float64]) -> None:
+def check_speeds(
+    scene: Scene, velocities: NDArray[np.float64], spins: NDArray[np.float64] | None = None
+) -> None:
     """Raise ``SceneError`` for balls too slow, fast, light or heavy to be computed with.
 
     velocities : (*repeats*, *N*, 2), m/s, of the scene's balls in each repeat
+    spins : rad/s, (*repeats*, *N*) or one row for all; ``None`` of smooth balls
 
     The engine computes with squares of speed times distance, which must be doubles of full
     precision. The factor 4 allows for two fast balls that meet across the container.
@@ -216,6 +219,8 @@ def check_speeds(scene: Scene, velocities: NDArray[np.float64]) -> None:
         )
     with np.errstate(over="ignore", under="ignore"):
         speeds = np.hypot(velocities[..., 0], velocities[..., 1])
+        if spins is not None:  # collisions can turn a spin into a speed
+            speeds = np.hypot(speeds, scene.radii * spins)
         slow = (speeds > 0) & ((speeds * shortest) ** 2 < TINY)
         wrong = slow | ~np.isfinite((speeds * longest) ** 2)
         energies = np.sum(scene.masses * speeds**2, axis=1) / 2
@@ -225,6 +230,7 @@ def check_speeds(scene: Scene, velocities: NDArray[np.float64]) -> None:
         repeat = int(np.argmax(unusable))
         ball = int(np.argmax(wrong[repeat] if np.any(wrong[repeat]) else scene.masses))
         which = f"ball {ball} of {scene.masses[ball]:.6g} kg at {speeds[repeat, ball]:.6g} m/s"
+        which += " with its spin" if spins is not None else ""
         problem = f"{which} has squares of speed times distance, or an energy, that are no doubles"
         advice = "choose units in which speeds, distances and masses are nearer to 1"
         raise SceneError("balls", f"{problem}; {advice}", ball)

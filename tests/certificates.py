@@ -3,7 +3,8 @@
 It uses nothing of snooker or of a library: intervals of whole numbers in units of 2^-UNIT, which
 every operation rounds outwards. It takes the times of a certificate as hints. For each event it
 shows that just before and after its time the two bodies are apart and overlap, that no other two
-bodies touch up to then, and what the new velocities are. Circles and boxes, constant laws.
+bodies touch up to then, and what the new velocities and spins are. Circles and boxes, constant
+laws.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import json
 import sys
 from fractions import Fraction
+from math import isqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -46,6 +48,14 @@ class Interval(NamedTuple):
         ends = [(a << UNIT, b) for a in self for b in other]
         return Interval(min(a // b for a, b in ends), max(-(-a // b) for a, b in ends))
 
+    def root(self) -> Interval:
+        return Interval(isqrt(max(self.low, 0) << UNIT), isqrt(self.high << UNIT) + 1)
+
+    def within(self, limit: Interval) -> Interval:
+        """The numbers, those beyond plus or minus a limit moved to it."""
+        ends = [max(min(end, most), -most) for end in self for most in limit]
+        return Interval(min(ends), max(ends))
+
 
 Vector = tuple[Interval, Interval]
 
@@ -77,7 +87,7 @@ class Body:
         self.velocity = number(velocity[0]), number(velocity[1])
         self.radius = number(radius)
         self.lightness = number(0 if mass is None else 1 / Fraction(mass))
-        self.since = number(0)
+        self.since = self.spin = number(0)
 
     def at(self, time: Interval) -> Vector:
         return along(self.place, self.velocity, time - self.since)
@@ -103,6 +113,9 @@ class Check:
             self.sides = [number(Fraction(shape[key]) / 2) for key in ("width", "height")]
         columns = [scene[key] for key in ("positions", "velocities", "radii", "masses")]
         self.balls = [Body(*row) for row in zip(*columns, strict=True)]
+        self.surface = scene.get("surface")
+        for ball, spin in zip(self.balls, scene.get("spins", []), strict=self.surface is not None):
+            ball.spin = number(spin)
         at, velocity = scene["container_position"], scene["container_velocity"]
         self.wall = Body(at, velocity, shape.get("radius", 0), scene["container_mass"])
         laws = scene["pair_law"], scene["wall_law"]
@@ -154,12 +167,35 @@ class Check:
             raise CheckError(f"{i} and {j} may not approach")
         rebound = self.wall_rebound if j == WALL else self.rebound
         change = rebound * approach / (dot(x, x) * (ball.lightness + other.lightness))
-        ball.turn(along((number(0), number(0)), x, number(0) - change * ball.lightness), time)
+        across = self.rub(ball, other, x, w, change)
+        push = x[0] * change - x[1] * across, x[1] * change + x[0] * across
+        still = number(0), number(0)
+        ball.turn(along(still, push, number(0) - ball.lightness), time)
         if other.lightness.high:
-            other.turn(along((number(0), number(0)), x, change * other.lightness), time)
+            other.turn(along(still, push, other.lightness), time)
         self.parted[i] = (i, j)
         if j != WALL:
             self.parted[j] = (i, j)
+
+    def rub(self, ball: Body, other: Body, x: Vector, w: Vector, change: Interval) -> Interval:
+        """Change the spins; the impulse across x to the left over its length, as is ``change``."""
+        if self.surface is None:
+            return number(0)
+        place = "wall_" if other is self.wall else ""
+        square, lightness = dot(x, x), ball.lightness + other.lightness
+        bodies = [ball] if other is self.wall else [ball, other]
+        slip = x[0] * w[1] - x[1] * w[0]
+        inertia = number(self.surface["inertia"])
+        for body in bodies:
+            slip += square.root() * body.radius * body.spin
+            lightness += body.lightness / inertia
+        cor, friction = (self.surface[place + key] for key in ("tangential_cor", "friction"))
+        given = number(1 + Fraction(cor)) * slip / (square * lightness)
+        if friction is not None:
+            given = given.within(number(friction) * change)
+        for body in bodies:
+            body.spin -= given * square.root() * body.lightness / (inertia * body.radius)
+        return given
 
     def stay_apart(self, i: int, j: int, end: Interval) -> bool:
         """Whether two bodies do not touch before a time, after their last events."""

@@ -56,7 +56,7 @@ class NoisyTwin(Twin):
         for ball in self.balls:
             ball.place += self.error(self.half_sides[0] + abs(ball.place))
 
-    def collide(self, i: int, j: int) -> tuple[Interval, Interval]:
+    def collide(self, i: int, j: int) -> tuple[Interval, Interval, Interval]:
         """Displace both bodies before they collide; a container that is fixed stays."""
         for body in (self.balls[i], self.bodies[j]):
             if body is not self.container or self.scene.free:
@@ -80,9 +80,15 @@ def deviation(exact: Twin, truth: Collision, noisy: Twin, other: Collision) -> N
         abs(exact.nearest(mine.position(truth.time) - yours.position(other.time)))
         for mine, yours in zip(exact.balls, noisy.balls, strict=True)
     )
-    time, impulse = abs(truth.time - other.time), abs(truth.impulse - other.impulse)
+    time = abs(truth.time - other.time)
+    impulse = abs(_push(exact, truth) - _push(exact, other))
     place = max(float(apart.mid() / SHIFT) for apart in places)
     return np.array([float(time.mid() / SHIFT), place, float(impulse.mid() / SHIFT)])
+
+
+def _push(twin: Twin, collision: Collision) -> Interval:
+    """The impulses of a collision along the line of centres and across it, kg m/s."""
+    return twin.vector(collision.impulse, collision.tangential)
 
 
 def compared(
@@ -106,7 +112,7 @@ def compared(
         for truth in islice(exact.collisions(until), count):
             for twin, course in zip(noisy, courses, strict=True):
                 grown = np.maximum(grown, deviation(exact, truth, twin, next(course)))
-            itself = np.array([float(truth.time), size, float(truth.impulse)])
+            itself = np.array([float(truth.time), size, float(abs(_push(exact, truth)))])
             # All roundings of the events before may err to one side.
             tolerance = ROUNDINGS * EPSILON * math.sqrt(done + 1) * (grown + abs(itself))
             if tolerance[0] > ORDERED * itself[0] / (done + 1):

@@ -14,7 +14,6 @@ import h5py
 import numpy as np
 
 from snooker_cli import store
-from snooker_cli.laws import Surface
 from snooker_cli.store import file_format as layout
 from snooker_cli.store.hdf5 import ROWS
 from snooker_cli.store.reader import GROWING
@@ -270,6 +269,15 @@ TYPES = {
     "compound": np.dtype("f8, S9"),
 }
 
+SURFACE: dict[str, Any] = {
+    "inertia": 0.5,
+    "tangential_cor": 0.5,
+    "friction": None,
+    "wall_tangential_cor": 0.5,
+    "wall_friction": 0.1,
+}
+"""A surface, as files have it."""
+
 REFUSED: dict[str, dict[str, Damage]] = {
     "wrong ball in an event": {
         **{f"i = {value}": event("i", value) for value in (LARGE, 7, -1)},
@@ -301,6 +309,15 @@ REFUSED: dict[str, dict[str, Damage]] = {
         f"{value!r}": rules(restitution=value) for value in (2.0, -1.0, "a", None, True)
     },
     "wrong contact_duration": {"above 1": rules(contact_duration=1.5)},
+    "wrong surface": {
+        **{f"{value!r}": rules(surface=value) for value in ("a", 1, [], {}, SURFACE | {"x": 1})},
+        **{
+            f"{key} {value!r}": rules(surface=SURFACE | {key: value})
+            for key in ("inertia", "tangential_cor", "wall_friction")
+            for value in (-2, True, "a", np.nan)
+        },
+        "inertia none": rules(surface=SURFACE | {"inertia": None}),
+    },
     "wrong rules": {"slides": rules(slides=True), "all slide": scene("slides", True)},
     "wrong number of events": {
         "too few": trace("wall_events", 0),
@@ -406,7 +423,7 @@ REPEATS |= OTHERS
 
 def surface(**numbers: Any) -> Damage:
     """Changes numbers of the surface of rough balls."""
-    return rules(surface=Surface(0.5, 0.5, 0.1, 0.5, 0.1)._asdict() | numbers)
+    return rules(surface=SURFACE | numbers)
 
 
 def gone(name: str) -> Damage:
@@ -471,7 +488,11 @@ KINDS: dict[str, dict[str, Damage]] = {
         "counts in one column": summary("speed_histogram", declared(450, None)),
         "a box": rules(shape="box"),
     },
-    "rough": {f"{reason}: {name}": d for reason, some in ROUGH.items() for name, d in some.items()},
+    "rough": {
+        **{f"{reason}: {name}": d for reason, some in ROUGH.items() for name, d in some.items()},
+        "rougher": rules(surface=SURFACE | {"tangential_cor": 1.0}),
+        "slides": rules(slides=True),
+    },
     "box": {
         **{f"edges {sides}": edges(*sides) for sides in ((), (20.0,), (0.0, 14.0))},
         **{f"edge {side}": edges(side, side) for side in (*WRONG, 1e-300)},

@@ -71,9 +71,15 @@ BASES = [
     """\
 title: demo
 container: {shape: circle, radius: 10.0, mass: 1.0e7, velocity: [1, 0]}
-balls: {rings: 2, radius: 1.0, mass: 1, speed: 10, ring_extent: 0.8, common_rotation: false}
+balls:
+  {rings: 2, radius: 1.0, mass: 1, speed: 10, ring_extent: 0.8, common_rotation: false, spin: 1}
 cor: 0.8
 wall_cor: null
+tangential_cor: 0.5
+friction: 0.2
+wall_tangential_cor: -1
+wall_friction: 0.1
+inertia: 0.4
 collapse: {tc: 0.01}
 collisions: 500
 time: 10.0
@@ -86,11 +92,13 @@ sweep: {cor: [0.8, 0.9], balls.rings: 'range(1, 3)'}
 container: {radius: 10.0, mass: .inf}
 balls:
   list:
-    - {position: [0, 0], velocity: [1, 0], radius: 1, mass: 2}
+    - {position: [0, 0], velocity: [1, 0], radius: 1, mass: 2, spin: -3}
 start:
   {run: a, point: 0, repeat: 1, time: 2.5, rounding: 1e-12,
    content: 0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef}
 cor: 1
+tangential_cor: 1
+wall_friction: 0
 collapse: slide
 collisions: 500
 sweep: {'balls.list[0].position': [[0, 0], [0, 1]]}
@@ -121,7 +129,10 @@ snapshots: {per_decade: 3}
 """,
     """\
 container: {shape: periodic, packing: 0.4}
-balls: [{count: 5, radius: 1.0, speed: 1}, {count: 90, radius: 0.5, speed: 2}]
+balls:
+  - {count: 5, radius: 1.0, speed: 1, spin: {temperature: 2}}
+  - {count: 90, radius: 0.5, speed: 2}
+tangential_cor: -0.5
 cor: 0.9
 time: 10.0
 record: snapshots
@@ -232,7 +243,37 @@ repeats: 5
 """Haff's law with a rate whose square is no double."""
 
 
-@pytest.mark.parametrize("text", [CALM, ALONE, SLOWING])
+SPINNING = """\
+container: {radius: 10}
+balls: {count: 1, radius: 0.5, speed: 10, spin: 5}
+cor: 0.9
+tangential_cor: 0.5
+friction: 0.3
+collisions: 300
+repeats: 2
+"""
+"""It is soon in a trap, whose sums are bounds."""
+
+SOFT_WALL = """\
+container: {radius: 10}
+balls: {count: 1, radius: 0.5, speed: 10}
+cor: 0.9
+wall_cor_speed: 20
+collisions: 300
+"""
+"""So is it here."""
+
+TURNING = """\
+container: {radius: 10}
+balls: {count: 5, radius: 0.5, speed: 0, spin: 7}
+cor: 0.9
+tangential_cor: 0.5
+collisions: 300
+"""
+"""Balls that spin and do not meet."""
+
+
+@pytest.mark.parametrize("text", [CALM, ALONE, SLOWING, SPINNING, SOFT_WALL, TURNING])
 def test_results_of_small_runs_have_no_warnings(snooker: Snooker, text: str) -> None:
     """Few balls or events leave means empty and errors unknown."""
     Path("small.yaml").write_text(text)

@@ -89,8 +89,8 @@ def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str]:
     named : its value, as a sentence calls it
     """
     known = list(model.model_fields)
-    if key in ("gravity", "friction"):
-        return f"snooker has no {key}; remove this key", ""
+    if key == "gravity":
+        return "snooker has no gravity; remove this key", ""
     if key.isdecimal():
         return "a comma ends the number before; write a decimal point, such as 0.5", ""
     choice = f"the keys here are {', '.join(known)}"

@@ -90,6 +90,11 @@ Duration = Annotated[
     float, Field(ge=containers.LEAST_TIME), _needs("a finite number of at least 1e-250")
 ]
 Fraction = Annotated[float, Field(gt=0, le=1), _needs("a number above 0, at most 1")]
+Inertia = Annotated[
+    float,
+    Field(ge=containers.LEAST_AMOUNT, le=1),
+    _needs("a number above 0 (from 1e-50), at most 1"),
+]
 TangentialCor = Annotated[
     float, Field(ge=-1, le=1), _ZERO, _needs("a number from -1 (smooth) to 1 (perfectly rough)")
 ]
@@ -482,7 +487,7 @@ class Experiment(Model):
     smooth."""
     wall_friction: Friction | None = None
     """Friction at the wall; absent: as friction."""
-    inertia: Fraction = 0.5
+    inertia: Inertia = 0.5
     """Moment of inertia of a rough ball over m r²: 0.5 of a disk, 1 of a ring."""
     wall_speed: (
         Annotated[
@@ -725,10 +730,11 @@ def _faults_of_surface(experiment: Experiment) -> Iterator[Problem]:
             "or {elastic_below: 1e-6}"
         )
         yield Problem(("collapse",), sentence)
-    if experiment.wall_tangential_cor is not None and not experiment.container.shape_class.has_wall:
-        title = experiment.container.shape_class.title
-        sentence = f"a {title} has no wall; remove wall_tangential_cor, or set another shape"
-        yield Problem(("wall_tangential_cor",), sentence, about_key=True)
+    shape = experiment.container.shape_class
+    for key in ("wall_tangential_cor", "wall_friction"):
+        if getattr(experiment, key) is not None and surface is not None and not shape.has_wall:
+            sentence = f"a {shape.title} has no wall; remove {key}, or set another shape"
+            yield Problem((key,), sentence, about_key=True)
 
 
 def _groups(balls: Any) -> Iterator[tuple[KeyPath, Any]]:

@@ -24,7 +24,7 @@ from snooker_cli.engine.contact import NEVER, may_touch, pair_delay
 from snooker_cli.engine.jit import by_class, helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 from snooker_cli.engine.restitution import WALL, bounce_sums, is_endless, may_stay
-from snooker_cli.engine.surfaces import most_rubbed, rubs_endlessly, twice_spin_energy
+from snooker_cli.engine.surfaces import rubs_wall, slowest_along, twice_spin_energy
 
 BLOCK = 48
 """Balls of a mask: fewer than the bits of a positive integer, a multiple of any vector's length."""
@@ -300,11 +300,22 @@ def bouncing_time(i: int, now: float, state: State) -> float:
     square = x * x + y * y
     length = math.sqrt(square)
     loss, share = bounce_sums(state.setup.laws[WALL], inward / square, length)
-    rubbed = most_rubbed(state.surface, i, cross / length, inward / length, share, state)
-    cross = max(abs(cross) - length * rubbed, 0.0)
-    if cross == 0.0:
-        return NEVER
+    if rubs_wall(state.surface):
+        mass = bouncing_mass(state.boundary, float(ks.mass_of(state.sizes, i)))
+        changes = share * (inward / length)
+        cross = length * slowest_along(state.surface, i, cross / length, changes, mass, state)
+        if cross == 0.0:
+            return NEVER
     return float(2.0 * inward * square / (loss * cross * cross))
+
+
+@by_class
+def bouncing_mass(boundary: Any, mass: float) -> float:
+    """The mass (kg) of a ball that bounces at the wall; at a free one the reduced mass.
+
+    Of ``FreeCircle``.
+    """
+    return mass
 
 
 @by_class
@@ -355,7 +366,7 @@ def is_trapped(i: int, now: float, state: State) -> bool:
     and after each that does not move the clock, before these are a collapse.
     """
     law, hits = state.setup.laws[WALL], ks.hits_in_a_row(i, state)
-    if is_endless(law, hits) or rubs_endlessly(state.surface, hits):
+    if is_endless(law, hits):
         return True
     if not state.setup.traps or (hits == 1 and not may_stay(law)):
         return False
@@ -378,10 +389,13 @@ def stays_alone(i: int, now: float, lasts: float, state: State) -> bool:
         return False
     x, y, u, v = ks.relative(boundary, balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now)
     inward = max(-(x * u + y * v), 0.0) / math.sqrt(x * x + y * y)
-    wall_speed = pushed_speed(boundary, i, inward, state)
-    # A spin can make it as fast as all of its energy.
-    spin = twice_spin_energy(state.surface, i, state)
-    speed = math.sqrt(u * u + v * v + spin) + wall_speed
+    wall_speed, speed = pushed_speed(boundary, i, inward, state), math.sqrt(u * u + v * v)
+    if rubs_wall(state.surface):
+        # A spin may make the ball faster, but each chord is 2 a v_n over its speed: all together
+        # are at most the time times the speed now. A free wall has the rest of the momentum.
+        m = float(ks.mass_of(state.sizes, i))
+        wall_speed += 2.0 * (1.0 - bouncing_mass(boundary, m) / m) * speed
+    speed += wall_speed
     fastest = highest_speed(state)
     for k in range(balls.shape[1]):
         if k == i:

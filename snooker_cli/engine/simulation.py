@@ -326,12 +326,14 @@ class Simulation(ABC):
         if reason is StopReason.WALL_TRAP:
             lasts, given = bounces_to_come(column, ks.state_of(self.states, repeat))
             end, what = now + lasts, "stays at the wall, because the wall CoR is 0"
-            if not isinstance(scene.wall_law, Constant):
+            rubs = scene.surface is not None and scene.surface.rubs_wall
+            bounces = scene.wall_restitution > 0.0
+            if not isinstance(scene.wall_law, Constant) or (rubs and bounces):
                 what = (
                     f"bounces ever faster at the wall: it stops until {end:.9g} s and gives it at "
                     f"most {given:.6g} kg m/s more, if no other ball hits it"
                 )
-            elif scene.wall_restitution > 0.0:
+            elif bounces:
                 what = (
                     f"bounces infinitely often at the wall, until {end:.9g} s, and gives it "
                     f"{given:.6g} kg m/s more"

@@ -5,7 +5,7 @@ circle, v_n and v_t are the normal and the tangential part of its velocity, e th
 """
 
 import math
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -15,10 +15,11 @@ from snooker_cli.engine.boundaries import FixedCircle
 from snooker_cli.engine.clock import CLOCK_DIGITS
 from snooker_cli.engine.collision import hit_wall, slide
 from snooker_cli.engine.contact import NEVER, chord_delay, wall_delay
-from snooker_cli.engine.jit import by_class, helper, inlined
+from snooker_cli.engine.jit import helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, Integers, State, U, V, X, Y
 from snooker_cli.engine.prediction import next_hit
 from snooker_cli.engine.restitution import CONSTANT, COR, KIND, WALL, bounce_sums
+from snooker_cli.engine.surfaces import rubs_wall
 
 # What a ball does: it flies; it flies from a place exactly at the wall, to which it has slid; it
 # bounces until it slides; it slides.
@@ -160,32 +161,24 @@ def chord_sum(q: float, restitution: float) -> float:
     return total + 2.0**HALVINGS * arc / h
 
 
-@by_class
-def bouncing_mass(boundary: Any, mass: float) -> float:
-    """The mass (kg) of a ball that bounces at the wall; at a free one the reduced mass.
-
-    Of ``FreeCircle``.
-    """
-    return mass
-
-
 @helper
 def bounces_to_come(i: int, state: State) -> tuple[float, float]:
     """How long the bounces of ball i, trapped just off the wall, last, s; their impulse, kg m/s.
 
-    With another law than CONSTANT, both are upper bounds.
+    With another law than CONSTANT, and at a rough wall, both are upper bounds.
     """
     law = state.setup.laws[WALL]
     e = float(law[COR])
     x, y, u, v, clock = ball_of(i, state.balls)
     x, y, u, v = ks.relative(state.boundary, x, y, u, v, clock)
     square, inward, cross = x * x + y * y, max(0.0, -(x * u + y * v)), abs(x * v - y * u)
-    mass = bouncing_mass(state.boundary, float(ks.mass_of(state.sizes, i)))
-    if law[KIND] != CONSTANT:
+    mass = prediction.bouncing_mass(state.boundary, float(ks.mass_of(state.sizes, i)))
+    if law[KIND] != CONSTANT or rubs_wall(state.surface):
         distance = math.sqrt(square)
         _, changes = bounce_sums(law, inward / square, distance)
         now = float(state.sums[ks.NOW])
-        return prediction.bouncing_time(i, now, state), mass * changes * inward / distance
+        given = float(mass * changes * inward / distance)
+        return prediction.bouncing_time(i, now, state), given
     if e == 0.0:
         return 0.0, 0.0
     lasts = 2.0 * (square / cross) * chord_sum(inward / cross, e)

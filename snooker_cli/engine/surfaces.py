@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.jit import by_class, inlined
 from snooker_cli.engine.kernel_state import Floats, Recorded, State
-from snooker_cli.engine.restitution import ENDLESS
 
 LAST = 0
 """Of ``Rough.given``: the tangential impulse of an event until it is recorded, kg m/s."""
@@ -94,27 +93,27 @@ def twice_spin_energy(surface: Any, i: int, state: State) -> float:
 
 
 @by_class
-def most_rubbed(
-    surface: Any, i: int, along: float, normal: float, share: float, state: State
-) -> float:
-    """How much infinitely many hits of a wall change the tangential speed of ball i at most, m/s.
-
-    along : its tangential speed to the left, m/s
-    normal : its normal speed, m/s
-    share : the sum of all changes of the normal speed over this speed
-
-    Of ``Rough``.
-    """
-    return 0.0
-
-
-@by_class
-def rubs_endlessly(surface: Any, hits: int) -> bool:
-    """Whether a repeat ends after this many hits of a ball in a row, trapped or not.
+def rubs_wall(surface: Any) -> bool:
+    """Whether hits of the wall change anything along the tangent.
 
     Of ``Rough``.
     """
     return False
+
+
+@by_class
+def slowest_along(
+    surface: Any, i: int, along: float, changes: float, mass: float, state: State
+) -> float:
+    """The least tangential speed of ball i in infinitely many hits of the wall, or less, m/s.
+
+    along : the present one to the left, m/s
+    changes : of its normal speed in all these hits, m/s
+    mass : its ``bouncing_mass``, kg
+
+    Of ``Rough``.
+    """
+    return abs(along)
 
 
 @inlined
@@ -230,15 +229,25 @@ class Rough(NamedTuple):
             energy += ks.mass_of(state.sizes, i) * twice_spin_energy(self, i, state)
         row[-1] = 0.5 * energy
 
-    def most_rubbed(self, i: int, along: float, normal: float, share: float, state: State) -> float:
-        # No hit makes the slip longer than it is now, and friction is limited by all impulses.
-        spin = self.spins[ks.label_of(i, state.labels)]
-        slip = abs(along + ks.radius_of(state.sizes, i) * spin)
-        by_slip = self.inertia / (1.0 + self.inertia) * (1.0 + max(self.wall_cor, 0.0)) * slip
-        return float(min(by_slip, self.wall_friction * (share * normal)))
+    def rubs_wall(self) -> bool:
+        return bool(self.wall_cor > -1.0 and self.wall_friction > 0.0)
 
-    def rubs_endlessly(self, hits: int) -> bool:
-        return bool(hits >= ENDLESS and self.wall_cor > -1.0 and self.wall_friction > 0.0)
+    def slowest_along(
+        self, i: int, along: float, changes: float, mass: float, state: State
+    ) -> float:
+        # An impulse J changes the speed by J/mu and the slip by J (1/mu + 1/(q m)), so the speed
+        # changes in proportion to the slip, however many hits there are. A hit leaves the slip g
+        # between g and -beta g, so all later ones are between g and -max(beta, 0) g. Only a slip
+        # along the speed lowers it. And all J add up to at most the friction times all normal
+        # impulses. With beta = 1 and no limit, g and -g alternate, and so do two speeds.
+        speed, spin = abs(along), self.spins[ks.label_of(i, state.labels)]
+        slip = math.copysign(1.0, along) * (along + ks.radius_of(state.sizes, i) * spin)
+        moment = self.inertia * ks.mass_of(state.sizes, i)  # over r²
+        lowered = moment / (moment + mass) * (1.0 + max(self.wall_cor, 0.0)) * max(slip, 0.0)
+        if self.wall_cor == 1.0 and self.wall_friction == math.inf:
+            return float(min(speed, abs(speed - lowered)))
+        limit = self.wall_friction * changes  # not a number for no changes and no limit
+        return float(max(speed - (limit if limit < lowered else lowered), 0.0))
 
 
 @inlined

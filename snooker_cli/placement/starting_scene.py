@@ -98,7 +98,7 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
         for k, scene in enumerate(scenes):
             if k == 0 or scene.positions is not scenes[k - 1].positions:
                 check(scene, rounding)
-        check_speeds(scenes[0], velocities)
+        check_speeds(scenes[0], velocities, np.array(spins) if rough else None)
     except SceneError as error:
         if error.ball is not None and error.ball < len(placed):
             home = "balls.list" if isinstance(balls, BallList) else "balls"
@@ -238,7 +238,8 @@ def _spins(
         part = slice(first, first + count)
         if isinstance(group.spin, SpinTemperature):
             moments = experiment.inertia * masses[part] * radii[part] ** 2
-            spins[:, part] = normals[:, part] * np.sqrt(group.spin.temperature / moments)
+            with np.errstate(over="ignore"):  # to infinity, which ``check_speeds`` refuses
+                spins[:, part] = normals[:, part] * np.sqrt(group.spin.temperature / moments)
         elif group.spin is not None:
             spins[:, part] = group.spin
         first += count

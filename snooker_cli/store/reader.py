@@ -360,11 +360,15 @@ def _check_events(events: Events, trace: Trace, energy: float) -> None:
     if len(events):
         _require(events.time[-1] <= trace.stop.time, "end, which is before an event")
         # A speed of approach v has an energy of m v^2/2 at least, and an impulse of 2 m v at most.
+        # So has a slip, whose m is less.
         heaviest = float(np.max(trace.start.masses))
         most: Any = 2 * math.sqrt(2 * energy * heaviest)
         if trace.start.slides:  # which have the impulse of infinitely many bounces
             most = np.where(events.j == SLIDE, MOST, most)
         _require((events.impulse <= most).all(), "impulse of an event")
+        if events.tangential is not None:
+            rubs = np.abs(events.tangential)
+            _require((rubs <= most).all(), "tangential impulse of an event")
 
 
 def _check_summary(summary: Summary, trace: Trace, energy: float) -> None:
@@ -438,7 +442,7 @@ def _traces(
 
     for header in headers:
         _require(all(ball < len(radii) for ball in header.stop.balls), "balls in an ending")
-    _check_motion(scene(0), moving, places)
+    _check_motion(scene(0), moving, places, None if spins[0] is None else spins[::2])
     summaries = (
         [None] * len(headers) if "connectivity" in file else _summaries(file, rows, scene(0))
     )
@@ -450,15 +454,18 @@ def _traces(
     return traces
 
 
-def _check_motion(scene: Scene, balls: Sequence[Any], container: Sequence[Any]) -> None:
+def _check_motion(
+    scene: Scene, balls: Sequence[Any], container: Sequence[Any], spins: Any = None
+) -> None:
     """Raise ``ValueError`` or ``SceneError`` for places and speeds out of their range.
 
     scene : one of the file, for what all have in common
     balls, container : positions and velocities at the start and the finish of each repeat
+    spins : at the start of each, rad/s; ``None`` of smooth balls
     """
     (positions, velocities), (places, speeds) = balls, container
     scene.container.check_radii(scene.radii)
-    check_speeds(scene, velocities[::2])
+    check_speeds(scene, velocities[::2], spins)
     _require(np.all(np.abs(speeds) <= MOST_SPEED), "speed of the container")
     room = max(scene.container.size) + 4 * EPSILON * np.abs(places)
     with np.errstate(all="ignore"):

@@ -57,6 +57,7 @@ class Body:
     """A ball, or the container, on a straight line, m, m/s, 1/kg, s.
 
     turned : when it got its velocity
+    spin : rad/s; the container does not turn
     place : where it is at the middle of this interval, which is an exact number
     """
 
@@ -65,6 +66,7 @@ class Body:
     radius: Interval
     inverse_mass: Interval
     turned: Interval
+    spin: Interval
 
     @property
     def since(self) -> Interval:
@@ -101,6 +103,7 @@ class Collision(NamedTuple):
     """A collision of balls i < j, or of ball i and the container if j is -1; s, kg m/s, m/s.
 
     speed : their relative speed along the line of centres, before
+    tangential : the impulse of rough balls, as ``Events.tangential``; 0 of smooth ones
     """
 
     time: Interval
@@ -108,6 +111,7 @@ class Collision(NamedTuple):
     j: int
     impulse: Interval
     speed: Interval
+    tangential: Interval
 
 
 def unsupported_key(scene: Scene) -> str | None:
@@ -153,6 +157,7 @@ class Twin:
         self.clocks, self.blurs, self.speed_blurs = np.zeros((3, scene.number + 1))
         lines = self.places.tolist(), self.velocities.tolist()
         sizes = (*scene.radii.tolist(), width / 2), (*scene.masses.tolist(), scene.container_mass)
+        spins = [*([0.0] * scene.number if scene.spins is None else scene.spins.tolist()), 0.0]
         self.bodies = [
             Body(
                 vector(*place),
@@ -160,8 +165,9 @@ class Twin:
                 number(radius),
                 1 / number(mass),
                 self.zero,
+                number(spin),
             )
-            for place, velocity, radius, mass in zip(*lines, *sizes, strict=True)
+            for place, velocity, radius, mass, spin in zip(*lines, *sizes, spins, strict=True)
         ]
         self.balls, self.container = self.bodies[:-1], self.bodies[-1]
         self.now = self.zero
@@ -190,7 +196,7 @@ class Twin:
             if self.scene.contact_duration and self.done % self.scene.number == 0:
                 self.contact_lasts = self.contact_time()
             self.done += 1
-            impulse, speed = self.collide(*pair)
+            happened = self.collide(*pair)
             i, j = pair
             at_wall = j == len(self.balls)
             self.partners[i] = CONTAINER if at_wall else j
@@ -204,10 +210,13 @@ class Twin:
                 self.note(k)
             for k in changed:
                 self.renew(k)
-            yield Collision(time, i, self.partners[i], impulse, speed)
+            yield Collision(time, i, self.partners[i], *happened)
 
-    def collide(self, i: int, j: int) -> tuple[Interval, Interval]:
-        """Change the velocities by the law of the pair or the wall; impulse and normal speed."""
+    def collide(self, i: int, j: int) -> tuple[Interval, Interval, Interval]:
+        """Change the velocities by the law of the pair or the wall.
+
+        The impulse, the normal speed and the tangential impulse, as in ``Collision``.
+        """
         ball, other = self.balls[i], self.bodies[j]
         law: WallLaw = self.scene.pair_law
         if other is not self.container:
@@ -216,18 +225,41 @@ class Twin:
             law = self.scene.wall_law
             normal = ball.position(self.now) - other.position(self.now)
             if not isinstance(self.scene.container, Circle):
-                # A ball that reaches two sides at once may hit either first, they do not interact.
+                # A ball that reaches two sides at once may hit either first, if they are smooth.
                 first, *other_side = self.side_hits(ball)
                 later = not other_side or not other_side[0][0] < first[0]
+                if other_side and (surface := self.scene.surface) and surface.rubs_wall:
+                    question = f"which of two sides ball {i} hits first"
+                    later = not is_less(other_side[0][0], first[0], question)
                 self.now, side = first if later else other_side[0]
                 normal = self.normals[side]
                 law = law[side] if isinstance(law, Sides) else law
         normal /= abs(normal)
         speed = dot(ball.velocity - other.velocity, normal)
         impulse = self.change(speed, law, (i, j)) / (ball.inverse_mass + other.inverse_mass)
-        ball.turn(-impulse * ball.inverse_mass * normal, self.now)
-        other.turn(impulse * other.inverse_mass * normal, self.now)
-        return impulse, speed
+        given = self.rub(ball, other, normal, impulse)
+        push = normal * self.vector(impulse, given)
+        ball.turn(-push * ball.inverse_mass, self.now)
+        other.turn(push * other.inverse_mass, self.now)
+        return impulse, speed, given
+
+    def rub(self, ball: Body, other: Body, normal: Interval, impulse: Interval) -> Interval:
+        """Change the spins of two rough bodies; the impulse to the left of the normal, kg m/s."""
+        surface = self.scene.surface
+        if surface is None:
+            return self.zero
+        cor, friction, bodies = surface.tangential_cor, surface.friction, [ball, other]
+        if other is self.container:
+            cor, friction, bodies = surface.wall_tangential_cor, surface.wall_friction, [ball]
+        slip = dot(ball.velocity - other.velocity, normal * self.vector(0, 1))
+        slip += ball.radius * ball.spin + other.radius * other.spin
+        turning = sum((body.inverse_mass for body in bodies), self.zero) / surface.inertia
+        given = (1 + self.number(cor)) * slip / (ball.inverse_mass + other.inverse_mass + turning)
+        if friction < math.inf:
+            given = given.min(friction * impulse).max(-friction * impulse)
+        for body in bodies:
+            body.spin -= given * body.inverse_mass / (surface.inertia * body.radius)
+        return given
 
     def change(self, speed: Interval, law: WallLaw, pair: tuple[int, int]) -> Interval:
         """By how much a collision changes a normal relative speed, m/s."""

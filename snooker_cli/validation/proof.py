@@ -5,6 +5,7 @@ check; docs/accuracy.md explains its format.
 """
 
 import json
+import math
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
@@ -54,7 +55,7 @@ class OwnEvent(NamedTuple):
     """An event of the engine, s, and its balls and container just after it.
 
     residual : the part of the time that rounding cuts off
-    impulse : as it is stored, kg m/s
+    impulse, tangential : as they are stored, kg m/s; the latter is 0 of smooth balls
     """
 
     time: float
@@ -62,6 +63,7 @@ class OwnEvent(NamedTuple):
     i: int
     j: int
     impulse: float
+    tangential: float
     state: Scene
 
 
@@ -72,18 +74,21 @@ def own_events(trace: Trace) -> Iterator[OwnEvent]:
     run, origin = Replay(trace), origin_of(start)
     everything = np.arange(start.number)[np.newaxis]
     rest = np.zeros(len(events)) if events.residual is None else events.residual
-    names = events.time, rest, events.i, events.j, events.impulse
+    given = np.zeros(len(events)) if events.tangential is None else events.tangential
+    names = events.time, rest, events.i, events.j, events.impulse, given
     columns = (column.tolist() for column in names)
-    for done, (moment, residual, i, j, impulse) in enumerate(zip(*columns, strict=True), start=1):
+    for done, row in enumerate(zip(*columns, strict=True), start=1):
+        moment, residual, i, j, impulse, tangential = row
         (balls,), (container,) = run.states(np.array([done]), np.array([moment]), everything)
         state = replace(
             start,
             positions=balls[:2].T + origin,
-            velocities=balls[2:].T.copy(),
+            velocities=balls[2:4].T.copy(),
             container_position=container[:2] + origin,
             container_velocity=container[2:].copy(),
+            spins=start.spins if start.surface is None else balls[4].copy(),
         )
-        yield OwnEvent(moment, residual, i, j, impulse, state)
+        yield OwnEvent(moment, residual, i, j, impulse, tangential, state)
 
 
 def prove(
@@ -109,7 +114,11 @@ def prove(
     # Up to the end of such a repeat there must be no further event.
     whole = compared == number and end.reason in (StopReason.TIME, StopReason.NOTHING_LEFT)
     until = end.time if end.reason is StopReason.TIME else np.inf
-    verdict, reason, last = "all", "", OwnEvent(0.0, 0.0, CONTAINER, CONTAINER, 0.0, trace.start)
+    verdict, reason, last = (
+        "all",
+        "",
+        OwnEvent(0.0, 0.0, CONTAINER, CONTAINER, 0.0, 0.0, trace.start),
+    )
     twin, worst, own = Twin(trace.start), np.zeros(3), own_events(trace)
     bounds: list[list[float]] = []
     rows: list[list[Any]] = []
@@ -181,7 +190,8 @@ def errors(event: OwnEvent, twin: Twin, truth: Collision) -> Floats:
         if k != CONTAINER
     )
     places = max(above(abs(way)) for way in apart)
-    push = above(abs(twin.number(event.impulse) - truth.impulse))
+    true = twin.vector(truth.impulse, truth.tangential)
+    push = above(abs(twin.vector(event.impulse, event.tangential) - true))
     return np.array([above(abs(moment - truth.time)), places, push])
 
 
@@ -199,22 +209,32 @@ def wrong_contact(event: OwnEvent) -> str:
 
 
 def wrong_impulse(before: Scene, event: OwnEvent) -> str:
-    """What is wrong with an event if rounding does not explain its stored impulse.
+    """What is wrong with an event if rounding does not explain its stored impulses.
 
-    It is compared with the change of velocity of its lighter ball.
+    They are compared with the change of velocity and of spin of its lighter ball.
     """
     bodies = [k for k in (event.i, event.j) if k != CONTAINER]
     k = min(bodies, key=lambda ball: float(before.masses[ball]))
     change = event.state.velocities[k] - before.velocities[k]
-    impulse = float(before.masses[k] * np.hypot(*change))
+    impulse, given, mass = float(before.masses[k] * np.hypot(*change)), 0.0, before.masses[k]
     # The impulse is at most twice this mass times the speed of approach.
     velocities = [before.velocities[bodies], event.state.velocities[bodies]]
     speeds = np.hypot(*np.vstack([*velocities, before.container_velocity]).T)
-    rounding = ROUNDINGS * EPSILON * float(before.masses[k] * np.sum(speeds))
-    if abs(event.impulse - impulse) <= rounding:
-        return ""
-    stored = f"with an impulse of {event.impulse:.6g} kg m/s"
-    return f"{contact_in_words(event.time, event.i, event.j)}, {stored} for {impulse:.6g} kg m/s"
+    if before.surface is not None and before.spins is not None and event.state.spins is not None:
+        turning = before.radii[bodies] * np.array([before.spins[bodies], event.state.spins[bodies]])
+        change = turning[1] - turning[0]
+        given = -float(before.surface.inertia * mass * change[bodies.index(k)])
+        speeds = np.append(speeds, np.abs(turning))
+    rounding = ROUNDINGS * EPSILON * float(mass * np.sum(speeds))
+    whole = math.hypot(event.impulse, event.tangential)
+    for name, stored, found in (
+        ("an", whole, impulse),
+        ("a tangential", event.tangential, given),
+    ):
+        if not abs(stored - found) <= rounding:
+            words = f"with {name} impulse of {stored:.6g} kg m/s for {found:.6g} kg m/s"
+            return f"{contact_in_words(event.time, event.i, event.j)}, {words}"
+    return ""
 
 
 def wrong_end(trace: Trace, limited: bool) -> str:
@@ -231,12 +251,14 @@ def wrong_end(trace: Trace, limited: bool) -> str:
         return f"the end is at {stop.time:.10g} s, and the last event at {last:.10g} s"
     with suppress(UnsoundError):
         states = replay(trace, [stop.time])
-        pairs = (
+        pairs: list[tuple[Any, Any]] = [
             (states.positions[0], trace.finish.positions),
             (states.velocities[0], trace.finish.velocities),
             (states.container_positions[0], trace.finish.container_position),
             (states.container_velocities[0], trace.finish.container_velocity),
-        )
+        ]
+        if states.spins is not None:
+            pairs.append((states.spins[0], trace.finish.spins))
         if all(np.array_equal(*pair) for pair in pairs):
             return ""
     return "the stored finish is not where the stored events lead"
@@ -303,6 +325,8 @@ def scene_record(scene: Scene) -> Record:
     )
     container = {"shape": scene.container.name, **scene.container.lengths}
     laws = {name: _law_record(getattr(scene, name)) for name in ("pair_law", "wall_law")}
+    if scene.surface is not None:
+        laws["surface"] = plain(scene.surface._asdict())
     return {"container": container, **laws, **record}
 
 

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scenes import EPSILON
+from scenes import gas as lattice_gas
 
 from snooker_cli.config import parse
 from snooker_cli.containers import Box, PeriodicBox
@@ -127,6 +129,47 @@ def test_a_rough_wall_keeps_the_energy_too(gas: Scene) -> None:
     finish = simulate(scene, collisions=4000).finish
     assert energy(finish) == pytest.approx(energy(scene), rel=1e-12)
     assert abs(angular_momentum(finish) - angular_momentum(scene)) > 1.0
+
+
+@pytest.mark.parametrize("friction", [0.3, INF])
+def test_a_periodic_box_keeps_the_momentum(friction: float) -> None:
+    """Of balls that lose energy; what one gives along the tangent, the other gets."""
+    scene = rough(
+        lattice_gas("periodic", 24, 0.3, mixed=True, cor=0.95), 0.4, 0.5, friction, -1.0, 0.0
+    )
+    before = scene.masses @ np.abs(scene.velocities)
+    finish = simulate(scene, collisions=4000).finish
+    assert energy(finish) < 0.5 * energy(scene)
+    change = finish.masses @ finish.velocities - scene.masses @ scene.velocities
+    assert np.all(np.abs(change) < 4000 * EPSILON * before)
+
+
+@pytest.mark.parametrize("balls", [1, 5])
+@pytest.mark.parametrize("cor", [-1.0, 1.0])
+def test_time_can_be_reversed(balls: int, cor: float) -> None:
+    """With reversed velocities and spins, elastic balls come back: a slip turns round, or stays.
+
+    A hit of a straight wall enlarges an error by no more than a factor for all. Each of the five
+    balls has four collisions or fewer on the way, and as many back. One enlarges an error by the
+    path over the radius, less than 20.
+    """
+    scene = rough(lattice_gas("box", balls, 0.05), 0.5, cor, INF, cor, INF, spins=np.arange(balls))
+    scene = replace(scene, velocities=scene.velocities + (balls == 1) * np.array([1.0, 0.7]))
+    collisions = 1000 if balls == 1 else 10
+    there = simulate(scene, collisions=collisions)
+    time = there.stop.time * (1 + 1e-9)
+    finish = simulate(scene, time=time).finish
+    assert finish.spins is not None
+    assert scene.spins is not None
+    turned = replace(finish, velocities=-finish.velocities, spins=-finish.spins)
+    back = simulate(turned, time=time)
+    assert back.collisions == there.collisions == collisions
+    enlarged = collisions**2 if balls == 1 else 20**4
+    error = enlarged * EPSILON * max(scene.container.size)
+    assert back.finish.spins is not None
+    assert np.max(np.abs(back.finish.positions - scene.positions)) < error
+    assert np.max(np.abs(back.finish.velocities + scene.velocities)) < error
+    assert np.max(np.abs(back.finish.spins + scene.spins)) < error
 
 
 @pytest.mark.parametrize("numbers", [(-1.0, INF), (0.5, 0.0)])

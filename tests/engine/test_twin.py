@@ -3,6 +3,7 @@
 import json
 import math
 import random
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -16,7 +17,7 @@ from scenes import NEIGHBOURS, Ball, displaced, gas, mixed_scene, report_scene, 
 
 from snooker_cli.containers import SHAPES, Box, Circle, Container, PeriodicBox
 from snooker_cli.engine import simulate
-from snooker_cli.laws import Constant, Driven, Law, Sides, Viscoelastic, WallLaw
+from snooker_cli.laws import Constant, Driven, Law, Sides, Surface, Viscoelastic, WallLaw
 from snooker_cli.scene import Scene
 
 DATA = Path(__file__).parents[1] / "data"
@@ -53,6 +54,14 @@ def laws(shape: str, pair_law: Law, wall_law: WallLaw) -> Scene:
     return replace(gas(shape, 8, 0.2), pair_law=pair_law, wall_law=wall_law)
 
 
+def rough(make: Callable[[], Scene], *numbers: float) -> Scene:
+    """The balls of a scene with a surface: q, and β and μ of two balls and at the wall."""
+    scene = make()
+    return replace(scene, surface=Surface(*numbers), spins=np.linspace(-8, 9, scene.number))
+
+
+ROUGH_CIRCLE = partial(report_scene, cor=0.9)
+
 COURSES = {
     "report": (partial(report_scene, container_mass=1e7), 250),
     "report, CoR 0.8": (partial(report_scene, container_mass=1e7, cor=0.8), 390),
@@ -75,6 +84,24 @@ COURSES = {
     ),
     "sides of a box": (
         partial(laws, "box", Constant(0.9), Sides(DRIVEN, Constant(0.8), SOFT, Constant(1.0))),
+        100,
+    ),
+    "rough": (partial(rough, ROUGH_CIRCLE, 0.5, 0.4, math.inf, 0.4, math.inf), 350),
+    "friction": (partial(rough, ROUGH_CIRCLE, 0.5, 0.8, 0.2, 0.3, 0.15), 350),
+    "rough mixture, light container": (
+        partial(rough, partial(mixed_scene, 20.0, 0.9), 0.4, 0.5, 0.3, 1.0, math.inf),
+        180,
+    ),
+    "rough ring in a box": (
+        partial(rough, partial(gas, "box", 8, 0.2, mixed=True), 1.0, -0.5, 0.3, 0.9, 0.2),
+        60,
+    ),
+    "rough, periodic": (
+        partial(rough, partial(gas, "periodic", 24, 0.3, mixed=True), 0.5, 0.0, 0.4, -1.0, 0.0),
+        100,
+    ),
+    "rough channel": (
+        partial(rough, partial(gas, "channel", 24, 0.3), 0.5, 0.7, 0.5, 0.5, math.inf),
         100,
     ),
 }
@@ -207,6 +234,19 @@ def test_random_scenes_with_all_pairs(scene):
 @settings(derandomize=True, deadline=None, max_examples=110)
 def test_random_scenes_in_cells(scene):
     compared(scene, 25, crossings(scene), search=NEIGHBOURS)
+
+
+TANGENTIAL = st.sampled_from([-1.0, 0.0, 1.0]) | st.floats(-1.0, 1.0)
+FRICTION = st.sampled_from([0.0, math.inf]) | st.floats(0.01, 2.0)
+
+
+@given(
+    scene=scenes([("circle", False), ("light circle", False)]),
+    numbers=st.tuples(st.floats(0.05, 1.0), TANGENTIAL, FRICTION, TANGENTIAL, FRICTION),
+)
+@settings(derandomize=True, deadline=None, max_examples=60)
+def test_random_rough_scenes(scene, numbers):
+    compared(rough(lambda: scene, *numbers), 30)
 
 
 def test_a_pair_that_has_parted_meets_again_through_a_side():

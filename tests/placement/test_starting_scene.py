@@ -216,6 +216,15 @@ def test_speeds_beyond_the_squares_of_doubles_are_refused(container, balls, spee
     assert "nearer to 1" in str(error)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("spin", ["1e155", "1e308", "{temperature: 1e308}"])
+def test_spins_beyond_the_squares_of_doubles_are_refused(spin):
+    balls = f"{{count: 9, radius: 1, mass: 1e-50, speed: 1, spin: {spin}}}"
+    error = error_of(counted("radius: 10", balls, "tangential_cor=0.5"))
+    assert error.key == "balls"
+    assert "m/s with its spin" in str(error)
+
+
 # Balls by count: of size, radius and packing the third follows
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
@@ -19,11 +20,20 @@ from scenes import gas, scene_of
 from snooker_cli import runs, store
 from snooker_cli.config import EXAMPLES, load
 from snooker_cli.engine import replay, simulate
+from snooker_cli.laws import Surface
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, SLIDE, Events, Trace
 from snooker_cli.validation.methods import rings
 from snooker_cli.validation.proof import prove
+
+FRICTION = Surface(0.4, 0.5, 0.3, 0.7, 0.2)
+ROUGH = replace(
+    rings(number=1, restitution=0.9, container_mass=20.0),
+    surface=Surface(0.5, 0.5, 0.3, 0.3, math.inf),
+    spins=np.linspace(-5, 6, 7),
+)
+"""Seven balls that spin, in a light container."""
 
 
 @pytest.fixture(scope="module")
@@ -183,6 +193,25 @@ def test_forged_numbers_are_found(name: str, finished: Path, snooker: Snooker) -
     assert (read.code, "than the config's" in read.out) == (int(found_by_reading), found_by_reading)
 
 
+@pytest.mark.parametrize("row", [0, 7])
+@pytest.mark.parametrize("change", ["sign", "size", "spin"])
+def test_forged_impulses_of_rough_balls_are_found(change: str, row: int) -> None:
+    trace = simulate(ROUGH, collisions=20)
+    assert prove(trace, 20)["verdict"] == "all"
+    assert trace.events is not None
+    assert trace.events.tangential is not None
+    tangential, spins = trace.events.tangential.copy(), trace.finish.spins
+    assert spins is not None
+    if change == "spin":
+        trace = replace(trace, finish=replace(trace.finish, spins=np.roll(spins, row + 1)))
+    tangential[row] *= {"sign": -1, "size": 1 + 1e-9, "spin": 1}[change]
+    wrong = replace(trace, events=replace(trace.events, tangential=tangential))
+    proof = prove(wrong, 20)
+    assert proof["verdict"] == "wrong"
+    words = "the stored finish" if change == "spin" else f"event {row + 1} is ba"
+    assert proof["reason"].startswith(words)
+
+
 # Certificates
 
 
@@ -191,8 +220,10 @@ def test_forged_numbers_are_found(name: str, finished: Path, snooker: Snooker) -
     [
         rings(number=1, restitution=0.9, container_mass=20.0),
         gas("box", 7, 0.2, mixed=True, cor=0.9),
+        ROUGH,
+        replace(gas("box", 7, 0.2, mixed=True, cor=0.9), surface=FRICTION, spins=np.arange(7.0)),
     ],
-    ids=["circle", "box"],
+    ids=["circle", "box", "rough, in a light circle", "rough, in a box"],
 )
 def test_another_program_can_check_a_certificate(scene: Scene) -> None:
     """And it finds one whose events are in another order, or at another time."""
