@@ -330,7 +330,7 @@ class Simulation(ABC):
             bounces = scene.wall_restitution > 0.0
             if not isinstance(scene.wall_law, Constant) or (rubs and bounces):
                 what = (
-                    f"bounces ever faster at the wall: it stops until {end:.9g} s and gives it at "
+                    f"bounces ever faster at the wall: it stops by {end:.9g} s and gives it at "
                     f"most {given:.6g} kg m/s more, if no other ball hits it"
                 )
             elif bounces:

@@ -462,9 +462,9 @@ class Simulation {
     const lasts = parts.answers[ANSWERS.LASTS], given = parts.answers[ANSWERS.GIVEN];
     const end = general(time + lasts, 9), impulse = general(given, 6);
     let what = phrase`stays at the wall, because the wall CoR is 0`;
-    if (word !== "constant") {
+    if (word !== "constant" || (rubsWall(this.scene.surface) && cor > 0)) {
       const most = phrase`at most ${impulse} kg m/s more, if no other ball hits it`;
-      what = phrase`bounces ever faster at the wall: it stops until ${end} s and gives it ${most}`;
+      what = phrase`bounces ever faster at the wall: it stops by ${end} s and gives it ${most}`;
     } else if (cor > 0) {
       what = phrase`bounces infinitely often at the wall, until ${end} s, and gives it ${impulse} kg m/s more`;
     }

@@ -366,8 +366,7 @@ class Gas {
     if (reason === TIME || reason === NOTHING_LEFT) return "on";
     if ((reason !== WALL_TRAP && reason !== COLLAPSE) || contactDuration) return null;
     const fixed = container.shape === "circle" && !Number.isFinite(containerMass);
-    const isSmooth = (surface?.wall_cor ?? -1) === -1;
-    const slides = fixed && isSmooth && wallLaw.word === "constant" && wallLaw.cor <= 1 - 1e-6;
+    const slides = fixed && !rubsWall(surface) && wallLaw.word === "constant" && wallLaw.cor <= 1 - 1e-6;
     return reason === WALL_TRAP && slides ? "slide" : "tc";
   }
 }

@@ -67,6 +67,11 @@ function surfaceOf({ inertia, tangential_cor: cor, friction, wall_tangential_cor
   return { inertia, cor: cor ?? -1, friction, wall_cor: wallCor ?? cor, wall_friction: wallFriction ?? friction };
 }
 
+/** Whether hits of the wall change anything along the tangent. */
+function rubsWall(surface) {
+  return surface !== null && surface.wall_cor > -1 && surface.wall_friction !== 0;
+}
+
 function lawOfBalls(cor, corSpeed) {
   return corSpeed ? { word: "viscoelastic", cor, corSpeed } : { word: "constant", cor };
 }

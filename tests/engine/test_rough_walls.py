@@ -164,7 +164,7 @@ def test_a_trap_says_what_is_certain() -> None:
         assert stop.reason is StopReason.WALL_TRAP
         messages.append(stop.message)
     bound, exact, stays = messages
-    assert "bounces ever faster at the wall: it stops until" in bound
+    assert "bounces ever faster at the wall: it stops by" in bound
     assert "at most" in bound
     assert "bounces infinitely often at the wall, until" in exact
     assert "stays at the wall, because the wall CoR is 0" in stays
