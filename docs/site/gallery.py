@@ -36,6 +36,7 @@ FIGURES_OF: dict[str, tuple[dict[str, Any], dict[str, dict[str, Any]]]] = {
         {"repeats": 2},
         {"species-temperature": {}, "species-ratio": {}, "a2": {}, "local-energy": {}},
     ),
+    "rough": ({}, {"rotation": {}}),
     "heat": ({}, {"profiles": {}, "heat-flux": {}}),
     "driven": (
         {"balls.radius": 0.4},

@@ -25,8 +25,9 @@ import numpy as np
 import pytest
 import repeating
 import yaml
+from direct_simulation import ROUGH_MOMENTS
 
-from snooker_cli import __version__
+from snooker_cli import __version__, two_temperatures
 from snooker_cli.analysis.comparison import compare
 from snooker_cli.analysis.decay import decays
 from snooker_cli.cli.app import COMMANDS, loaded
@@ -40,6 +41,7 @@ from snooker_cli.placement.starting_scene import starting_scenes
 from snooker_cli.reproduction.claims import decay_factors
 from snooker_cli.reproduction.reproduce import measurement
 from snooker_cli.runs import Run
+from snooker_cli.validation.gas_samples import DIRECT
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -319,8 +321,26 @@ def test_agreement_with_known_physics_is_that_of_the_saved_measurement() -> None
         if row["agreement"] != "yes":
             assert row["agreement"] == "only with open"
             side = "below" if row["left_in_errors"] < 0 else "above"
-            number = f" {abs(row['left_in_errors']):.1f} "
-            assert any(number in one and side in one for one in text.split(". ")), number
+            number = re.compile(rf" {abs(row['left_in_errors']):.1f}[ ,]")
+            assert any(number.search(one) and side in one for one in text.split(". ")), number
+
+
+def test_the_table_of_rough_balls_is_that_of_the_saved_measurement() -> None:
+    """The last columns are those of tests/validation/direct_simulation.py."""
+    text, of_gas = ACCURACY.read_text("utf-8"), {}
+    for row in measurement("physics")["rows"]:
+        if row["quantity"] == "T_rot/T_tr" and row["source"] == DIRECT:
+            of_gas[row["setting"]["keys"]["tangential_cor"]] = row
+    assert of_gas.keys() == ROUGH_MOMENTS.keys()
+    for beta, row in of_gas.items():
+        limit = two_temperatures.rough_ratio(0.9, beta, 0.5)
+        measured = with_error(row["measured"], row["error"])
+        kurtosis, correlation = (f"{value:.3f}" for value in ROUGH_MOMENTS[beta])
+        cells = f"{beta:g}", measured, short(row["expected"], 4), short(limit, 4), kurtosis
+        line = " | ".join((*cells, correlation)).replace("-", "−")
+        assert f"| {line} |" in text
+        above = 100 * (limit / row["expected"] - 1)
+        assert (2.45 < above < 5.85) is (beta < 0.9)
 
 
 def simulated(name: str, folder: Path) -> Run:

@@ -8,11 +8,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from direct_simulation import a2
+from direct_simulation import (
+    CORRELATION,
+    RATIO,
+    ROUGH_MOMENTS,
+    SPIN_KURTOSIS,
+    a2,
+    moments,
+    temperatures,
+)
 from typer.testing import CliRunner
 
 from snooker_cli.cli.app import app
 from snooker_cli.validation import physics_study as measurements
+from snooker_cli.validation import spinning_gases
 from snooker_cli.validation.gas_samples import ALLOWED, GasSample, known_value
 from snooker_cli.validation.study import PLANS
 
@@ -97,3 +106,17 @@ def test_a2_of_direct_simulation() -> None:
     value, error = measurements.DIRECT_A2[0.95]
     found, own_error = a2(0.95, 20_000, 8)
     assert found == pytest.approx(value, abs=4 * math.hypot(error, own_error))
+
+
+def test_direct_simulation_of_rough_disks() -> None:
+    """Values of plans.yaml and of docs/accuracy.md."""
+    values, errors = moments(0.9, 0.0, 20_000, 8)
+    known = spinning_gases.DIRECT_ROUGH[0.0]
+    kurtosis, correlation = ROUGH_MOMENTS[0.0]
+    for place, expected in ((RATIO, known["ratio"][0]), (SPIN_KURTOSIS, kurtosis)):
+        assert values[place] == pytest.approx(expected, abs=5 * errors[place])
+    assert values[CORRELATION] == pytest.approx(correlation, abs=5 * errors[CORRELATION])
+    collisions = spinning_gases.cooled_after(0.9, 0.0)
+    values, errors = temperatures(0.9, 0.0, collisions, 20_000, 8)
+    for name, value, error in zip(("T_tr", "T_rot"), values, errors, strict=True):
+        assert value == pytest.approx(known[name][0], abs=5 * error)
