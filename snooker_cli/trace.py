@@ -27,6 +27,7 @@ class StopReason(StrEnum):
     WALL_TRAP = "wall_trap"  # a ball hits the wall infinitely often in finite time
     COLLAPSE = "collapse"  # collisions follow without any time between them
     IDLE = "idle"  # very many crossings without a collision
+    REST = "rest"  # the balls are too slow for double precision
     INTERRUPTED = "interrupted"  # the user asked to stop
 
     @property

@@ -59,10 +59,14 @@ def clocks(epoch: float, events: Events) -> Floats:
 
 # Endings
 
-# Answers of ``advance``; TIME to IDLE have the places that they have in ``StopReason``. After
+# Answers of ``advance``; TIME to REST have the places that they have in ``StopReason``. After
 # FULL the repeat continues with the next chunk. The last two are for ``AmongNeighbours``: make
 # cells larger, or put them round the container's new place.
-FULL, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, CELL_FULL, OUT_OF_MARGIN = range(8)
+FULL, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, REST = range(7)
+CELL_FULL, OUT_OF_MARGIN = 7, 8
+
+SLOWEST = 1e-150
+"""Speed of the fastest ball, m/s, below which squares of speeds are no doubles."""
 
 CLOCK_DIGITS = 4 * 2.0**-52
 """An event that is later by less than this part of the time does not move the clock."""
@@ -121,6 +125,21 @@ def has_collapsed(state: State) -> bool:
     if stalled <= STALL_LIMIT:
         return False
     return bool(stalled > most_stalled(state.counts[ks.INVOLVED], state.setup.settling))
+
+
+@inlined
+def is_at_rest(i: int, impulse: float, state: State) -> bool:
+    """Whether all balls are slower than ``SLOWEST`` after an event of ball i, kg m/s.
+
+    Few impulses are small enough to look at the others.
+    """
+    if impulse > 2.0 * SLOWEST * ks.mass_of(state.sizes, i):
+        return False
+    balls = state.balls
+    for k in range(balls.shape[1]):
+        if max(abs(balls[ks.U, k]), abs(balls[ks.V, k])) > SLOWEST:
+            return False
+    return True
 
 
 def still_events(events: Events) -> Events:

@@ -97,7 +97,7 @@ def settle(boundary: Any, i: int, trapped: bool, now: float, state: State) -> bo
 #   fill the rows of the summary up to now
 #   a ball that slides: bring it to now along the wall; the same contact is next
 #   bring i and j to now, change their velocities; count and record the event
-#   stop if i is trapped at the wall, or if the clock stands still
+#   stop if i is trapped at the wall, if the clock stands still, or if the balls are too slow
 #   predict the next contacts of i and j; if a free container has moved, all its hits
 @inlined
 def simulate_repeat(
@@ -156,6 +156,8 @@ def simulate_repeat(
                 return clock.WALL_TRAP
             if clock.has_collapsed(state):
                 return clock.COLLAPSE
+            if clock.is_at_rest(i, size, state):
+                return clock.REST
         predict(search, i, j, happens, now, state)
     return clock.FULL
 

@@ -312,6 +312,10 @@ class Simulation(ABC):
                 f"no collision in {IDLE_CALLS * cells.CROSSINGS_AT_ONCE:,} crossings of cells "
                 f"after {number}, at {now:.9g} s; give a time to end at"
             ),
+            StopReason.REST: (
+                f"all balls are slower than {clock.SLOWEST:g} m/s after {number}, at {now:.9g} s: "
+                "squares of speeds are no numbers of double precision"
+            ),
             StopReason.INTERRUPTED: f"interrupted after {number} at {now:.9g} s",
         }
         if reason in messages:

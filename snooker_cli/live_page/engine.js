@@ -11,7 +11,8 @@ const {
   ball: BALL, history: HISTORY, sums: SUMS, counts: COUNTS, law: LAW, kinds: KINDS, shapes: SHAPES, answers: ANSWERS,
   followed: FOLLOWED, SETTLES, NO_PARTNER, FULL, REASONS, LENGTHS,
 } = ENGINE.names;
-const [COLLISIONS, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE] = REASONS;
+const SQUARES = phrase`squares of speeds are no numbers of double precision`;
+const [COLLISIONS, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, REST] = REASONS;
 const NO_LIMIT = 2 ** 53; // as good as no limit for a number of events
 const LARGE = 1e100; // large but finite, so that times zero it is zero
 const IDLE_CALLS = 5000; // of ``follow`` in a row without an event, after which a repeat without a time ends
@@ -420,6 +421,7 @@ class Simulation {
       [TIME]: phrase`${limit} s reached after ${events}`,
       [NOTHING_LEFT]: phrase`no further collision can happen after ${after}, at ${now} s`,
       [IDLE]: phrase`no collision in ${searches} searches after ${events}, at ${now} s; give a time to end at`,
+      [REST]: phrase`all balls are slower than 1e-150 m/s after ${events}, at ${now} s: ${SQUARES}`,
     };
     const first = Number(counts[COUNTS.FIRST]), second = Number(counts[COUNTS.SECOND]);
     if (reason in messages) {

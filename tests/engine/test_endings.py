@@ -23,7 +23,7 @@ from scenes import (
 
 from snooker_cli.config import parse
 from snooker_cli.containers import Box, Channel, PeriodicBox
-from snooker_cli.engine import clock, contact, simulate, simulation, sliding, stands_still
+from snooker_cli.engine import clock, contact, replay, simulate, simulation, sliding, stands_still
 from snooker_cli.errors import SceneError
 from snooker_cli.laws import Constant
 from snooker_cli.placement.starting_scene import starting_scene
@@ -171,12 +171,29 @@ def test_balls_that_pass_by_for_ever():
 
 
 def test_two_balls_without_rebound_stop():
-    """Each collision leaves the motion along the contact. At last its square is no double."""
+    """Each collision leaves the motion along the contact, until its square would be no double."""
     config = "container: {shape: periodic, packing: 0.02}\ncor: 0\ncollisions: 500\nseed: 2\n"
     balls = "balls: {count: 2, radius: 1, speed: 10, start: random}\n"
     trace = simulate(starting_scene(parse(config + balls).experiment, 0), collisions=500)
-    assert trace.stop.reason is StopReason.NOTHING_LEFT
-    assert trace.finish.kinetic_energy == 0.0
+    assert trace.stop.reason is StopReason.REST
+    assert trace.stop.message.startswith("all balls are slower than 1e-150 m/s after")
+    assert 0.0 < trace.finish.kinetic_energy < 1e-300
+    assert not trace.stop.reason.complete
+
+
+def test_the_energy_falls_and_balls_stay_inside_until_they_are_too_slow():
+    """Also of rough balls, whose places were once outside of the circle."""
+    config = (
+        "container: {radius: 10}\ncor: 0.95\nwall_cor: 1\ntangential_cor: 0.5\ncollisions: 50000\n"
+    )
+    balls = "balls: {count: 7, radius: 1, speed: 5, start: random}\n"
+    trace = simulate(starting_scene(parse(config + balls).experiment, 0), collisions=50_000)
+    assert trace.stop.reason is StopReason.REST
+    assert len(trace.events) > 10_000
+    states = replay(trace, trace.events.time[-1000:])
+    assert np.hypot(*np.moveaxis(states.positions, 2, 0)).max() <= 9.0 * (1 + 1e-12)
+    energies = np.sum(states.velocities**2, axis=(1, 2)) + 0.5 * np.sum(states.spins**2, axis=1)
+    assert np.all(np.diff(energies) <= 1e-12 * energies[1:])
 
 
 def test_very_many_crossings_without_a_collision(monkeypatch):
