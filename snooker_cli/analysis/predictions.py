@@ -446,7 +446,9 @@ def cooling_spins(measurement: Measurement) -> Array | None:
     scene, surface, law = measurement.scene, measurement.scene.surface, measurement.scene.pair_law
     if surface is None or not (scene.equal_balls and isinstance(law, Constant)):
         return None
-    if math.isfinite(surface.friction) or scene.number < 2 or scene.elastic_below > 0:
+    if math.isfinite(surface.friction) or scene.number < 2:
+        return None
+    if scene.contact_duration > 0 or scene.elastic_below > 0:
         return None
     if scene.container.has_wall and (scene.wall_law != Constant(1.0) or surface.rubs_wall):
         return None

@@ -125,8 +125,7 @@ def expected_temperatures(scene: Scene) -> dict[str, float]:
     if wall is not None and observables.elastic_pairs(scene):
         return {WALLS: wall}
     walls, radius, mass = _walls(scene), float(scene.radii[0]), float(scene.masses[0])
-    one_law = len({law for law, _ in walls if law.gains}) == 1
-    if not (one_law and _is_fluid(scene) and _is_smooth(scene)):
+    if not (_have_one_law(scene) and _is_fluid(scene) and _is_smooth(scene)):
         return {}
     balls = scene.number, radius, mass, scene.restitution
     try:
@@ -136,10 +135,18 @@ def expected_temperatures(scene: Scene) -> dict[str, float]:
     return {BALANCE: warm} if math.isfinite(warm) else {}
 
 
+def _have_one_law(scene: Scene) -> bool:
+    """Whether all walls that give energy have one law."""
+    return len({law for law, _ in _walls(scene) if law.gains}) == 1
+
+
 def _heated_spins(scene: Scene) -> dict[str, float]:
-    """T_rot/T_tr that theory gives smooth walls, by the name of the theory; empty without one."""
+    """T_rot/T_tr that theory gives smooth walls, by the name of the theory; empty without one.
+
+    Walls are as in `expected_temperatures`.
+    """
     surface = scene.surface
-    if surface is None or surface.rubs_wall or not scene.equal_balls:
+    if surface is None or surface.rubs_wall or not scene.equal_balls or not _have_one_law(scene):
         return {}
     if math.isfinite(surface.friction) or surface.tangential_cor == -1:
         return {}
