@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from direct_simulation import a2
+from direct_simulation import RATIO, a2, moments, temperatures
 from typer.testing import CliRunner
 
 from snooker_cli.cli.app import app
 from snooker_cli.validation import physics_study as measurements
+from snooker_cli.validation import spinning_gases
 from snooker_cli.validation.gas_samples import ALLOWED, GasSample, known_value
 from snooker_cli.validation.study import PLANS
 
@@ -97,3 +98,16 @@ def test_a2_of_direct_simulation() -> None:
     value, error = measurements.DIRECT_A2[0.95]
     found, own_error = a2(0.95, 20_000, 8)
     assert found == pytest.approx(value, abs=4 * math.hypot(error, own_error))
+
+
+def test_rough_disks_of_direct_simulation() -> None:
+    """The saved values are those of more particles."""
+    direct, settings = spinning_gases.DIRECT_ROUGH[0.0], (0.9, 0.0)
+    mean, error = moments(*settings, 10_000, 8)[:, RATIO].tolist()
+    value, saved_error = direct["ratio"]
+    assert abs(mean - value) < 4 * math.hypot(error, saved_error) < 0.01
+    after = spinning_gases.cooled_after(*settings)
+    both, errors = temperatures(*settings, after, 10_000, 8)
+    saved, saved_errors = np.transpose([direct["T_tr"], direct["T_rot"]])
+    assert np.all(np.abs(both - saved) < 4 * np.hypot(errors, saved_errors))
+    assert np.all(errors < 0.01 * both)
