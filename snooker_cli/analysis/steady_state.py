@@ -100,7 +100,12 @@ def pooled_ratio(above: Array, below: Array) -> Array:
 
 
 def wall_temperature(scene: Scene) -> float | None:
-    """The temperature of all walls that change the energy, J; ``None`` if they have no one."""
+    """The temperature of all walls that change the energy, J; ``None`` if they have no one.
+
+    A rough wall that takes energy has none.
+    """
+    if scene.surface is not None and not scene.surface.elastic_wall:
+        return None
     laws = [law for law, _ in _walls(scene) if law.gains or law.cor < 1]
     warm = {law.temperature if isinstance(law, Thermal) else None for law in laws}
     return warm.pop() if len(warm) == 1 else None
