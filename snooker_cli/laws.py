@@ -110,14 +110,20 @@ class Surface(NamedTuple):
         """Whether hits of the wall change anything along the tangent."""
         return self.wall_tangential_cor > -1.0 and self.wall_friction > 0.0
 
-    def elastic(self, has_wall: bool) -> bool:
-        """Whether no contact takes energy: surfaces are smooth, or turn the slip round."""
-        contacts = [(self.tangential_cor, self.friction)]
-        contacts += [(self.wall_tangential_cor, self.wall_friction)] * has_wall
-        return all(
-            cor == -1 or friction == 0 or (cor == 1 and friction == math.inf)
-            for cor, friction in contacts
-        )
+    @property
+    def elastic_pairs(self) -> bool:
+        """Whether no contact of two balls takes energy."""
+        return _keeps_energy(self.tangential_cor, self.friction)
+
+    @property
+    def elastic_wall(self) -> bool:
+        """Whether no hit of the wall takes energy."""
+        return _keeps_energy(self.wall_tangential_cor, self.wall_friction)
+
+
+def _keeps_energy(cor: float, friction: float) -> bool:
+    """Whether surfaces are smooth, or turn each slip round."""
+    return cor == -1 or friction == 0 or (cor == 1 and friction == math.inf)
 
 
 Law: TypeAlias = Constant | Viscoelastic | Driven | Thermal

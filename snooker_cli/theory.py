@@ -548,7 +548,9 @@ def elastic(
     surface : of rough balls
     """
     kept = restitution == 1.0 and (wall_restitution == 1.0 or not container.has_wall)
-    return kept and (surface is None or surface.elastic(container.has_wall))
+    if surface is None or not kept:
+        return kept
+    return surface.elastic_pairs and (surface.elastic_wall or not container.has_wall)
 
 
 def source_decay_constant(restitution: float, mean_free_path: float, mean_speed: Real) -> Real:

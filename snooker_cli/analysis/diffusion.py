@@ -56,7 +56,7 @@ def path(trace: Trace, ball: int, times: Array) -> tuple[Array, Array]:
     time = np.sort(np.concatenate([wanted, own[own <= wanted[-1]]]))
     done = np.searchsorted(trace.events.time, time, side="right")
     rows = Replay(trace).states(done, time, np.array([[ball]]))[0][:, :, 0]
-    places, velocities = rows[:, :2], rows[:, 2:]
+    places, velocities = rows[:, :2], rows[:, 2:4]
     if period is not None:
         flown = places[:-1] + velocities[:-1] * np.diff(time)[:, None]
         images = np.cumsum(np.rint((flown - places[1:]) / period), axis=0)

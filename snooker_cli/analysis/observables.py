@@ -133,7 +133,7 @@ def elastic(scene: Scene) -> bool:
 def elastic_pairs(scene: Scene) -> bool:
     """Whether collisions between balls take no energy."""
     surface = scene.surface
-    return scene.restitution == 1 and (surface is None or surface.elastic(has_wall=False))
+    return scene.restitution == 1 and (surface is None or surface.elastic_pairs)
 
 
 def standard_errors(rows: Array) -> Array:

@@ -446,7 +446,9 @@ def cooling_spins(measurement: Measurement) -> Array | None:
     scene, surface, law = measurement.scene, measurement.scene.surface, measurement.scene.pair_law
     if surface is None or not (scene.equal_balls and isinstance(law, Constant)):
         return None
-    if math.isfinite(surface.friction) or scene.number < 2 or scene.elastic_below > 0:
+    if math.isfinite(surface.friction) or scene.number < 2:
+        return None
+    if scene.contact_duration > 0 or scene.elastic_below > 0:
         return None
     if scene.container.has_wall and (scene.wall_law != Constant(1.0) or surface.rubs_wall):
         return None
@@ -517,11 +519,9 @@ def notes(scene: Scene) -> Iterator[Note]:
         yield Note(TURNING, model=FINITE)
     if not scene.container.has_wall:
         yield Note(NO_WALLS, "pressure, temperature, PV/NT by the virial")
-        if scene.number > 1 and independent_velocities(scene) is None:
+        if scene.number > 1 and scene.surface is None and independent_velocities(scene) is None:
             why = "two balls have one speed" if scene.number == 2 else "the balls' masses differ"
-            if scene.surface is not None:
-                why = "spins take a part of the energy"
-            elif not at_rest(scene):
+            if not at_rest(scene):
                 why = "the balls' centre of mass moves on for ever"
             missing = f"the law of speeds at fixed energy is missing, because {why}"
             yield Note(missing, "mean speed, kurtosis of speeds, mean free path")
@@ -539,13 +539,17 @@ def notes(scene: Scene) -> Iterator[Note]:
             "balls without friction, whose velocities and spins are independent"
         )
         yield Note(text, SPIN_RATIO)
+        missing = "theory of N balls and laws at fixed energy are missing"
+        about = "pressure, PV/NT, wall rate of a ball, ball-ball rate of a ball, mean speed"
+        yield Note(f"{missing}: spins take a part of the energy", about)
         if not elastic(scene):
             yield Note(f"the theory needs smooth balls, so these rows are missing: {SMOOTH_ROWS}")
     if scene.equal_balls and (law := _unknown_loss(scene)) is not None:
         text = f"{LEFT} is missing: theory.py has no mean_loss of the {word_of(law)} law"
         yield Note(text)
     speeds = np.linalg.norm(scene.velocities, axis=1)
-    if scene.number > 1 and not elastic(scene) and np.ptp(speeds) <= 1e-9 * np.max(speeds):
+    cools = scene.number > 1 and scene.surface is None and not elastic(scene)
+    if cools and np.ptp(speeds) <= 1e-9 * np.max(speeds):
         yield Note(EQUAL_SPEEDS, "Haff's α")
     absent = ["equations of state", "collision rates", "mean free path"]
     cooling = ["decay constants", "energy left"]

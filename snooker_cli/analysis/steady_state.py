@@ -100,7 +100,12 @@ def pooled_ratio(above: Array, below: Array) -> Array:
 
 
 def wall_temperature(scene: Scene) -> float | None:
-    """The temperature of all walls that change the energy, J; ``None`` if they have no one."""
+    """The temperature of all walls that change the energy, J; ``None`` if they have no one.
+
+    A rough wall that takes energy has none.
+    """
+    if scene.surface is not None and not scene.surface.elastic_wall:
+        return None
     laws = [law for law, _ in _walls(scene) if law.gains or law.cor < 1]
     warm = {law.temperature if isinstance(law, Thermal) else None for law in laws}
     return warm.pop() if len(warm) == 1 else None
@@ -125,8 +130,7 @@ def expected_temperatures(scene: Scene) -> dict[str, float]:
     if wall is not None and observables.elastic_pairs(scene):
         return {WALLS: wall}
     walls, radius, mass = _walls(scene), float(scene.radii[0]), float(scene.masses[0])
-    one_law = len({law for law, _ in walls if law.gains}) == 1
-    if not (one_law and _is_fluid(scene) and _is_smooth(scene)):
+    if not (_have_one_law(scene) and _is_fluid(scene) and _is_smooth(scene)):
         return {}
     balls = scene.number, radius, mass, scene.restitution
     try:
@@ -136,10 +140,18 @@ def expected_temperatures(scene: Scene) -> dict[str, float]:
     return {BALANCE: warm} if math.isfinite(warm) else {}
 
 
+def _have_one_law(scene: Scene) -> bool:
+    """Whether all walls that give energy have one law."""
+    return len({law for law, _ in _walls(scene) if law.gains}) == 1
+
+
 def _heated_spins(scene: Scene) -> dict[str, float]:
-    """T_rot/T_tr that theory gives smooth walls, by the name of the theory; empty without one."""
+    """T_rot/T_tr that theory gives smooth walls, by the name of the theory; empty without one.
+
+    Walls are as in `expected_temperatures`.
+    """
     surface = scene.surface
-    if surface is None or surface.rubs_wall or not scene.equal_balls:
+    if surface is None or surface.rubs_wall or not scene.equal_balls or not _have_one_law(scene):
         return {}
     if math.isfinite(surface.friction) or surface.tangential_cor == -1:
         return {}

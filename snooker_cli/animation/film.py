@@ -44,6 +44,7 @@ class Film:
     extent : left, right, bottom and top of the part of the plane that is shown, m
     follow : whether this view moves with the container's centre, the origin of ``extent`` then
     kinetic_energy : (*n* + 1,) of the balls at the start and after each collision, J
+    spin_energy : that of rough balls' spins, J; zero of smooth ones
     haff_rate : α of Haff's law fitted to the energy of the whole repeat, 1/s; ``None`` without one
     pressure_sum : (*n* + 1,) what ``pressure`` divides by the time, Pa m s
     pressure_gain : (*n* + 1,) its increase per second from there on, Pa m
@@ -65,6 +66,7 @@ class Film:
     extent: tuple[float, float, float, float]
     follow: bool
     kinetic_energy: Floats
+    spin_energy: Floats
     haff_rate: float | None
     pressure_sum: Floats
     pressure_gain: Floats
@@ -137,6 +139,7 @@ def film(
     energy = columns.kinetic_energy[rows]
     if not np.isfinite(energy).all():
         raise FigureError("has an energy that is not finite")
+    spins = np.zeros_like(energy) if columns.spin_energy is None else columns.spin_energy[rows]
     slides = _slides(trace)
     if scene.container.has_wall:
         pressure_gain = _slide_forces(trace, slides)[rows] / scene.container.wall_length
@@ -168,6 +171,7 @@ def film(
         extent=extent,
         follow=follow,
         kinetic_energy=energy,
+        spin_energy=spins,
         haff_rate=haff.value if haff.value > 0 else None,
         pressure_sum=pressure_sum,
         pressure_gain=pressure_gain,

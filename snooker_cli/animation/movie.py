@@ -178,7 +178,8 @@ class Screen:
             f"collision {film.before + frame.collisions:,} of {film.before + len(film):,}"
         )
         self.ending.set_text(film.ending if frame.time >= film.end else "")
-        energy = float(film.kinetic_energy[frame.collisions])
+        moving = float(film.kinetic_energy[frame.collisions])
+        energy = moving + float(film.spin_energy[frame.collisions])
         pressure = float(film.pressure(np.array([frame.time]))[0])
         now = float(frame.collisions) if self.by_collision else frame.time
         rows = slice(frame.collisions + 1)
@@ -188,7 +189,7 @@ class Screen:
             line.set_data(np.append(self.steps[rows], now), np.append(column[rows], value))
             point.set_data([now], [min(value, point.axes.get_ylim()[1])])
             text.set_text(f"{short(value, 4)} {unit}")
-        temperature = energy / scene.number
+        temperature = moving / scene.number
         reduced = frame.speeds * np.sqrt(scene.masses / (2 * temperature or 1.0))
         bins = np.minimum(reduced / BIN + EDGE, BINS - 1).astype(int)
         self.bars.set_data(np.bincount(bins, minlength=BINS) / scene.number)
@@ -243,7 +244,7 @@ class Screen:
     def _add_panels(self) -> None:
         film = self.film
         self.steps = np.arange(len(film) + 1.0) if self.by_collision else film.rows
-        energy, pressure = film.kinetic_energy, film.pressure(film.rows)
+        energy, pressure = film.kinetic_energy + film.spin_energy, film.pressure(film.rows)
         pressure[pressure == 0] = np.nan  # it begins at the first collision
         self.curves: list[Any] = []
         for bottom, name, unit, shade, values, top in (
@@ -258,7 +259,8 @@ class Screen:
             line.set_clip_on(True)
             self.curves.append((self._moves(line), self._moves(point), text, unit, values))
             if film.haff_rate is not None and values is energy:
-                law = film.trace.start.kinetic_energy / (1 + film.haff_rate * film.rows) ** 2
+                start = film.trace.start.kinetic_energy + film.trace.start.spin_energy
+                law = start / (1 + film.haff_rate * film.rows) ** 2
                 axes.plot(
                     self.steps, law, "--", color=INK, linewidth=0.8, label="Haff’s law, fitted"
                 )

@@ -584,7 +584,8 @@ class Experiment(Model):
         cor = -1.0 if self.tangential_cor is None else self.tangential_cor
         friction = math.inf if self.friction is None else self.friction
         wall = cor if self.wall_tangential_cor is None else self.wall_tangential_cor
-        if isinstance(self.wall_law, Thermal):
+        sides = self.container.shape_class.sides or ("left",)
+        if all(isinstance(self._law_at(side), Thermal) for side in sides):
             wall = -1.0
         limit = friction if self.wall_friction is None else self.wall_friction
         return Surface(self.inertia, cor, friction, wall, limit)

@@ -110,6 +110,11 @@ def _rough(point: Point) -> str:
     return "" if rough else "smooth balls do not spin; give tangential_cor"
 
 
+def _smooth(point: Point) -> str:
+    smooth = point.experiment.surface is None
+    return "" if smooth else "its theory is of smooth balls; remove tangential_cor"
+
+
 def _few_species(point: Point) -> str:
     number = len(_species(point))
     needed = f"it needs 2 to {MOST_SPECIES} species of balls, not {number}"
@@ -147,6 +152,7 @@ CONDITIONS: Mapping[str, Condition] = {
     "moves": _moves,
     "rough": _rough,
     "several": _several,
+    "smooth": _smooth,
     "states": _states,
     "states_of_mixture": _states_of_mixture,
     "two_species": _two_species,

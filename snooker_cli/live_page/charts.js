@@ -70,9 +70,10 @@ class GasCharts extends Panels {
     return { gas, now, rows, later, times, pressures, seen, colour: this.several ? paint(GAS_COLOURS[k]) : null };
   }
 
-  // The energy of a gas as warm as the wall, J; 0 for a wall without a temperature.
+  // The energy of a gas of smooth balls as warm as the wall, J; 0 for a wall without a temperature, and for rough balls.
   get wallEnergy() {
-    return this.gas.number * (this.gas.scene.wallLaw.temperature ?? 0);
+    const { number, scene } = this.gas;
+    return scene.surface ? 0 : number * (scene.wallLaw.temperature ?? 0);
   }
 
   scaleEnergy(panel, courses) {
@@ -116,7 +117,7 @@ class GasCharts extends Panels {
   pressures(gas, rows) {
     const all = [], { scene, from } = gas;
     const { pairLaw, container } = scene, N = gas.number, drift = driftEnergy(scene);
-    const ratio = isEqual(scene) && pairLaw.word === "constant"
+    const ratio = isEqual(scene) && !scene.surface && pairLaw.word === "constant"
       ? this.fluid.ratio(N, scene.radii[0], container, pairLaw.cor) : null;
     const add = (name, colour, dash) => all.push({ name, colour, dash, values: [] }) && all[all.length - 1].values;
     const wall = hasWalls(scene.container) ? add(phrase`at the wall`, "third") : null;
@@ -168,7 +169,7 @@ class GasCharts extends Panels {
     pen.lineWidth = 1.4;
     pen.strokeStyle = paint("ink");
     this.density(pen, panel, maxwellDensity);
-    const { gas } = this, { scene } = gas, known = energyKept(scene) && isEqual(scene) && !this.several;
+    const { gas } = this, { scene } = gas, known = energyKept(scene) && isEqual(scene) && !scene.surface && !this.several;
     const fixed = gas.number > 1 && known && !keepsDrift(scene.container);
     if (fixed) {
       pen.setLineDash(DOTS.line);

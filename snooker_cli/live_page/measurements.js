@@ -227,7 +227,7 @@ function tableRow(config, results, scene = startingScene(config, 0)) {
       [`${side}Temperature`, law[side]?.temperature ?? null], [`${side}Speed`, law[side]?.speed ?? null],
     ])),
     containerMass: scene.containerMass, drift: driftEnergy(scene),
-    hasDisks: isEqual(scene) && scene.pairLaw.word === "constant",
+    hasDisks: isEqual(scene) && !scene.surface && scene.pairLaw.word === "constant",
     hasHaff: isEqual(scene) && hasOneCor && !scene.surface && !isWarm(scene) && !energyKept(scene),
   };
   const values = results.map((result) => ({ ...result, ...meansOf(scene, skipped, result) }));

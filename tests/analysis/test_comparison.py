@@ -10,7 +10,7 @@ import pytest
 from scenes import gas
 
 from snooker_cli import containers, theory, two_temperatures
-from snooker_cli.analysis import comparison, decay, predictions
+from snooker_cli.analysis import comparison, decay, predictions, steady_state
 from snooker_cli.analysis.comparison import Comparison
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import mean_and_error, reduced_speed_counts
@@ -534,6 +534,7 @@ def test_cooling_rough_balls_have_the_ratio_of_the_mean_field() -> None:
     "change",
     [
         ("tangential_cor: 1.0", "tangential_cor: 1.0\nfriction: 0.3"),
+        ("tangential_cor: 1.0", "tangential_cor: 1.0\ncollapse: {tc: 0.01}"),
         ("\ncor: 1.0\n", "\ncor: 0.9\ncor_speed: 5.0\n"),
         ("shape: periodic, packing: 0.01", "shape: box, width: 180, height: 180"),
     ],
@@ -556,3 +557,26 @@ def test_heated_rough_balls_gain_as_much_rotation_as_they_lose() -> None:
     assert row.predicted == pytest.approx(0.5)
     assert abs(row.difference) < 0.05 * row.predicted + 4 * row.difference_error
     assert row.difference_error < 0.01
+
+
+@pytest.mark.parametrize(("wall", "known"), [(1, True), (0, False), (-1, True)])
+def test_a_gas_is_as_warm_as_the_only_walls_that_change_its_energy(wall: int, known: bool) -> None:
+    """Not where others rub energy away."""
+    text = ROUGH.replace("shape: periodic, packing: 0.01", "shape: box, width: 180, height: 180")
+    text = f"{text}wall_tangential_cor: {wall}\nwall_temperature: {{left: 20, right: 20}}\n"
+    scene = starting_scene(parse(text).points()[0].experiment, 0)
+    assert steady_state.expected_temperatures(scene) == ({steady_state.WALLS: 20} if known else {})
+
+
+@pytest.mark.parametrize(("right", "known"), [(20, True), (40, False)])
+def test_rough_balls_between_warm_sides_have_a_theory_at_one_temperature(
+    right: float, known: bool
+) -> None:
+    """A wall with a temperature is smooth, on all sides or on each."""
+    row, _ = spin_row(
+        ("shape: periodic, packing: 0.01", "shape: channel, width: 60, height: 60"),
+        ("\ncor: 1.0\n", f"\ncor: 0.95\nwall_temperature: {{left: 20, right: {right}}}\n"),
+        ("tangential_cor: 1.0", "tangential_cor: 0.5"),
+        ("repeats: 30", "repeats: 6"),
+    )
+    assert (row.model == two_temperatures.MEAN_FIELD) is known

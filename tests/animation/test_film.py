@@ -118,6 +118,22 @@ def test_marks_show_how_far_rough_balls_have_turned(pace: Pace) -> None:
                 assert np.min(abs(ends - complex(*way) / scene.radii[0])) < 1e-9
 
 
+def test_the_energy_of_a_film_has_that_of_spins_and_follows_the_fitted_law() -> None:
+    """α is of the whole energy; the temperature is of the motion alone."""
+    scene = gas("periodic", 40, 0.3, cor=0.9)
+    trace = simulate(replace(scene, surface=Surface(0.5, 0.5, math.inf, -1.0, 0.0)), collisions=300)
+    made = film(trace, "rough")
+    assert made.haff_rate is not None
+    with styled():
+        screen = Screen(made, "time")
+    energy = screen.curves[0][-1]
+    assert energy[0] == pytest.approx(scene.kinetic_energy, rel=1e-12)
+    finish = trace.finish.kinetic_energy, trace.finish.spin_energy
+    assert finish[1] > 0.1 * finish[0]
+    assert energy[-1] == pytest.approx(sum(finish), rel=1e-12)
+    assert made.kinetic_energy[-1] == pytest.approx(finish[0], rel=1e-12)
+
+
 def test_smooth_balls_have_no_marks(films: dict[str, Film]) -> None:
     made = films["box"]
     with styled():

@@ -550,3 +550,17 @@ def test_colours_contrast_with_what_is_behind_them(theme: str, javascript: LiveS
     pairs += [(colours["contact"], colours[behind], 3) for behind in ("paper", "floor")]
     poor = [(*pair, contrast(*pair)) for *pair, least in pairs if contrast(*pair) < least]
     assert poor == []
+
+
+@pytest.mark.parametrize(("scene", "known"), [("rough", False), ("cooling", True)])
+def test_the_table_has_theories_of_smooth_balls_only(
+    scene: str, known: bool, javascript: LiveScripts
+) -> None:
+    config = {"collisions": 500}
+    row = "tableRow(config, [measureRepeat(config, 0)])"
+    found = javascript.value(
+        f"((config) => {{ const row = {row}; return [row.hasDisks, row.hasHaff]; }})"
+        f"({{ ...configOf('{scene}'), ...changes }})",
+        changes=config,
+    )
+    assert found == [known, known]

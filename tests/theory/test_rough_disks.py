@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from snooker_cli import two_temperatures
+from snooker_cli.validation.spinning_gases import DIRECT_ROUGH, cooled_after
 
 
 @pytest.mark.parametrize(("cor", "beta", "q"), [(0.9, 0.4, 0.5), (0.6, -0.5, 1.0), (1, 1, 0.5)])
@@ -49,6 +50,20 @@ def test_temperatures_follow_the_rates() -> None:
     slope = (both[:, 2] - both[:, 1]) / step
     assert slope == pytest.approx(two_temperatures.rough_cooling(*values) @ both[:, 1], rel=1e-5)
     assert both[1, 3] / both[0, 3] == pytest.approx(two_temperatures.rough_ratio(*values))
+
+
+def test_where_the_theory_fails_is_as_docs_accuracy_has_it() -> None:
+    """Percent above direct simulation, and the largest deviation of both temperatures."""
+    sides, worst = [], 0.0
+    for beta, direct in DIRECT_ROUGH.items():
+        ratio = two_temperatures.rough_ratio(0.9, beta, 0.5)
+        sides.append(round(100 * (ratio / direct["ratio"][0] - 1), 1))
+        after = np.array([cooled_after(0.9, beta)])
+        both = two_temperatures.rough_temperatures(after, np.array([1.0, 0.0]), 0.9, beta, 0.5)
+        found = [direct[name][0] for name in ("T_tr", "T_rot")]
+        worst = max(worst, float(np.max(np.abs(found / both[:, 0] - 1))))
+    assert sides == [4.4, 5.7, 5.8, 2.5, -0.1]
+    assert round(100 * worst, 1) == 4.1
 
 
 def test_friction_leaves_less_of_an_oblique_slip() -> None:
