@@ -389,7 +389,7 @@ _EARLY = {
     StopReason.COLLAPSE: "in a collapse",
     StopReason.NOTHING_LEFT: "with no collision ahead",
     StopReason.IDLE: "without a collision for very long",
-    StopReason.REST: "too slow for double precision",
+    StopReason.REST: "with balls too slow for double precision",
     StopReason.INTERRUPTED: "at an interruption",
 }
 """Why a repeat stops before the requested collisions or time."""
