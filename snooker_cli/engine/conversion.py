@@ -25,7 +25,7 @@ from snooker_cli.engine.restitution import TRAPPING, law_rows
 from snooker_cli.engine.sliding import SlidingCircle
 from snooker_cli.engine.surfaces import Rough
 from snooker_cli.errors import SceneError
-from snooker_cli.laws import Constant, word_of
+from snooker_cli.laws import Constant, Surface, word_of
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
 
@@ -137,11 +137,7 @@ def surface_of(scenes: Sequence[Scene]) -> Rough | None:
     if surface is None:
         return None
     return Rough(
-        float(surface.inertia),
-        float(surface.tangential_cor),
-        float(surface.friction),
-        float(surface.wall_tangential_cor),
-        float(surface.wall_friction),
+        Surface(*map(float, surface)),
         np.array([scene.spins for scene in scenes]),
         np.zeros((len(scenes), 1)),
     )

@@ -17,6 +17,7 @@ from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Recorded, State, U, V, X, Y
 from snooker_cli.engine.sliding import SlidingCircle, bounces_to_come
 from snooker_cli.engine.surfaces import Rough, twice_spin_energy
+from snooker_cli.laws import Surface
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE
 
@@ -116,7 +117,7 @@ def example(boundary: str, number: int) -> Page:
         history=np.zeros((ks.HISTORY_ROWS, number), dtype=np.int32),
         boundary=_boundary(boundary, number),
         sizes=ks.UnequalBalls(np.zeros(number), np.zeros(number)),
-        surface=Rough(0.5, -1.0, 0.0, -1.0, 0.0, np.zeros(number), np.zeros(1)),
+        surface=Rough(Surface(0.5, -1.0, 0.0, -1.0, 0.0), np.zeros(number), np.zeros(1)),
         labels=np.zeros(0, dtype=np.int32),
         sums=np.zeros(ks.SUMS),
         counts=np.zeros(ks.COUNTS + 1, dtype=np.int64),
@@ -169,7 +170,7 @@ def note_turn(row: int, page: Page) -> float:
     for ball in (followed.i[row], followed.j[row]):
         if ball >= 0:
             r, m = ks.radius_of(page.state.sizes, ball), ks.mass_of(page.state.sizes, ball)
-            lost = followed.tangential[row] / (surface.inertia * m * r)
+            lost = followed.tangential[row] / (surface.law.inertia * m * r)
             page.turned[ball] += lost * followed.time[row]
             gained -= 0.5 * followed.tangential[row] * r * (2.0 * surface.spins[ball] + lost)
     return gained

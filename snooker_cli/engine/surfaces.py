@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.jit import by_class, inlined
 from snooker_cli.engine.kernel_state import Floats, Recorded, State
+from snooker_cli.laws import Surface
 
 LAST = 0
 """Of ``Rough.given``: the tangential impulse of an event until it is recorded, kg m/s."""
@@ -142,53 +143,39 @@ class Rough(NamedTuple):
            ( i )-+-( j )   n ->
            w_i       w_j
 
-    inertia : q of the moment of inertia q m r²: 1/2 for a disk
-    cor, friction : tangential restitution and friction of two balls
-    wall_cor, wall_friction : the same at the wall
+    law : with numbers that are floats
     spins : (*N*,), rad/s, in the scene's order
     given : (1,), see ``LAST``
 
     Stacked, both arrays have one axis more, the first.
     """
 
-    inertia: float
-    cor: float
-    friction: float
-    wall_cor: float
-    wall_friction: float
+    law: Surface
     spins: Floats
     given: Floats
 
     def of_repeat(self, repeat: int) -> "Rough":
-        return Rough(
-            self.inertia,
-            self.cor,
-            self.friction,
-            self.wall_cor,
-            self.wall_friction,
-            self.spins[repeat],
-            self.given[repeat],
-        )
+        return Rough(self.law, self.spins[repeat], self.given[repeat])
 
     def rub_pair(
         self, i: int, j: int, x: float, y: float, u: float, v: float, normal: float, state: State
     ) -> None:
-        if self.friction == 0.0:
+        if self.law.friction == 0.0:
             return  # all bits stay, as smooth scenes of a page need it
         balls, sizes, length = state.balls, state.sizes, math.sqrt(x * x + y * y)
         a, b = ks.label_of(i, state.labels), ks.label_of(j, state.labels)
         r, s = ks.radius_of(sizes, i), ks.radius_of(sizes, j)
         m, n = ks.mass_of(sizes, i), ks.mass_of(sizes, j)
         slip = (x * v - y * u) / length + r * self.spins[a] + s * self.spins[b]
-        mass = self.inertia / (1.0 + self.inertia) * (m * (n / (m + n)))
-        given = tangential(slip, self.cor, self.friction, mass, normal)
+        mass = self.law.inertia / (1.0 + self.law.inertia) * (m * (n / (m + n)))
+        given = tangential(slip, self.law.tangential_cor, self.law.friction, mass, normal)
         x, y, first, second = x / length, y / length, given / m, given / n
         balls[ks.U, i] += first * y
         balls[ks.V, i] -= first * x
         balls[ks.U, j] -= second * y
         balls[ks.V, j] += second * x
-        self.spins[a] -= first / (self.inertia * r)
-        self.spins[b] -= second / (self.inertia * s)
+        self.spins[a] -= first / (self.law.inertia * r)
+        self.spins[b] -= second / (self.law.inertia * s)
         self.given[LAST] = given
 
     def rub_wall(
@@ -221,7 +208,7 @@ class Rough(NamedTuple):
 
     def twice_spin_energy(self, i: int, state: State) -> float:
         way = ks.radius_of(state.sizes, i) * self.spins[ks.label_of(i, state.labels)]
-        return float(self.inertia * way * way)
+        return float(self.law.inertia * way * way)
 
     def measure_spins(self, row: Floats, state: State) -> None:
         energy = 0.0
@@ -230,7 +217,7 @@ class Rough(NamedTuple):
         row[-1] = 0.5 * energy
 
     def rubs_wall(self) -> bool:
-        return bool(self.wall_cor > -1.0 and self.wall_friction > 0.0)
+        return bool(self.law.wall_tangential_cor > -1.0 and self.law.wall_friction > 0.0)
 
     def slowest_along(
         self, i: int, along: float, changes: float, mass: float, state: State
@@ -242,11 +229,16 @@ class Rough(NamedTuple):
         # impulses. With beta = 1 and no limit, g and -g alternate, and so do two speeds.
         speed, spin = abs(along), self.spins[ks.label_of(i, state.labels)]
         slip = math.copysign(1.0, along) * (along + ks.radius_of(state.sizes, i) * spin)
-        moment = self.inertia * ks.mass_of(state.sizes, i)  # over r²
-        lowered = moment / (moment + mass) * (1.0 + max(self.wall_cor, 0.0)) * max(slip, 0.0)
-        if self.wall_cor == 1.0 and self.wall_friction == math.inf:
+        moment = self.law.inertia * ks.mass_of(state.sizes, i)  # over r²
+        lowered = (
+            moment
+            / (moment + mass)
+            * (1.0 + max(self.law.wall_tangential_cor, 0.0))
+            * max(slip, 0.0)
+        )
+        if self.law.wall_tangential_cor == 1.0 and self.law.wall_friction == math.inf:
             return float(min(speed, abs(speed - lowered)))
-        limit = self.wall_friction * changes  # not a number for no changes and no limit
+        limit = self.law.wall_friction * changes  # not a number for no changes and no limit
         return float(max(speed - (limit if limit < lowered else lowered), 0.0))
 
 
@@ -263,16 +255,18 @@ def rub(
     state: State,
 ) -> tuple[float, float]:
     """Rub ball i on a wall with a mass (kg) towards (x, y); the impulse on the wall, kg m/s."""
-    if surface.wall_friction == 0.0:
+    if surface.law.wall_friction == 0.0:
         return 0.0, 0.0
     balls, length = state.balls, math.sqrt(x * x + y * y)
     a, r, m = ks.label_of(i, state.labels), ks.radius_of(state.sizes, i), ks.mass_of(state.sizes, i)
     slip = (x * v - y * u) / length + r * surface.spins[a]
-    mass = m / (1.0 + 1.0 / surface.inertia + m / wall)
-    given = tangential(slip, surface.wall_cor, surface.wall_friction, mass, normal)
+    mass = m / (1.0 + 1.0 / surface.law.inertia + m / wall)
+    given = tangential(
+        slip, surface.law.wall_tangential_cor, surface.law.wall_friction, mass, normal
+    )
     x, y, first = x / length, y / length, given / m
     balls[ks.U, i] += first * y
     balls[ks.V, i] -= first * x
-    surface.spins[a] -= first / (surface.inertia * r)
+    surface.spins[a] -= first / (surface.law.inertia * r)
     surface.given[LAST] = given
     return -given * y, given * x

@@ -100,15 +100,15 @@ const CORS = [
 
 // Of rough balls. Some have an end for no value: a friction without a limit, or a wall that is as balls are.
 const SURFACES = [
-  ["tangential_cor", "cor", -1, "",
+  ["tangential_cor", -1, "",
     phrase`Tangential restitution of balls: at −1 they are smooth, at 0 they roll off each other, at 1 the slip turns round.`],
-  ["friction", "friction", 0, phrase`unlimited`,
+  ["friction", 0, phrase`unlimited`,
     phrase`The impulse along the surface of a ball is at most this much of that across; at the right end it has no limit.`],
-  ["wall_tangential_cor", "wall_cor", -1, phrase`same`, phrase`The same at the wall; at the right end it is that of balls.`],
-  ["wall_friction", "wall_friction", 0, phrase`same`, phrase`The same at the wall; at the right end it is that of balls.`],
-].map(([key, name, low, none, help]) => ({
-  id: key.replaceAll("_", "-"), label: SURFACE_NAMES[name], low, high: 1, step: 0.01, live: true, none, help,
-  fits: (config) => surfaceOf(config) !== null && (!OF_WALL.includes(key) || hasRoughWall(config)),
+  ["wall_tangential_cor", -1, phrase`same`, phrase`The same at the wall; at the right end it is that of balls.`],
+  ["wall_friction", 0, phrase`same`, phrase`The same at the wall; at the right end it is that of balls.`],
+].map(([key, low, none, help]) => ({
+  id: key.replaceAll("_", "-"), label: SURFACE_NAMES[key], low, high: 1, step: 0.01, live: true, none, help,
+  fits: (config) => isRough(config) && (!OF_WALL.includes(key) || hasRoughWall(config)),
   ...ofConfig(key), read: (config) => config[key] ?? (none ? null : low),
 }));
 

@@ -89,7 +89,7 @@ function lawRow({ word, cor, corSpeed, speed, temperature, row: stored }) {
   return row;
 }
 
-const SMOOTH = { inertia: 0.5, cor: -1, friction: 0, wall_cor: -1, wall_friction: 0 };
+const SMOOTH = { inertia: 0.5, tangential_cor: -1, friction: 0, wall_tangential_cor: -1, wall_friction: 0 };
 
 const isFree = ({ containerMass }) => containerMass < Infinity;
 
@@ -104,7 +104,7 @@ function boundaryOf(scene) {
 /** Write what collisions do in a scene. */
 function writeSetup(scene, parts) {
   const { pairLaw, wallLaw, contactDuration, elasticBelow, masses, surface } = scene;
-  for (const [name, value] of Object.entries(surface ?? SMOOTH)) parts[`state.surface.${name}`][0] = value ?? Infinity;
+  for (const [name, value] of Object.entries(surface ?? SMOOTH)) parts[`state.surface.law.${name}`][0] = value ?? Infinity;
   const walls = SIDES.map((side) => wallLaw[side] ?? wallLaw);
   [pairLaw, ...walls].forEach((law, row) => parts["state.setup.laws"].set(lawRow(law), row * LAW.COLUMNS));
   const noRule = !contactDuration && elasticBelow === 0, passive = !givesEnergy(wallLaw);

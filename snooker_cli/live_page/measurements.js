@@ -14,7 +14,7 @@ const WITH_ONE_COR = ["constant", "driven", "thermal", "sides"]; // laws with on
 const keepsSlip = (cor, friction) => cor === -1 || friction === 0 || (cor === 1 && friction === null);
 
 const energyKept = ({ pairLaw, wallLaw, container, positions, surface }) => {
-  if (surface && !(keepsSlip(surface.cor, surface.friction) && keepsSlip(surface.wall_cor, surface.wall_friction))) return false;
+  if (surface && !(keepsSlip(surface.tangential_cor, surface.friction) && keepsSlip(surface.wall_tangential_cor, surface.wall_friction))) return false;
   const alone = positions.length === 2;
   const laws = [...(alone ? [] : [pairLaw]), ...(hasWalls(container) ? [wallLaw] : [])];
   return laws.every((law) => law.word === "constant" && law.cor === 1);

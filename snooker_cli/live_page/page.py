@@ -283,10 +283,7 @@ def _surface(surface: Surface | None) -> dict[str, float | None] | None:
     """A surface as ``surfaceOf`` of scene.js has it: a friction without a limit is ``None``."""
     if surface is None:
         return None
-    numbers = surface._asdict().items()
-    return {
-        key.replace("tangential_", ""): number if number < inf else None for key, number in numbers
-    }
+    return {key: value if value < inf else None for key, value in surface._asdict().items()}
 
 
 def _boundaries(scenes: list[dict[str, Any]]) -> set[str]:

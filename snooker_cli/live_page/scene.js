@@ -43,33 +43,41 @@ function collisionRules(config) {
   const keys = [config.wall_speed, config.wall_temperature];
   const bySide = keys.some((key) => key !== null && typeof key === "object");
   const laws = SIDES.map((side) => [side, lawAt(side)]);
+  const wallLaw = bySide ? { word: "sides", ...Object.fromEntries(laws) } : lawAt("left");
   return {
     pairLaw: lawOfBalls(config.cor, config.cor_speed),
-    wallLaw: bySide ? { word: "sides", ...Object.fromEntries(laws) } : lawAt("left"),
+    wallLaw,
     contactDuration: collapse.tc ?? 0,
     elasticBelow: collapse.elastic_below ?? 0,
     slides: collapse === "slide",
-    surface: surfaceOf(config),
+    surface: surfaceOf(config, wallLaw),
   };
 }
 
 const SURFACE_NAMES = {
-  cor: phrase`tangential CoR of balls`, friction: phrase`friction of balls`,
-  wall_cor: phrase`tangential CoR of the wall`, wall_friction: phrase`friction of the wall`,
+  tangential_cor: phrase`tangential CoR of balls`, friction: phrase`friction of balls`,
+  wall_tangential_cor: phrase`tangential CoR of the wall`, wall_friction: phrase`friction of the wall`,
 };
 
 /** What rough balls do along the tangent, see ``Surface`` of laws.py; null for smooth ones.
  *
  * A friction of null has no limit.
  */
-function surfaceOf({ inertia, tangential_cor: cor, friction, wall_tangential_cor: wallCor, wall_friction: wallFriction }) {
+function surfaceOf(config, wallLaw) {
+  const { inertia, tangential_cor: cor, friction, wall_tangential_cor: wallCor, wall_friction: wallFriction } = config;
   if (cor === null && wallCor === null) return null;
-  return { inertia, cor: cor ?? -1, friction, wall_cor: wallCor ?? cor, wall_friction: wallFriction ?? friction };
+  const isThermal = lawsOfWall(wallLaw).every(({ word }) => word === "thermal");
+  return {
+    inertia, tangential_cor: cor ?? -1, friction,
+    wall_tangential_cor: isThermal ? -1 : wallCor ?? cor, wall_friction: wallFriction ?? friction,
+  };
 }
+
+const isRough = (config) => config.tangential_cor !== null || config.wall_tangential_cor !== null;
 
 /** Whether hits of the wall change anything along the tangent. */
 function rubsWall(surface) {
-  return surface !== null && surface.wall_cor > -1 && surface.wall_friction !== 0;
+  return surface !== null && surface.wall_tangential_cor > -1 && surface.wall_friction !== 0;
 }
 
 function lawOfBalls(cor, corSpeed) {
