@@ -65,7 +65,7 @@ def clocks(epoch: float, events: Events) -> Floats:
 FULL, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, REST = range(7)
 CELL_FULL, OUT_OF_MARGIN = 7, 8
 
-SLOWEST = 1e-150
+SLOWEST = 2e-154
 """Speed of the fastest ball, m/s, below which squares of speeds are no doubles."""
 
 CLOCK_DIGITS = 4 * 2.0**-52

@@ -421,7 +421,7 @@ class Simulation {
       [TIME]: phrase`${limit} s reached after ${events}`,
       [NOTHING_LEFT]: phrase`no further collision can happen after ${after}, at ${now} s`,
       [IDLE]: phrase`no collision in ${searches} searches after ${events}, at ${now} s; give a time to end at`,
-      [REST]: phrase`all balls are slower than 1e-150 m/s after ${events}, at ${now} s: ${SQUARES}`,
+      [REST]: phrase`all balls are slower than 2e-154 m/s after ${events}, at ${now} s: ${SQUARES}`,
     };
     const first = Number(counts[COUNTS.FIRST]), second = Number(counts[COUNTS.SECOND]);
     if (reason in messages) {

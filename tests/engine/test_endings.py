@@ -176,7 +176,7 @@ def test_two_balls_without_rebound_stop():
     balls = "balls: {count: 2, radius: 1, speed: 10, start: random}\n"
     trace = simulate(starting_scene(parse(config + balls).experiment, 0), collisions=500)
     assert trace.stop.reason is StopReason.REST
-    assert trace.stop.message.startswith("all balls are slower than 1e-150 m/s after")
+    assert trace.stop.message.startswith("all balls are slower than 2e-154 m/s after")
     assert 0.0 < trace.finish.kinetic_energy < 1e-300
     assert not trace.stop.reason.complete
 
