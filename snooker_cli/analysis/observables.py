@@ -113,14 +113,19 @@ def drift_energy(scene: Scene) -> float:
     return float(np.sum((scene.masses @ scene.velocities) ** 2) / (2 * np.sum(scene.masses)))
 
 
-def meeting_temperature(kinetic_energy: Real, scene: Scene) -> Real:
+def meeting_temperature(
+    kinetic_energy: Real, scene: Scene, drift: Real | float | None = None
+) -> Real:
     """Temperature in the frame of the balls' centre of mass, J, which decides how often they meet.
+
+    drift : E_drift of that centre, J; by default that of the scene
 
     Without walls it is (E - E_drift)/(N - 1); with walls it is E/N.
     """
     if scene.container.has_wall or scene.number == 1:
         return kinetic_energy / scene.number
-    return (kinetic_energy - drift_energy(scene)) / (scene.number - 1)
+    moving = drift_energy(scene) if drift is None else drift
+    return (kinetic_energy - moving) / (scene.number - 1)
 
 
 def elastic(scene: Scene) -> bool:

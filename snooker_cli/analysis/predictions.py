@@ -431,10 +431,8 @@ def temperatures(measurement: Measurement) -> tuple[Array, Array]:
     (*repeats*, *rows*) and (2, *repeats*, *rows*). T_tr is that at which balls meet.
     """
     scene, curve, number = measurement.scene, measurement.curve, measurement.scene.number
-    free, drift = number, np.zeros_like(measurement.drift_energy)
-    if not scene.container.has_wall:
-        free, drift = number - 1, measurement.drift_energy
-    moving = (curve.kinetic_energy - drift[:, np.newaxis]) / free
+    drift = measurement.drift_energy[:, np.newaxis]
+    moving = observables.meeting_temperature(curve.kinetic_energy, scene, drift)
     return 2 * curve.pair_events / number, np.stack([moving, 2 * curve.spin_energy / number])
 
 
@@ -504,8 +502,6 @@ def impulse_notes(scene: Scene) -> Iterator[Note]:
 
 LEFT = "energy left at the end"
 
-SMOOTH_ROWS = f"decay constants and {LEFT}"
-
 EQUAL_SPEEDS = (
     "Haff's α: theory is for mixed speeds; equal speeds lose less at first "
     "(`start: random` and `speeds: maxwell` start mixed)"
@@ -543,7 +539,8 @@ def notes(scene: Scene) -> Iterator[Note]:
         about = "pressure, PV/NT, wall rate of a ball, ball-ball rate of a ball, mean speed"
         yield Note(f"{missing}: spins take a part of the energy", about)
         if not elastic(scene):
-            yield Note(f"the theory needs smooth balls, so these rows are missing: {SMOOTH_ROWS}")
+            rows = f"decay constants and {LEFT}"
+            yield Note(f"the theory needs smooth balls, so these rows are missing: {rows}")
     if scene.equal_balls and (law := _unknown_loss(scene)) is not None:
         text = f"{LEFT} is missing: theory.py has no mean_loss of the {word_of(law)} law"
         yield Note(text)

@@ -160,22 +160,23 @@ class Rough(NamedTuple):
     def rub_pair(
         self, i: int, j: int, x: float, y: float, u: float, v: float, normal: float, state: State
     ) -> None:
-        if self.law.friction == 0.0:
+        law = self.law
+        if law.friction == 0.0:
             return  # all bits stay, as smooth scenes of a page need it
         balls, sizes, length = state.balls, state.sizes, math.sqrt(x * x + y * y)
         a, b = ks.label_of(i, state.labels), ks.label_of(j, state.labels)
         r, s = ks.radius_of(sizes, i), ks.radius_of(sizes, j)
         m, n = ks.mass_of(sizes, i), ks.mass_of(sizes, j)
         slip = (x * v - y * u) / length + r * self.spins[a] + s * self.spins[b]
-        mass = self.law.inertia / (1.0 + self.law.inertia) * (m * (n / (m + n)))
-        given = tangential(slip, self.law.tangential_cor, self.law.friction, mass, normal)
+        mass = law.inertia / (1.0 + law.inertia) * (m * (n / (m + n)))
+        given = tangential(slip, law.tangential_cor, law.friction, mass, normal)
         x, y, first, second = x / length, y / length, given / m, given / n
         balls[ks.U, i] += first * y
         balls[ks.V, i] -= first * x
         balls[ks.U, j] -= second * y
         balls[ks.V, j] += second * x
-        self.spins[a] -= first / (self.law.inertia * r)
-        self.spins[b] -= second / (self.law.inertia * s)
+        self.spins[a] -= first / (law.inertia * r)
+        self.spins[b] -= second / (law.inertia * s)
         self.given[LAST] = given
 
     def rub_wall(
@@ -230,13 +231,9 @@ class Rough(NamedTuple):
         speed, spin = abs(along), self.spins[ks.label_of(i, state.labels)]
         slip = math.copysign(1.0, along) * (along + ks.radius_of(state.sizes, i) * spin)
         moment = self.law.inertia * ks.mass_of(state.sizes, i)  # over r²
-        lowered = (
-            moment
-            / (moment + mass)
-            * (1.0 + max(self.law.wall_tangential_cor, 0.0))
-            * max(slip, 0.0)
-        )
-        if self.law.wall_tangential_cor == 1.0 and self.law.wall_friction == math.inf:
+        cor = self.law.wall_tangential_cor
+        lowered = moment / (moment + mass) * (1.0 + max(cor, 0.0)) * max(slip, 0.0)
+        if cor == 1.0 and self.law.wall_friction == math.inf:
             return float(min(speed, abs(speed - lowered)))
         limit = self.law.wall_friction * changes  # not a number for no changes and no limit
         return float(max(speed - (limit if limit < lowered else lowered), 0.0))
@@ -255,18 +252,17 @@ def rub(
     state: State,
 ) -> tuple[float, float]:
     """Rub ball i on a wall with a mass (kg) towards (x, y); the impulse on the wall, kg m/s."""
-    if surface.law.wall_friction == 0.0:
+    law = surface.law
+    if law.wall_friction == 0.0:
         return 0.0, 0.0
     balls, length = state.balls, math.sqrt(x * x + y * y)
     a, r, m = ks.label_of(i, state.labels), ks.radius_of(state.sizes, i), ks.mass_of(state.sizes, i)
     slip = (x * v - y * u) / length + r * surface.spins[a]
-    mass = m / (1.0 + 1.0 / surface.law.inertia + m / wall)
-    given = tangential(
-        slip, surface.law.wall_tangential_cor, surface.law.wall_friction, mass, normal
-    )
+    mass = m / (1.0 + 1.0 / law.inertia + m / wall)
+    given = tangential(slip, law.wall_tangential_cor, law.wall_friction, mass, normal)
     x, y, first = x / length, y / length, given / m
     balls[ks.U, i] += first * y
     balls[ks.V, i] -= first * x
-    surface.spins[a] -= first / (surface.law.inertia * r)
+    surface.spins[a] -= first / (law.inertia * r)
     surface.given[LAST] = given
     return -given * y, given * x

@@ -20,6 +20,9 @@ from snooker_cli.validation.study import PLANS, Record
 
 ROUGH = "balls that spin"
 
+DISK = 0.5
+"""The inertia q of these balls."""
+
 CONTACT_ROUNDING = 64 * EPSILON
 """Relative error of what few contacts change."""
 
@@ -40,10 +43,20 @@ def rotating_rows(gas: GasSample) -> Iterator[Record]:
 
 
 def kept_rows(gas: GasSample, name: str, changes: Floats) -> Iterator[Record]:
-    """A relative change beside zero: roundings of all collisions, which are independent."""
+    """The largest relative change of all seeds beside zero.
+
+    As error it has the sum of as many independent roundings as there are collisions.
+    """
     rounding = EPSILON * math.sqrt(gas.settling_events + gas.measured_events)
-    names = ROUGH, f"{name}, relative change", gas, (float(changes.mean()), 0.0), 0.0
-    yield known_value(*names, "conserved, roundings", expected_error=rounding)
+    yield exact_row(gas, f"largest relative change of {name}", changes, "conserved", rounding)
+
+
+def exact_row(
+    gas: GasSample, quantity: str, deviations: Floats, source: str, rounding: float
+) -> Record:
+    """The row of the largest of deviations, which are zero but for rounding."""
+    largest = float(np.max(np.abs(deviations))), 0.0
+    return known_value(ROUGH, quantity, gas, largest, 0.0, source, expected_error=rounding)
 
 
 def rotation(gas: GasSample, trace: Trace) -> dict[str, Any]:
@@ -77,9 +90,9 @@ def rough_cooling_rows(gas: GasSample) -> Iterator[Record]:
     values is how far direct simulation, which has no correlations in space, is from them.
     """
     beta, source = gas.keys["tangential_cor"], "mean field, Luding et al. 1998"
-    direct, values = DIRECT_ROUGH[beta], (gas.cor, beta, 0.5)
+    direct, values = DIRECT_ROUGH[beta], (gas.cor, beta, DISK)
     collisions = cooled_after(gas.cor, beta)
-    found = gas.samples(partial(rough_temperatures, at=collisions), summary=True)
+    found = gas.samples(partial(cooled_temperatures, at=collisions), summary=True)
     ratio = mean_and_error(pooled_ratio(found["late turning"], found["late moving"]))
     expected, error = direct["ratio"]
     limit = two_temperatures.rough_ratio(*values)
@@ -98,11 +111,11 @@ def rough_cooling_rows(gas: GasSample) -> Iterator[Record]:
 def cooled_after(cor: float, tangential_cor: float) -> float:
     """Collisions of a disk after which theory has ``LEFT_AT_END`` of T_tr; none spins before."""
     many, start = np.linspace(0, 400, 40001), np.array([1.0, 0.0])
-    moving, _ = two_temperatures.rough_temperatures(many, start, cor, tangential_cor, 0.5)
+    moving, _ = two_temperatures.rough_temperatures(many, start, cor, tangential_cor, DISK)
     return float(np.interp(-LEFT_AT_END, -moving, many))
 
 
-def rough_temperatures(gas: GasSample, trace: Trace, at: float) -> dict[str, float]:
+def cooled_temperatures(gas: GasSample, trace: Trace, at: float) -> dict[str, float]:
     """T_tr and T_rot over T_tr at the start after collisions of a ball, and after settling."""
     columns = series(trace)
     assert columns.spin_energy is not None
@@ -128,13 +141,13 @@ def rough_temperatures(gas: GasSample, trace: Trace, at: float) -> dict[str, flo
 def contact_rows(gas: GasSample) -> Iterator[Record]:
     """The tangential CoR of one collision of two balls, of each seed at another angle."""
     found = gas.samples(contact)
-    law = gas.cor, gas.keys["tangential_cor"], gas.keys["friction"], 0.5
+    law = gas.cor, gas.keys["tangential_cor"], gas.keys["friction"], DISK
     expected = two_temperatures.sliding_tangential_cor(found["slope"], *law)
-    difference = float(np.max(abs(found["beta"] - expected)))
     source = "−1 + μ(1 + e)(1 + 1/q) cot γ up to β₀, Foerster et al. 1994"
-    names = ROUGH, "largest deviation of β from its law", gas, (difference, 0.0), 0.0, source
     # Slips may be small differences of velocities.
-    yield known_value(*names, expected_error=CONTACT_ROUNDING * float(np.max(found["slope"]) + 1))
+    rounding = CONTACT_ROUNDING * float(np.max(found["slope"]) + 1)
+    quantity = "largest deviation of β from its law"
+    yield exact_row(gas, quantity, found["beta"] - expected, source, rounding)
 
 
 def contact(_gas: GasSample, trace: Trace) -> dict[str, float]:
@@ -154,10 +167,8 @@ def bouncing_rows(gas: GasSample) -> Iterator[Record]:
     """Velocity along two rough walls and spin of one ball, beside products of a matrix."""
     errors = np.array([bouncing(gas, seed) for seed in range(gas.seeds)])
     for name, values in zip(("velocity along walls", "spin"), errors.T, strict=True):
-        largest = float(np.max(abs(values)))
-        names = ROUGH, f"largest error of {name}, relative", gas, (largest, 0.0), 0.0
-        source = "product of one bounce, exact"
-        yield known_value(*names, source, expected_error=CONTACT_ROUNDING)
+        quantity = f"largest error of {name}, relative"
+        yield exact_row(gas, quantity, values, "product of one bounce, exact", CONTACT_ROUNDING)
 
 
 def bouncing(gas: GasSample, seed: int) -> Floats:
@@ -181,7 +192,7 @@ def heated_rows(gas: GasSample) -> Iterator[Record]:
     """T_rot/T_tr of rough balls between smooth walls of one temperature."""
     found = gas.samples(rotation, summary=True)
     ratio = mean_and_error(pooled_ratio(found["turning"], found["moving"]))
-    expected = two_temperatures.heated_ratio(gas.keys["tangential_cor"], 0.5)
+    expected = two_temperatures.heated_ratio(gas.keys["tangential_cor"], DISK)
     source = "balance of rotation, mean field"
     names = ROUGH, "T_rot/T_tr", gas, ratio, expected, source
     yield known_value(*names, systematic=(1 - gas.cor**2) * expected)

@@ -12,9 +12,11 @@ import test_bits
 from javascript import JavaScript, answer_of, scene_of
 from scenes import gas, report_scene
 
+from snooker_cli.config import parse
 from snooker_cli.engine import replay, simulate
 from snooker_cli.engine.kernel_state import NO_PARTNER
 from snooker_cli.laws import Surface
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE
 
@@ -55,6 +57,17 @@ def test_rough_balls_have_the_same_collisions(engine, name):
     scene = ROUGH[name]()
     answer = engine.answer(f"simulated({scene_of(scene)}, {{ collisions: 2000 }})")
     assert answer == answer_of(simulate(scene, collisions=2000))
+
+
+def test_balls_that_are_too_slow_end_alike(engine):
+    text = "container: {shape: periodic, packing: 0.02}\ncor: 0\ncollisions: 500\nseed: 2\n"
+    text += "balls: {count: 2, radius: 1, speed: 10, start: random}\n"
+    scene = starting_scene(parse(text).experiment, 0)
+    expected = answer_of(simulate(scene, collisions=500))
+    assert expected["stop"]["reason"] == "rest"
+    answer = engine.answer(f"simulated({scene_of(scene)}, {{ collisions: 500 }})")
+    answer["stop"]["time"] = float(answer["stop"]["time"])  # a large one has no point in JavaScript
+    assert answer == expected
 
 
 @pytest.mark.parametrize("name", ROUGH)
