@@ -332,6 +332,9 @@ def test_the_table_of_rough_balls_is_that_of_the_saved_measurement() -> None:
         if row["quantity"] == "T_rot/T_tr" and row["source"] == DIRECT:
             of_gas[row["setting"]["keys"]["tangential_cor"]] = row
     assert of_gas.keys() == ROUGH_MOMENTS.keys()
+    farthest = max(abs(row["left_in_errors"]) for row in of_gas.values())
+    sentence = f"of the five values, the farthest is {farthest:.1f} standard errors away"
+    assert sentence in sentences_of(ACCURACY)
     for beta, row in of_gas.items():
         limit = two_temperatures.rough_ratio(0.9, beta, 0.5)
         measured = with_error(row["measured"], row["error"])
