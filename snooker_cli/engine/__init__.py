@@ -43,5 +43,5 @@ __all__ = [
 ]
 
 
-ENGINE_VERSION = 10
+ENGINE_VERSION = 11
 """Goes up when the same config may give other bits; results of two versions are never mixed."""

@@ -21,6 +21,7 @@ from snooker_cli.engine.collision import (
 )
 from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_delay
 from snooker_cli.engine.everyone import LANE_TIME, NEXT_TIME, PAIR_TIME, WALL_TIME
+from snooker_cli.engine.frames import in_laboratory, leave_behind
 from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 from snooker_cli.engine.prediction import candidates_from, padded_square
@@ -97,9 +98,15 @@ class FreeCircle(NamedTuple):
         x, y = motion[X] + motion[U] * age, motion[Y] + motion[V] * age
         return x, y, motion[U], motion[V]
 
-    def energy(self) -> float:
-        motion = self.motion
-        return float(0.5 * self.mass * (motion[U] * motion[U] + motion[V] * motion[V]))
+    def reference_velocity(self, _j: int, _balls: Floats) -> tuple[float, float]:
+        return self.motion[U], self.motion[V]
+
+    def leave_frame(self, u: float, v: float, now: float) -> None:
+        leave_behind(self.motion, u, v, now)
+
+    def energy(self, state: State) -> float:
+        u, v = in_laboratory(state.frame, 0.0, 0.0, self.motion[U], self.motion[V], 0.0)[2:]
+        return float(0.5 * self.mass * (u * u + v * v))
 
     def relative(
         self, x: float, y: float, u: float, v: float, now: float

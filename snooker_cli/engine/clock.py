@@ -63,7 +63,7 @@ def clocks(epoch: float, events: Events) -> Floats:
 # FULL the repeat continues with the next chunk. The last two are for ``AmongNeighbours``: make
 # cells larger, or put them round the container's new place.
 FULL, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, REST = range(7)
-CELL_FULL, OUT_OF_MARGIN = 7, 8
+CELL_FULL, OUT_OF_MARGIN, NEW_FRAME = 7, 8, 9
 
 SLOWEST = 2e-154
 """Speed of the fastest ball, m/s, below which squares of speeds are no doubles."""

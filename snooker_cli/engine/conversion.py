@@ -12,6 +12,7 @@ from snooker_cli.containers import Circle
 from snooker_cli.engine import clock
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.boundaries import FixedCircle, FreeCircle, fixed_boundary
+from snooker_cli.engine.frames import Frame
 from snooker_cli.engine.kernel_state import (
     EqualBalls,
     Floats,
@@ -25,7 +26,7 @@ from snooker_cli.engine.restitution import TRAPPING, law_rows
 from snooker_cli.engine.sliding import SlidingCircle
 from snooker_cli.engine.surfaces import Rough
 from snooker_cli.errors import SceneError
-from snooker_cli.laws import Constant, Surface, word_of
+from snooker_cli.laws import Constant, Surface, is_random, word_of
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
 
@@ -69,6 +70,7 @@ def new_states(
         boundary=boundary_of(scenes),
         sizes=sizes_of(first),
         surface=surface_of(scenes),
+        frame=frame_of(scenes),
         labels=np.zeros(0, dtype=np.int32),
         sums=sums,
         counts=counts,
@@ -143,6 +145,19 @@ def surface_of(scenes: Sequence[Scene]) -> Rough | None:
     )
 
 
+def frame_of(scenes: Sequence[Scene]) -> Frame | None:
+    """The stacked frame of repeats of one point; ``None`` if they keep no momentum."""
+    scene = scenes[0]
+    rubs = scene.surface is not None and scene.surface.rubs_wall
+    along_walls = not rubs and not is_random(scene.wall_law)
+    across, up = scene.container.periodic
+    if scene.free or (across and up):
+        across = up = True
+    elif not along_walls or not (across or up):
+        return None
+    return Frame(np.zeros((len(scenes), ks.BALL_ROWS)), float(across), float(up))
+
+
 def sizes_of(scene: Scene) -> Sizes:
     """Radii and masses of a scene's balls."""
     if scene.equal_balls:
@@ -170,6 +185,17 @@ def flown(columns: Floats, clocks: Floats) -> Floats:
     return out
 
 
+def frames_at(states: State, clocks: Floats) -> Floats:
+    """Place (m) and velocity (m/s) of each repeat's frame in the laboratory, (*repeats*, 4).
+
+    One that has not moved has -0.0, which changes no bit of a sum, as 0.0 does of -0.0.
+    """
+    if states.frame is None:
+        return np.full((len(clocks), 4), -0.0)
+    moved = flown(states.frame.motion[..., np.newaxis], clocks)[..., 0]
+    return np.where(np.any(moved[:, 2:] != 0.0, axis=1, keepdims=True), moved, -0.0)
+
+
 def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Scene]:
     """The scene of each repeat when its clocks show a time, s, at or after the last event."""
     columns, boundary, labels = flown(states.balls, clocks), states.boundary, states.labels
@@ -178,6 +204,8 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
             state = ks.state_of(states, repeat)
             for ball in range(scenes[0].number):
                 columns[repeat][:, ball] = ks.flight(state.boundary, ball, clock, state)
+    moved = frames_at(states, clocks)
+    columns += moved[..., np.newaxis]
     if scenes[0].container.period is not None:
         period = np.array(scenes[0].container.period)[:, np.newaxis]
         columns[:, :2] -= period * np.rint(columns[:, :2] / period)
@@ -196,7 +224,7 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
         ends = [replace(scene, spins=spins.copy()) for scene, spins in pairs]
     if not scenes[0].free:
         return ends
-    motions = flown(boundary.motion[..., np.newaxis], clocks)[..., 0]
+    motions = flown(boundary.motion[..., np.newaxis], clocks)[..., 0] + moved
     return [
         replace(scene, container_position=motion[:2], container_velocity=motion[2:])
         for scene, motion in zip(ends, motions, strict=True)

@@ -12,6 +12,7 @@ from snooker_cli.engine import clock
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER
+from snooker_cli.engine.frames import renew_frame
 from snooker_cli.engine.jit import by_class, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.engine.prediction import is_trapped
@@ -30,6 +31,15 @@ def begin(search: Any, now: float, state: State) -> None:
 
     Of ``Everyone``.
     """
+
+
+@by_class
+def forget(search: Any) -> bool:
+    """Forget all predictions, so that ``begin`` makes new ones; false if that is done from outside.
+
+    Of ``Everyone``.
+    """
+    return False
 
 
 @by_class
@@ -98,6 +108,7 @@ def settle(boundary: Any, i: int, trapped: bool, now: float, state: State) -> bo
 #   a ball that slides: bring it to now along the wall; the same contact is next
 #   bring i and j to now, change their velocities; count and record the event
 #   stop if i is trapped at the wall, if the clock stands still, or if the balls are too slow
+#   if a frame has taken over the velocity that all share: predict everything
 #   predict the next contacts of i and j; if a free container has moved, all its hits
 @inlined
 def simulate_repeat(
@@ -158,6 +169,11 @@ def simulate_repeat(
                 return clock.COLLAPSE
             if clock.is_at_rest(i, size, state):
                 return clock.REST
+            if renew_frame(state.frame, i, j, size, now, state):
+                if not forget(search):
+                    return clock.NEW_FRAME
+                begin(search, now, state)
+                continue
         predict(search, i, j, happens, now, state)
     return clock.FULL
 
@@ -166,7 +182,7 @@ def simulate_repeat(
 def of_repeat(search: Any, repeat: int) -> Any:
     """The search of one of many stacked repeats.
 
-    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``, ``Rough``.
+    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``, ``Rough``, ``Frame``.
     """
     return search
 

@@ -50,6 +50,10 @@ class Everyone(NamedTuple):
             self.times[WALL_TIME, i] = time_of_next_hit(state.boundary, i, state)
             enter(i, now, ks.NOT_SEARCHED, state, self)
 
+    def forget(self) -> bool:
+        self.begun[0] = False
+        return True
+
     def next_entry(self, state: State) -> tuple[int, int, float]:
         i, another, more = soonest(self.times[NEXT_TIME], self.times[LANE_TIME])
         now = self.times[NEXT_TIME, i]

@@ -86,6 +86,8 @@ class State(NamedTuple):
     boundary : the edge of the container, of a class of ``boundaries`` or ``sliding``
     sizes : radii and masses, ``EqualBalls`` or ``UnequalBalls``
     surface : of balls that spin, ``surfaces.Rough``; ``None`` for smooth balls
+    frame : of scenes that keep momentum, ``frames.Frame``; ``None`` for others. Places and
+        velocities of balls, and of a free container, are relative to it
     labels : (*N*,), the scene's number of each column; (0,) if columns are in the scene's order
     sums, counts : (SUMS,) and (COUNTS,)
     account : (ACCOUNT,); (0,) unless walls give energy
@@ -98,6 +100,7 @@ class State(NamedTuple):
     boundary: Any
     sizes: Any
     surface: Any
+    frame: Any
     labels: Indices
     sums: Floats
     counts: Integers
@@ -123,6 +126,7 @@ def state_of(states: State, repeat: int) -> State:
         of_repeat(states.boundary, repeat),
         states.sizes,
         of_repeat(states.surface, repeat),
+        of_repeat(states.frame, repeat),
         states.labels,
         states.sums[repeat],
         states.counts[repeat],
@@ -239,7 +243,7 @@ def position(i: int, now: float, balls: Floats) -> tuple[float, float]:
 def of_repeat(stacked: Any, repeat: int) -> Any:
     """The boundary of one of many stacked repeats: the same if it has no arrays.
 
-    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``, ``Rough``.
+    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``, ``Rough``, ``Frame``.
     """
     return stacked
 
@@ -247,6 +251,25 @@ def of_repeat(stacked: Any, repeat: int) -> Any:
 @by_class
 def set_back(boundary: Any, shift: float) -> None:
     """Set the clocks of the boundary back by a shift, s: a fixed one has none.
+
+    Of ``FreeCircle``, ``Frame``.
+    """
+
+
+@by_class
+def reference_velocity(boundary: Any, j: int, balls: Floats) -> tuple[float, float]:
+    """The velocity of ball j, which has had an event, or of a free container, m/s.
+
+    It is zero after an event at a fixed wall.
+
+    Of ``FreeCircle``.
+    """
+    return (balls[U, j], balls[V, j]) if j >= 0 else (0.0, 0.0)
+
+
+@by_class
+def leave_frame(boundary: Any, u: float, v: float, now: float) -> None:
+    """Take a velocity, which a frame takes over now, off a free container.
 
     Of ``FreeCircle``.
     """
@@ -335,6 +358,7 @@ def begin_epoch(state: State, epoch: float, shift: float) -> None:
     sums, clocks = state.sums, state.balls[CLOCK]
     clocks -= shift
     set_back(state.boundary, shift)
+    set_back(state.frame, shift)
     sums[NOW] -= shift
     sums[STILL_SINCE] -= shift
     sums[TIME_LIMIT] -= shift

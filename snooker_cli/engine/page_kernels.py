@@ -7,12 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from snooker_cli.containers import Circle
+from snooker_cli.containers import SHAPES, Circle
 from snooker_cli.engine import boundaries, clock, event_loop, everyone, restitution, sampling
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import earlier
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.everyone import Everyone
+from snooker_cli.engine.frames import Frame, in_laboratory
 from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Recorded, State, U, V, X, Y
 from snooker_cli.engine.sliding import SlidingCircle, bounces_to_come
@@ -105,6 +106,11 @@ def _boundary(name: str, number: int) -> Any:
     return CIRCLES[name](number) if name in CIRCLES else boundaries.BOUNDARIES[name](1.0, 1.0)
 
 
+def _frame(name: str) -> Frame | None:
+    keeps = name == "free_circle" or (name not in CIRCLES and any(SHAPES[name].periodic))
+    return Frame(np.zeros(ks.BALL_ROWS), 0.0, 0.0) if keeps else None
+
+
 def example(boundary: str, number: int) -> Page:
     """A page with arrays and numbers of the types and shapes of all pages with this boundary.
 
@@ -118,6 +124,7 @@ def example(boundary: str, number: int) -> Page:
         boundary=_boundary(boundary, number),
         sizes=ks.UnequalBalls(np.zeros(number), np.zeros(number)),
         surface=Rough(Surface(0.5, -1.0, 0.0, -1.0, 0.0), np.zeros(number), np.zeros(1)),
+        frame=_frame(boundary),
         labels=np.zeros(0, dtype=np.int32),
         sums=np.zeros(ks.SUMS),
         counts=np.zeros(ks.COUNTS + 1, dtype=np.int64),
@@ -177,18 +184,30 @@ def note_turn(row: int, page: Page) -> float:
 
 
 @inlined
+def shown(
+    x: float, y: float, u: float, v: float, now: float, state: State
+) -> tuple[float, float, float, float]:
+    """Place (m) and velocity (m/s) at a time (s) in the laboratory, of the inner image."""
+    x, y, u, v = in_laboratory(state.frame, x, y, u, v, now)
+    x, y = ks.nearest_image(state.boundary, x, y)
+    return x, y, u, v
+
+
+@inlined
 def write_row(row: int, energy: float, spinning: float, followed: Followed, state: State) -> None:
     """Complete the row of the event that has just happened."""
     i, j, time = followed.i[row], followed.j[row], state.sums[ks.NOW]
-    x, y, _, _ = ks.container_flight(state.boundary, time)
+    x, y, u, v = ks.container_flight(state.boundary, time)
     if j >= 0:
         x, y = state.balls[X, j], state.balls[Y, j]
+    x, y = shown(x, y, u, v, time, state)[:2]
+    xi, yi = shown(state.balls[X, i], state.balls[Y, i], u, v, time, state)[:2]
     sums, places = followed.sums, followed.places
     sums[row, ENERGY], sums[row, SPIN_ENERGY] = energy, spinning
-    sums[row, CONTAINER_ENERGY] = sampling.energy(state.boundary)
+    sums[row, CONTAINER_ENERGY] = sampling.energy(state.boundary, state)
     sums[row, WALL_IMPULSE] = state.sums[ks.WALL_IMPULSE] + state.sums[ks.WALL_IMPULSE_REST]
     sums[row, PAIR_VIRIAL] = state.sums[ks.PAIR_VIRIAL] + state.sums[ks.PAIR_VIRIAL_REST]
-    places[row, 0], places[row, 1] = state.balls[X, i], state.balls[Y, i]
+    places[row, 0], places[row, 1] = xi, yi
     places[row, 2], places[row, 3] = x, y
 
 
@@ -254,9 +273,10 @@ def show(page: Page) -> None:
     now = page.until - state.sums[ks.EPOCH]
     for i in range(number):
         x, y, u, v = ks.flight(boundary, i, now, state)
-        x, y = ks.nearest_image(boundary, x, y)
+        x, y, u, v = shown(x, y, u, v, now, state)
         flights[i, X], flights[i, Y], flights[i, U], flights[i, V] = x, y, u, v
     x, y, u, v = ks.container_flight(boundary, now)
+    x, y, u, v = shown(x, y, u, v, now, state)
     flights[number, X], flights[number, Y], flights[number, U], flights[number, V] = x, y, u, v
 
 

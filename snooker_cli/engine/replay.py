@@ -11,6 +11,7 @@ from snooker_cli.engine import clock, sampling
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, slide
 from snooker_cli.engine.conversion import new_states, origin_of
+from snooker_cli.engine.frames import in_laboratory, renew_frame
 from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.engine.surfaces import show_spin
@@ -374,10 +375,12 @@ def repeat_states(
         now, balls = moments.clocks[row], moments.balls[row if each else 0]
         for column in range(len(balls)):
             x, y, u, v = ks.flight(boundary, balls[column], now, state)
+            x, y, u, v = in_laboratory(state.frame, x, y, u, v, now)
             out[row, 0, column], out[row, 1, column] = x, y
             out[row, 2, column], out[row, 3, column] = u, v
             show_spin(state.surface, balls[column], out[row, :, column])
         x, y, u, v = ks.container_flight(boundary, now)
+        x, y, u, v = in_laboratory(state.frame, x, y, u, v, now)
         container[row, 0], container[row, 1] = x, y
         container[row, 2], container[row, 3] = u, v
     while event < len(record.time):
@@ -395,7 +398,8 @@ def carry_out(event: int, record: Recorded, state: State) -> tuple[int, int]:
         ks.take_off_wall(boundary, i)
         if j >= 0:
             ks.take_off_wall(boundary, j)
-        collide(i, j, now, state)
+        size = collide(i, j, now, state)
+        renew_frame(state.frame, i, j, size, now, state)
     count(i, j, record.impulse[event], state)
     return i, j
 

@@ -14,7 +14,15 @@ from snooker_cli.containers import Circle
 from snooker_cli.engine import cell_grid, cells, clock, event_loop, everyone, sampling
 from snooker_cli.engine import cell_memory as cm
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.clock import CELL_FULL, FULL, IDLE, NOTHING_LEFT, OUT_OF_MARGIN, TIME
+from snooker_cli.engine.clock import (
+    CELL_FULL,
+    FULL,
+    IDLE,
+    NEW_FRAME,
+    NOTHING_LEFT,
+    OUT_OF_MARGIN,
+    TIME,
+)
 from snooker_cli.engine.contact import never_meet
 from snooker_cli.engine.conversion import (
     copied,
@@ -297,6 +305,13 @@ class Simulation(ABC):
             for repeat, last in enumerate(zip(times, rows, histograms, strict=True))
         ]
 
+    def _beside(self, repeat: int) -> str:
+        """What speeds are relative to, in words: nothing, unless all balls share a velocity."""
+        if self.states.frame is None:
+            return ""
+        speed = float(np.hypot(*self.states.frame.motion[repeat, [ks.U, ks.V]]))
+        return f", beside the {speed:.3g} m/s that all share," if speed > 0.0 else ""
+
     def _stop(self, repeat: int, counts: list[int]) -> Stop:
         """How a repeat ended, with a message."""
         reason, now, limit = self.reasons[repeat], float(self.times[repeat]), self.time_limit
@@ -313,8 +328,8 @@ class Simulation(ABC):
                 f"after {number}, at {now:.9g} s; give a time to end at"
             ),
             StopReason.REST: (
-                f"all balls are slower than {clock.SLOWEST:g} m/s after {number}, at {now:.9g} s: "
-                "squares of speeds are no numbers of double precision"
+                f"all balls are slower than {clock.SLOWEST:g} m/s{self._beside(repeat)} after "
+                f"{number}, at {now:.9g} s: squares of speeds are no numbers of double precision"
             ),
             StopReason.INTERRUPTED: f"interrupted after {number} at {now:.9g} s",
         }
@@ -416,7 +431,7 @@ class AmongNeighbours(Simulation):
             self._keep_order()
         no_chains(self.search.cells.tree.bits, self.search.progress)
         begun, renewals, answer = self.state.collisions, 0, CELL_FULL
-        while answer in (CELL_FULL, OUT_OF_MARGIN):
+        while answer in (CELL_FULL, OUT_OF_MARGIN, NEW_FRAME):
             done = self.state.collisions - begun
             rest = Recorded(*(column[0] for column in records.after(done)))
             grid = sampling.grid_of(self.grids, 0)
@@ -425,6 +440,8 @@ class AmongNeighbours(Simulation):
             )
             if answer == CELL_FULL:
                 self._fill(2 * self.search.cells.members.shape[1])
+            elif answer == NEW_FRAME:
+                self._predict_anew(0)
             elif answer == OUT_OF_MARGIN:
                 self._renew_margin(float(self.search.cells.margin.place[cells.UNTIL]))
                 self._fill()

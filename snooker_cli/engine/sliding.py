@@ -197,6 +197,8 @@ def pressed(i: int, now: float, state: State) -> float:
 
 # The next contact of a ball if it, or its partner, or both, slide along the wall
 
+EPSILON = 2.0**-52
+
 STEPS = 512  # steps towards a contact, beyond now, after which a ball searches again later
 
 SHORT = 2.0**-46
@@ -205,16 +207,21 @@ SHORT = 2.0**-46
 
 @inlined
 def arc_delay(
-    way: tuple[float, ...], distance: float, largest: float, passed: float, horizon: float
+    way: tuple[float, ...],
+    distance: float,
+    largest: float,
+    since: float,
+    passed: float,
+    horizon: float,
 ) -> tuple[float, bool]:
     """Time until a ball on an arc touches one that flies, at a distance (m), and whether it does.
 
     If not, it is a time up to which they do not touch: inf if not before the horizon. The steps are
     the same whenever it is asked, so a contact has one time.
 
-    passed : s, the part of that time which has passed; it ends ``STEPS`` steps later
-
     way : of a ball that turns at w (rad/s) from (x, y), one that flies from (px, py); their speed
+    since : the clock at which both are there, s
+    passed : s, the part of that time which has passed; it ends ``STEPS`` steps later
 
     g = |distance of the centres|^2 - d^2 has a second derivative of at least -2 D w^2 a, with D the
     largest possible distance. So a parabola below g follows from g and g', and a step to its root
@@ -226,12 +233,14 @@ def arc_delay(
     a = math.sqrt(x * x + y * y)
     bend = largest * w * w * a
     inner = a - distance
-    least = SHORT * a / speed
+    # A step moves t, and STEPS of them move the clock, also late in an epoch.
+    least = max(SHORT * a / speed, 8.0 * EPSILON / STEPS * since)
     tangible = 4.0 * SHORT * distance * speed
     slack = 8.0 * SHORT * distance * a
     t, steps = 0.0, 0
     while steps < STEPS:
         steps += 1 if t > passed else 0
+        shortest = max(least, EPSILON * t)
         c, s = cosine_and_sine(w * t)
         ax, ay = c * x - s * y, s * x + c * y
         bx, by = px + pu * t, py + pv * t
@@ -245,7 +254,7 @@ def arc_delay(
                 return t, True
             if fall > tangible:
                 step = 2.0 * g / (fall + math.sqrt(fall * fall + 4.0 * bend * g))
-                if step <= least:
+                if step <= shortest:
                     return t, True
             elif bend > 0.0:
                 fall = min(fall, 0.0)
@@ -253,7 +262,7 @@ def arc_delay(
                 step = (math.sqrt(fall * fall + 4.0 * bend * g) - fall) / (2.0 * bend)
             else:
                 return NEVER, False
-        t += max(step, least)
+        t += max(step, shortest)
         if not t < horizon:
             return NEVER, False
     return t, False
@@ -294,7 +303,7 @@ def contact_on_arc(
             until = min(time, wall_times[b])
             way = x, y, w, xb, yb, u, v, abs(w) * rim + math.sqrt(u * u + v * v)
         d = ks.contact_distance(state.sizes, a, b)
-        delay, touches = arc_delay(way, d, 2.0 * rim, now - since, until - since)
+        delay, touches = arc_delay(way, d, 2.0 * rim, since, now - since, until - since)
         its_time = max(since + delay, 0.0)
         if its_time < time:
             time, partner = its_time, k if touches else ks.SEARCH_AGAIN

@@ -1,0 +1,107 @@
+"""The frame in which a repeat is computed: it takes over the velocity that all balls share.
+
+A gas keeps its momentum in a periodic box, along a smooth channel, and together with a free
+container. While it cools, velocities relative to this common one become as small as the rounding of
+the velocities, and a ball flies through the box very often before it meets another. The motion is
+the same in any frame (Galilean invariance). So when all velocities are near a common one, the frame
+takes it over. The balls keep all digits of the rest, and the gas can cool on.
+
+This follows from the state alone, after an event. So a replay does it after the same events.
+"""
+
+from typing import Any, NamedTuple
+
+from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.jit import by_class, inlined
+from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
+
+NEAR = 2.0**-10
+"""A frame takes over a common velocity if all others differ from it by less than this part."""
+
+
+@by_class
+def renew_frame(frame: Any, i: int, j: int, impulse: float, now: float, state: State) -> bool:
+    """After an event of balls i and j, take over what all balls share, if that is nearly all.
+
+    impulse : of the event, kg m/s; few are small enough to look at all balls
+
+    The answer is whether it was so. Then all predictions have to be made anew.
+
+    Of ``Frame``.
+    """
+    return False
+
+
+@by_class
+def in_laboratory(
+    frame: Any, x: float, y: float, u: float, v: float, now: float
+) -> tuple[float, float, float, float]:
+    """Place (m) and velocity (m/s) in the laboratory at a time (s), of those in the frame.
+
+    Of ``Frame``.
+    """
+    return x, y, u, v
+
+
+@inlined
+def leave_behind(body: Floats, u: float, v: float, now: float) -> None:
+    """Take a velocity off a body, which stays where it is now.
+
+    body : a column of ``State.balls``, or a free container's motion
+
+    Its clock stays, so its place at that clock changes.
+    """
+    age = now - body[CLOCK]
+    body[X] += u * age
+    body[Y] += v * age
+    body[U] -= u
+    body[V] -= v
+
+
+class Frame(NamedTuple):
+    """A frame, in scenes that keep momentum.
+
+    motion : (BALL_ROWS,), as the column of a ball: its place and velocity in the laboratory
+    across, up : 1 if momentum is kept along x and along y, else 0
+
+    Stacked, ``motion`` has one axis more, the first.
+    """
+
+    motion: Floats
+    across: float
+    up: float
+
+    def of_repeat(self, repeat: int) -> "Frame":
+        return Frame(self.motion[repeat], self.across, self.up)
+
+    def set_back(self, shift: float) -> None:
+        self.motion[CLOCK] -= shift
+
+    def renew_frame(self, i: int, j: int, impulse: float, now: float, state: State) -> bool:
+        # A difference of doubles that are near each other is exact (Sterbenz). So velocities
+        # relative to each other stay to the bit. Places are rounded once.
+        boundary, balls = state.boundary, state.balls
+        u, v = ks.reference_velocity(boundary, j, balls)
+        u, v = self.across * u, self.up * v
+        least = NEAR * max(abs(u), abs(v))
+        if impulse >= 2.0 * least * ks.mass_of(state.sizes, i):
+            return False
+        for k in range(balls.shape[1]):
+            if max(abs(balls[U, k] - u), abs(balls[V, k] - v)) >= least:
+                return False
+        for k in range(balls.shape[1]):
+            leave_behind(balls[:, k], u, v, now)
+            balls[X, k], balls[Y, k] = ks.nearest_image(boundary, balls[X, k], balls[Y, k])
+        ks.leave_frame(boundary, u, v, now)
+        leave_behind(self.motion, -u, -v, now)
+        return True
+
+    def in_laboratory(
+        self, x: float, y: float, u: float, v: float, now: float
+    ) -> tuple[float, float, float, float]:
+        motion = self.motion
+        if motion[U] == 0.0 and motion[V] == 0.0:
+            return x, y, u, v
+        age = now - motion[CLOCK]
+        x, y = x + (motion[X] + motion[U] * age), y + (motion[Y] + motion[V] * age)
+        return x, y, u + motion[U], v + motion[V]
