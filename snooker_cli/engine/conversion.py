@@ -26,7 +26,7 @@ from snooker_cli.engine.restitution import TRAPPING, law_rows
 from snooker_cli.engine.sliding import SlidingCircle
 from snooker_cli.engine.surfaces import Rough
 from snooker_cli.errors import SceneError
-from snooker_cli.laws import Constant, Surface, is_random, word_of
+from snooker_cli.laws import Constant, Surface, word_of
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
 
@@ -146,14 +146,10 @@ def surface_of(scenes: Sequence[Scene]) -> Rough | None:
 
 
 def frame_of(scenes: Sequence[Scene]) -> Frame | None:
-    """The stacked frame of repeats of one point; ``None`` if they keep no momentum."""
+    """The stacked frame of repeats of one point; ``None`` between walls on all sides."""
     scene = scenes[0]
-    rubs = scene.surface is not None and scene.surface.rubs_wall
-    along_walls = not rubs and not is_random(scene.wall_law)
-    across, up = scene.container.periodic
-    if scene.free or (across and up):
-        across = up = True
-    elif not along_walls or not (across or up):
+    across, up = (True, True) if scene.free else scene.container.periodic
+    if not (across or up):
         return None
     return Frame(np.zeros((len(scenes), ks.BALL_ROWS)), float(across), float(up))
 

@@ -1,9 +1,10 @@
 """The frame in which a repeat is computed: it takes over the velocity that all balls share.
 
-A gas keeps its momentum in a periodic box, along a smooth channel, and together with a free
-container. While it cools, velocities relative to this common one become as small as the rounding of
-the velocities, and a ball flies through the box very often before it meets another. The motion is
-the same in any frame (Galilean invariance). So when all velocities are near a common one, the frame
+A gas keeps its momentum in a periodic box, along a channel, and together with a free container.
+(A rough wall of a channel does not stop a cold gas: friction is in proportion to how balls hit it.)
+While a gas cools, velocities relative to this common one become as small as the rounding of the
+velocities, and a ball flies through the box very often before it meets another. The motion is the
+same in any frame (Galilean invariance). So when all velocities are near a common one, the frame
 takes it over. The balls keep all digits of the rest, and the gas can cool on.
 
 This follows from the state alone, after an event. So a replay does it after the same events.
@@ -59,10 +60,10 @@ def leave_behind(body: Floats, u: float, v: float, now: float) -> None:
 
 
 class Frame(NamedTuple):
-    """A frame, in scenes that keep momentum.
+    """A frame, in scenes in which balls may share a velocity.
 
     motion : (BALL_ROWS,), as the column of a ball: its place and velocity in the laboratory
-    across, up : 1 if momentum is kept along x and along y, else 0
+    across, up : 1 if balls may share a velocity along x and along y, else 0
 
     Stacked, ``motion`` has one axis more, the first.
     """

@@ -86,8 +86,8 @@ class State(NamedTuple):
     boundary : the edge of the container, of a class of ``boundaries`` or ``sliding``
     sizes : radii and masses, ``EqualBalls`` or ``UnequalBalls``
     surface : of balls that spin, ``surfaces.Rough``; ``None`` for smooth balls
-    frame : of scenes that keep momentum, ``frames.Frame``; ``None`` for others. Places and
-        velocities of balls, and of a free container, are relative to it
+    frame : in which places and velocities of balls, and of a free container, are, a
+        ``frames.Frame``; ``None`` for the laboratory, between walls on all sides
     labels : (*N*,), the scene's number of each column; (0,) if columns are in the scene's order
     sums, counts : (SUMS,) and (COUNTS,)
     account : (ACCOUNT,); (0,) unless walls give energy

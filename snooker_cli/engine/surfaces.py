@@ -7,6 +7,7 @@ import math
 from typing import Any, NamedTuple
 
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.frames import in_laboratory
 from snooker_cli.engine.jit import by_class, inlined
 from snooker_cli.engine.kernel_state import Floats, Recorded, State
 from snooker_cli.laws import Surface
@@ -182,6 +183,7 @@ class Rough(NamedTuple):
     def rub_wall(
         self, i: int, x: float, y: float, u: float, v: float, normal: float, state: State
     ) -> None:
+        u, v = in_laboratory(state.frame, 0.0, 0.0, u, v, 0.0)[2:]
         rub(self, i, x, y, u, v, normal, math.inf, state)
 
     def rub_free_wall(

@@ -115,18 +115,7 @@ function writeSetup(scene, parts) {
   parts["state.setup.contact_path"][0] = contactDuration ? contactDuration * meanFreePath(scene) : 0;
   parts["state.setup.elastic_below"][0] = elasticBelow;
   parts["state.setup.traps"][0] = Number(scene.container.shape === "circle" && loses);
-  const [across, up] = momentumKept(scene);
-  if (parts["state.frame.motion"]) [parts["state.frame.across"][0], parts["state.frame.up"][0]] = [across, up];
   parts["state.setup.settling"][0] = Math.min(imbalance, slowCor >= 1 ? Infinity : 2 / (1 - slowCor));
-}
-
-/** Along x and y, 1 where nothing but balls takes momentum, see frames.py. */
-function momentumKept(scene) {
-  if (isFree(scene)) return [1, 1];
-  const { wall_tangential_cor: cor, wall_friction: friction } = scene.surface ?? SMOOTH;
-  const repeats = [0, 1].map((axis) => repeatsAlong(axis, scene.container));
-  const rubs = cor > -1 && friction !== 0, heats = lawsOfWall(scene.wallLaw).some(({ word }) => word === "thermal");
-  return repeats.map((along) => Number(along && (repeats.every(Boolean) || !(rubs || heats))));
 }
 
 const givesEnergy = (law) => lawsOfWall(law).some(({ word }) => word === "thermal" || word === "driven");
@@ -166,6 +155,10 @@ function writeScene(scene, timeLimit, parts) {
     const part = parts[`state.boundary.${name}`];
     if (part) part[0] = size;
   }
+  ["across", "up"].forEach((name, axis) => {
+    const part = parts[`state.frame.${name}`];
+    if (part) part[0] = Number(isFree(scene) || repeatsAlong(axis, container));
+  });
   const motion = parts["state.boundary.motion"];
   motion?.set([...scene.containerPosition, ...scene.containerVelocity, 0, NO_PARTNER]);
 }
