@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import hostile
 import numpy as np
 import pytest
 from pyh5md import File, element
@@ -18,7 +19,7 @@ from scenes import gas, lone_bouncer, report_scene, rough
 from snooker_cli import store
 from snooker_cli.containers import Box, Circle, PeriodicBox
 from snooker_cli.engine import simulate
-from snooker_cli.errors import AbsentError, StoreError
+from snooker_cli.errors import AbsentError, StoreError, UnsoundError
 from snooker_cli.laws import Constant, Driven, Surface
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance
@@ -258,9 +259,14 @@ def test_the_energy_account_of_a_summary_is_finite(tmp_path: Path, provenance: P
             wrong = trace.summary.series.columns[name].copy()
             wrong[1] = value
             summary = replace(trace.summary, series=replace(trace.summary.series, **{name: wrong}))
-            store.write(path, [(0, replace(trace, summary=summary))], provenance)
+            written = [(0, replace(trace, summary=summary))]
             if value < 0:
+                store.write(path, written, provenance)
                 assert len(store.check(path)) == 1
                 continue
+            with pytest.raises(UnsoundError, match=f"wrong {name} of a summary"):
+                store.write(path, written, provenance)
+            with hostile.unchecked():
+                store.write(path, written, provenance)
             with pytest.raises(StoreError, match=f"wrong {name} of a summary"):
                 store.check(path)
