@@ -63,12 +63,12 @@ Law: TypeAlias = Constant | Viscoelastic | Driven | Thermal | Yielding
     ],
     "config/models.py": [
         (
-            "    wall_cor_speed: Positive | None = None\n",
+            "    wall_cor_speed: LawSpeed | None = None\n",
             '''\
-    yield_speed: Positive | None = None
+    yield_speed: LawSpeed | None = None
     """Relative normal speed v_y, m/s, up to which collisions between balls are elastic; above,
     e(v) = (v_y/v)^¼, but no less than cor. Absent: cor at all speeds."""
-    wall_cor_speed: Positive | None = None
+    wall_cor_speed: LawSpeed | None = None
 ''',
         ),
         (
