@@ -231,12 +231,26 @@ def proofs(
     if not verdicts & {"interrupted", "wrong"}:
         start = "the config's" if run.engine_version == ENGINE_VERSION else "the stored"
         lines.append(f"The bodies and the order of these events are certain, from {start} start.")
-        summary = "The stored summary is not compared; `--replay` does that."
-        finish = "The stored end and finish follow from all stored events."
-        lines.append(summary if any(record["summary"] for record in records) else finish)
+        lines += dict.fromkeys(_about_the_rest(record) for record in records)
     result = Verdicts({"run": str(run.directory), "exact": records}, lines)
     result.sound, result.interrupted = "wrong" not in verdicts, "interrupted" in verdicts
     return result
+
+
+def _about_the_rest(proof: Mapping[str, Any]) -> str:
+    """What was compared of a repeat besides its events, in a sentence or two."""
+    compared = "The stored end and finish follow from all stored events."
+    parts = "ending"
+    if proof["summary"]:
+        compared, parts = "", "summary, snapshots, finish and ending"
+    say = {
+        "certain": "No further event is possible up to the end.",
+        "simulated": f"The stored {parts} are those of a new simulation, to the bit."
+        if proof["summary"]
+        else "The stored ending is that of a new simulation.",
+        "unchecked": f"The stored {parts} were not compared: that needs the engine that made them.",
+    }
+    return " ".join(filter(None, (compared, say.get(proof["ending"], ""))))
 
 
 def _bounds(bounds: Iterable[Mapping[str, Any]], errors: Mapping[str, str]) -> list[str]:
