@@ -19,7 +19,13 @@ from snooker_cli.config import Experiment, to_json
 from snooker_cli.engine import ENGINE_VERSION, CheckpointError, share_done, simulate, simulate_batch
 from snooker_cli.errors import SceneError, StoreError, UnsoundError, described
 from snooker_cli.placement.starting_scene import starting_scenes
-from snooker_cli.runs.out_of_range import Limits, ended_before, sound_collisions, sound_part
+from snooker_cli.runs.out_of_range import (
+    Limits,
+    ended_before,
+    refusal,
+    sound_collisions,
+    sound_part,
+)
 from snooker_cli.runs.plan import first_scene, snapshot_times
 from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
 from snooker_cli.scene import Scene
@@ -228,7 +234,8 @@ def simulate_and_store(
     except AbandonedError:
         return None
     except (StoreError, UnsoundError) as error:
-        return failed + [RepeatResult(batch.point, repeat, error=str(error)) for repeat in scenes]
+        text = refusal(error) if isinstance(error, UnsoundError) else str(error)
+        return failed + [RepeatResult(batch.point, repeat, error=text) for repeat in scenes]
     except Exception as error:  # the failure of one batch does not stop the others
         return unexpected(batch, error)
 
@@ -242,7 +249,7 @@ def _sound_parts(
         try:
             sound.append((repeat, sound_part(trace, limits, begun.go_on)))
         except UnsoundError as error:
-            failed.append(RepeatResult(point, repeat, error=str(error)))
+            failed.append(RepeatResult(point, repeat, error=refusal(error)))
     return sound, failed
 
 
@@ -287,7 +294,8 @@ def _simulated_long(
         return begun.stopped.is_set() or (time.monotonic() >= due and reached > least)
 
     # Each round simulates up to a checkpoint, whose file then replaces the one before. The last
-    # round ends the repeat, or stores it as interrupted.
+    # round ends the repeat, or stores it as interrupted. A repeat that cannot be stored begins
+    # again, and ends before what is wrong.
     while True:
         with store.Recorder(path, continues=checkpoint is not None) as recorder:
 
@@ -323,29 +331,30 @@ def _simulated_long(
                     recorder.finish(job.provenance(point, started, now))
                     # Saving takes a small part of the time, however long the file is.
                     interval = max(interval, SAVING_SHARE * (time.monotonic() - clock))
-            except (CheckpointError, UnsoundError) as error:
-                if isinstance(error, CheckpointError):
-                    _log.warning("%s; the repeat begins again", error)
-                elif fault:  # also the part that was found to be sound
+            except CheckpointError as error:
+                _log.warning("%s; the repeat begins again", error)
+            except UnsoundError as error:
+                if fault:  # also in the part that was found to be sound
                     raise
-                else:
-                    most = sound_collisions(scene, limits, begun.go_on)
-                    fault, limits = error.problem, replace(limits, collisions=most, time=None)
-                checkpoint, reached, seconds = None, 0, 0.0
-                continued, given, ties = 0, 0.0, Simultaneous()
+                most = sound_collisions(scene, limits, begun.go_on)
+                fault, limits = error.problem, replace(limits, collisions=most, time=None)
+            else:
+                if not interrupted or begun.stopped.is_set():
+                    number = 0 if trace.stop.reason is StopReason.COLLAPSE else ties.number
+                    return RepeatResult(
+                        point,
+                        repeat,
+                        trace.stop,
+                        trace.collisions,
+                        simultaneous=number,
+                        continued=continued,
+                        unstored=unstored,
+                    )
+                checkpoint, due = trace.checkpoint, time.monotonic() + interval
                 continue
-        if not interrupted or begun.stopped.is_set():
-            number = 0 if trace.stop.reason is StopReason.COLLAPSE else ties.number
-            return RepeatResult(
-                point,
-                repeat,
-                trace.stop,
-                trace.collisions,
-                simultaneous=number,
-                continued=continued,
-                unstored=unstored,
-            )
-        checkpoint, due = trace.checkpoint, time.monotonic() + interval
+        # It begins again.
+        checkpoint, reached, seconds = None, 0, 0.0
+        continued, given, ties = 0, 0.0, Simultaneous()
 
 
 def _simultaneous(trace: Trace) -> int:

@@ -73,9 +73,14 @@ def sound_collisions(scene: Scene, limits: Limits, watch: Watch) -> int:
             sound = tried
         tried = (sound + wrong) // 2
     if sound < 0:
-        advice = "choose units in which lengths, masses and speeds are nearer to 1"
-        raise UnsoundError(f"not even the start can be stored ({fault})", advice)
+        raise UnsoundError(fault)
     return sound
+
+
+def refusal(error: UnsoundError) -> str:
+    """The sentence on a repeat of which no part can be stored."""
+    advice = "choose units in which lengths, masses, speeds and times are nearer to 1"
+    return f"its result cannot be stored ({error.problem}); {advice}"
 
 
 def ended_before(trace: Trace, fault: str) -> Trace:

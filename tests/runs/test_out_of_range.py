@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from repeating import batches_of, done, made
+from repeating import batches_of, done, made, stopped
 
 from snooker_cli import store
+from snooker_cli.engine import simulation
 from snooker_cli.errors import UnsoundError
 from snooker_cli.runs import batch, out_of_range, verification
 from snooker_cli.runs.run import RepeatState
@@ -115,6 +116,23 @@ def test_a_repeat_ends_before_a_number_that_no_result_can_have(
     assert {trace.collisions for trace in run.traces(run.points[0])} == {FIRST}
 
 
+def test_a_repeat_that_was_interrupted_ends_there_too(
+    tmp_path: Path, one_point: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It begins again, because what is wrong may be in its checkpoint."""
+    monkeypatch.setattr(simulation, "CHUNK", 20)
+    run = made(tmp_path / "run", one_point, "repeats=1")
+    with wrong_engine(wrong_finish):
+        (before,) = stopped(run, 40)
+        (result,) = done(run)
+    assert before.stop is not None
+    assert result.stop is not None
+    assert (before.stop.reason, before.collisions) == (StopReason.INTERRUPTED, 40)
+    assert (result.stop.reason, result.collisions) == (StopReason.OUT_OF_RANGE, FIRST)
+    assert result.continued == 0
+    assert store.check(run.path(0, [0]))
+
+
 def test_a_forged_ending_out_of_range_is_found(tmp_path: Path, one_point: str) -> None:
     """Of a repeat that goes on well after its last event."""
     run = made(tmp_path / "run", one_point, "repeats=1")
@@ -142,8 +160,8 @@ def test_a_repeat_whose_start_cannot_be_stored_fails(tmp_path: Path, one_point: 
         results = done(run)
     assert [result.error for result in results] == [
         None,
-        "not even the start can be stored (wrong place of a ball); choose units in which lengths, "
-        "masses and speeds are nearer to 1",
+        "its result cannot be stored (wrong place of a ball); choose units in which lengths, "
+        "masses, speeds and times are nearer to 1",
         None,
     ]
 
