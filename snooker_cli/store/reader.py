@@ -26,6 +26,7 @@ from snooker_cli.store.value_ranges import (
     check_ending,
     check_repeats,
     check_snapshot,
+    check_snapshot_times,
     require,
 )
 from snooker_cli.trace import (
@@ -313,8 +314,7 @@ def _snapshots(file: h5py.File, path: Path, trace: Trace) -> Snapshots | None:
     lengths = {hdf5.length(file, f"{name}/value") for name in names}
     hashes = len(hdf5.read_text(file, layout.SNAPSHOT_HASHES))
     require(lengths == {len(times)} == {hashes}, "number of snapshots")
-    ascend = np.all(np.diff(times) > 0) and times[0] > 0 and times[-1] <= trace.stop.time
-    require(ascend, "times of snapshots")
+    check_snapshot_times(times, trace.stop.time)
     return Snapshots(times, partial(read_snapshot, path, trace))
 
 

@@ -150,7 +150,7 @@ class EventCheck:
         So has a slip, whose m is less.
         """
         most = 2 * math.sqrt(2 * most_energy(start) * float(np.max(start.masses)))
-        return cls(start.number, slides=start.slides, most=most)
+        return cls(start.number, slides=start.slides, most=min(most, sys.float_info.max))
 
     def resume(self, number: int, at_wall: int, last: float) -> None:
         """Go on after events that were checked before; the last of them is at a time, s."""
@@ -216,6 +216,12 @@ def check_summary(summary: Summary, trace: Trace, energy: float) -> None:
     require(2 * first >= trace.start.kinetic_energy, "kinetic_energy of a summary")
     in_range = counts.min() >= 0 and counts.max() <= trace.start.number
     require(in_range, "speed_histogram of a summary")
+
+
+def check_snapshot_times(times: NDArray[np.float64], end: float) -> None:
+    """Check the times of all snapshots of a repeat that ends at a time, s."""
+    ascend = len(times) and np.all(np.diff(times) > 0) and times[0] > 0 and times[-1] <= end
+    require(ascend, "times of snapshots")
 
 
 def check_snapshot(start: Scene, state: Scene) -> None:

@@ -24,7 +24,12 @@ from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, write_h5md_group
 from snooker_cli.store.hdf5 import ROWS  # events in a chunk take 24 to 32 bytes each
 from snooker_cli.store.reader import EventReader
-from snooker_cli.store.value_ranges import EventCheck, check_repeats, check_snapshot
+from snooker_cli.store.value_ranges import (
+    EventCheck,
+    check_repeats,
+    check_snapshot,
+    check_snapshot_times,
+)
 from snooker_cli.trace import Events, Trace, joined, series_units
 
 WAITING = 4  # chunks that may wait to be written before the simulation has to wait
@@ -164,7 +169,10 @@ class Recorder(AbstractContextManager["Recorder"]):
 
     def finish(self, provenance: Provenance) -> None:
         """Write the rest and put the file in its place."""
-        check_repeats([trace for _, trace, _ in self._ended])
+        traces = [trace for _, trace, _ in self._ended]
+        check_repeats(traces)
+        if self._times:
+            check_snapshot_times(np.array(self._times), traces[0].stop.time)
         with self._refusals():
             self._wait(0)
             self._write_rest(self._open(), provenance)

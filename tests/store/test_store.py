@@ -270,3 +270,18 @@ def test_the_energy_account_of_a_summary_is_finite(tmp_path: Path, provenance: P
                 store.write(path, written, provenance)
             with pytest.raises(StoreError, match=f"wrong {name} of a summary"):
                 store.check(path)
+
+
+def test_an_impulse_is_finite_also_where_its_bound_is_none(
+    tmp_path: Path, provenance: Provenance
+) -> None:
+    """The energy times the mass is no double."""
+    scene = gas("circle", 7, 0.2)
+    heavy = replace(scene, masses=np.full(7, 1e50), velocities=1e120 * scene.velocities)
+    trace = simulate(heavy, collisions=5)
+    assert trace.events is not None
+    infinite = np.append(trace.events.impulse[:4], math.inf)
+    wrong = replace(trace, events=replace(trace.events, impulse=infinite))
+    store.write(tmp_path / "one.h5", [(0, trace)], provenance)
+    with pytest.raises(UnsoundError, match="wrong impulse of an event"):
+        store.write(tmp_path / "two.h5", [(0, wrong)], provenance)
