@@ -17,7 +17,7 @@ from snooker_cli.neighbours import Floats
 
 # Least and most values in configs and files, in SI units, so that squares are doubles.
 LEAST_AMOUNT, MOST_AMOUNT = 1e-50, 1e50  # of a length, m, or a mass, kg
-MOST_SPEED = 1e150  # m/s, at the start
+LEAST_SPEED, MOST_SPEED = 1e-150, 1e150  # m/s, of a law; and the most at the start
 LEAST_TIME = 1e-250  # s; no ball meets another one so soon, unless they touch
 
 PERIODIC_DIAMETERS = 5

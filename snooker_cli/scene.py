@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from snooker_cli.containers import LEAST_AMOUNT, MOST_AMOUNT, Container
+from snooker_cli.containers import LEAST_AMOUNT, MOST_AMOUNT, MOST_SPEED, Container
 from snooker_cli.errors import SceneError
 from snooker_cli.laws import Constant, Law, Surface, WallLaw
 from snooker_cli.neighbours import near_pairs
@@ -212,8 +212,8 @@ def check_speeds(
     longest = max(4 * max(scene.container.size), 1.0)
     with np.errstate(over="ignore"):
         fast = not np.isfinite((np.hypot(*scene.container_velocity) * longest) ** 2)
-    if fast:
-        problem = "its square times distances is no double"
+    if fast or np.any(np.abs(scene.container_velocity) > MOST_SPEED):
+        problem = f"it is above {MOST_SPEED:g} m/s, or its square times distances is no double"
         raise SceneError(
             "container.velocity", f"{problem}; choose units in which it is nearer to 1"
         )

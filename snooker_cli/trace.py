@@ -29,6 +29,7 @@ class StopReason(StrEnum):
     IDLE = "idle"  # very many crossings without a collision
     REST = "rest"  # the balls are too slow for double precision
     INTERRUPTED = "interrupted"  # the user asked to stop
+    OUT_OF_RANGE = "out_of_range"  # the next collision gives a number that no result can have
 
     @property
     def collapsed(self) -> bool:

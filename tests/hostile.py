@@ -6,18 +6,21 @@ import json
 import os
 import zlib
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import MISSING, fields, replace
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
+import pytest
 
 from snooker_cli import store
 from snooker_cli.store import file_format as layout
+from snooker_cli.store import writer
 from snooker_cli.store.hdf5 import ROWS
-from snooker_cli.store.reader import GROWING
-from snooker_cli.trace import Series, Stop, Trace
+from snooker_cli.store.value_ranges import GROWING, EventCheck
+from snooker_cli.trace import Events, Series, Stop, Trace
 
 Damage = Callable[[Path], object]
 """Changes the good file at a path, or replaces it."""
@@ -34,13 +37,34 @@ LARGE = 2**31 - 1
 TIME = f"{layout.TIME}/value"
 
 
+class NoCheck(EventCheck):
+    """Takes all events."""
+
+    def take(self, _events: Events) -> None:
+        pass
+
+    def end(self, _trace: Trace) -> None:
+        pass
+
+
+@contextmanager
+def unchecked() -> Iterator[None]:
+    """Inside, the writer writes values that the reader refuses, as another program could."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(writer, "EventCheck", NoCheck)
+        for name in ("check_repeats", "check_snapshot", "check_snapshot_times"):
+            patched.setattr(writer, name, lambda *_: None)
+        yield
+
+
 def with_traces(change: Callable[[Trace], Trace]) -> Damage:
     """Writes changed traces as snooker does, with right hashes."""
 
     def damage(path: Path) -> None:
         found = store.read(path)
         changed = [(header.repeat, change(trace)) for trace, header in found]
-        store.write(path, changed, found[0][1].provenance)
+        with unchecked():
+            store.write(path, changed, found[0][1].provenance)
 
     return damage
 

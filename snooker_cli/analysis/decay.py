@@ -391,6 +391,7 @@ _EARLY = {
     StopReason.IDLE: "without a collision for very long",
     StopReason.REST: "with balls too slow for double precision",
     StopReason.INTERRUPTED: "at an interruption",
+    StopReason.OUT_OF_RANGE: "before a number that no result can have",
 }
 """Why a repeat stops before the requested collisions or time."""
 

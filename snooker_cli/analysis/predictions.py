@@ -257,11 +257,11 @@ def pressures(measurement: Measurement) -> Iterator[Row]:
 def rates(measurement: Measurement) -> Iterator[Row]:
     """Collision rates and the mean free path of equal balls."""
     scene, relaxed = measurement.scene, measurement.relaxed
-    if not scene.equal_balls:
+    free = components(scene) // 2
+    if not scene.equal_balls or free == 0:  # of one ball in a channel
         return
     enskog, number, container = scene_rates(scene, 1.0), scene.number, scene.container
     radius, mass = float(scene.radii[0]), float(scene.masses[0])
-    free = components(scene) // 2
     root = relaxed.root_energy / math.sqrt(number)
     speed = theory.fixed_energy_mean_speed(free, 1.0, mass) * root
     if container.has_wall:

@@ -77,7 +77,7 @@ class Run(Analyses):
 
     @in_python()
     def verify(self, *, replay: bool = False, jobs: int | None = None) -> Verdicts:
-        """Read and check every file: its hash, its config, its start.
+        """Read and check every file: its hash, the range of each value, its config, its start.
 
         replay : simulate every repeat again, with threads, and compare all bits
         jobs : threads [all cores]
@@ -100,6 +100,8 @@ class Run(Analyses):
         replace: bool = True,
     ) -> Verdicts:
         """Prove which collisions of a repeat are certain, as ``verify --exact``.
+
+        The ending and a summary are compared with a new simulation.
 
         point, repeat : this repeat of a point, or of every point
         collisions : at most these

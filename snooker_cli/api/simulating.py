@@ -30,6 +30,7 @@ from snooker_cli.runs.execution import processors, share_of
 from snooker_cli.runs.plan import LAW, is_excessive, run_plan
 from snooker_cli.runs.progress import execute_watched, run_summary, share_done, showing_notices
 from snooker_cli.runs.status import continuing, ended
+from snooker_cli.trace import StopReason
 
 if TYPE_CHECKING:
     from snooker_cli.runs.dask_executor import DaskExecutor  # loaded only if it is needed
@@ -307,12 +308,13 @@ def _outcome_lines(
     if kept := sum(result.unstored for result in results):
         files = "The older, longer file was" if kept == 1 else f"{kept} older, longer files were"
         yield f"{files} kept."
-    collapsed = [
+    explained = [
         printable(f"point {result.point}, repeat {result.repeat}: {result.stop.message}")
         for result in results
-        if result.stop and result.stop.reason.collapsed
+        if result.stop
+        and (result.stop.reason.collapsed or result.stop.reason is StopReason.OUT_OF_RANGE)
     ]
-    yield from first(collapsed, 3, " such repeats", rest="")
+    yield from first(explained, 3, " such repeats", rest="")
     yield from _collapse_hints(run, results)
     if number := summary["simultaneous"]:
         verb = "has" if number == 1 else "have"

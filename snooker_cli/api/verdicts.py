@@ -182,12 +182,13 @@ def verified(run: Run, *, replay: bool, jobs: int | None) -> Verdicts:
         for status in found
         if status.state is RepeatState.UNUSABLE
     ]
-    how = "read and simulated again" if replay else "read again"
+    what = ["hashes", "ranges of values"]
+    what += ["starts"] * run.can_be_replayed + ["all bits by a new simulation"] * replay
     files = len({repeat["path"] for repeat in bad})
     damage = f", {counted(files, 'bad file')}" if files else ""
     complete = counted(counts["done"], "complete repeat")
     lines = [*dict.fromkeys(str(repeat["error"]) for repeat in bad)]
-    lines.append(f"{run.directory}: {complete}{damage}, {how}")
+    lines.append(f"{run.directory}: {complete}{damage}; checked: {', '.join(what)}")
     states = {"missing": "", "interrupted": "", "shorter": " than the extended run"}
     if rest := [f"{counts[name]:,} {name}{more}" for name, more in states.items() if counts[name]]:
         lines.append(f"{listed(rest)}; run the config again to complete them")
@@ -231,12 +232,31 @@ def proofs(
     if not verdicts & {"interrupted", "wrong"}:
         start = "the config's" if run.engine_version == ENGINE_VERSION else "the stored"
         lines.append(f"The bodies and the order of these events are certain, from {start} start.")
-        summary = "The stored summary is not compared; `--replay` does that."
-        finish = "The stored end and finish follow from all stored events."
-        lines.append(summary if any(record["summary"] for record in records) else finish)
+        recorded = {number: run.by_number[number].experiment.record for number in chosen}
+        rest = (_about_the_rest(record, recorded[record["point"]]) for record in records)
+        lines += dict.fromkeys(rest)
     result = Verdicts({"run": str(run.directory), "exact": records}, lines)
     result.sound, result.interrupted = "wrong" not in verdicts, "interrupted" in verdicts
     return result
+
+
+def _about_the_rest(proof: Mapping[str, Any], record: str) -> str:
+    """What was compared of a repeat besides its events, in a sentence or two.
+
+    record : what the config records
+    """
+    sentences, parts = ["The stored end and finish follow from all stored events."], "ending is"
+    if proof["summary"]:
+        snapshots = ", snapshots" if record == "snapshots" else ""
+        sentences, parts = [], f"summary{snapshots}, finish and ending are"
+    if proof["ending"] == "certain":
+        sentences.append("No further event is possible up to the end.")
+    elif proof["ending"] == "simulated":
+        to_the_bit = ", to the bit" if proof["summary"] else ""
+        sentences.append(f"The stored {parts} as in a new simulation{to_the_bit}.")
+    elif proof["ending"] == "unchecked":
+        sentences.append(f"The stored {parts} not checked: that needs the engine that made them.")
+    return " ".join(sentences)
 
 
 def _bounds(bounds: Iterable[Mapping[str, Any]], errors: Mapping[str, str]) -> list[str]:

@@ -68,16 +68,18 @@ def verify(
 ) -> None:
     """Read and check every file of RUN.
 
-    The check covers the hash of the content, and whether the file has the run's config and starts
-    as the config says. A line is printed for each bad file, and the exit code is then 1. Missing,
-    interrupted and too short repeats are reported, but they are no error.
+    The check covers the hash of the content, the range of each value, and whether the file has the
+    run's config and starts as the config says. It does not simulate. A line is printed for each bad
+    file, and the exit code is then 1. Missing, interrupted and too short repeats are reported, but
+    they are no error.
 
     --exact reads no other files than those of one repeat of each point, and computes it again with
     intervals that contain the true numbers. The result is the number of events that are certainly
     those of the scene, and bounds of their errors. Chaos ends this after some hundred events; that
-    is no error. The exit code is 1 if an event is wrong for another reason than rounding, or if the
-    stored end or finish does not follow from the events. The result is kept beside the repeat. It
-    needs the extra `reference`.
+    is no error. Summaries, snapshots and endings are compared with a new simulation. The exit code
+    is 1 if one differs, if an event is wrong for another reason than rounding, or if the stored end
+    or finish does not follow from the events. The result is kept beside the repeat. It needs the
+    extra `reference`.
     """
     opened = api.open(run)
     if not exact and (point is not None or repeat or out is not None):

@@ -73,7 +73,12 @@ Coordinate = Annotated[float, _ZERO]
 Pair = Annotated[
     tuple[Coordinate, Coordinate], _FROM_LIST, _needs("a pair of finite numbers [x, y]", False)
 ]
-Positive = Annotated[float, Field(gt=0), _needs("a finite number above 0")]
+LawSpeed = Annotated[
+    float,
+    Field(ge=containers.LEAST_SPEED, le=containers.MOST_SPEED),
+    _needs("a number above 0 (from 1e-150 to 1e150)"),
+]
+"""A speed of a law: any other speed over it is a double."""
 Amount = Annotated[
     float,
     Field(ge=containers.LEAST_AMOUNT, le=containers.MOST_AMOUNT),
@@ -116,11 +121,21 @@ RingNumber = Annotated[int, Field(ge=0, le=1000), _WHOLE, _needs("a whole number
 Number = Annotated[
     int, Field(ge=1, le=1_000_000), _WHOLE, _needs("a whole number from 1 to 1,000,000")
 ]
+ZERO_OR_A_SPEED = "0 or a number from 1e-150 to 1e50"
+
+
+def _zero_or_a_speed(value: float) -> float:
+    if 0 < value < containers.LEAST_SPEED:
+        raise ValueError
+    return value
+
+
 WallSpeed = Annotated[
     float,
     Field(ge=0, le=containers.MOST_AMOUNT),
     _ZERO,
-    _needs("a number of 0 or more (at most 1e50)"),
+    AfterValidator(_zero_or_a_speed),
+    _needs(ZERO_OR_A_SPEED),
 ]
 WallMass = Annotated[
     float,
@@ -410,7 +425,7 @@ class Regularisation(_Sparse):
     """Duration of a contact in present mean free times, at most 1. A collision is elastic if one
     of its balls had another contact more recently (TC model: Luding and McNamara, Granular Matter
     1, 113, 1998)."""
-    elastic_below: Positive | None = None
+    elastic_below: LawSpeed | None = None
     """Relative normal speed, m/s, below which a collision is elastic."""
 
     @model_validator(mode="after")
@@ -422,7 +437,7 @@ class Regularisation(_Sparse):
 
 Collapse = Annotated[
     Literal["stop", "slide"] | Regularisation,
-    _needs("stop, slide, {tc: up to 1} or {elastic_below: above 0}", False),
+    _needs("stop, slide, {tc: up to 1} or {elastic_below: 1e-150 to 1e150}", False),
 ]
 
 
@@ -472,10 +487,10 @@ class Experiment(Model):
     """Coefficient of restitution between balls, 0 (no rebound) to 1 (elastic)."""
     wall_cor: Restitution | None = None
     """Coefficient of restitution at the wall, 0 to 1; absent or null: as cor."""
-    cor_speed: Positive | None = None
+    cor_speed: LawSpeed | None = None
     """Relative normal speed v₀, m/s, below which collisions between balls become more elastic:
     e(v) = 1 − (1 − cor)(v/v₀)^¾. Absent: cor at all speeds."""
-    wall_cor_speed: Positive | None = None
+    wall_cor_speed: LawSpeed | None = None
     """The same at the wall, with wall_cor; absent: one CoR at all speeds."""
     tangential_cor: TangentialCor | None = None
     """Tangential restitution β of two rough balls: their surfaces slip at −β times their speed
@@ -492,7 +507,7 @@ class Experiment(Model):
     wall_speed: (
         Annotated[
             WallSpeed | SpeedBySide,
-            _needs("a number of 0 or more, or one for some sides, as {left: 1, right: 1},"),
+            _needs(f"{ZERO_OR_A_SPEED}, or one for some sides, as {{left: 1, right: 1}},"),
         ]
         | None
     ) = None

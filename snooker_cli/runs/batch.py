@@ -6,19 +6,26 @@ import platform
 import threading
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cache, lru_cache
 from importlib.metadata import version
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from snooker_cli import __version__, store
 from snooker_cli.config import Experiment, to_json
 from snooker_cli.engine import ENGINE_VERSION, CheckpointError, share_done, simulate, simulate_batch
-from snooker_cli.errors import SceneError, StoreError, described
+from snooker_cli.errors import SceneError, StoreError, UnsoundError, described
 from snooker_cli.placement.starting_scene import starting_scenes
+from snooker_cli.runs.out_of_range import (
+    Limits,
+    ended_before,
+    refusal,
+    sound_collisions,
+    sound_part,
+)
 from snooker_cli.runs.plan import first_scene, snapshot_times
 from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
 from snooker_cli.scene import Scene
@@ -117,6 +124,12 @@ class Begun:
             if stores:
                 self._batches.add(batch)
 
+    def go_on(self, *_: object) -> bool:
+        """False, as a ``watch`` that never stops. Raises ``AbandonedError`` in a stopped run."""
+        if self.stopped.is_set():
+            raise AbandonedError
+        return False
+
     def stop(self) -> set[Batch]:
         """Stop the run here. Returns the batches that are or will be stored."""
         with self._lock:
@@ -152,14 +165,18 @@ class Job:
             seconds=seconds,
         )
 
-    def limits(self, point: int) -> dict[str, Any]:
-        """The arguments of ``simulate`` that a point has."""
+    def limits(self, point: int, scene: Scene) -> Limits:
+        """How a point's repeats are simulated and recorded.
+
+        scene : a start of the point
+        """
         experiment = self.run.by_number[point].experiment
-        return {
-            "collisions": experiment.collisions,
-            "time": experiment.time,
-            "summary": not experiment.keeps_events,
-        }
+        return Limits(
+            experiment.collisions,
+            experiment.time,
+            not experiment.keeps_events,
+            snapshot_times(experiment, scene),
+        )
 
 
 def simulate_and_store(
@@ -188,12 +205,26 @@ def simulate_and_store(
             ((repeat, scene),) = scenes.items()
             return [*failed, _simulated_long(job, batch, repeat, scene, begun, watch)]
         started, clock, point = datetime.now(UTC), time.perf_counter(), batch.point
-        traces = simulate_batch([*scenes.values()], watch=watch, **job.limits(point))
+        if not scenes:
+            return failed
+        limits = job.limits(point, next(iter(scenes.values())))
+        traces = simulate_batch(
+            [*scenes.values()],
+            collisions=limits.collisions,
+            time=limits.time,
+            summary=limits.summary,
+            watch=watch,
+        )
         simulated = list(zip(scenes, traces, strict=True))
-        if simulated:
-            begun.add(batch, stores=True)
-            provenance = job.provenance(point, started, time.perf_counter() - clock)
+        begun.add(batch, stores=True)
+        provenance = job.provenance(point, started, time.perf_counter() - clock)
+        try:
             store.write(job.run.path(*batch), simulated, provenance)
+        except UnsoundError:  # not often, so each repeat is checked only then
+            simulated, unsound = _sound_parts(point, simulated, limits, begun)
+            failed += unsound
+            if simulated:
+                store.write(job.run.path(*batch), simulated, provenance)
         return failed + [
             RepeatResult(
                 point, repeat, trace.stop, trace.collisions, simultaneous=_simultaneous(trace)
@@ -202,10 +233,24 @@ def simulate_and_store(
         ]
     except AbandonedError:
         return None
-    except StoreError as error:
-        return failed + [RepeatResult(batch.point, repeat, error=str(error)) for repeat in scenes]
+    except (StoreError, UnsoundError) as error:
+        text = refusal(error) if isinstance(error, UnsoundError) else str(error)
+        return failed + [RepeatResult(batch.point, repeat, error=text) for repeat in scenes]
     except Exception as error:  # the failure of one batch does not stop the others
         return unexpected(batch, error)
+
+
+def _sound_parts(
+    point: int, simulated: Sequence[tuple[int, Trace]], limits: Limits, begun: Begun
+) -> tuple[list[tuple[int, Trace]], list[RepeatResult]]:
+    """The repeats of a batch as they can be stored, and the results of those that cannot."""
+    sound, failed = [], []
+    for repeat, trace in simulated:
+        try:
+            sound.append((repeat, sound_part(trace, limits, begun.go_on)))
+        except UnsoundError as error:
+            failed.append(RepeatResult(point, repeat, error=refusal(error)))
+    return sound, failed
 
 
 def _simulated_long(
@@ -234,14 +279,13 @@ def _simulated_long(
             _log.warning("%s; the repeat begins again", error.problem)
     least = max(older.collisions, 0)
     reached, interval, begins = 0, job.interval, time.perf_counter()
-    continued, given, limits = 0, 0.0, job.limits(point)
+    continued, given, limits, fault = 0, 0.0, job.limits(point, scene), ""
     if checkpoint is not None and older.header is not None:
         reached, seconds, continued = least, older.header.provenance.seconds, least
         last = older.header.stop.time
-        given = float(share_done(least, last, limits["collisions"], limits["time"]))
+        given = float(share_done(least, last, limits.collisions, limits.time))
     due = time.monotonic() + interval
     ties = Simultaneous()
-    times = snapshot_times(run.by_number[point].experiment, scene)
 
     def stops(number: int, share: float) -> bool:
         nonlocal reached
@@ -250,50 +294,67 @@ def _simulated_long(
         return begun.stopped.is_set() or (time.monotonic() >= due and reached > least)
 
     # Each round simulates up to a checkpoint, whose file then replaces the one before. The last
-    # round ends the repeat, or stores it as interrupted.
+    # round ends the repeat, or stores it as interrupted. A repeat that cannot be stored begins
+    # again, and ends before what is wrong.
     while True:
         with store.Recorder(path, continues=checkpoint is not None) as recorder:
 
-            def sink(events: Events, recorder: store.Recorder = recorder) -> None:
+            def sink(
+                events: Events,
+                recorder: store.Recorder = recorder,
+                ties: Simultaneous = ties,
+            ) -> None:
                 recorder.add(events)
                 ties.add(events)
 
             try:
+                recorder.begin(scene)
                 trace = simulate(
                     scene,
-                    snapshots=times,
+                    collisions=limits.collisions,
+                    time=limits.time,
+                    summary=limits.summary,
+                    snapshots=limits.snapshots,
                     sink=sink,
                     states=recorder.add_snapshot,
                     watch=stops,
                     checkpoint=checkpoint,
-                    **limits,
                 )
+                interrupted = trace.stop.reason is StopReason.INTERRUPTED
+                if fault and not interrupted:
+                    trace = ended_before(trace, fault)
+                unstored = interrupted and trace.collisions <= least
+                if not unstored:
+                    clock = time.monotonic()
+                    recorder.end(repeat, trace)
+                    now = seconds + time.perf_counter() - begins
+                    recorder.finish(job.provenance(point, started, now))
+                    # Saving takes a small part of the time, however long the file is.
+                    interval = max(interval, SAVING_SHARE * (time.monotonic() - clock))
             except CheckpointError as error:
                 _log.warning("%s; the repeat begins again", error)
-                checkpoint, reached, seconds = None, 0, 0.0
-                continued, given = 0, 0.0
+            except UnsoundError as error:
+                if fault:  # also in the part that was found to be sound
+                    raise
+                most = sound_collisions(scene, limits, begun.go_on)
+                fault, limits = error.problem, replace(limits, collisions=most, time=None)
+            else:
+                if not interrupted or begun.stopped.is_set():
+                    number = 0 if trace.stop.reason is StopReason.COLLAPSE else ties.number
+                    return RepeatResult(
+                        point,
+                        repeat,
+                        trace.stop,
+                        trace.collisions,
+                        simultaneous=number,
+                        continued=continued,
+                        unstored=unstored,
+                    )
+                checkpoint, due = trace.checkpoint, time.monotonic() + interval
                 continue
-            interrupted = trace.stop.reason is StopReason.INTERRUPTED
-            unstored = interrupted and trace.collisions <= least
-            if not unstored:
-                clock = time.monotonic()
-                recorder.end(repeat, trace)
-                now = seconds + time.perf_counter() - begins
-                recorder.finish(job.provenance(point, started, now))
-                # Saving takes a small part of the time, however long the file is.
-                interval = max(interval, SAVING_SHARE * (time.monotonic() - clock))
-        if not interrupted or begun.stopped.is_set():
-            number = 0 if trace.stop.reason is StopReason.COLLAPSE else ties.number
-            return RepeatResult(
-                point,
-                repeat,
-                trace.stop,
-                trace.collisions,
-                simultaneous=number,
-                continued=continued,
-                unstored=unstored,
-            )
-        checkpoint, due = trace.checkpoint, time.monotonic() + interval
+        # It begins again.
+        checkpoint, reached, seconds = None, 0, 0.0
+        continued, given, ties = 0, 0.0, Simultaneous()
 
 
 def _simultaneous(trace: Trace) -> int:

@@ -1,6 +1,7 @@
 """Verify a run: read every file, check its hash and origin, and simulate it again on request."""
 
 import json
+import math
 import sys
 import threading
 from collections.abc import Iterator
@@ -12,13 +13,15 @@ from pathlib import Path
 from snooker_cli import store
 from snooker_cli.config import Experiment, validated
 from snooker_cli.engine import ENGINE_VERSION, simulate
+from snooker_cli.engine.simulation import Sink, StateSink, Watch
 from snooker_cli.errors import RunError, StoreError
 from snooker_cli.formatting import listed
 from snooker_cli.placement.starting_scene import collision_rules, starting_scene
 from snooker_cli.runs.execution import ThreadExecutor
+from snooker_cli.runs.out_of_range import Limits, fault_of
 from snooker_cli.runs.plan import snapshot_times
 from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
-from snooker_cli.trace import StopReason
+from snooker_cli.trace import StopReason, Trace
 
 if sys.platform != "win32":
     import resource
@@ -153,23 +156,50 @@ def config_of(run: Run, source: store.Provenance) -> Experiment:
 
 def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Event) -> bool:
     """Whether simulating a repeat again gives the same bits, or is cancelled."""
-    source = header.provenance
-    experiment, limits = run.by_number[source.point].experiment, config_of(run, source)
-    most = limits.collisions or header.collisions
-    interrupted = header.stop.reason is StopReason.INTERRUPTED
-    fingerprint, start = store.Fingerprint(), starting_scene(experiment, header.repeat)
-    again = simulate(
-        start,
-        collisions=min(header.collisions, most) if interrupted else limits.collisions,
-        time=limits.time,
-        summary=header.summary,
+    fingerprint = store.Fingerprint()
+    again = simulated_again(
+        run,
+        header,
         watch=lambda *_: cancelled.is_set(),
         sink=fingerprint.add,
-        snapshots=snapshot_times(limits, start),
         states=fingerprint.add_snapshot,
     )
-    # One that was interrupted now stops at that collision for another reason. Words may differ.
-    ends = [(stop.reason, stop.time, stop.balls) for stop in (again.stop, header.stop)]
-    if interrupted or ends[0] == ends[1]:
-        again = replace(again, stop=header.stop)
     return fingerprint.content(again) == header.fingerprint or cancelled.is_set()
+
+
+def simulated_again(
+    run: Run, header: store.RepeatHeader, *, watch: Watch, sink: Sink, states: StateSink
+) -> Trace:
+    """A stored repeat, simulated with the same limits.
+
+    It has the ending that is stored, if that is true; its words may differ.
+
+    watch, sink, states : as of ``simulate``
+    """
+    source, stored = header.provenance, header.stop
+    experiment, config = run.by_number[source.point].experiment, config_of(run, source)
+    start = starting_scene(experiment, header.repeat)
+    limits = Limits(config.collisions, config.time, header.summary, snapshot_times(config, start))
+    # These ended at a collision for a reason that is not in the simulation.
+    cut = stored.reason in (StopReason.INTERRUPTED, StopReason.OUT_OF_RANGE)
+    most = limits.collisions
+    if cut:
+        most = min(header.collisions, most or header.collisions)
+    again = simulate(
+        start,
+        collisions=most,
+        time=limits.time,
+        summary=limits.summary,
+        snapshots=limits.snapshots,
+        watch=watch,
+        sink=sink,
+        states=states,
+    )
+    if stored.reason is StopReason.OUT_OF_RANGE:
+        further = min(header.collisions + 1, limits.collisions or math.inf)
+        cut = bool(fault_of(start, replace(limits, collisions=int(further)), watch))
+    if cut:
+        return replace(again, stop=stored._replace(time=again.stop.time, balls=()))
+    if (again.stop.reason, again.stop.balls) == (stored.reason, stored.balls):
+        return replace(again, stop=again.stop._replace(message=stored.message))
+    return again

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from snooker_cli import __version__
 from snooker_cli.containers import Box, Circle, Container
+from snooker_cli.errors import UnsoundError
 from snooker_cli.files import sources_hash, user_hash
 from snooker_cli.laws import LAWS, Constant, Sides, Surface, word_of
 from snooker_cli.scene import TINY, Scene
@@ -285,58 +286,58 @@ def _written_law(law: Any) -> dict[str, Any]:
 
 
 def _law_from(written: Any, stored: str) -> Any:
-    """The law that was written. Raises ``ValueError`` for numbers that no config gives.
+    """The law that was written. Raises ``UnsoundError`` for numbers that no config gives.
 
     stored : what an error calls it
     """
     numbers = {**written}
     law = LAWS[numbers.pop("name")]
     if numbers.keys() != {*law._fields}:
-        raise ValueError(f"wrong {stored}")
+        raise UnsoundError(f"wrong {stored}")
     if law is Sides:
         sides = Sides(**{side: _law_from(part, stored) for side, part in numbers.items()})
         if any(isinstance(part, Sides) for part in sides):
-            raise ValueError(f"wrong {stored}")
+            raise UnsoundError(f"wrong {stored}")
         return sides
     for key, number in numbers.items():
         least = 0.0 if key == "cor" else TINY  # others are divisors, or left out if they are zero
         if not _is_number(number, 1 if key == "cor" else math.inf) or number < least:
-            raise ValueError(f"wrong {stored}")
+            raise UnsoundError(f"wrong {stored}")
     return law(**numbers)
 
 
 def _surface_from(written: Any) -> Surface:
-    """The surface that was written. Raises ``ValueError`` for numbers that no config gives."""
+    """The surface that was written. Raises ``UnsoundError`` for numbers that no config gives."""
     if not isinstance(written, dict) or written.keys() != {*Surface._fields}:
-        raise ValueError("wrong surface")
+        raise UnsoundError("wrong surface")
     numbers = {key: math.inf if number is None else number for key, number in written.items()}
     for key, number in numbers.items():
         least = -1.0 if key.endswith("cor") else 0.0
         most = math.inf if key.endswith("friction") else 1.0
         if type(number) not in (int, float) or not least <= number <= most:
-            raise ValueError("wrong surface")
+            raise UnsoundError("wrong surface")
     if numbers["inertia"] == 0:
-        raise ValueError("wrong surface")
+        raise UnsoundError("wrong surface")
     return Surface(**numbers)
 
 
 def rules_of(written: Mapping[str, Any]) -> dict[str, Any]:
-    """The rules of a scene from JSON. Raises ``ValueError`` for values that no config gives."""
+    """The rules of a scene from JSON. Raises ``UnsoundError`` for values that no config gives."""
     rules = {**written}
     for name, stored in STORED_COR.items():
         cor = rules.pop(stored, None)
         law = rules[name] = _law_from(rules.pop(name, {"name": "constant", "cor": cor}), stored)
         only_at_wall = law.gains or isinstance(law, Sides)
         if law.cor != cor or (name == "pair_law" and only_at_wall):
-            raise ValueError(f"wrong {stored}")
+            raise UnsoundError(f"wrong {stored}")
     if "surface" in rules:
         rules["surface"] = _surface_from(rules["surface"])
     if not rules.keys() <= {*RULES} or type(rules.get("slides", False)) is not bool:
-        raise ValueError("wrong rules")
+        raise UnsoundError("wrong rules")
     for name, value in rules.items():
         most = 1 if name == "contact_duration" else math.inf
         if name not in ("slides", "surface", *STORED_COR) and not _is_number(value, most):
-            raise ValueError(f"wrong {name}")
+            raise UnsoundError(f"wrong {name}")
     return rules
 
 

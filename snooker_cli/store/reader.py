@@ -1,7 +1,6 @@
 """Read a batch's file: its repeats, checked against their hashes, or their headers only."""
 
 import json
-import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -14,16 +13,23 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.containers import LEAST_TIME, MOST_SPEED, SHAPES, Circle
+from snooker_cli.containers import SHAPES, Circle
 from snooker_cli.errors import AbsentError, DeniedError, StoreError, error_text
-from snooker_cli.laws import Sides, is_random
-from snooker_cli.scene import EPSILON, Scene, check_speeds, sizes_are_possible
+from snooker_cli.laws import is_random
+from snooker_cli.scene import Scene
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, RepeatHeader
+from snooker_cli.store.value_ranges import (
+    SUMMARY_ROWS,
+    EventCheck,
+    check_ending,
+    check_repeats,
+    check_snapshot,
+    check_snapshot_times,
+    require,
+)
 from snooker_cli.trace import (
-    CONTAINER,
-    SLIDE,
     SPEED_BINS,
     Events,
     Series,
@@ -57,14 +63,6 @@ HEADERS = [
 """Where headers are."""
 
 EVENTS_AT_A_TIME = 1 << 20  # events that are read at a time where they are not kept
-
-SUMMARY_ROWS = 10_000  # of a repeat, at most; the engine makes fewer
-
-GROWING = ("time", "wall_impulse", "pair_virial", "wall_events", "pair_events")  # of a summary
-GIVEN = ("wall_energy", "lost_energy")  # of a summary; rounding makes them negative
-SUM_ROUNDING = 1e-9  # by which a sum may seem to shrink
-
-MOST = 1e200  # J, kg m/s and so on, where the energy at the start is no limit
 
 
 def file_info(path: Path) -> tuple[int, int] | None:
@@ -211,9 +209,9 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     origin.pop("engine", None)  # files up to engine version 8 have it
     provenance = Provenance(**origin)
     for name, kind in get_type_hints(Provenance).items():
-        _require(isinstance(getattr(provenance, name), kind), f"{name} in its provenance")
+        require(isinstance(getattr(provenance, name), kind), f"{name} in its provenance")
     ascend = all(first < second for first, second in pairwise([-1, *numbers]))
-    _require(len(numbers) > 0 and ascend, "numbers of its repeats")
+    require(len(numbers) > 0 and ascend, "numbers of its repeats")
     endings = json.loads(f"[{','.join(hdf5.read_text(file, layout.ENDINGS))}]")
     rules, is_summary = {**json.loads(_parameter(file, "scene"))}, layout.SUMMARY in file
     del rules["shape"]
@@ -223,24 +221,11 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     ]
 
 
-def _require(holds: object, what: str) -> None:
-    """Raise ``ValueError`` for what no simulation gives."""
-    if not holds:
-        raise ValueError(f"wrong {what}")
-
-
 def _ending(stored: dict[str, Any]) -> tuple[Stop, int, int]:
     """How a repeat ended, and its collisions with the wall and between balls."""
     counts = [stored.pop(name) for name in layout.COUNTS]
     stop = Stop(StopReason(stored.pop("reason")), balls=tuple(stored.pop("balls")), **stored)
-    sound, time = type(stop.message) is str, stop.time
-    for number in (*counts, *stop.balls):
-        sound &= type(number) is int and number >= 0
-    for value in (time, stop.accumulation_time, stop.impulse_to_come):
-        sound &= value is None or (type(value) in (float, int) and 0 <= value < math.inf)
-    # Balls that touch may collide, or be trapped, at time zero.
-    sound = sound and time is not None and (time >= LEAST_TIME or time == 0)
-    _require(sound and (time > 0 or stop.reason is not StopReason.TIME), "ending")
+    check_ending(stop, *counts)
     return stop, *counts
 
 
@@ -249,12 +234,12 @@ def _rows(file: h5py.File, headers: Sequence[RepeatHeader]) -> list[slice]:
     column = layout.TIME if "connectivity" in file else f"{layout.SUMMARY}/time"
     ends = hdf5.read_rows(file, layout.ROWS, np.int64).tolist()
     last = hdf5.length(file, f"{column}/value")
-    _require(ends[0] == 0 and ends[-1] == last and sorted(ends) == ends, "rows of its repeats")
+    require(ends[0] == 0 and ends[-1] == last and sorted(ends) == ends, "rows of its repeats")
     counts = [last - first for first, last in pairwise(ends)]
     if column == layout.TIME:
-        _require(counts == [header.collisions for header in headers], "number of events")
+        require(counts == [header.collisions for header in headers], "number of events")
     else:
-        _require(max(counts) <= SUMMARY_ROWS, "rows of its summaries")
+        require(max(counts) <= SUMMARY_ROWS, "rows of its summaries")
     return [slice(first, last) for first, last in pairwise(ends)]
 
 
@@ -269,24 +254,20 @@ def _verified_repeats(
         raise _changed(path)
     traces = _traces(file, headers, rows, chosen)
     if layout.SNAPSHOTS in file:
-        _require(len(headers) == 1, "number of repeats with snapshots")
+        require(len(headers) == 1, "number of repeats with snapshots")
         traces = [replace(one, snapshots=_snapshots(file, path, one)) for one in traces]
     at_a_time = max(rows[-1].stop, 1) if keep_events else EVENTS_AT_A_TIME
     reader = EventReader(file, at_a_time) if "connectivity" in file else None
     # Values are checked besides the hash: whoever invents numbers can make a right hash.
     for k, trace in zip(chosen, traces, strict=True):
-        fingerprint, energy = Fingerprint(), _most_energy(trace)
-        if reader and trace.summary is None:
-            at_wall = 0
-            for events in reader.pieces(rows[k]):
-                _check_events(events, trace, energy)
-                at_wall += int(np.count_nonzero(events.at_wall))
+        fingerprint = Fingerprint()
+        if reader:
+            check = EventCheck.from_start(trace.start)
+            for events in reader.pieces(rows[k], check):
                 fingerprint.add(events)
                 if keep_events:  # which are in one piece
                     trace = replace(trace, events=events)
-            _require(at_wall == trace.wall_events, "number of events at the wall")
-        elif trace.summary:
-            _check_summary(trace.summary, trace, energy)
+            check.end(trace)
         if trace.snapshots:
             fingerprint.snapshots = hdf5.read_text(file, layout.SNAPSHOT_HASHES)
             for row in range(0 if keep_events else len(trace.snapshots)):
@@ -311,15 +292,13 @@ def _snapshot(file: h5py.File, path: Path, trace: Trace, row: int) -> Scene:
     names = layout.snapshot_values(trace.start)
     columns = [hdf5.read_rows(file, f"{name}/value", rows=rows) for name in names]
     shapes = ([(1, number, 2)] * 2 + [(1, 1, 2)] * 2 + [(1, number)])[: len(columns)]
-    _require([column.shape for column in columns] == shapes, "number of balls in a snapshot")
-    _check_motion(trace.start, columns[:2], columns[2:4])
+    require([column.shape for column in columns] == shapes, "number of balls in a snapshot")
     moving = [*(column[0] for column in columns[:2]), *(column[0, 0] for column in columns[2:4])]
     fields = "positions", "velocities", "container_position", "container_velocity"
     scene = replace(trace.start, **dict(zip(fields, moving, strict=True)))
     if len(columns) > len(fields):
         scene = replace(scene, spins=columns[-1][0])
-    energy = scene.kinetic_energy + scene.spin_energy
-    _require(energy <= _most_energy(trace), "speed of a ball in a snapshot")
+    check_snapshot(trace.start, scene)
     (time,) = hdf5.read_rows(file, layout.SNAPSHOT_TIME, rows=rows).tolist()
     if layout.snapshot_hash(time, scene) != hdf5.read_text(file, layout.SNAPSHOT_HASHES)[row]:
         raise _changed(path)
@@ -334,59 +313,9 @@ def _snapshots(file: h5py.File, path: Path, trace: Trace) -> Snapshots | None:
     names = layout.snapshot_values(trace.start)
     lengths = {hdf5.length(file, f"{name}/value") for name in names}
     hashes = len(hdf5.read_text(file, layout.SNAPSHOT_HASHES))
-    _require(lengths == {len(times)} == {hashes}, "number of snapshots")
-    ascend = np.all(np.diff(times) > 0) and times[0] > 0 and times[-1] <= trace.stop.time
-    _require(ascend, "times of snapshots")
+    require(lengths == {len(times)} == {hashes}, "number of snapshots")
+    check_snapshot_times(times, trace.stop.time)
     return Snapshots(times, partial(read_snapshot, path, trace))
-
-
-def _most_energy(trace: Trace) -> float:
-    """The most energy that a repeat with this start has at any time, J.
-
-    Raises ``ValueError`` if the balls have more at the finish.
-    """
-    with np.errstate(over="ignore", invalid="ignore"):
-        start, finish = trace.start, trace.finish.kinetic_energy + trace.finish.spin_energy
-        # 2 for rounding in all collisions.
-        gains = start.wall_law.gains
-        before = start.kinetic_energy + start.container_energy + start.spin_energy
-    energy = MOST if gains else 2 * before
-    _require(finish <= energy, "speed of a ball")
-    return energy
-
-
-def _check_events(events: Events, trace: Trace, energy: float) -> None:
-    """Raise ``ValueError`` for times and impulses out of the range that start and end give."""
-    if len(events):
-        _require(events.time[-1] <= trace.stop.time, "end, which is before an event")
-        # A speed of approach v has an energy of m v^2/2 at least, and an impulse of 2 m v at most.
-        # So has a slip, whose m is less.
-        heaviest = float(np.max(trace.start.masses))
-        most: Any = 2 * math.sqrt(2 * energy * heaviest)
-        if trace.start.slides:  # which have the impulse of infinitely many bounces
-            most = np.where(events.j == SLIDE, MOST, most)
-        _require((events.impulse <= most).all(), "impulse of an event")
-        if events.tangential is not None:
-            rubs = np.abs(events.tangential)
-            _require((rubs <= most).all(), "tangential impulse of an event")
-
-
-def _check_summary(summary: Summary, trace: Trace, energy: float) -> None:
-    """Raise ``ValueError`` for values out of the range that start and end give."""
-    counts = summary.speed_histogram
-    energies = ("kinetic_energy", "container_energy", "spin_energy")
-    most = dict.fromkeys(energies, energy) | {"time": trace.stop.time}
-    most |= {name: getattr(trace, name) for name in layout.COUNTS}
-    for name, values in summary.series.columns.items():
-        least = -MOST if name in GIVEN else 0.0
-        sound = len(values) and values.min() >= least and values.max() <= most.get(name, MOST)
-        if name in GROWING:
-            sound = sound and np.all(values[1:] >= (1 - SUM_ROUNDING) * values[:-1])
-        _require(sound, f"{name} of a summary")
-    first = summary.series.kinetic_energy[0]  # by which others are divided
-    _require(2 * first >= trace.start.kinetic_energy, "kinetic_energy of a summary")
-    in_range = counts.min() >= 0 and counts.max() <= trace.start.number
-    _require(in_range, "speed_histogram of a summary")
 
 
 def _changed(path: Path) -> StoreError:
@@ -396,7 +325,7 @@ def _changed(path: Path) -> StoreError:
 def _traces(
     file: h5py.File, headers: Sequence[RepeatHeader], rows: list[slice], chosen: Sequence[int]
 ) -> list[Trace]:
-    """Some of the traces of a file, without their events."""
+    """Some of the traces of a file, checked, without their events."""
     names = ("position/value", "velocity/value", "mass", "radius")
     balls, container = (
         [hdf5.read_rows(file, f"{group}/{name}") for name in names]
@@ -405,34 +334,24 @@ def _traces(
     for group, number in ((balls, balls[-1].size), (container, 1)):
         wanted = [(2 * len(headers), number, 2)] * 2 + [(number,)] * 2
         sound = number > 0 and [values.shape for values in group] == wanted
-        _require(sound, "number of balls or repeats")
+        require(sound, "number of balls or repeats")
     (*moving, masses, radii), (*places, (container_mass,), lengths) = balls, container
     rules = {**json.loads(_parameter(file, "scene"))}
     shape = SHAPES[rules.pop("shape")]
     if not issubclass(shape, Circle):
         lengths = hdf5.read_rows(file, f"{layout.BALLS}/box/edges")[: len(shape.keys)]
-    _require(sizes_are_possible(radii, masses, lengths), "radius, mass or length")
-    _require(container_mass > 0, "mass of the container")
     rules = layout.rules_of(rules)
-    fixed_circle = shape is Circle and not math.isfinite(container_mass)
-    _require(fixed_circle or not rules.get("slides"), "rules")
-    law = rules["wall_law"]
-    _require(math.isinf(container_mass) or not law.gains, "rules")
-    _require(not isinstance(law, Sides) or bool(shape.sides), "rules")
     keys = [None] * len(headers)
-    if is_random(law):
+    if is_random(rules["wall_law"]):
         keys = hdf5.read_rows(file, layout.WALL_KEYS, np.int64).tolist()
-        _require(len(keys) == len(headers) and np.min(keys) >= 0, "wall_key")
+        require(len(keys) == len(headers) and np.min(keys) >= 0, "wall_key")
     rules |= {"container": shape(*lengths.tolist()), "container_mass": float(container_mass)}
 
     spins: Any = [None] * (2 * len(headers))
     if rules.get("surface") is not None:
-        _require(f"{layout.SPIN}/value" in file, "number of spins")
+        require(f"{layout.SPIN}/value" in file, "number of spins")
         spins = hdf5.read_rows(file, f"{layout.SPIN}/value")
-        _require(spins.shape == (2 * len(headers), len(radii)), "number of spins")
-        with np.errstate(all="ignore"):
-            energies = masses * (radii * spins) ** 2
-        _require(np.all(energies < math.inf), "spin of a ball")
+        require(spins.shape == (2 * len(headers), len(radii)), "number of spins")
 
     def scene(row: int) -> Scene:
         at, speed = (values[row, 0] for values in places)
@@ -440,9 +359,6 @@ def _traces(
         positions, velocities = (values[row] for values in moving)
         return Scene(positions, velocities, radii, masses, **rules, spins=spins[row])
 
-    for header in headers:
-        _require(all(ball < len(radii) for ball in header.stop.balls), "balls in an ending")
-    _check_motion(scene(0), moving, places, None if spins[0] is None else spins[::2])
     summaries = (
         [None] * len(headers) if "connectivity" in file else _summaries(file, rows, scene(0))
     )
@@ -451,25 +367,9 @@ def _traces(
         stop, counts = headers[k].stop, (headers[k].wall_events, headers[k].pair_events)
         ends = scene(2 * k), scene(2 * k + 1)
         traces.append(Trace(*ends, stop, *counts, events=None, summary=summaries[k]))
+    if traces:
+        check_repeats(traces)
     return traces
-
-
-def _check_motion(
-    scene: Scene, balls: Sequence[Any], container: Sequence[Any], spins: Any = None
-) -> None:
-    """Raise ``ValueError`` or ``SceneError`` for places and speeds out of their range.
-
-    scene : one of the file, for what all have in common
-    balls, container : positions and velocities at the start and the finish of each repeat
-    spins : at the start of each, rad/s; ``None`` of smooth balls
-    """
-    (positions, velocities), (places, speeds) = balls, container
-    scene.container.check_radii(scene.radii)
-    check_speeds(scene, velocities[::2], spins)
-    _require(np.all(np.abs(speeds) <= MOST_SPEED), "speed of the container")
-    room = max(scene.container.size) + 4 * EPSILON * np.abs(places)
-    with np.errstate(all="ignore"):
-        _require(np.all(np.abs(positions - places) <= room), "place of a ball")
 
 
 class EventReader:
@@ -485,58 +385,43 @@ class EventReader:
         self._paths = [path for path in layout.EVENTS if file.id.links.exists(path.encode())]
         self.number = hdf5.length(file, f"{layout.TIME}/value")
         lengths = {hdf5.length(file, f"{path}/value") for path in self._paths}
-        _require(lengths == {self.number}, "lengths of the columns of events")
+        require(lengths == {self.number}, "lengths of the columns of events")
         self._balls = hdf5.length(file, f"{layout.BALLS}/radius")
-        slides = json.loads(_parameter(file, "scene")).get("slides")
-        self._least_partner = SLIDE if slides else CONTAINER
-        rough = json.loads(_parameter(file, "scene")).get("surface") is not None
-        _require(rough == (layout.TANGENTIAL in self._paths), "columns of events")
+        rules = json.loads(_parameter(file, "scene"))
+        self._slides, rough = bool(rules.get("slides")), rules.get("surface") is not None
+        require(rough == (layout.TANGENTIAL in self._paths), "columns of events")
         self._start, self._block = -1, Events(*(np.zeros(0, kind) for kind in "diid"))
 
-    def pieces(self, rows: slice) -> Iterator[Events]:
-        """The events of one repeat, or the last of them, block by block; at least one piece."""
-        before = 0.0
+    def pieces(self, rows: slice, check: EventCheck | None = None) -> Iterator[Events]:
+        """The events of one repeat, or the last of them, block by block; at least one piece.
+
+        check : takes each piece; without it, that of a repeat whose start is not known
+        """
+        check = check or EventCheck(self._balls, slides=self._slides)
         last = max(rows.stop, rows.start + 1)
         # Blocks begin at multiples of their size, so that the next repeat can use the last block.
         for start in range(rows.start - rows.start % self._size, last, self._size):
             if start != self._start:
-                self._block = self._checked_block(slice(start, start + self._size))
+                self._block = self._read_block(slice(start, start + self._size))
                 self._start = start
             events = self._block[max(rows.start - start, 0) : max(rows.stop - start, 0)]
-            if len(events):
-                time = events.time
-                ascends = time[0] >= before and (time[1:] >= time[:-1]).all()
-                _require(ascends, "order of the times of events")
-                before = time[-1]
+            check.take(events)
             if events.residual is not None and not events.residual.any():
                 events = replace(events, residual=None)  # another repeat of the file has some
             yield events
 
-    def _checked_block(self, rows: slice) -> Events:
-        """The events in these rows. Raises ``ValueError`` for values that no event has."""
+    def _read_block(self, rows: slice) -> Events:
+        """The events in these rows."""
 
         def column(path: str, dtype: Any = np.float64) -> NDArray[Any]:
             return hdf5.read_rows(self._file, f"{path}/value", dtype, rows)
 
         i, j = np.ascontiguousarray(column(layout.COLLISIONS, np.int32)[:, 0].T)
-        time, impulse, residual = column(layout.TIME), column(layout.IMPULSE), None
-        if layout.RESIDUAL in self._paths:
-            residual = column(layout.RESIDUAL)
-            rounding = 2 * EPSILON * np.abs(time)
-            _require(np.all(np.abs(residual) <= rounding), "residual of a time")
-        if len(time):
-            # Replaying writes to the arrays of these balls.
-            in_range = i.min() >= 0 and self._least_partner <= j.min()
-            in_range = in_range and max(i.max(), j.max()) < self._balls
-            _require(in_range and not np.any(i == j), "ball in an event")
-            possible = (time == 0) | ((time >= LEAST_TIME) & (time < math.inf))
-            _require(np.all(possible), "order of the times of events")
-            _require(np.isfinite(impulse).all() and impulse.min() >= 0, "impulse of an event")
-        tangential = None
-        if layout.TANGENTIAL in self._paths:
-            tangential = column(layout.TANGENTIAL)
-            _require(np.isfinite(tangential).all(), "tangential impulse of an event")
-        return Events(time, i, j, impulse, residual, tangential)
+        residual, tangential = (
+            column(path) if path in self._paths else None
+            for path in (layout.RESIDUAL, layout.TANGENTIAL)
+        )
+        return Events(column(layout.TIME), i, j, column(layout.IMPULSE), residual, tangential)
 
 
 def _summaries(file: h5py.File, rows: Sequence[slice], start: Scene) -> list[Summary]:
@@ -545,8 +430,8 @@ def _summaries(file: h5py.File, rows: Sequence[slice], start: Scene) -> list[Sum
     }
     counts = hdf5.read_rows(file, f"{layout.SUMMARY}/speed_histogram/value", np.int64)
     shapes = {values.shape for values in columns.values()}
-    _require(shapes == {counts.shape[:1]}, "lengths of the columns of the summary")
-    _require(counts.shape[1:] == (SPEED_BINS,), "speed_histogram of a summary")
+    require(shapes == {counts.shape[:1]}, "lengths of the columns of the summary")
+    require(counts.shape[1:] == (SPEED_BINS,), "speed_histogram of a summary")
     return [
         Summary(Series(**{name: values[own] for name, values in columns.items()}), counts[own])
         for own in rows

@@ -24,6 +24,12 @@ from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, write_h5md_group
 from snooker_cli.store.hdf5 import ROWS  # events in a chunk take 24 to 32 bytes each
 from snooker_cli.store.reader import EventReader
+from snooker_cli.store.value_ranges import (
+    EventCheck,
+    check_repeats,
+    check_snapshot,
+    check_snapshot_times,
+)
 from snooker_cli.trace import Events, Trace, joined, series_units
 
 WAITING = 4  # chunks that may wait to be written before the simulation has to wait
@@ -36,12 +42,16 @@ _log = logging.getLogger(__name__)
 
 
 def write(path: Path, repeats: Sequence[tuple[int, Trace]], provenance: Provenance) -> None:
-    """Write a batch's file, whole or not at all. Makes the point's folder. Raises ``AbsentError``.
+    """Write a batch's file, whole or not at all. Makes the point's folder.
 
     repeats : number and trace of each, in order
+
+    Raises ``AbsentError`` for a file that cannot be written, and ``UnsoundError`` for values that
+    the reader would refuse.
     """
     with Recorder(path) as recorder:
         for repeat, trace in repeats:
+            recorder.begin(trace.start)
             if trace.events is not None:
                 recorder.add(trace.events)
             for k, time in enumerate([] if trace.snapshots is None else trace.snapshots.time):
@@ -56,10 +66,13 @@ class Recorder(AbstractContextManager["Recorder"]):
 
     Another thread compresses and writes events beyond the first chunk. Without ``finish``, the
     end of the ``with`` block leaves no file. All methods raise ``AbsentError`` for a file that
-    cannot be written.
+    cannot be written, and ``UnsoundError`` for values that the reader would refuse.
 
     continues : with the events of the single repeat in the file at this path, a checkpoint
     """
+
+    _start: Scene
+    _events: EventCheck  # of the repeat that has begun
 
     def __init__(self, path: Path, continues: bool = False) -> None:
         self.path = path
@@ -75,9 +88,7 @@ class Recorder(AbstractContextManager["Recorder"]):
         self._file: h5py.File | None = None
         self._thread = ThreadPoolExecutor(1)
         self._tasks: deque[Future[None]] = deque()
-        if continues:
-            with self._refusals():
-                self._continue()
+        self._continues = continues
 
     def __exit__(self, *_error: object) -> None:
         self._thread.shutdown(cancel_futures=True)
@@ -92,8 +103,19 @@ class Recorder(AbstractContextManager["Recorder"]):
             self._file, self._check = self._exits.enter_context(hdf5.new_file(self._part))
         return self._file
 
+    def begin(self, start: Scene) -> None:
+        """Begin a repeat. Its events, its snapshots and its ending follow."""
+        self._start, self._events = start, EventCheck.from_start(start)
+        if self._continues:
+            with self._refusals():
+                self._continue()
+
     def add(self, events: Events) -> None:
         """Take the next events of a repeat."""
+        self._events.take(events)
+        self._add(events)
+
+    def _add(self, events: Events) -> None:
         self._pending.append(events)
         self.number += len(events)
         # Most repeats end within the first chunk: they need neither a thread nor a file yet.
@@ -110,6 +132,7 @@ class Recorder(AbstractContextManager["Recorder"]):
 
     def add_snapshot(self, time: float, scene: Scene) -> None:
         """Take the next snapshot of the only repeat of the file."""
+        check_snapshot(self._start, scene)
         with self._refusals():
             self._wait(1)  # a state may be large
             self._submit(self._fingerprint.add_snapshot, time, scene)
@@ -137,6 +160,8 @@ class Recorder(AbstractContextManager["Recorder"]):
     def end(self, repeat: int, trace: Trace) -> None:
         """Take the ending of a repeat. Its own events are ignored; those that were added count."""
         summary = trace.summary
+        if summary is None:
+            self._events.end(trace)
         rows = self.number if summary is None else self._rows[-1] + len(summary.series.time)
         self._ended.append((repeat, trace, self._fingerprint))
         self._rows.append(rows)
@@ -144,6 +169,10 @@ class Recorder(AbstractContextManager["Recorder"]):
 
     def finish(self, provenance: Provenance) -> None:
         """Write the rest and put the file in its place."""
+        traces = [trace for _, trace, _ in self._ended]
+        check_repeats(traces)
+        if self._times:
+            check_snapshot_times(np.array(self._times), traces[0].stop.time)
         with self._refusals():
             self._wait(0)
             self._write_rest(self._open(), provenance)
@@ -192,6 +221,7 @@ class Recorder(AbstractContextManager["Recorder"]):
             keys = [trace.start.wall_key for trace in traces]
             hdf5.write_rows(file, layout.WALL_KEYS, np.array(keys, np.int64))
         rules = layout.written_rules({name: getattr(start, name) for name in layout.RULES})
+        layout.rules_of(rules)
         parameters = file[layout.PARAMETERS].attrs
         parameters["schema_version"] = layout.SCHEMA_VERSION
         scene = json.dumps({"shape": start.container.name, **rules})
@@ -213,14 +243,17 @@ class Recorder(AbstractContextManager["Recorder"]):
             reader = EventReader(old, ROWS) if layout.TIME in old else None
             number = reader.number if reader else 0
             full = self._written = self.number = number - number % ROWS
-            # Full chunks are copied without unpacking. The rest is added as new events.
+            # Full chunks are copied without unpacking. The rest is added as new events. All were
+            # checked before they were written.
             for path in (f"{name}/value" for name in layout.EVENTS if full and name in old):
                 old.copy(path, self._open(), path)
                 data = self._open()[path].id
                 data.set_extent((full, *data.shape[1:]))
+            ending = json.loads(hdf5.read_text(old, layout.ENDINGS)[0])
+            self._events.resume(number, ending["wall_events"], ending["time"])
             if reader and full < number:
                 for events in reader.pieces(slice(full, number)):
-                    self.add(events)
+                    self._add(events)
 
     @contextmanager
     def _refusals(self) -> Iterator[None]:

@@ -35,6 +35,10 @@ FIRST_BITS, MOST_BITS = 512, 16_384
 
 WIDEST = 2.0**-100  # intervals of times over the time, and of places over the container's size
 
+MOST_SEARCHES = 100_000
+"""How often the twin looks for contacts before an event, half a period at a time; at most N² times
+with N balls, if that is more. In a wide channel two balls pass more images than it can look at."""
+
 SLACK = 2.0**-40
 """Relative error that is allowed for where doubles show that two bodies cannot touch yet.
 
@@ -310,7 +314,7 @@ class Twin:
         Computes the contact with the least bound, until it is certain which one is first.
         """
         first: tuple[int, int] | None = None
-        latest = until
+        latest, searches, most = until, 0, max(MOST_SEARCHES, len(self.balls) ** 2)
         seen: dict[tuple[int, int], float] = {}
         while True:
             i = int(np.argmin(self.soonest))
@@ -325,8 +329,11 @@ class Twin:
                 self.earliest[pair] = contact.lower
                 if contact.time is not None or contact.question:
                     self.contacts[pair] = contact
-                elif contact.lower <= lower:
-                    raise UndecidedError(f"{self.names(pair)} do not touch for very long")
+                elif contact.lower < math.inf:
+                    searches += 1
+                    if contact.lower <= lower or searches > most:
+                        question = f"{self.names(pair)} do not touch for very long"
+                        raise UndecidedError(question, final=searches > most)
             else:
                 time, _, question = self.contacts[pair]
                 if time is None:

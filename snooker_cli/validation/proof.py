@@ -22,10 +22,10 @@ from snooker_cli.engine.conversion import origin_of
 from snooker_cli.engine.replay import Replay, replay
 from snooker_cli.errors import StoreError, UnsoundError, UserError, install_advice, notice
 from snooker_cli.files import own_folder, read_text, signature, sources_hash, write_text
-from snooker_cli.formatting import counted, duration, plain
+from snooker_cli.formatting import counted, duration, listed, plain
 from snooker_cli.laws import Sides, WallLaw, word_of
 from snooker_cli.runs import Run
-from snooker_cli.runs.verification import ADVICE, config_of, origin_fault
+from snooker_cli.runs.verification import ADVICE, config_of, origin_fault, simulated_again
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import CONTAINER, SLIDE, StopReason, Trace
 from snooker_cli.validation.exact_twin import (
@@ -48,7 +48,10 @@ ROUNDINGS = 64
 ERRORS = {"time": "s", "place": "m", "impulse": "kg m/s"}
 """Of an event's time, of the places of its balls then, and of its impulse: names and units."""
 
-SOURCES = ("validation/exact_twin.py", "validation/proof.py", "containers.py", "laws.py")
+SOURCES = (
+    *("validation/exact_twin.py", "validation/proof.py", "runs/*.py", "engine/*.py"),
+    *("containers.py", "laws.py"),
+)
 
 
 class OwnEvent(NamedTuple):
@@ -103,7 +106,8 @@ def prove(
     It ends at the first event that is different. Its ``verdict`` is "all"; "rounding" if that makes
     the next event another one; "wrong" if it does not explain the next event, its time or its
     impulse, or if the end and the finish do not follow from all events; "undecided" if no precision
-    decides what is next; "slide", which the twin does not have; or "interrupted".
+    decides what is next; "slide", which the twin does not have; or "interrupted". ``ending`` is
+    "certain" if the twin shows that no further event is possible up to the end, else empty.
 
     limited : whether the repeat had a time limit
 
@@ -162,6 +166,7 @@ def prove(
         "compared": compared,
         "verdict": verdict,
         "reason": reason,
+        "ending": "certain" if whole and verdict == "all" else "",
         "bounds": [dict(zip(("events", *ERRORS), row, strict=True)) for row in bounds],
         "bits": twin.bits,
         "seconds": round(time.process_time() - began, 2),
@@ -358,12 +363,14 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
     path = status.path.with_name(f"exact-{repeat:04d}.json")
     if fault := origin_fault(run, header):
         raise StoreError(status.path, fault, ADVICE)
-    origin = [header.fingerprint, collisions, sources_hash(*SOURCES), flint]
+    digests = header.provenance.digest, run.digests[point]
+    origin = [header.fingerprint, *digests, collisions, sources_hash(*SOURCES), flint]
     with suppress(Exception):
         kept = json.loads(read_text(path))
         if kept["hash"] == signature(origin, kept["proof"]):
             return dict(kept["proof"])
     summary, limits = trace.events is None, config_of(run, header.provenance)
+    stored = trace
     if summary:
         most = min(trace.collisions, collisions)
         trace = simulate(trace.start, collisions=most, time=limits.time)
@@ -374,9 +381,71 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
     notice(f"computing up to {counted(number, 'event')}; this takes about {duration(seconds)}")
     about = {"point": point, "repeat": repeat, "stored": header.collisions, "summary": summary}
     proof: Record = about | prove(trace, collisions, counting, limited=limits.time is not None)
+    if proof["verdict"] not in ("wrong", "interrupted"):
+        proof |= rest_checked(run, header, stored, proof["ending"])
     if proof["verdict"] != "interrupted":
         with suppress(OSError):  # a run that another user owns
             content = {"hash": signature(origin, proof), "proof": proof}
             own_folder(path.parent)
             write_text(path, json.dumps(content) + "\n")
     return proof
+
+
+def rest_checked(run: Run, header: store.RepeatHeader, trace: Trace, ending: str) -> Record:
+    """What a certificate says of the ending of a stored repeat, and of what is no event.
+
+    Its ``ending`` is "certain", "number" of the config's collisions, "interrupted", "simulated" by
+    this engine again, or "unchecked" where this engine cannot do that. A summary is compared with a
+    new simulation, and so is an ending that is not certain and no number of collisions. If they
+    differ, there is also the verdict "wrong", and why.
+    """
+    reason = trace.stop.reason
+    simple = {StopReason.COLLISIONS: "number", StopReason.INTERRUPTED: "interrupted"}
+    ending = ending or simple.get(reason, "")
+    if ending and trace.summary is None:
+        return {"ending": ending}
+    if not run.can_be_replayed:
+        return {"ending": "unchecked"}
+    try:
+        fault = difference_from_simulation(run, header, trace)
+    except KeyboardInterrupt:
+        return {"verdict": "interrupted", "reason": "the repeat was not simulated again"}
+    return {"ending": "simulated"} | ({"verdict": "wrong", "reason": fault} if fault else {})
+
+
+def difference_from_simulation(run: Run, header: store.RepeatHeader, trace: Trace) -> str:
+    """What of a stored repeat is not as a new simulation gives it; events are not compared."""
+    kept, missed, given = trace.snapshots, set[str](), 0
+
+    def compare(moment: float, state: Scene) -> None:
+        nonlocal given
+        same = kept is not None and given < len(kept) and kept.time[given] == moment
+        if not (same and kept and store.scene_hash(kept.read(given)) == store.scene_hash(state)):
+            missed.add("snapshots")
+        given += 1
+
+    again = simulated_again(
+        run, header, watch=lambda *_: False, sink=lambda _: None, states=compare
+    )
+    if again.stop != trace.stop:
+        ends = [stop.known() | {"message": ""} for stop in (trace.stop, again.stop)]
+        own, true = (
+            ", ".join(f"{name} {value}" for name, value in end.items() if value) for end in ends
+        )
+        return f"the stored ending is {own}; that of a new simulation is {true}"
+    counts = (trace.wall_events, trace.pair_events), (again.wall_events, again.pair_events)
+    if counts[0] != counts[1]:
+        missed.add("number of collisions")
+    if store.scene_hash(again.finish) != store.scene_hash(trace.finish):
+        missed.add("finish")
+    if given != (0 if kept is None else len(kept)):
+        missed.add("snapshots")
+    if trace.summary is not None and again.summary is not None:
+        held, columns = (
+            summary.series.columns | {"speed_histogram": summary.speed_histogram}
+            for summary in (trace.summary, again.summary)
+        )
+        missed |= {name for name in columns if not np.array_equal(columns[name], held[name])}
+    if not missed:
+        return ""
+    return f"a new simulation has another {listed(sorted(missed))} than the stored repeat"

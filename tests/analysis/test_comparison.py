@@ -225,6 +225,16 @@ def test_one_ball_has_no_ball_ball_rows() -> None:
         assert found[1][-1].startswith("one ball meets no other")
 
 
+def test_one_ball_in_a_channel_has_no_theory_of_rates() -> None:
+    """It keeps its momentum along the channel, so it has no independent velocity."""
+    scene = gas("channel", 1, 0.01)
+    traces = [simulate(scene, collisions=200, time=1e4), simulate(scene, collisions=1, time=1e300)]
+    for trace in traces:
+        found = compare([trace] * 3)
+        assert "wall rate of a ball" not in quantities(found)
+        assert found[1][-1].startswith("one ball meets no other")
+
+
 @pytest.mark.parametrize(
     ("change", "cor", "last_missing"),
     [

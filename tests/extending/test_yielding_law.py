@@ -63,12 +63,12 @@ Law: TypeAlias = Constant | Viscoelastic | Driven | Thermal | Yielding
     ],
     "config/models.py": [
         (
-            "    wall_cor_speed: Positive | None = None\n",
+            "    wall_cor_speed: LawSpeed | None = None\n",
             '''\
-    yield_speed: Positive | None = None
+    yield_speed: LawSpeed | None = None
     """Relative normal speed v_y, m/s, up to which collisions between balls are elastic; above,
     e(v) = (v_y/v)^¼, but no less than cor. Absent: cor at all speeds."""
-    wall_cor_speed: Positive | None = None
+    wall_cor_speed: LawSpeed | None = None
 ''',
         ),
         (
@@ -127,8 +127,9 @@ def test_two_balls_have_its_restitution(extended: Extended, speed: float, cor: f
 def test_it_is_fitted_verified_and_drawn(extended: Extended) -> None:
     records = json.loads(extended.snooker("fit", "gas", "--quantity", "kinetic_energy", "--json"))
     assert {record["model"] for record in records} == {"exponential", "haff"}
-    assert "3 complete repeats, read and simulated again" in extended.snooker(
-        "verify", "gas", "--replay"
+    assert (
+        "3 complete repeats; checked: hashes, ranges of values, starts, all bits"
+        in extended.snooker("verify", "gas", "--replay")
     )
     extended.snooker("plot", "gas", "event-decay")
     assert [*Path(extended.folder, "runs/gas/figures").glob("event-decay*.svg")]

@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from scenes import EPSILON, uniform
 from scipy import stats
 
 from snooker_cli.config import Experiment
-from snooker_cli.containers import SHAPES, Circle, Container, PeriodicBox
+from snooker_cli.containers import MOST_SPEED, SHAPES, Circle, Container, PeriodicBox
 from snooker_cli.errors import SceneError
 from snooker_cli.laws import Constant
 from snooker_cli.placement.places import lattice, ring_positions, unit_polygon
@@ -101,6 +102,17 @@ def test_commensurate_lattices_reach_the_closest_packing():
     for box in (PeriodicBox(*size), PeriodicBox(*size[::-1])):
         closest = math.pi / math.sqrt(12)
         assert packed(box, 120).packing_fraction == pytest.approx(closest, rel=1e-13)
+
+
+@pytest.mark.parametrize("speed", [5e151, 1e149])
+def test_a_container_is_as_fast_as_files_allow(speed):
+    scene = packed(Circle(10.0), 7)
+    moving = replace(scene, container_mass=1.0, container_velocity=np.array([speed, 0.0]))
+    if speed < MOST_SPEED:
+        check(moving)
+        return
+    with pytest.raises(SceneError, match="it is above"):
+        check(moving)
 
 
 # Random places; ``starting_scene`` checks that they do not overlap

@@ -207,14 +207,14 @@ def test_an_independent_reader_reads_it(
     traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
 ) -> None:
     trace, path = traces["events"], tmp_path / "batch.h5"
-    backwards = replace(trace, start=trace.finish, finish=trace.start)
-    store.write(path, [(3, trace), (4, backwards)], provenance)
+    back = replace(trace, finish=trace.start)
+    store.write(path, [(3, trace), (4, back)], provenance)
     with pyh5md.File(path, "r") as file:
         balls = file.particles_group("balls")
         for name, values in (("position", "positions"), ("velocity", "velocities")):
             found = element(balls, name)
             assert (found.element_type, found.step) == ("LinearElement", 1)
-            for k, scene in enumerate((trace.start, trace.finish, trace.finish, trace.start)):
+            for k, scene in enumerate((trace.start, trace.finish, trace.start, trace.start)):
                 assert np.array_equal(found.value[k], getattr(scene, values))
         assert np.array_equal(element(balls, "mass").value[:], trace.start.masses)
         wall = element(file.particles_group("container"), "position")

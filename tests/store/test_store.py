@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import hostile
 import numpy as np
 import pytest
 from pyh5md import File, element
@@ -18,7 +19,7 @@ from scenes import gas, lone_bouncer, report_scene, rough
 from snooker_cli import store
 from snooker_cli.containers import Box, Circle, PeriodicBox
 from snooker_cli.engine import simulate
-from snooker_cli.errors import AbsentError, StoreError
+from snooker_cli.errors import AbsentError, StoreError, UnsoundError
 from snooker_cli.laws import Constant, Driven, Surface
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance
@@ -258,9 +259,29 @@ def test_the_energy_account_of_a_summary_is_finite(tmp_path: Path, provenance: P
             wrong = trace.summary.series.columns[name].copy()
             wrong[1] = value
             summary = replace(trace.summary, series=replace(trace.summary.series, **{name: wrong}))
-            store.write(path, [(0, replace(trace, summary=summary))], provenance)
+            written = [(0, replace(trace, summary=summary))]
             if value < 0:
+                store.write(path, written, provenance)
                 assert len(store.check(path)) == 1
                 continue
+            with pytest.raises(UnsoundError, match=f"wrong {name} of a summary"):
+                store.write(path, written, provenance)
+            with hostile.unchecked():
+                store.write(path, written, provenance)
             with pytest.raises(StoreError, match=f"wrong {name} of a summary"):
                 store.check(path)
+
+
+def test_an_impulse_is_finite_also_where_its_bound_is_none(
+    tmp_path: Path, provenance: Provenance
+) -> None:
+    """The energy times the mass is no double."""
+    scene = gas("circle", 7, 0.2)
+    heavy = replace(scene, masses=np.full(7, 1e50), velocities=1e120 * scene.velocities)
+    trace = simulate(heavy, collisions=5)
+    assert trace.events is not None
+    infinite = np.append(trace.events.impulse[:4], math.inf)
+    wrong = replace(trace, events=replace(trace.events, impulse=infinite))
+    store.write(tmp_path / "one.h5", [(0, trace)], provenance)
+    with pytest.raises(UnsoundError, match="wrong impulse of an event"):
+        store.write(tmp_path / "two.h5", [(0, wrong)], provenance)

@@ -10,12 +10,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 from repeating import content_hash
 
 from snooker_cli import store
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
+from snooker_cli.errors import UnsoundError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance, Recorder
@@ -54,6 +56,7 @@ def test_the_pieces_do_not_matter(
     trace = replace(trace, wall_events=at_wall, pair_events=number - at_wall)
     with Recorder(tmp_path / "pieces.h5") as recorder:
         for repeat in (3, 5):
+            recorder.begin(trace.start)
             for start in range(0, max(number, 1), piece):
                 recorder.add(events[start : min(start + piece, number)])
             recorder.end(repeat, replace(trace, events=None))
@@ -68,6 +71,7 @@ def test_the_pieces_do_not_matter(
 def test_what_is_not_finished_leaves_nothing(trace: Trace, tmp_path: Path) -> None:
     threads = threading.active_count()
     with Recorder(tmp_path / "one.h5") as recorder:
+        recorder.begin(trace.start)
         recorder.add(events_of(trace))
         assert len(list(tmp_path.iterdir())) == 1
         assert threading.active_count() == threads + 1
@@ -77,17 +81,20 @@ def test_what_is_not_finished_leaves_nothing(trace: Trace, tmp_path: Path) -> No
 
 def test_memory_is_bounded_by_chunks(trace: Trace, tmp_path: Path, provenance: Provenance) -> None:
     """Of eight times as many events no more is kept than waits to be written."""
-    events = events_of(trace)
+    events = replace(events_of(trace), time=np.zeros(LONG), residual=np.zeros(LONG))
     size = 24 * ROWS  # bytes of a chunk in memory
 
     def most(times: int) -> int:
         tracemalloc.start()
         with Recorder(tmp_path / "one.h5") as recorder:
+            recorder.begin(trace.start)
             for _ in range(times):
                 for start in range(0, 3 * ROWS, ROWS // 2):
                     piece = events[start : start + ROWS // 2]
                     recorder.add(joined([piece, piece[:0]]))
-            recorder.end(0, replace(trace, events=None))
+            number, at_wall = times * 3 * ROWS, times * int(events[: 3 * ROWS].at_wall.sum())
+            ended = replace(trace, events=None, wall_events=at_wall, pair_events=number - at_wall)
+            recorder.end(0, ended)
             recorder.finish(provenance)
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
@@ -156,5 +163,5 @@ def test_times_that_fall_between_two_blocks_are_refused(
     with h5py.File(path) as file:
         pieces = EventReader(file, size).pieces(slice(0, LONG))
         next(pieces)
-        with pytest.raises(ValueError, match="order of the times"):
+        with pytest.raises(UnsoundError, match="order of the times"):
             next(pieces)

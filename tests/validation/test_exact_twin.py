@@ -136,6 +136,15 @@ def test_contacts_at_the_same_time_are_not_decided():
         next(follow(scene_of([BALL, left, right])))
 
 
+def test_balls_that_pass_very_many_images_are_not_decided():
+    """In a channel of 10 m, 10⁴⁰ m wide, before they reach the walls."""
+    channel, other = Channel(1e40, 10.0), (5.0, 1.0, 2.0, -0.3, 1.0, 1.0)
+    scene = scene_of([(0.0, 0.0, 1.0, 1.3, 1.0, 1.0), other], container=channel)
+    with pytest.raises(UndecidedError, match="balls 0 and 1 do not touch for very long") as refused:
+        next(follow(scene))
+    assert refused.value.final
+
+
 @pytest.mark.parametrize(("offset", "meet"), [(2.0, False), (2.0 - 2.0**-52, True)])
 def test_a_grazing_contact_is_decided(offset: float, meet: bool):
     """A ball passes another one at the distance of contact, or a rounding nearer."""

@@ -14,6 +14,7 @@ import certificates
 import hostile
 import numpy as np
 import pytest
+import repeating
 from command_line import SMALL, Snooker, output_of
 from scenes import gas, scene_of
 
@@ -22,10 +23,11 @@ from snooker_cli.config import EXAMPLES, load
 from snooker_cli.engine import replay, simulate
 from snooker_cli.laws import Surface
 from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.runs import Run
 from snooker_cli.scene import Scene
-from snooker_cli.trace import CONTAINER, SLIDE, Events, Trace
+from snooker_cli.trace import CONTAINER, SLIDE, Events, Snapshots, StopReason, Trace
 from snooker_cli.validation.methods import rings
-from snooker_cli.validation.proof import prove
+from snooker_cli.validation.proof import prove, proven
 
 FRICTION = Surface(0.4, 0.5, 0.3, 0.7, 0.2)
 ROUGH = replace(
@@ -163,21 +165,29 @@ def scaled(trace: Trace, factor: float) -> Trace:
     return replace(trace, events=replace(trace.events, impulse=factor * trace.events.impulse))
 
 
-def shortened(trace: Trace) -> Trace:
-    """The trace before its last event, with the finish that follows from the others."""
+def shortened(trace: Trace, end: float | None = None) -> Trace:
+    """The trace before its last event, with the finish that follows from the others.
+
+    end : time of the finish [that of the last event but one], s
+    """
     assert trace.events is not None
-    at_wall = bool(trace.events.at_wall[-1])
-    stop = trace.stop._replace(time=float(trace.events.time[-2]))
-    states = replay(replace(trace, stop=stop), [stop.time])
-    finish = replace(trace.finish, positions=states.positions[0], velocities=states.velocities[0])
-    return replace(
+    at_wall, events = bool(trace.events.at_wall[-1]), trace.events[:-1]
+    trace = replace(
         trace,
-        finish=finish,
-        stop=stop,
-        events=trace.events[:-1],
+        stop=trace.stop._replace(time=float(events.time[-1]) if end is None else end),
+        events=events,
         wall_events=trace.wall_events - at_wall,
         pair_events=trace.pair_events - (not at_wall),
     )
+    states = replay(trace, [trace.stop.time])
+    finish = replace(
+        trace.finish,
+        positions=states.positions[0],
+        velocities=states.velocities[0],
+        container_position=states.container_positions[0],
+        container_velocity=states.container_velocities[0],
+    )
+    return replace(trace, finish=finish)
 
 
 @pytest.mark.parametrize("name", FORGED)
@@ -191,6 +201,98 @@ def test_forged_numbers_are_found(name: str, finished: Path, snooker: Snooker) -
     read = snooker("verify", "small")
     found_by_reading = name == "last event dropped"
     assert (read.code, "than the config's" in read.out) == (int(found_by_reading), found_by_reading)
+
+
+EARLY = [reason for reason in StopReason if not reason.complete]
+
+
+@pytest.mark.parametrize("reason", set(EARLY) - {StopReason.INTERRUPTED})
+def test_a_forged_ending_is_found(reason: StopReason, finished: Path, snooker: Snooker) -> None:
+    """The first events of a repeat that goes on, with a reason why it would end there."""
+    (path,) = runs.open_run("small").batches(1)
+
+    def cut(trace: Trace) -> Trace:
+        beginning = simulate(trace.start, collisions=60)
+        return replace(beginning, stop=beginning.stop._replace(reason=reason))
+
+    hostile.with_traces(cut)(path)
+    assert snooker("verify", "small").code == 0
+    ended = snooker("verify", "small", "--exact", "--point", "1")
+    assert ended.code == 1
+    assert f"the stored ending is reason {reason}, time " in ended.out
+
+
+def proof_of(run: Run) -> dict[str, Any]:
+    return proven(run, 0, 0, 1000, lambda items, _label, _total: items)
+
+
+def test_an_event_that_is_missing_before_the_end_is_found(one_point: str, tmp_path: Path) -> None:
+    """Far behind what is certain, in a repeat that ends at a time."""
+    run = repeating.made(tmp_path, one_point.replace("collisions: 150", "time: 40"), "repeats=1")
+    repeating.done(run)
+    proof = proof_of(run)
+    assert (proof["verdict"], proof["ending"]) == ("rounding", "simulated")
+    (path,) = run.batches(0)
+
+    hostile.with_traces(lambda trace: shortened(trace, trace.stop.time))(path)
+    proof = proof_of(run)
+    assert proof["verdict"] == "wrong"
+    assert proof["reason"].startswith("a new simulation has another finish and number of coll")
+
+
+SUMMARIES = {
+    "summary.series.time": "time",
+    "summary.series.kinetic_energy": "kinetic_energy",
+    "summary.series.wall_impulse": "wall_impulse",
+    "summary.series.mean_speed": "mean_speed",
+    "summary.speed_histogram": "speed_histogram",
+    "finish.velocities": "finish",
+}
+"""What is changed, and its word in the reason."""
+
+
+@pytest.mark.parametrize("record", ["summary", "snapshots"])
+def test_forged_summaries_are_found(record: str, one_point: str, tmp_path: Path) -> None:
+    """One number of a column, of a state, or of the ending, with right hashes."""
+    changes = ["collisions=1000", f"record={record}", "repeats=1"]
+    if record == "snapshots":
+        changes.append("snapshots=[1, 5, 20]")
+    run = repeating.made(tmp_path, one_point.replace("collisions: 150\n", ""), *changes)
+    repeating.done(run)
+    (path,) = run.batches(0)
+    ((trace, _),) = store.read(path)
+    good = proof_of(run)
+    assert (good["ending"], good["verdict"]) == ("simulated", "rounding")
+
+    def nudged(place: str) -> Trace:
+        outer, _, last = place.rpartition(".")
+        part: Any = trace
+        for name in filter(None, outer.split(".")):
+            part = getattr(part, name)
+        values = getattr(part, last).copy()
+        if values.dtype == np.int64:
+            most = int(np.argmax(values[-2]))
+            values[-2, [most, most + 1]] += (-1, 1)
+        else:
+            values.flat[-2] = np.nextafter(values.flat[-2], 0.0)
+        changed: Any = replace(part, **{last: values})
+        if "series" in outer:
+            changed = replace(trace.summary, series=changed)  # type: ignore[type-var]
+        return replace(trace, **{outer.split(".")[0]: changed})
+
+    for place, word in SUMMARIES.items():
+        forged = nudged(place)
+        hostile.with_traces(lambda _, forged=forged: forged)(path)  # type: ignore[misc]
+        proof = proof_of(run)
+        assert proof["verdict"] == "wrong", place
+        assert proof["reason"] == f"a new simulation has another {word} than the stored repeat"
+    if trace.snapshots is None:
+        return
+    states = [trace.snapshots.read(k) for k in range(3)]
+    states[1] = replace(states[1], velocities=-states[1].velocities)
+    forged = replace(trace, snapshots=Snapshots(trace.snapshots.time, states.__getitem__))
+    hostile.with_traces(lambda _: forged)(path)
+    assert "another snapshots than" in proof_of(run)["reason"]
 
 
 @pytest.mark.parametrize("row", [0, 7])
