@@ -28,6 +28,7 @@ class StopReason(StrEnum):
     COLLAPSE = "collapse"  # collisions follow without any time between them
     IDLE = "idle"  # very many crossings without a collision
     REST = "rest"  # the balls are too slow for double precision
+    FAR = "far"  # a free container is too far away for double precision
     INTERRUPTED = "interrupted"  # the user asked to stop
     OUT_OF_RANGE = "out_of_range"  # the next collision gives a number that no result can have
 

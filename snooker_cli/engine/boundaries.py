@@ -21,7 +21,12 @@ from snooker_cli.engine.collision import (
 )
 from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_delay
 from snooker_cli.engine.everyone import LANE_TIME, NEXT_TIME, PAIR_TIME, WALL_TIME
-from snooker_cli.engine.frames import in_laboratory, leave_behind
+from snooker_cli.engine.frames import (
+    FARTHEST,
+    in_laboratory,
+    laboratory_velocity,
+    leave_behind,
+)
 from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 from snooker_cli.engine.prediction import candidates_from, padded_square
@@ -92,11 +97,11 @@ class FreeCircle(NamedTuple):
     def set_back(self, shift: float) -> None:
         self.motion[CLOCK] -= shift
 
-    def container_flight(self, now: float) -> tuple[float, float, float, float]:
+    def container_flight(self, now: float, frame: Any) -> tuple[float, float, float, float]:
         motion = self.motion
         age = now - motion[CLOCK]
         x, y = motion[X] + motion[U] * age, motion[Y] + motion[V] * age
-        return x, y, motion[U], motion[V]
+        return in_laboratory(frame, self, x, y, motion[U], motion[V], now)
 
     def reference_velocity(self, _j: int, _balls: Floats) -> tuple[float, float]:
         return self.motion[U], self.motion[V]
@@ -104,8 +109,12 @@ class FreeCircle(NamedTuple):
     def leave_frame(self, u: float, v: float, now: float) -> None:
         leave_behind(self.motion, u, v, now)
 
+    def is_far(self, now: float, frame: Any) -> bool:
+        x, y, _, _ = ks.container_flight(self, now, frame)
+        return bool(max(abs(x), abs(y)) > FARTHEST * self.radius)
+
     def energy(self, state: State) -> float:
-        u, v = in_laboratory(state.frame, 0.0, 0.0, self.motion[U], self.motion[V], 0.0)[2:]
+        u, v = laboratory_velocity(self.motion[U], self.motion[V], state)
         return float(0.5 * self.mass * (u * u + v * v))
 
     def relative(

@@ -59,11 +59,11 @@ def clocks(epoch: float, events: Events) -> Floats:
 
 # Endings
 
-# Answers of ``advance``; TIME to REST have the places that they have in ``StopReason``. After
+# Answers of ``advance``; TIME to FAR have the places that they have in ``StopReason``. After
 # FULL the repeat continues with the next chunk. The last two are for ``AmongNeighbours``: make
 # cells larger, or put them round the container's new place.
-FULL, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, REST = range(7)
-CELL_FULL, OUT_OF_MARGIN, NEW_FRAME = 7, 8, 9
+FULL, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, REST, FAR = range(8)
+CELL_FULL, OUT_OF_MARGIN, NEW_FRAME = 8, 9, 10
 
 SLOWEST = 2e-154
 """Speed of the fastest ball, m/s, below which squares of speeds are no doubles."""

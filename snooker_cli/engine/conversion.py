@@ -181,14 +181,32 @@ def flown(columns: Floats, clocks: Floats) -> Floats:
     return out
 
 
-def frames_at(states: State, clocks: Floats) -> Floats:
+def inner_images(places: Floats, period: tuple[float, float]) -> Floats:
+    """The images inside a box that repeats, (..., 2, *N*), m.
+
+    A gas may have drifted so far that a box is less than the rounding of its place: then again.
+    """
+    lengths = np.array(period)[:, np.newaxis]
+    while True:
+        inner = places - lengths * np.rint(places / lengths)
+        if not np.any(np.abs(inner) < np.abs(places)):
+            return np.asarray(inner)
+        places = inner
+
+
+def frames_at(states: State, clocks: Floats, period: tuple[float, float] | None) -> Floats:
     """Place (m) and velocity (m/s) of each repeat's frame in the laboratory, (*repeats*, 4).
+
+    Where a container repeats, the place is inside, so that balls keep their distances to the bit.
 
     One that has not moved has -0.0, which changes no bit of a sum, as 0.0 does of -0.0.
     """
     if states.frame is None:
         return np.full((len(clocks), 4), -0.0)
-    moved = flown(states.frame.motion[..., np.newaxis], clocks)[..., 0]
+    moved = flown(states.frame.motion[..., np.newaxis], clocks)
+    if period is not None:
+        moved[:, :2] = inner_images(moved[:, :2], period)
+    moved = moved[..., 0]
     return np.where(np.any(moved[:, 2:] != 0.0, axis=1, keepdims=True), moved, -0.0)
 
 
@@ -200,11 +218,10 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
             state = ks.state_of(states, repeat)
             for ball in range(scenes[0].number):
                 columns[repeat][:, ball] = ks.flight(state.boundary, ball, clock, state)
-    moved = frames_at(states, clocks)
+    moved = frames_at(states, clocks, scenes[0].container.period)
     columns += moved[..., np.newaxis]
     if scenes[0].container.period is not None:
-        period = np.array(scenes[0].container.period)[:, np.newaxis]
-        columns[:, :2] -= period * np.rint(columns[:, :2] / period)
+        columns[:, :2] = inner_images(columns[:, :2], scenes[0].container.period)
     columns[:, :2] += np.stack([origin_of(scene) for scene in scenes])[:, :, np.newaxis]
     rows = columns.transpose(0, 2, 1)
     ends = [

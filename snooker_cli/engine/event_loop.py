@@ -12,7 +12,7 @@ from snooker_cli.engine import clock
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER
-from snooker_cli.engine.frames import renew_frame
+from snooker_cli.engine.frames import is_far, renew_frame
 from snooker_cli.engine.jit import by_class, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.engine.prediction import is_trapped
@@ -107,7 +107,8 @@ def settle(boundary: Any, i: int, trapped: bool, now: float, state: State) -> bo
 #   fill the rows of the summary up to now
 #   a ball that slides: bring it to now along the wall; the same contact is next
 #   bring i and j to now, change their velocities; count and record the event
-#   stop if i is trapped at the wall, if the clock stands still, or if the balls are too slow
+#   stop if i is trapped at the wall, if the clock stands still, if the balls are too slow, or if a
+#   free container is too far away
 #   if a frame has taken over the velocity that all share: predict everything
 #   predict the next contacts of i and j; if a free container has moved, all its hits
 @inlined
@@ -169,6 +170,8 @@ def simulate_repeat(
                 return clock.COLLAPSE
             if clock.is_at_rest(i, size, state):
                 return clock.REST
+            if at_wall and is_far(state.boundary, now, state.frame):
+                return clock.FAR
             if renew_frame(state.frame, i, j, size, now, state):
                 if not forget(search):
                     return clock.NEW_FRAME

@@ -19,6 +19,9 @@ from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 NEAR = 2.0**-10
 """A frame takes over a common velocity if all others differ from it by less than this part."""
 
+FARTHEST = 2.0**27
+"""Radii of a free container that it may be away: places in it then have half of their digits."""
+
 
 @by_class
 def renew_frame(frame: Any, i: int, j: int, impulse: float, now: float, state: State) -> bool:
@@ -34,8 +37,17 @@ def renew_frame(frame: Any, i: int, j: int, impulse: float, now: float, state: S
 
 
 @by_class
+def is_far(boundary: Any, now: float, frame: Any) -> bool:
+    """Whether a free container is more than ``FARTHEST`` radii from where coordinates begin.
+
+    Of ``FreeCircle``.
+    """
+    return False
+
+
+@by_class
 def in_laboratory(
-    frame: Any, x: float, y: float, u: float, v: float, now: float
+    frame: Any, boundary: Any, x: float, y: float, u: float, v: float, now: float
 ) -> tuple[float, float, float, float]:
     """Place (m) and velocity (m/s) in the laboratory at a time (s), of those in the frame.
 
@@ -98,11 +110,24 @@ class Frame(NamedTuple):
         return True
 
     def in_laboratory(
-        self, x: float, y: float, u: float, v: float, now: float
+        self, boundary: Any, x: float, y: float, u: float, v: float, now: float
     ) -> tuple[float, float, float, float]:
         motion = self.motion
         if motion[U] == 0.0 and motion[V] == 0.0:
             return x, y, u, v
         age = now - motion[CLOCK]
-        x, y = x + (motion[X] + motion[U] * age), y + (motion[Y] + motion[V] * age)
-        return x, y, u + motion[U], v + motion[V]
+        far_x, far_y = motion[X] + motion[U] * age, motion[Y] + motion[V] * age
+        # Inside a container that repeats, so that balls keep their distances. A gas may have
+        # drifted so far that a box is less than the rounding of its place: then again.
+        while True:
+            own_x, own_y = ks.nearest_image(boundary, far_x, far_y)
+            if not (abs(own_x) < abs(far_x) or abs(own_y) < abs(far_y)):
+                return x + own_x, y + own_y, u + motion[U], v + motion[V]
+            far_x, far_y = own_x, own_y
+
+
+@inlined
+def laboratory_velocity(u: float, v: float, state: State) -> tuple[float, float]:
+    """A velocity in the laboratory, m/s, of one in the frame."""
+    _, _, u, v = in_laboratory(state.frame, state.boundary, 0.0, 0.0, u, v, 0.0)
+    return u, v

@@ -336,8 +336,8 @@ def flight(boundary: Any, i: int, now: float, state: State) -> tuple[float, floa
 
 
 @by_class
-def container_flight(boundary: Any, now: float) -> tuple[float, float, float, float]:
-    """Place (m) and velocity (m/s) of a free container at a time, s; zeros for a fixed one.
+def container_flight(boundary: Any, now: float, frame: Any) -> tuple[float, float, float, float]:
+    """Place (m) and velocity (m/s) of a free container in the laboratory; zeros for a fixed one.
 
     Of ``FreeCircle``.
     """

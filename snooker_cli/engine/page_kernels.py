@@ -188,7 +188,7 @@ def shown(
     x: float, y: float, u: float, v: float, now: float, state: State
 ) -> tuple[float, float, float, float]:
     """Place (m) and velocity (m/s) at a time (s) in the laboratory, of the inner image."""
-    x, y, u, v = in_laboratory(state.frame, x, y, u, v, now)
+    x, y, u, v = in_laboratory(state.frame, state.boundary, x, y, u, v, now)
     x, y = ks.nearest_image(state.boundary, x, y)
     return x, y, u, v
 
@@ -197,11 +197,10 @@ def shown(
 def write_row(row: int, energy: float, spinning: float, followed: Followed, state: State) -> None:
     """Complete the row of the event that has just happened."""
     i, j, time = followed.i[row], followed.j[row], state.sums[ks.NOW]
-    x, y, u, v = ks.container_flight(state.boundary, time)
+    x, y, _, _ = ks.container_flight(state.boundary, time, state.frame)
     if j >= 0:
-        x, y = state.balls[X, j], state.balls[Y, j]
-    x, y = shown(x, y, u, v, time, state)[:2]
-    xi, yi = shown(state.balls[X, i], state.balls[Y, i], u, v, time, state)[:2]
+        x, y, _, _ = shown(state.balls[X, j], state.balls[Y, j], 0.0, 0.0, time, state)
+    xi, yi, _, _ = shown(state.balls[X, i], state.balls[Y, i], 0.0, 0.0, time, state)
     sums, places = followed.sums, followed.places
     sums[row, ENERGY], sums[row, SPIN_ENERGY] = energy, spinning
     sums[row, CONTAINER_ENERGY] = sampling.energy(state.boundary, state)
@@ -275,8 +274,7 @@ def show(page: Page) -> None:
         x, y, u, v = ks.flight(boundary, i, now, state)
         x, y, u, v = shown(x, y, u, v, now, state)
         flights[i, X], flights[i, Y], flights[i, U], flights[i, V] = x, y, u, v
-    x, y, u, v = ks.container_flight(boundary, now)
-    x, y, u, v = shown(x, y, u, v, now, state)
+    x, y, u, v = ks.container_flight(boundary, now, state.frame)
     flights[number, X], flights[number, Y], flights[number, U], flights[number, V] = x, y, u, v
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from snooker_cli.engine import clock, sampling
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, slide
-from snooker_cli.engine.conversion import new_states, origin_of
+from snooker_cli.engine.conversion import inner_images, new_states, origin_of
 from snooker_cli.engine.frames import in_laboratory, renew_frame
 from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
@@ -137,8 +137,7 @@ def _states(run: "Replay", times: Floats) -> States:
     out, container = run.states(numbers, times, np.arange(start.number)[np.newaxis])
     positions = out[:, :2].transpose(0, 2, 1)
     if start.container.period is not None:
-        period = np.array(start.container.period)
-        positions = positions - period * np.rint(positions / period)
+        positions = inner_images(out[:, :2], start.container.period).transpose(0, 2, 1)
     # A file with other events, but right hashes, leads balls anywhere.
     reach = ESCAPE * max(start.container.size)
     if not np.all(np.abs(positions - container[:, np.newaxis, :2]) < reach):
@@ -375,12 +374,11 @@ def repeat_states(
         now, balls = moments.clocks[row], moments.balls[row if each else 0]
         for column in range(len(balls)):
             x, y, u, v = ks.flight(boundary, balls[column], now, state)
-            x, y, u, v = in_laboratory(state.frame, x, y, u, v, now)
+            x, y, u, v = in_laboratory(state.frame, boundary, x, y, u, v, now)
             out[row, 0, column], out[row, 1, column] = x, y
             out[row, 2, column], out[row, 3, column] = u, v
             show_spin(state.surface, balls[column], out[row, :, column])
-        x, y, u, v = ks.container_flight(boundary, now)
-        x, y, u, v = in_laboratory(state.frame, x, y, u, v, now)
+        x, y, u, v = ks.container_flight(boundary, now, state.frame)
         container[row, 0], container[row, 1] = x, y
         container[row, 2], container[row, 3] = u, v
     while event < len(record.time):

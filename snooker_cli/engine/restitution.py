@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.frames import in_laboratory
+from snooker_cli.engine.frames import laboratory_velocity
 from snooker_cli.engine.jit import helper, inlined
 from snooker_cli.engine.kernel_state import KEY, PAIR_EVENTS, WALL_EVENTS, Floats, State, U, V
 from snooker_cli.laws import Constant, Driven, Law, Sides, Thermal, Viscoelastic, WallLaw, word_of
@@ -139,7 +139,7 @@ def leave(i: int, x: float, y: float, temperature: float, state: State) -> float
     length = math.sqrt(x * x + y * y)
     x, y = x / length, y / length
     outwards = balls[U, i] * x + balls[V, i] * y
-    u, v = in_laboratory(state.frame, 0.0, 0.0, 0.0, 0.0, 0.0)[2:]  # of the frame: the wall rests
+    u, v = laboratory_velocity(0.0, 0.0, state)  # of the frame: the wall rests
     balls[U, i] = -inwards * x - along * y - u
     balls[V, i] = -inwards * y + along * x - v
     return float(m * max(outwards + inwards, 0.0))

@@ -12,7 +12,7 @@ import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.contact import NEVER
-from snooker_cli.engine.frames import in_laboratory
+from snooker_cli.engine.frames import laboratory_velocity
 from snooker_cli.engine.jit import by_class, helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, State, U, V
 from snooker_cli.scene import Scene
@@ -188,17 +188,9 @@ def measure_spins(surface: Any, row: Floats, state: State) -> None:
 
 
 @inlined
-def velocity_of(i: int, state: State) -> tuple[float, float]:
-    """Velocity of ball i in the laboratory, m/s."""
-    u, v = state.balls[U, i], state.balls[V, i]
-    u, v = in_laboratory(state.frame, 0.0, 0.0, u, v, 0.0)[2:]
-    return u, v
-
-
-@inlined
 def energy_of(i: int, state: State) -> float:
     """Kinetic energy of ball i, J."""
-    u, v = velocity_of(i, state)
+    u, v = laboratory_velocity(state.balls[U, i], state.balls[V, i], state)
     return float(0.5 * ks.mass_of(state.sizes, i) * (u * u + v * v))
 
 
@@ -206,7 +198,7 @@ def energy_of(i: int, state: State) -> float:
 def terms_of(i: int, state: State) -> tuple[float, float, float]:
     """What ball i adds to sums over the balls: its kinetic energy (J), that squared, its speed."""
     kinetic = energy_of(i, state)
-    u, v = velocity_of(i, state)
+    u, v = laboratory_velocity(state.balls[U, i], state.balls[V, i], state)
     return kinetic, kinetic * kinetic, math.sqrt(u * u + v * v)
 
 

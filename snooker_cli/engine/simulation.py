@@ -312,6 +312,12 @@ class Simulation(ABC):
         speed = float(np.hypot(*self.states.frame.motion[repeat, [ks.U, ks.V]]))
         return f", beside the {speed:.3g} m/s that all share," if speed > 0.0 else ""
 
+    def _distance(self, repeat: int) -> float:
+        """How far a container is from where coordinates begin, m."""
+        state = ks.state_of(self.states, repeat)
+        x, y, _, _ = ks.container_flight(state.boundary, float(state.sums[ks.NOW]), state.frame)
+        return math.hypot(x, y)
+
     def _stop(self, repeat: int, counts: list[int]) -> Stop:
         """How a repeat ended, with a message."""
         reason, now, limit = self.reasons[repeat], float(self.times[repeat]), self.time_limit
@@ -330,6 +336,10 @@ class Simulation(ABC):
             StopReason.REST: (
                 f"all balls are slower than {clock.SLOWEST:g} m/s{self._beside(repeat)} after "
                 f"{number}, at {now:.9g} s: squares of speeds are no numbers of double precision"
+            ),
+            StopReason.FAR: (
+                f"the container is {self._distance(repeat):.3g} m away after {number}, at "
+                f"{now:.9g} s: places in it have lost half of their digits"
             ),
             StopReason.INTERRUPTED: f"interrupted after {number} at {now:.9g} s",
         }

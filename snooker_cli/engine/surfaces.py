@@ -7,7 +7,7 @@ import math
 from typing import Any, NamedTuple
 
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.frames import in_laboratory
+from snooker_cli.engine.frames import laboratory_velocity
 from snooker_cli.engine.jit import by_class, inlined
 from snooker_cli.engine.kernel_state import Floats, Recorded, State
 from snooker_cli.laws import Surface
@@ -183,7 +183,7 @@ class Rough(NamedTuple):
     def rub_wall(
         self, i: int, x: float, y: float, u: float, v: float, normal: float, state: State
     ) -> None:
-        u, v = in_laboratory(state.frame, 0.0, 0.0, u, v, 0.0)[2:]
+        u, v = laboratory_velocity(u, v, state)
         rub(self, i, x, y, u, v, normal, math.inf, state)
 
     def rub_free_wall(
@@ -237,8 +237,9 @@ class Rough(NamedTuple):
         lowered = moment / (moment + mass) * (1.0 + max(cor, 0.0)) * max(slip, 0.0)
         if cor == 1.0 and self.law.wall_friction == math.inf:
             return float(min(speed, abs(speed - lowered)))
-        limit = self.law.wall_friction * changes  # not a number for no changes and no limit
-        return float(max(speed - (limit if limit < lowered else lowered), 0.0))
+        if self.law.wall_friction < math.inf:
+            lowered = min(lowered, self.law.wall_friction * changes)
+        return float(max(speed - lowered, 0.0))
 
 
 @inlined

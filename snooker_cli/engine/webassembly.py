@@ -194,7 +194,7 @@ def description() -> dict[str, Any]:
             "SETTLES": SETTLES,
             "NO_PARTNER": ks.NO_PARTNER,
             "FULL": clock.FULL,
-            "REASONS": list(StopReason)[: clock.REST + 1],
+            "REASONS": list(StopReason)[: clock.FAR + 1],
             "LENGTHS": LENGTHS,
         },
     }

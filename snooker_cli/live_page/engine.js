@@ -12,7 +12,7 @@ const {
   followed: FOLLOWED, SETTLES, NO_PARTNER, FULL, REASONS, LENGTHS,
 } = ENGINE.names;
 const SQUARES = phrase`squares of speeds are no numbers of double precision`;
-const [COLLISIONS, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, REST] = REASONS;
+const [COLLISIONS, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, REST, FAR] = REASONS;
 const NO_LIMIT = 2 ** 53; // as good as no limit for a number of events
 const LARGE = 1e100; // large but finite, so that times zero it is zero
 const IDLE_CALLS = 5000; // of ``follow`` in a row without an event, after which a repeat without a time ends
@@ -425,6 +425,7 @@ class Simulation {
       [TIME]: phrase`${limit} s reached after ${events}`,
       [NOTHING_LEFT]: phrase`no further collision can happen after ${after}, at ${now} s`,
       [IDLE]: phrase`no collision in ${searches} searches after ${events}, at ${now} s; give a time to end at`,
+      [FAR]: phrase`the container is ${general(Math.hypot(...this.positionOf(this.number, time)), 3)} m away after ${events}, at ${now} s: places in it have lost half of their digits`,
       [REST]: phrase`all balls are slower than 2e-154 m/s after ${events}, at ${now} s: ${SQUARES}`,
     };
     const first = Number(counts[COUNTS.FIRST]), second = Number(counts[COUNTS.SECOND]);
