@@ -220,6 +220,17 @@ def bug_message(error: str, trace: str, less: str = "use fewer balls") -> str:
     )
 
 
+def explained(error: BaseException) -> tuple[ExitCode, str]:
+    """The exit code and the sentence for any error that ends a command."""
+    if isinstance(error, SnookerError):
+        return error.exit_code, str(error)
+    if isinstance(error, OSError) and not lacks_memory(error):
+        file, reason = f"{error.filename}: " if error.filename else "", error.strerror or error
+        return ExitCode.USAGE, f"{file}{reason}; check the path, the disk and its permissions"
+    trace = "".join(traceback.format_exception(error))
+    return ExitCode.UNEXPECTED, bug_message(described(error), trace)
+
+
 def guarded(app: Callable[..., Any]) -> None:
     """Run the application; print its errors as sentences and end with their exit codes."""
     before = IN_COMMAND.set(True)
@@ -233,16 +244,7 @@ def guarded(app: Callable[..., Any]) -> None:
             end_interrupted()
         if isinstance(end, SystemExit):
             raise
-        code = ExitCode.UNEXPECTED
-        if isinstance(end, SnookerError):
-            code, message = end.exit_code, str(end)
-        elif isinstance(end, OSError) and not lacks_memory(end):
-            file, reason = f"{end.filename}: " if end.filename else "", end.strerror or end
-            message = f"{file}{reason}; check the path, the disk and its permissions"
-            code = ExitCode.USAGE
-        else:
-            trace = "".join(traceback.format_exception(end))
-            message = bug_message(described(end), trace)
+        code, message = explained(end)
         notice(message)
         raise SystemExit(int(code)) from None
     finally:
