@@ -57,6 +57,18 @@ guarded(command)
 """
 
 
+AT_THE_VERY_END = """
+import os, signal, sys
+from snooker_cli.cli import main
+
+class Late:
+    def __del__(self, kill=os.kill, process=os.getpid(), number=int(sys.argv.pop(1))):
+        kill(process, number)
+
+late = Late()
+main()
+"""
+
 STDOUT_IS_FULL = (
     "snooker: stdout: No space left on device; check the path, the disk and its permissions\n"
 )
@@ -195,3 +207,11 @@ def test_an_interrupt_while_modules_load(module: str, number: signal.Signals, he
 def test_an_interrupt_ends_a_command_at_once(script: str, tmp_path: Path) -> None:
     """Python waits for threads when it ends, and drops what is raised in a callback, as of h5py."""
     assert ended(script, folder=tmp_path) == (130, "", "snooker: interrupted\n")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_after_all_is_done_changes_nothing(number: signal.Signals, here: Path) -> None:
+    """While Python deletes its modules, for most of a second, it handles no signals."""
+    printed = ended(AT_THE_VERY_END, str(int(number)), "init", "--list", folder=here)
+    assert (printed[0], printed[2]) == (0, "")
+    assert "haff" in printed[1]

@@ -161,8 +161,15 @@ def _counts(record: Mapping[str, Any], *before: str) -> list[str]:
 
 
 def _local_time(text: str | None) -> str:
-    """A date and time in this machine's time zone, to the minute."""
-    return "–" if text is None else f"{datetime.fromisoformat(text).astimezone():%Y-%m-%d %H:%M}"
+    """A date and time in this machine's time zone, to the minute; in UTC if that is no zone."""
+    if text is None:
+        return "–"
+    time, zone = datetime.fromisoformat(text), ""
+    try:
+        time = time.astimezone()
+    except ValueError:  # such as for TZ=UTC+99
+        zone = " UTC"
+    return f"{time:%Y-%m-%d %H:%M}{zone}"
 
 
 def verified(run: Run, *, replay: bool, jobs: int | None) -> Verdicts:

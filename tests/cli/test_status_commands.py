@@ -5,7 +5,9 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import shutil
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -69,6 +71,21 @@ def test_one_bad_run_hides_no_other(
         monkeypatch.setattr("snooker_cli.api.verdicts.run_status", read)
         (line,) = errors()
         assert "broken" in line or "lost" in line
+
+
+@pytest.mark.skipif(not hasattr(time, "tzset"), reason="there are no time zones by name")
+def test_a_time_zone_that_is_none_is_no_error(
+    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python knows none that is a day or more from UTC."""
+    with monkeypatch.context() as patched:
+        patched.setenv("TZ", "UTC+99")
+        time.tzset()
+        for command in (["ls"], ["show", "small"]):
+            ended = snooker(*command)
+            assert ended.code == 0
+            assert re.search(r"\d{4}-\d\d-\d\d \d\d:\d\d UTC", ended.out)
+    time.tzset()
 
 
 def test_each_repeat_is_in_one_column(separate: Path, snooker: Snooker) -> None:
