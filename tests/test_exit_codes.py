@@ -215,3 +215,20 @@ def test_a_signal_after_all_is_done_changes_nothing(number: signal.Signals, here
     printed = ended(AT_THE_VERY_END, str(int(number)), "init", "--list", folder=here)
     assert (printed[0], printed[2]) == (0, "")
     assert "haff" in printed[1]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no such limits")
+@pytest.mark.parametrize(
+    "command", ["plot small energy", "report small", "run small.yaml --out runs/other"]
+)
+def test_a_full_disk_leaves_no_empty_folders(
+    command: str, finished: Path, snooker: Snooker
+) -> None:
+    unlimited = resource.getrlimit(resource.RLIMIT_FSIZE)
+    before = sorted(Path.cwd().rglob("*"))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, unlimited[1]))
+    try:
+        assert snooker(*command.split()).code == 2
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, unlimited)
+    assert sorted(Path.cwd().rglob("*")) == before

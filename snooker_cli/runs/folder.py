@@ -7,7 +7,7 @@ import sys
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from itertools import chain, count
 from pathlib import Path
@@ -27,6 +27,7 @@ from snooker_cli.errors import DeniedError, RunError, SnookerError, StoreError
 from snooker_cli.files import (
     append_text,
     discard,
+    new_folder,
     own_folder,
     read_text,
     unfinished,
@@ -370,14 +371,15 @@ def locked(directory: Path, shared: bool = False) -> Iterator[None]:
     Raises ``RunError`` if another process has the lock or the folder cannot be made. Runs on two
     machines may share a folder: each writes its own temporary files, and the last file is kept.
     """
-    with writing(directory):
-        directory.mkdir(parents=True, exist_ok=True)
-    if sys.platform == "win32":  # which cannot lock folders
-        yield
-        return
-    with writing(directory):
-        descriptor = os.open(directory, os.O_RDONLY)
-    try:
+    with ExitStack() as exits:
+        with writing(directory):
+            exits.enter_context(new_folder(directory))
+        if sys.platform == "win32":  # which cannot lock folders
+            yield
+            return
+        with writing(directory):
+            descriptor = os.open(directory, os.O_RDONLY)
+        exits.callback(os.close, descriptor)
         for wait in LOCK_WAITS:
             time.sleep(wait)
             taken = _lock(descriptor, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
@@ -396,8 +398,6 @@ def locked(directory: Path, shared: bool = False) -> Iterator[None]:
                     for part in unfinished(folder):
                         part.unlink(missing_ok=True)
         yield
-    finally:
-        os.close(descriptor)
 
 
 def is_locked(directory: Path) -> bool:
