@@ -22,6 +22,8 @@ ROOM = 1 << 28  # bytes without which a command can hardly do anything
 IN_COMMAND: ContextVar[bool] = ContextVar("in_command", default=False)
 """Whether a command runs, so that errors name its options, and not the arguments of Python."""
 
+LOADING = ", in <module>\n"  # of a traceback: a module was being loaded
+
 TRACEBACK = "SNOOKER_TRACEBACK"  # in the environment: show tracebacks of unexpected errors
 
 
@@ -213,6 +215,9 @@ def bug_message(error: str, trace: str, less: str = "use fewer balls") -> str:
         print(trace, file=sys.stderr)
         where = ""
     if "MemoryError" in error.partition(":")[0]:
+        if LOADING in trace:
+            less = "close other programs, or let this one use more (`ulimit -v`)"
+            return f"there is too little memory to load a library ({error}); {less}{where}"
         return f"there is too little memory ({error}); {less}{where}"
     return (
         f"unexpected {error}; this is a bug in snooker, please report it with the command and the "

@@ -137,7 +137,9 @@ def test_too_little_memory_is_one_sentence(here: Path) -> None:
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (300 * 10**6,) * 2),
     )
     assert done.returncode == 1
-    assert "snooker: there is too little memory (MemoryError: " in done.stderr
+    assert "snooker: there is too little memory to load a library (MemoryError: " in done.stderr
+    assert "; close other programs, or let this one use more (`ulimit -v`)" in done.stderr
+    assert "balls" not in done.stderr
     assert "Traceback" not in done.stderr
 
 
