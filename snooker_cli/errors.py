@@ -22,6 +22,8 @@ ROOM = 1 << 28  # bytes without which a command can hardly do anything
 IN_COMMAND: ContextVar[bool] = ContextVar("in_command", default=False)
 """Whether a command runs, so that errors name its options, and not the arguments of Python."""
 
+LOADING = ", in <module>\n"  # of a traceback: a module was being loaded
+
 TRACEBACK = "SNOOKER_TRACEBACK"  # in the environment: show tracebacks of unexpected errors
 
 
@@ -213,11 +215,25 @@ def bug_message(error: str, trace: str, less: str = "use fewer balls") -> str:
         print(trace, file=sys.stderr)
         where = ""
     if "MemoryError" in error.partition(":")[0]:
+        if LOADING in trace:
+            less = "close other programs, or let this one use more (`ulimit -v`)"
+            return f"there is too little memory to load a library ({error}); {less}{where}"
         return f"there is too little memory ({error}); {less}{where}"
     return (
         f"unexpected {error}; this is a bug in snooker, please report it with the command and the "
         f"config{where}"
     )
+
+
+def explained(error: BaseException) -> tuple[ExitCode, str]:
+    """The exit code and the sentence for any error that ends a command."""
+    if isinstance(error, SnookerError):
+        return error.exit_code, str(error)
+    if isinstance(error, OSError) and not lacks_memory(error):
+        file, reason = f"{error.filename}: " if error.filename else "", error.strerror or error
+        return ExitCode.USAGE, f"{file}{reason}; check the path, the disk and its permissions"
+    trace = "".join(traceback.format_exception(error))
+    return ExitCode.UNEXPECTED, bug_message(described(error), trace)
 
 
 def guarded(app: Callable[..., Any]) -> None:
@@ -233,16 +249,7 @@ def guarded(app: Callable[..., Any]) -> None:
             end_interrupted()
         if isinstance(end, SystemExit):
             raise
-        code = ExitCode.UNEXPECTED
-        if isinstance(end, SnookerError):
-            code, message = end.exit_code, str(end)
-        elif isinstance(end, OSError) and not lacks_memory(end):
-            file, reason = f"{end.filename}: " if end.filename else "", end.strerror or end
-            message = f"{file}{reason}; check the path, the disk and its permissions"
-            code = ExitCode.USAGE
-        else:
-            trace = "".join(traceback.format_exception(end))
-            message = bug_message(described(end), trace)
+        code, message = explained(end)
         notice(message)
         raise SystemExit(int(code)) from None
     finally:

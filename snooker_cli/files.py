@@ -29,18 +29,19 @@ def atomic_write(path: Path, given: bool = False) -> Iterator[Path]:
     given : whether a user gave this name; a link there is then followed, and else replaced,
         because a stranger's folder may have links to files of the user
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
     target = path.resolve() if given else path
     part = temporary_path(target)
     try:
-        yield part
-        move_into_place(part, target)
+        with new_folder(path.parent):
+            try:
+                yield part
+                move_into_place(part, target)
+            finally:
+                discard(part)
     except OSError as error:
         if error.errno and error.filename in (None, str(part)):
             error.filename, error.filename2 = str(path), None
         raise
-    finally:
-        discard(part)
 
 
 def write_text(path: Path, text: str, given: bool = False) -> None:
@@ -62,12 +63,34 @@ def append_text(path: Path, text: str) -> None:
         file.write(text)
 
 
-def own_folder(path: Path) -> Path:
-    """Make a folder whose name this program chose. Raises ``OSError``, also if it is a link."""
+@contextmanager
+def new_folder(path: Path) -> Iterator[None]:
+    """Make a folder and those above it. Raises ``OSError``.
+
+    After an exception, the folders that were made are deleted, unless something is in them.
+    """
+    made = [folder for folder in (path, *path.parents) if not folder.exists()]
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        yield
+    except BaseException:
+        for folder in made:
+            with suppress(OSError):
+                folder.rmdir()
+        raise
+
+
+def unlinked(path: Path) -> Path:
+    """A folder whose name this program chose. Raises ``OSError`` if it is a link."""
     if path.is_symlink():
         problem = f"there is a link instead of the folder {path.name}"
         raise OSError(errno.ELOOP, problem, str(path))
-    path.mkdir(exist_ok=True)
+    return path
+
+
+def own_folder(path: Path) -> Path:
+    """Make a folder whose name this program chose. Raises ``OSError``, also if it is a link."""
+    unlinked(path).mkdir(exist_ok=True)
     return path
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
 import sys
@@ -20,22 +21,43 @@ if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is not signal.S
     STOPPING.append(signal.SIGHUP)
 
 
+def unignored() -> list[int]:
+    """``STOPPING``, without those that the parent process ignores."""
+    return [number for number in STOPPING if signal.getsignal(number) is not signal.SIG_IGN]
+
+
 @contextmanager
 def handling(
     handler: Callable[[int, object], None], numbers: Iterable[int] | None = None
 ) -> Iterator[None]:
     """Inside, a function handles these signals.
 
-    numbers : by default ``STOPPING``, without those that the parent process ignores
+    numbers : by default ``unignored``
     """
     if numbers is None:
-        numbers = [n for n in STOPPING if signal.getsignal(n) is not signal.SIG_IGN]
+        numbers = unignored()
     previous = {number: signal.signal(number, handler) for number in numbers}
     try:
         yield
     finally:
         for number, before in previous.items():
             signal.signal(number, before)
+
+
+def begin_process() -> None:
+    """From now on signals end the process as ``end_interrupted``; at its very end they do nothing.
+
+    Python stops handling signals before it deletes its modules, which takes up to a second. All
+    is stored by then, so a signal would only change the exit code.
+    """
+    numbers = unignored()
+    for number in numbers:
+        signal.signal(number, end_interrupted)
+
+    @atexit.register  # the first one, so that it is called last
+    def ignore() -> None:
+        for number in numbers:
+            signal.signal(number, signal.SIG_IGN)
 
 
 def end_interrupted(*_signal: object) -> NoReturn:

@@ -29,6 +29,7 @@ from snooker_cli.config import parse
 from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import Run
+from snooker_cli.signals import end_interrupted, handling
 from snooker_cli.store import Provenance
 from snooker_cli.trace import Trace
 
@@ -179,7 +180,7 @@ def snooker(
     def call(*arguments: str | Path) -> Ended:
         monkeypatch.setattr(sys, "argv", ["snooker", *map(str, arguments)])
         capsys.readouterr()
-        with pytest.raises(SystemExit) as end:
+        with handling(end_interrupted), pytest.raises(SystemExit) as end:
             main()
         printed = capsys.readouterr()
         code = end.value.code

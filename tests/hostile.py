@@ -604,6 +604,13 @@ BESIDE: dict[str, tuple[str, Damage]] = {
 """Other files of a run, by name."""
 
 
+def plant_modules(folder: Path) -> None:
+    """Modules that raise an error if Python takes them instead of its own, or of a library's."""
+    names = "multiprocessing numba numpy h5py pydantic rich typer yaml json signal tempfile socket"
+    for name in (*names.split(), "distributed", "matplotlib", "concurrent", "logging"):
+        (folder / f"{name}.py").write_text(f"raise SystemExit('{name} of the current folder')")
+
+
 def damaged(path: Path, damages: dict[str, Damage], chosen: slice = ALL) -> Iterator[str]:
     """The name of each of some damages, while the file at a path has it."""
     good = path.read_bytes()

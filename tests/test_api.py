@@ -420,7 +420,6 @@ def test_completion_shows_what_scripts_use(run: snooker.Run) -> None:
     assert not names & {
         "batches",
         "file_statuses",
-        "manifest",
         "delete_all_but",
         "digests",
         "by_number",

@@ -78,7 +78,7 @@ PARTS["__main__"] = ("cli",)
 LIBRARIES: dict[str, tuple[str, ...]] = {
     "typer": ("cli",),
     "rich": ("runs.progress",),
-    "pydantic": ("config",),
+    "pydantic": ("config", "runs.manifest"),
     "pydantic_core": ("config",),
     "yaml": ("config", "figures", "live_page", "report", "reproduction", "validation"),
     "numba": ("engine.jit",),

@@ -57,6 +57,18 @@ guarded(command)
 """
 
 
+AT_THE_VERY_END = """
+import os, signal, sys
+from snooker_cli.cli import main
+
+class Late:
+    def __del__(self, kill=os.kill, process=os.getpid(), number=int(sys.argv.pop(1))):
+        kill(process, number)
+
+late = Late()
+main()
+"""
+
 STDOUT_IS_FULL = (
     "snooker: stdout: No space left on device; check the path, the disk and its permissions\n"
 )
@@ -125,7 +137,9 @@ def test_too_little_memory_is_one_sentence(here: Path) -> None:
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (300 * 10**6,) * 2),
     )
     assert done.returncode == 1
-    assert "snooker: there is too little memory (MemoryError: " in done.stderr
+    assert "snooker: there is too little memory to load a library (MemoryError: " in done.stderr
+    assert "; close other programs, or let this one use more (`ulimit -v`)" in done.stderr
+    assert "balls" not in done.stderr
     assert "Traceback" not in done.stderr
 
 
@@ -195,3 +209,28 @@ def test_an_interrupt_while_modules_load(module: str, number: signal.Signals, he
 def test_an_interrupt_ends_a_command_at_once(script: str, tmp_path: Path) -> None:
     """Python waits for threads when it ends, and drops what is raised in a callback, as of h5py."""
     assert ended(script, folder=tmp_path) == (130, "", "snooker: interrupted\n")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_after_all_is_done_changes_nothing(number: signal.Signals, here: Path) -> None:
+    """While Python deletes its modules, for most of a second, it handles no signals."""
+    printed = ended(AT_THE_VERY_END, str(int(number)), "init", "--list", folder=here)
+    assert (printed[0], printed[2]) == (0, "")
+    assert "haff" in printed[1]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no such limits")
+@pytest.mark.parametrize(
+    "command", ["plot small energy", "report small", "run small.yaml --out runs/other"]
+)
+def test_a_full_disk_leaves_no_empty_folders(
+    command: str, finished: Path, snooker: Snooker
+) -> None:
+    unlimited = resource.getrlimit(resource.RLIMIT_FSIZE)
+    before = sorted(Path.cwd().rglob("*"))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, unlimited[1]))
+    try:
+        assert snooker(*command.split()).code == 2
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, unlimited)
+    assert sorted(Path.cwd().rglob("*")) == before

@@ -103,3 +103,16 @@ def test_a_key_is_whole_and_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert path.stat().st_mode & 0o777 == 0o600
     assert list(path.parent.iterdir()) == [path]
     user_key.cache_clear()
+
+
+def test_a_failed_write_leaves_no_new_folder_without_files(tmp_path: Path) -> None:
+    """An older folder stays, and one that has other files."""
+    (tmp_path / "old").mkdir()
+    for name in ("old/file", "new/in/new/file"):
+        with pytest.raises(ZeroDivisionError), atomic_write(tmp_path / name):
+            raise ZeroDivisionError
+    assert [path.name for path in tmp_path.rglob("*")] == ["old"]
+    new = tmp_path / "new"
+    with pytest.raises(ZeroDivisionError), files.new_folder(new), (new / "kept").open("w"):
+        raise ZeroDivisionError
+    assert (new / "kept").exists()

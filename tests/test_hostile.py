@@ -169,6 +169,20 @@ def test_settings_of_numba_in_the_folder_are_refused(finished: Path) -> None:
     assert not planted.exists()
 
 
+@pytest.mark.parametrize(
+    "command",
+    ["run small.yaml --no-progress --fresh -j 2 -o repeats=20 -o cor=0.5:0.9:40", "report small"],
+)
+def test_no_module_of_the_current_folder_is_run(command: str, finished: Path) -> None:
+    """Not by the process of the command, nor by those that it starts: of runs, or for figures."""
+    hostile.plant_modules(Path())
+    process = [sys.executable, "-m", "snooker_cli", *command.split()]
+    done = subprocess.run(process, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "of the current folder" not in done.stderr
+    assert "threads simulate instead" not in done.stderr
+
+
 def test_settings_of_matplotlib_in_the_folder_are_not_read(finished: Path) -> None:
     """A pipe would block."""
     os.mkfifo("matplotlibrc")

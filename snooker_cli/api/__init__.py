@@ -7,7 +7,7 @@ user should know beside files that are written is logged as a warning.
 from snooker_cli.api.analyses import SideBySide
 from snooker_cli.api.configs import check_config, schema_text, template, templates, write_template
 from snooker_cli.api.live_pages import LivePage, live
-from snooker_cli.api.output_files import make_folder
+from snooker_cli.api.output_files import made_folder
 from snooker_cli.api.repeats import Repeat
 from snooker_cli.api.results import Outcome, Plan, Records, SavedFigure, Verdicts
 from snooker_cli.api.runs import Run, figure_list, open, runs_and_figures, statuses, write_report
@@ -26,4 +26,4 @@ __all__ += ["check_config", "figure_list", "live", "new_scene", "open", "plan", 
 __all__ += ["statuses", "template", "templates", "write_report", "write_template"]
 # For commands.
 __all__ += ["ARGUMENTS", "CHECKPOINT_INTERVAL", "EXAMPLES", "SCHEMA", "Request"]
-__all__ += ["STATES_FORMATS", "make_folder", "runs_and_figures", "schema_text", "showing_notices"]
+__all__ += ["STATES_FORMATS", "made_folder", "runs_and_figures", "schema_text", "showing_notices"]

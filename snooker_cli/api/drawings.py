@@ -9,7 +9,7 @@ from typing import Any
 
 from snooker_cli.analysis.run_analysis import shorter_note
 from snooker_cli.api.exports import times_given
-from snooker_cli.api.output_files import make_own_folder
+from snooker_cli.api.output_files import own_output
 from snooker_cli.api.results import SavedFigure
 from snooker_cli.api.wording import LIST_FIGURES, first, in_python_words
 from snooker_cli.errors import FigureError, UserError, check_name
@@ -96,7 +96,7 @@ def save_figures(
         if isinstance(figure, FigureError):
             impossible[name, str(figure)] += 1
             continue
-        folder = make_own_folder(run.figures_folder) if out is None else out
+        folder = own_output(run.figures_folder) if out is None else out
         files = _save(figure, folder / stem, *how)
         drawn.append(SavedFigure(name, files, figure.caption, _table(figure)))
         saved(drawn[-1])

@@ -1,11 +1,13 @@
 """Files and folders that a user names: whether they can be written, or may be replaced."""
 
 import os
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryFile
 
 from snooker_cli.errors import UserError
-from snooker_cli.files import own_folder
+from snooker_cli.files import new_folder, unlinked
 from snooker_cli.pages.html_page import is_page
 from snooker_cli.runs.folder import holds_results, writing
 
@@ -22,14 +24,20 @@ def check_no_results(out: Path) -> None:
         raise UserError(f"--out {out}: this file holds results of a run", "give another name")
 
 
-def make_folder(folder: Path) -> None:
-    """Make a folder before long work. Raises ``RunError`` if no file can be written there."""
-    with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        TemporaryFile(dir=folder).close()
+@contextmanager
+def made_folder(folder: Path) -> Iterator[None]:
+    """Make a folder before long work, which is done inside; without files it does not stay.
+
+    Raises ``RunError`` if no file can be written there.
+    """
+    with ExitStack() as made:
+        with writing(folder):
+            made.enter_context(new_folder(folder))
+            TemporaryFile(dir=folder).close()
+        yield
 
 
-def make_own_folder(folder: Path) -> Path:
-    """Make a folder in that of a run. Raises ``RunError`` if it cannot be made, or is a link."""
+def own_output(folder: Path) -> Path:
+    """A folder in that of a run, made with its first file. Raises ``RunError`` if it is a link."""
     with writing(folder.parent):
-        return own_folder(folder)
+        return unlinked(folder)

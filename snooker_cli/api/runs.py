@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from snooker_cli import runs
 from snooker_cli.api import exports
 from snooker_cli.api.analyses import Analyses, SideBySide, several
-from snooker_cli.api.output_files import make_folder, make_own_folder
+from snooker_cli.api.output_files import made_folder, own_output
 from snooker_cli.api.results import Outcome, Result, Results, Verdicts
 from snooker_cli.api.wording import LIST_FIGURES, in_python
 from snooker_cli.errors import check_name
@@ -253,6 +253,6 @@ def write_report(
     for name in asked:
         check_name(name, FIGURES, "figure", LIST_FIGURES)
     opened = [run if isinstance(run, Run) else open(run) for run in runs]
-    folder = make_own_folder(opened[0].directory / "report") if out is None else Path(out)
-    make_folder(folder)
-    return run_report(opened, folder, _log.info, asked)
+    folder = own_output(opened[0].directory / "report") if out is None else Path(out)
+    with made_folder(folder):
+        return run_report(opened, folder, _log.info, asked)

@@ -13,7 +13,7 @@ from snooker_cli.api.output_files import check_free
 from snooker_cli.api.results import Result, Results, Verdicts
 from snooker_cli.api.wording import first, in_python_words
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import RunError, StoreError, UserError
+from snooker_cli.errors import UserError, explained
 from snooker_cli.files import write_text
 from snooker_cli.formatting import (
     counted,
@@ -45,8 +45,8 @@ def statuses_in(folder: Path) -> Results:
             with reporting() as show:
                 status = run_status(opened, show)
             del status["ledger"], status["former"]
-        except (RunError, StoreError) as error:
-            status = {"run": str(path), "error": str(error)}
+        except Exception as error:  # of one run, which hides no other
+            status = {"run": str(path), "error": explained(error)[1]}
         found.append(status)
     headings = ["run", ">points", ">repeats", *COUNT_HEADINGS]
     headings += [">size", "last file", ">engine", "config"]
@@ -161,8 +161,15 @@ def _counts(record: Mapping[str, Any], *before: str) -> list[str]:
 
 
 def _local_time(text: str | None) -> str:
-    """A date and time in this machine's time zone, to the minute."""
-    return "–" if text is None else f"{datetime.fromisoformat(text).astimezone():%Y-%m-%d %H:%M}"
+    """A date and time in this machine's time zone, to the minute; in UTC if that is no zone."""
+    if text is None:
+        return "–"
+    time, zone = datetime.fromisoformat(text), ""
+    try:
+        time = time.astimezone()
+    except ValueError:  # such as for TZ=UTC+99
+        zone = " UTC"
+    return f"{time:%Y-%m-%d %H:%M}{zone}"
 
 
 def verified(run: Run, *, replay: bool, jobs: int | None) -> Verdicts:

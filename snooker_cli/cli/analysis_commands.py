@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 from snooker_cli import api
-from snooker_cli.api import EXAMPLES, make_folder
+from snooker_cli.api import EXAMPLES, made_folder
 from snooker_cli.cli.options import (
     RUN,
     AsJson,
@@ -119,12 +119,12 @@ def reproduce(
     from snooker_cli.reproduction.reproduce import RUNS, build  # takes a second to load
 
     require_libraries()  # before the simulations
-    make_folder(out)
-    for name in RUNS:
-        state = ""
-        with suppress(RunError):
-            state = api.open(runs / name).status()["state"]
-        if state != "done":
-            simulate(EXAMPLES / f"{name}.yaml", out=runs / name)
-    for path in build(runs, out, notice):
-        print_line(str(path))
+    with made_folder(out):
+        for name in RUNS:
+            state = ""
+            with suppress(RunError):
+                state = api.open(runs / name).status()["state"]
+            if state != "done":
+                simulate(EXAMPLES / f"{name}.yaml", out=runs / name)
+        for path in build(runs, out, notice):
+            print_line(str(path))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from snooker_cli.api import make_folder
+from snooker_cli.api import made_folder
 from snooker_cli.cli.app import Command, Group
 from snooker_cli.cli.options import AsJson, flag, option
 from snooker_cli.cli.output import print_line
@@ -102,12 +103,11 @@ def _carry_out(
     from snooker_cli.validation.study import text_of
     from snooker_cli.validation.study_tables import lines, write
 
-    if out is not None:
-        make_folder(out)
-    record = study.measure(plan, notice) | (more or {})
-    print_line(text_of(record) if as_json else "\n".join(lines(record)))
-    if out is not None:
-        for path in write(study, record, out):
-            notice(str(path))
+    with nullcontext() if out is None else made_folder(out):
+        record = study.measure(plan, notice) | (more or {})
+        print_line(text_of(record) if as_json else "\n".join(lines(record)))
+        if out is not None:
+            for path in write(study, record, out):
+                notice(str(path))
     if not study.passed(record):
         raise typer.Exit(int(ExitCode.SOME_FAILED))

@@ -2,9 +2,9 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import chain, combinations
+from itertools import chain, combinations, islice
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -72,6 +72,8 @@ IDLE_CALLS = 100
 """Calls in a row of only crossings after which a repeat without a time limit ends, 10 s."""
 
 MOST_PROVEN = 1000  # balls of which all pairs are looked at before that
+
+PAIRS_AT_ONCE = 1000  # of these, until the user can stop the repeat: 0.1 s, because they are exact
 
 RENEWAL = 400  # cost of predicting all again, in crossings
 
@@ -423,6 +425,7 @@ class AmongNeighbours(Simulation):
         grid = cell_grid.new_cells(scene, side, new_tree(scene.number))
         self.search = cells.Neighbours(grid, np.zeros(PROGRESS, np.int64), np.zeros(1))
         self.ordered_at = self.idle = 0
+        self.proof: Iterator[bool] | None = None  # that nothing can meet, while it is under way
         self.renewed_at = 0.0
         self._renew_margin(float(self.state.sums[ks.NOW]))
         self._fill()
@@ -437,6 +440,21 @@ class AmongNeighbours(Simulation):
         return balls[np.newaxis], history[np.newaxis]
 
     def advance(self, records: Recorded, answers: Integers, limit: int, ends: Floats) -> None:
+        answer = FULL if self.proof else self._advance(records, limit, float(ends[0]))
+        if self.proof:  # no velocity changes meanwhile
+            holds = next(self.proof, None)
+            if holds is None:
+                answer = NOTHING_LEFT
+            if not holds:
+                self.proof = None
+        endless = self.scene.container.period is not None and self.time_limit == math.inf
+        answers[0] = IDLE if endless and self.idle >= IDLE_CALLS else answer
+
+    def _advance(self, records: Recorded, limit: int, end: float) -> int:
+        """Simulate with at most `cells.CROSSINGS_AT_ONCE`; why it stopped.
+
+        After crossings alone, a proof that nothing can meet begins; one is enough.
+        """
         if self.scene.number >= REORDERED:
             self._keep_order()
         no_chains(self.search.cells.tree.bits, self.search.progress)
@@ -446,7 +464,7 @@ class AmongNeighbours(Simulation):
             rest = Recorded(*(column[0] for column in records.after(done)))
             grid = sampling.grid_of(self.grids, 0)
             answer = event_loop.advance_alone(
-                self.state, self.search, rest, grid, limit - done, float(ends[0])
+                self.state, self.search, rest, grid, limit - done, end
             )
             if answer == CELL_FULL:
                 self._fill(2 * self.search.cells.members.shape[1])
@@ -459,37 +477,42 @@ class AmongNeighbours(Simulation):
                 if renewals * (RENEWAL + self.scene.number) >= cells.CROSSINGS_AT_ONCE:
                     answer = FULL
         self.idle = self.idle + 1 if answer == FULL and self.state.collisions == begun else 0
-        # No velocity changes while a repeat is idle, and one proof is enough.
-        if self.idle == 1 and self._nothing_can_meet():
-            answer = NOTHING_LEFT
-        endless = self.scene.container.period is not None and self.time_limit == math.inf
-        answers[0] = IDLE if endless and self.idle >= IDLE_CALLS else answer
+        if self.idle == 1:
+            self.proof = self._parts_of_proof()
+        return int(answer)
 
     def _predict_anew(self, repeat: int) -> None:
         self._renew_margin(float(self.state.sums[ks.NOW]))
         self._fill()
 
-    def _nothing_can_meet(self) -> bool:
-        """Whether it is certain that no ball meets another, or the wall of a free container."""
+    def _parts_of_proof(self) -> Iterator[bool]:
+        """Parts of the proof that no ball meets another, or the wall of a free container.
+
+        It is certain if all of them hold.
+        """
         state, number = self.state, self.scene.number
         container = self.scene.container
         velocities, period = state.balls[[ks.U, ks.V]], container.period
         between_walls = ~np.array(container.periodic)
         if container.keeps_drift() and np.any(velocities[between_walls]):
-            return False
+            yield False
+            return
         if self.scene.free:
             velocities = np.column_stack([velocities, state.boundary.motion[[ks.U, ks.V]]])
         # Of the least speeds the square is zero, and predictions find no contact.
         if not np.any(np.ptp(velocities, axis=1) ** 2):
-            return period is not None or self.scene.free
+            yield period is not None or self.scene.free
+            return
         if period is None or number > MOST_PROVEN:
-            return False
+            yield False
+            return
         balls, radii = state.balls[: ks.BALL_ROWS].T.tolist(), self.scene.radii
         # In a channel no ball moves across by now, and no image across is nearer than the ball.
-        return all(
-            never_meet(balls[i], balls[k], radii[i] + radii[k], container.size)
-            for i, k in combinations(range(number), 2)
-        )
+        pairs = combinations(range(number), 2)
+        while part := list(islice(pairs, PAIRS_AT_ONCE)):
+            yield all(
+                never_meet(balls[i], balls[k], radii[i] + radii[k], container.size) for i, k in part
+            )
 
     def _fill(self, capacity: int | None = None) -> None:
         """Put the balls into cells, perhaps of another capacity, and predict everything."""

@@ -22,7 +22,7 @@ from snooker_cli.config import Point
 from snooker_cli.errors import FigureError, UserError, install_advice
 from snooker_cli.figures import FigureData
 from snooker_cli.figures.drawing import save
-from snooker_cli.files import atomic_write, own_folder, write_text
+from snooker_cli.files import atomic_write, unlinked, write_text
 from snooker_cli.formatting import (
     counted,
     listed,
@@ -212,7 +212,7 @@ class Pages(AbstractContextManager["Pages"]):
     def __init__(self, out: Path) -> None:
         require_libraries()
         out.mkdir(parents=True, exist_ok=True)
-        own_folder(out / "figures")
+        unlinked(out / "figures")
         self.out, self.players = out, list[str]()
         self.figures: dict[str, dict[str, str]] = {}
         self.other = Processes(1)

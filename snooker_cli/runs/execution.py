@@ -53,6 +53,8 @@ PROGRESS_INTERVAL = 1.0  # seconds after which another process reports again how
 LEAST_FOR_PROCESS = 6  # batches of short repeats for each process; its start takes a second
 MOST_PROCESSES = 61  # that Windows can wait for
 
+SAFE_PATH = "PYTHONSAFEPATH"  # in the environment of a process that begins, as its option -P
+
 Result = TypeVar("Result")
 
 _log = logging.getLogger(__name__)
@@ -202,6 +204,23 @@ def using_shared_memory() -> Iterator[None]:
         ) from None
 
 
+@contextmanager
+def safe_path() -> Iterator[None]:
+    """Inside, Python begins processes without the current folder on their path.
+
+    Anyone may have put a module there, such as ``multiprocessing.py``, with which they begin.
+    """
+    before = os.environ.get(SAFE_PATH)
+    os.environ[SAFE_PATH] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[SAFE_PATH]
+        else:
+            os.environ[SAFE_PATH] = before
+
+
 class Processes(ProcessPoolExecutor):
     """Processes that leave signals to this one, and end with it.
 
@@ -215,8 +234,13 @@ class Processes(ProcessPoolExecutor):
     ) -> None:
         context = get_context("spawn")
         lifeline, self._lifeline = context.Pipe(duplex=False)
-        with using_shared_memory():
+        with using_shared_memory(), safe_path():
             super().__init__(workers, context, _begin_process, (lifeline, begin, arguments))
+
+    def submit(self, *call: Any, **named: Any) -> Future[Any]:
+        """As of any executor; the first call begins the processes."""
+        with safe_path():
+            return super().submit(*call, **named)
 
     def kill(self) -> None:
         """End all processes now. After one has died, others may wait for its locks for ever."""
@@ -247,7 +271,7 @@ class ProcessExecutor(Executor):
 
     def __init__(self, workers: int, job: Job, cancelled: threading.Event) -> None:
         context = get_context("spawn")
-        with using_shared_memory():
+        with using_shared_memory(), safe_path():
             self._stopped, self._reached = context.Event(), context.SimpleQueue()
         pool = Processes(workers, _take_job, job, self._stopped, self._reached)
         super().__init__(pool, 2 * workers, cancelled)

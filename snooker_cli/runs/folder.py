@@ -6,12 +6,12 @@ import os
 import sys
 import time
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from itertools import chain, count
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from snooker_cli import store
 from snooker_cli.config import (
@@ -21,20 +21,20 @@ from snooker_cli.config import (
     Point,
     digest,
     extends,
-    points,
-    validated,
     with_values,
 )
-from snooker_cli.errors import DeniedError, RunError, SnookerError, StoreError, error_text
+from snooker_cli.errors import DeniedError, RunError, SnookerError, StoreError
 from snooker_cli.files import (
     append_text,
     discard,
+    new_folder,
     own_folder,
     read_text,
     unfinished,
     write_json,
 )
-from snooker_cli.formatting import counted, listed, plain, printable
+from snooker_cli.formatting import counted, listed
+from snooker_cli.runs import manifest
 from snooker_cli.runs.run import ANALYSIS, FIGURES, MANIFEST, RepeatState, Run, point_and_repeats
 
 if sys.platform != "win32":
@@ -73,7 +73,7 @@ def create(run: Run, *, fresh: bool = False) -> str:
             discard(run.directory / FAILURES)
             discard(run.directory / ANALYSIS)
         if fresh or not holds_manifest(run):
-            write_json(run.directory / MANIFEST, plain(run.manifest()))
+            write_json(run.directory / MANIFEST, manifest.content(run))
     return change
 
 
@@ -156,7 +156,7 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
 def continued(run: SomeRun) -> SomeRun:
     """The run, with the numbers that its points have in its folder.
 
-    A point keeps its number while the sweep changes around it; new ones have higher numbers. So
+    A point keeps its number while the sweep changes around it; new ones have unused numbers. So
     repeats stay where they are. Those that the sweep no longer lists are ``former``. A folder
     without a run, or with one that cannot be read, changes nothing: `planned_change` says why.
     """
@@ -179,10 +179,11 @@ def continued(run: SomeRun) -> SomeRun:
             if place not in numbers:
                 alike = same.get(digest(point.experiment, without=without))
                 numbers |= {place: alike.popleft()} if alike else {}
-    following = count(max(point.index for point in before) + 1)
+    used = {point.index for point in before}
+    unused = (number for number in count() if number not in used)
     for place in range(len(run.points)):
         if place not in numbers:
-            numbers[place] = next(following)
+            numbers[place] = next(unused)
     numbered = tuple(replace(point, index=numbers[k]) for k, point in enumerate(run.points))
     kept = set(numbers.values())
     former = tuple(point for point in before if point.index not in kept)
@@ -256,7 +257,10 @@ def open_run(name: str | Path) -> Run:
 
     Raises ``RunError`` if there is none, and ``StoreError`` if its manifest cannot be read.
     """
-    directory = next(filter(_is_run, (Path(name), RUNS / name)), None)
+    try:
+        directory = next(filter(_is_run, (Path(name), RUNS / name)), None)
+    except OSError as error:  # such as for a name of more than 255 bytes
+        raise RunError(f"{name}: {error.strerror}", "check the name and its permissions") from None
     if directory is None and Path(name).is_file():
         raise RunError(f"{name}: is a file, not a run's folder", "give a folder of `snooker run`")
     if directory is None:
@@ -273,46 +277,7 @@ def open_run(name: str | Path) -> Run:
             advice = f"run its config again with --out {lost}, which keeps the repeats"
             raise RunError(f"{lost}: {LOST}", advice)
         raise RunError(f"{name}: there is no run here (no {MANIFEST})", advice)
-    manifest = directory / MANIFEST
-    try:
-        content = json.loads(read_text(manifest))
-        experiment = validated(content["experiment"])
-        version, engine_version = content["schema_version"], content["engine_version"]
-        if {type(version), type(engine_version)} != {int}:
-            raise ValueError("one of its versions is no whole number")
-        rows, grid = content["points"], points(experiment)
-        if len(rows) != len(grid):
-            raise ValueError("its points are not those of its experiment")
-        numbered = zip(grid, rows, strict=True)
-        listed_points = tuple(replace(point, index=row["index"]) for point, row in numbered)
-        former = tuple(map(_former, content.get("former", ())))
-        run = Run(directory, experiment, listed_points, engine_version, former)
-        numbers = [point.index for point in (*listed_points, *former)]
-        if len({n for n in numbers if type(n) is int and n >= 0}) < len(numbers):
-            raise ValueError("two of its points have one number")
-        if [row["digest"] for row in rows] != list(run.digests.values()):
-            raise ValueError("its points are not those of its experiment")
-    except PermissionError:
-        raise DeniedError(manifest) from None
-    except Exception as error:
-        raise StoreError(
-            manifest,
-            f"cannot be read ({printable(error_text(error))})",
-            "put a copy of it back, or run the config with --fresh, which replaces the results",
-        ) from None
-    if version != store.SCHEMA_VERSION:
-        raise RunError(
-            f"{directory}: its files have version {version} of the schema, and this snooker reads "
-            f"version {store.SCHEMA_VERSION}",
-            "run its config with --fresh, which replaces the results, or with --out",
-            code="other_schema",
-        )
-    return run
-
-
-def _former(row: Mapping[str, Any]) -> Point:
-    """A point of a manifest that the sweep no longer lists."""
-    return Point(row["index"], tuple(row["parameters"].items()), validated(row["experiment"]))
+    return manifest.read(directory)
 
 
 def runs_in(directory: Path) -> list[Path]:
@@ -370,8 +335,8 @@ def locked_for_part(run: Run) -> Iterator[None]:
 def holds_manifest(run: Run) -> bool:
     """Whether the folder has this run's manifest, in any file."""
     with suppress(Exception):
-        manifest = json.loads(read_text(run.directory / MANIFEST))
-        return bool(manifest == plain(run.manifest()))
+        stored = json.loads(read_text(run.directory / MANIFEST))
+        return bool(stored == manifest.content(run))
     return False
 
 
@@ -406,14 +371,15 @@ def locked(directory: Path, shared: bool = False) -> Iterator[None]:
     Raises ``RunError`` if another process has the lock or the folder cannot be made. Runs on two
     machines may share a folder: each writes its own temporary files, and the last file is kept.
     """
-    with writing(directory):
-        directory.mkdir(parents=True, exist_ok=True)
-    if sys.platform == "win32":  # which cannot lock folders
-        yield
-        return
-    with writing(directory):
-        descriptor = os.open(directory, os.O_RDONLY)
-    try:
+    with ExitStack() as exits:
+        with writing(directory):
+            exits.enter_context(new_folder(directory))
+        if sys.platform == "win32":  # which cannot lock folders
+            yield
+            return
+        with writing(directory):
+            descriptor = os.open(directory, os.O_RDONLY)
+        exits.callback(os.close, descriptor)
         for wait in LOCK_WAITS:
             time.sleep(wait)
             taken = _lock(descriptor, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
@@ -432,8 +398,6 @@ def locked(directory: Path, shared: bool = False) -> Iterator[None]:
                     for part in unfinished(folder):
                         part.unlink(missing_ok=True)
         yield
-    finally:
-        os.close(descriptor)
 
 
 def is_locked(directory: Path) -> bool:

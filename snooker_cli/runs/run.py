@@ -11,10 +11,10 @@ from enum import StrEnum
 from functools import cached_property, partial
 from itertools import chain, groupby
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from snooker_cli import store
-from snooker_cli.config import Experiment, Point, digest, extends, to_json, validated
+from snooker_cli.config import Experiment, Point, digest, extends, validated
 from snooker_cli.engine import ENGINE_VERSION, stands_still
 from snooker_cli.errors import AbsentError, RunError, StoreError, UserError
 from snooker_cli.files import discard, read_text
@@ -120,30 +120,6 @@ class Run:
         """A sentence if several points have the same random numbers; else none."""
         note = "all points have the same random starts (common_random); compare repeat by repeat"
         return [note] if self.experiment.common_random and len(self.points) > 1 else []
-
-    def manifest(self) -> dict[str, Any]:
-        """The content of ``run.json``: the experiment and what identifies its points."""
-        former = [
-            {
-                "index": point.index,
-                "parameters": point.as_json(),
-                "experiment": json.loads(to_json(point.experiment)),
-            }
-            for point in self.former
-        ]
-        return {
-            "schema_version": store.SCHEMA_VERSION,
-            "engine_version": self.engine_version,
-            "experiment": json.loads(to_json(self.experiment)),
-            "points": [
-                {
-                    "index": point.index,
-                    "parameters": point.as_json(),
-                    "digest": self.digests[point.index],
-                }
-                for point in self.points
-            ],
-        } | ({"former": former} if former else {})
 
     # The files of batches.
 

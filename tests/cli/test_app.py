@@ -17,6 +17,7 @@ from snooker_cli.api import Run
 from snooker_cli.cli import main
 from snooker_cli.cli.app import COMMANDS, HIDDEN, loaded
 from snooker_cli.config import parse
+from snooker_cli.signals import end_interrupted, handling
 
 HEAVY = {"numba", "numpy", "scipy", "matplotlib", "h5py", "pydantic", "yaml", "jinja2", "typst"}
 NUMBERS = ("0", "-1", "1" + 40 * "0", "nan", "inf")
@@ -72,7 +73,7 @@ def test_commands_print_plain_words_for_what_an_encoding_lacks(
         for name, stream in zip(("stdout", "stderr"), streams, strict=True):
             monkeypatch.setattr(sys, name, io.TextIOWrapper(stream, encoding))
         monkeypatch.setattr(sys, "argv", ["snooker", *command.split()])
-        with pytest.raises(SystemExit) as end:
+        with handling(end_interrupted), pytest.raises(SystemExit) as end:
             main()
         sys.stdout.flush()
         sys.stderr.flush()

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
+import re
+import shutil
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +21,9 @@ from repeating import done, made, stopped
 from snooker_cli import runs, store
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.files import temporary_path, write_json
+from snooker_cli.runs import Run
 from snooker_cli.runs.folder import record_failure
+from snooker_cli.runs.status import run_status
 from snooker_cli.runs.verification import verify
 from snooker_cli.trace import StopReason
 
@@ -34,6 +40,52 @@ def shown(snooker: Snooker) -> dict[str, Any]:
     ended = snooker("show", "small", "--json")
     assert (ended.code, ended.err) == (0, "")
     return dict(json.loads(ended.out))
+
+
+def test_one_bad_run_hides_no_other(
+    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever is wrong with it: its manifest, or what the system or this program does with it."""
+    broken = finished.with_name("broken")
+    copied = Path(shutil.copytree(finished, broken)) / runs.MANIFEST
+    manifest = json.loads(copied.read_text())
+
+    def errors() -> list[str]:
+        ended = snooker("ls")
+        assert ended.code == 0
+        assert [line.split()[0] for line in ended.out.splitlines()] == ["run", "small"]
+        return ended.err.splitlines()
+
+    manifest["points"][0]["index"] = 10**300
+    write_json(copied, manifest)
+    (line,) = errors()
+    assert line.startswith("snooker: runs/broken/run.json: cannot be read (points[0].index: 1000")
+    shutil.copy(finished / runs.MANIFEST, copied)
+    for error in (OSError(errno.EIO, "broken", "runs/broken"), KeyError("lost")):
+
+        def read(run: Run, *_: object, error: Exception = error) -> dict[str, Any]:
+            if run.directory == Path("runs", "broken"):
+                raise error
+            return run_status(run)
+
+        monkeypatch.setattr("snooker_cli.api.verdicts.run_status", read)
+        (line,) = errors()
+        assert "broken" in line or "lost" in line
+
+
+@pytest.mark.skipif(not hasattr(time, "tzset"), reason="there are no time zones by name")
+def test_a_time_zone_that_is_none_is_no_error(
+    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python knows none that is a day or more from UTC."""
+    with monkeypatch.context() as patched:
+        patched.setenv("TZ", "UTC+99")
+        time.tzset()
+        for command in (["ls"], ["show", "small"]):
+            ended = snooker(*command)
+            assert ended.code == 0
+            assert re.search(r"\d{4}-\d\d-\d\d \d\d:\d\d UTC", ended.out)
+    time.tzset()
 
 
 def test_each_repeat_is_in_one_column(separate: Path, snooker: Snooker) -> None:

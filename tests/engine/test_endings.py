@@ -170,6 +170,28 @@ def test_balls_that_pass_by_for_ever():
     assert len(simulate(scene_of(balls, **CONTAINERS["periodic"]), collisions=3).events) == 3
 
 
+def test_a_proof_that_nothing_meets_can_be_stopped(monkeypatch):
+    """Of 41 balls in lanes, 820 pairs are looked at: at most 100 until the user is asked."""
+    lanes = [(0.0, 4.0 * k, 3.0 + 0.1 * k, 0.0, 1.0, 1.0) for k in range(-20, 21)]
+    scene = scene_of(lanes, container=PeriodicBox(200.0, 200.0))
+    looked_at, at_once = [], []
+
+    def counted(*pair):
+        looked_at.append(pair)
+        return contact.never_meet(*pair)
+
+    def watch(*_):
+        at_once.append(len(looked_at) - sum(at_once))
+
+    monkeypatch.setattr(simulation, "PAIRS_AT_ONCE", 100)
+    monkeypatch.setattr(simulation, "never_meet", counted)
+    trace = simulate(scene, collisions=10, watch=watch)
+    assert trace.stop.reason is StopReason.NOTHING_LEFT
+    assert (max(at_once), sum(at_once)) == (100, 41 * 40 // 2)
+    stopped = simulate(scene, collisions=10, watch=lambda *_: True)
+    assert stopped.stop.reason is StopReason.INTERRUPTED
+
+
 def test_two_balls_without_rebound_stop():
     """Each collision leaves the motion along the contact, until its square would be no double."""
     config = "container: {shape: periodic, packing: 0.02}\ncor: 0\ncollisions: 500\nseed: 2\n"

@@ -17,6 +17,7 @@ from typing import Any
 
 import pytest
 from command_line import Snooker
+from hostile import plant_modules
 from repeating import StopsAtOnce, bytes_of, contents, done, made
 
 from snooker_cli import runs, store
@@ -80,6 +81,14 @@ def executor(scheduler: distributed.LocalCluster, client: distributed.Client) ->
     client.wait_for_workers(2, timeout=60)
     client.run(compile_first)
     return f"dask={scheduler.scheduler_address}"
+
+
+def test_no_module_of_the_current_folder_is_run(executor: str, here: Path) -> None:
+    plant_modules(here)
+    command = [sys.executable, "-m", "snooker_cli", "run", "small.yaml", "--executor", executor]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "of the current folder" not in done.stderr
 
 
 # The same bits

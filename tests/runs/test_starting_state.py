@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -118,6 +119,17 @@ def test_smooth_balls_do_not_start_from_a_state_with_spins(here: Path, snooker: 
     advice = "the balls of this state spin; give tangential_cor (-1 to 1) too"
     assert (ended.code, ended.err) == (3, f"snooker: again.yaml:1:1: start: {advice}\n")
     assert snooker("run", "again.yaml", "-o", "tangential_cor=-1").code == 0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it takes longer names")
+def test_a_name_that_no_file_can_have_is_an_error_of_the_config(
+    here: Path, snooker: Snooker
+) -> None:
+    name = 900 * "a"
+    Path("long.yaml").write_text(f"cor: 0.9\nstart: {{run: {name}}}\ncollisions: 9\n")
+    ended = snooker("validate", "long.yaml")
+    reason = f"start.run: {name}: File name too long; check the name and its permissions"
+    assert (ended.code, ended.err) == (3, f"snooker: long.yaml:2:14: {reason}\n")
 
 
 def test_a_run_that_has_begun_does_not_need_its_source(here: Path, snooker: Snooker) -> None:
