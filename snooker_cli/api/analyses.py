@@ -162,14 +162,15 @@ class Analyses(runs.Run):
         where: Mapping[str, Any],
     ) -> Records:
         """An analysis of the points with some values, and of quantities and models by name."""
-        from snooker_cli.figures.captions import unfinished
+        from snooker_cli.figures.captions import unfinished, unlisted
         from snooker_cli.figures.selection import Selection
 
         points = self.matching(**where)
+        others = [f"T{text[1:]}." for text in [unlisted(self)] if text]
         records = Records(
             *analysis,
             points=len(points),
-            footer=() if where else footer,
+            footer=() if where else (*footer, *others),
             unfinished=unfinished(self, Selection(_alternatives(where))),
             warning=early_warning(self, points),
         )

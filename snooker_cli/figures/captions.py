@@ -423,6 +423,7 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
     sentences = [
         f"{scene}: {early or ('complete' if single else 'all complete')}.",
         f"T{missing[1:]}." if (missing := unfinished(run, selection)) else "",
+        f"T{others[1:]}." if (others := unlisted(run)) and not selection.where else "",
     ]
     return " ".join(filter(None, sentences))
 
@@ -449,7 +450,17 @@ def unfinished(run: Run, selection: Selection) -> str:
     points = matching(run, selection)
     single = selection.repeat is not None
     wanted = sum(1 if single else run.requested(point) for point in points)
-    there = sum(len(statuses(run, point, selection)) for point in points)
+    numbers = [len(statuses(run, point, selection)) for point in points]
+    there, begun = sum(numbers), len(points) - numbers.count(0)
     if there == wanted:
         return ""
-    return f"the run is unfinished: {there} of {wanted} repeats are there"
+    of_points = f", of {begun} of {len(points)} points" if begun < len(points) else ""
+    return f"the run is unfinished: {there} of {wanted} repeats are there{of_points}"
+
+
+def unlisted(run: Run) -> str:
+    """How many of the points in a run's folder its sweep lists; empty if it lists all of them."""
+    listed = len(run.points)
+    if not run.unlisted:
+        return ""
+    return f"the sweep lists {listed} of the {listed + run.unlisted} points that are stored"

@@ -95,6 +95,11 @@ class Run:
         """The folder's name."""
         return self.directory.name
 
+    @property
+    def unlisted(self) -> int:
+        """How many points are stored that the sweep no longer lists."""
+        return len(self.former)
+
     @cached_property
     def by_number(self) -> dict[int, Point]:
         """The points by their numbers, which also name their folders."""
