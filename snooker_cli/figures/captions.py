@@ -1,7 +1,7 @@
 """``FigureBuilder`` collects the layers, numbers and caption of a figure of several points."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
@@ -176,7 +176,7 @@ class FigureBuilder:
 
     def label(self, point: Point, points: Sequence[Point] | None = None) -> str | None:
         """A point's text in the legend: the keys that vary; ``None`` if it is alone."""
-        return ", ".join(described(point, key) for key in of_label(points or self.points)) or None
+        return _joined(point, of_label(points or self.points)) or None
 
     def record(self, point: Point, **numbers: Any) -> None:
         """Add the numbers of a point; a pair is a value and its error."""
@@ -228,7 +228,7 @@ class FigureBuilder:
         """The title, with the swept keys that have one value here."""
         shown = varying(self.points)
         fixed = [key for key in varying(self.run.points) if key not in shown]
-        where = ", ".join(described(self.points[0], key) for key in fixed)
+        where = _joined(self.points[0], fixed)
         return f"{self.fields['title']}: {where}" if where else self.fields["title"]
 
     def add_course(
@@ -358,6 +358,11 @@ class FigureBuilder:
             },
             **{**self.fields, "title": self.title, **others},
         )
+
+
+def _joined(point: Point, keys: Iterable[str]) -> str:
+    """A point's values of keys in words, but for keys that it does not have."""
+    return ", ".join(filter(None, (described(point, key) for key in keys)))
 
 
 def _owner(layer: Layer) -> int:

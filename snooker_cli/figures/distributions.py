@@ -156,6 +156,8 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         scene = build.start(point)
         diameter = 2 * float(np.mean(scene.radii))
         edges = structure.distance_edges(scene)
+        if edges[-1] <= diameter:
+            raise FigureError("the balls have hardly more room than they need; use a larger one")
         wanted = MOST_STATES if gas(point) != "cooling" else 1
         parts = _second_half(build, point, wanted, MOST_BALLS, each=OF_A_STATE)
         g = partial(structure.pair_correlation, edges=edges)
@@ -166,7 +168,9 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             build.record(point, contact=None, theory=None)
             continue
         first = int(np.argmin(np.abs(edges - diameter)))
-        contact = mean_and_error(rows[:, first : first + 2] @ (1.5, -0.5))
+        beside, contact = rows[:, first : first + 2], None
+        if beside.shape[1] == 2:  # on a straight line through two bins
+            contact = mean_and_error(beside @ (1.5, -0.5))
         expected = None
         if elastic(point):
             expected = theory.contact_value(state.bulk_packing)

@@ -48,7 +48,7 @@ def file_stem(name: str, selection: Selection) -> str:
         values = value if isinstance(value, tuple) else (value,)
         parts += [
             *([key] if key != RUN else []),
-            *("null" if item is None else value_text(item) for item in values),
+            *map(value_text, values),
         ]
     if selection.repeat is not None:
         parts += ["repeat", str(selection.repeat)]
@@ -209,12 +209,21 @@ def ranks(points: Sequence[Point]) -> tuple[float, ...]:
     return ()
 
 
+def swept_numbers(points: Sequence[Point]) -> list[str]:
+    """The swept keys whose values here are numbers, two or more of each."""
+    return [
+        key
+        for key in varying(points)
+        if all(isinstance(value, int | float) for value in distinct(points, key))
+    ]
+
+
 def swept_number(points: Sequence[Point]) -> str:
-    """The first swept key whose values here are numbers. Raises ``FigureError``."""
-    for key in varying(points):
-        if all(isinstance(value, int | float) for value in distinct(points, key)):
-            return key
-    raise FigureError("it needs points at two or more values of a number; sweep a key")
+    """The first of `swept_numbers`. Raises ``FigureError``."""
+    keys = swept_numbers(points)
+    if not keys:
+        raise FigureError("it needs points at two or more values of a number; sweep a key")
+    return keys[0]
 
 
 def shades_of_runs(points: Sequence[Point]) -> tuple[tuple[float, ...], tuple[int, ...]]:
@@ -237,8 +246,8 @@ def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[li
     Runs side by side have lists of their own, if ``xs`` vary in a run. Other keys have their middle
     value. Raises ``FigureError`` if each of ``xs`` has one value only.
     """
-    keys = varying(points)
-    x = next((key for key in xs if key in keys), None)
+    keys, numbers = varying(points), swept_numbers(points)
+    x = next((key for key in xs if key in numbers), None)
     if x is None:
         raise FigureError(
             f"it needs points at two or more values of {' or '.join(xs)}; sweep that key"
@@ -316,11 +325,17 @@ _ABSENT = {"wall_cor": "wall as balls", "container.mass": "fixed wall"}
 
 
 def described(point: Point, key: str) -> str:
-    """A key and its value in words: ``CoR 0.8``, ``r = 0.1 m``."""
+    """A key and its value in words: ``CoR 0.8``, ``r = 0.1 m``.
+
+    Empty for a key that one of the runs side by side does not have.
+    """
+    value = value_at(point, key)
     if key == RUN:
-        return str(value_at(point, key))
-    if key in _ABSENT and value_at(point, key) in (None, math.inf):
+        return str(value)
+    if key in _ABSENT and value in (None, math.inf):
         return _ABSENT[key]
+    if value is None:
+        return "" if RUN in dict(point.parameters) else f"{key} {value_text(value)}"
     return _words(key).format(_shown(point, key))
 
 

@@ -26,7 +26,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import gas, value_at, varying
+from snooker_cli.figures.selection import gas, swept_numbers, value_at
 from snooker_cli.formatting import counted
 from snooker_cli.laws import Law, Sides, Thermal
 from snooker_cli.scene import Scene
@@ -92,7 +92,8 @@ class _Steady:
 
 def stationary(build: FigureBuilder) -> FigureData:
     """Temperature against a swept key, a series for each CoR, with the balance of energy."""
-    key = varying(build.groups[0])[0]
+    numbers = swept_numbers(build.groups[0])  # of runs side by side not their names
+    key = next(key for key in AXES if key in numbers)
     names, steady = [group[0] for group in build.groups], _Steady(build)
     for index, group in enumerate(build.groups):
         rows, expected = [], []

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import ADRIFT, layers, made, shown, traces
+from figure_runs import ADRIFT, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
@@ -131,6 +131,25 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: Run) -> None:
     (band, _) = layers(found, Band)
     assert f"Lines: means over the repeats; bands: {MEAN_SPREAD}." in found.caption
     np.testing.assert_allclose((band.low + band.high) / 2, line.y, atol=1e-12)
+
+
+def test_g_of_two_balls_with_little_room(tmp_path: Path) -> None:
+    """There is one wide bin, which gives no contact value, or none beyond contact."""
+    text = """\
+container: {shape: box, width: 10}
+balls:
+  list:
+    - {position: [-2.5, 0], velocity: [1, 0.2], radius: 1}
+    - {position: [2.5, 0], velocity: [0, 1], radius: 1}
+cor: 1.0
+collisions: 30
+"""
+    narrow = made(tmp_path / "narrow", text=text)
+    assert shown(narrow, "pair-correlation").numbers["points"][0]["contact"] is None
+    full = made(
+        tmp_path / "full", "balls.list[0].radius=2.4", "balls.list[1].radius=2.49", text=text
+    )
+    assert "hardly more room" in why_not(full, "pair-correlation")
 
 
 def test_distances_of_many_balls_are_those_of_a_choice(
