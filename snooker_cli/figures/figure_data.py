@@ -228,8 +228,21 @@ def places(first: float, last: float, number: int) -> Array:
     return np.union1d(even, np.geomspace(last / DECADES, last, number // 2))
 
 
+def lasting(curves: Sequence[Course]) -> list[Course]:
+    """The curves of the repeats that last at least half as long as the median of all."""
+    ends = np.array([time[-1] for time, _ in curves])
+    return [curve for curve, end in zip(curves, ends, strict=True) if end >= np.median(ends) / 2]
+
+
 def at_common_times(curves: Sequence[Course]) -> Course:
-    """Times (*t*,) from the latest start to the earliest end, and the curves there (*n*, *t*)."""
+    """Times (*t*,) from the latest start to the earliest end, and the curves there (*n*, *t*).
+
+    One curve has an even choice of its own times.
+    """
+    if len(curves) == 1:
+        time, values = curves[0]
+        kept = thinned(time)
+        return time[kept], values[np.newaxis, kept]
     first = max(float(time[0]) for time, _ in curves)
     last = min(float(time[-1]) for time, _ in curves)
     times = places(first, last, COMMON_TIMES)
