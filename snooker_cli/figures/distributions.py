@@ -326,9 +326,10 @@ def speeds(build: FigureBuilder) -> FigureData:
                 below = Line(reduced * unit, density - exact, None, NEUTRAL, "dashed")
                 panel.append(below)
     words: dict[str, Any] = {"x_label": "speed (m/s)", "y_label": "probability density (s/m)"}
+    panel_unit = " (s/m)" if in_metres else ""
     return build.figure(
         panel=tuple(panel),
-        panel_label="minus law at fixed energy" if fixed else "minus Maxwell's law",
+        panel_label=("minus law at fixed energy" if fixed else "minus Maxwell's law") + panel_unit,
         **(words if in_metres else {}),
     )
 

@@ -8,7 +8,7 @@ from decimal import Decimal
 from typing import Any, Literal, TypeAlias, TypeVar
 
 from snooker_cli import theory
-from snooker_cli.config import Point
+from snooker_cli.config import Point, unit_of
 from snooker_cli.config.models import Model
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
@@ -336,7 +336,7 @@ def described(point: Point, key: str) -> str:
         return _ABSENT[key]
     if value is None:
         return "" if RUN in dict(point.parameters) else f"{key} {value_text(value)}"
-    return _words(key).format(_shown(point, key))
+    return _words(point, key).format(_shown(point, key))
 
 
 def scale(points: Sequence[Point]) -> tuple[str, tuple[str, ...]]:
@@ -348,15 +348,15 @@ def scale(points: Sequence[Point]) -> tuple[str, tuple[str, ...]]:
     if len(keys) != 1 or not ranks(points):
         return "", ()
     (key,) = keys
-    name, unit = (part.strip(" =") for part in _words(key).split("{}"))
+    name, unit = (part.strip(" =") for part in _words(points[0], key).split("{}"))
     if name in ("", "wall at"):
         name = key.rpartition(".")[2].replace("_", " ")
     label = f"{name} ({unit})" if unit and unit != name else name
     return label, tuple(_shown(point, key) for point in points)
 
 
-def _words(key: str) -> str:
-    return _WORDS.get(key, f"{key} = {{}}")
+def _words(point: Point, key: str) -> str:
+    return _WORDS.get(key) or f"{key} = {{}} {unit_of(point.experiment, key)}".rstrip()
 
 
 def _shown(point: Point, key: str) -> str:

@@ -23,7 +23,7 @@ from snooker_cli.analysis.tables import (
     overview,
 )
 from snooker_cli.analysis.trend import trends
-from snooker_cli.config import Point
+from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
@@ -215,7 +215,8 @@ def _figure(run: Run, name: str, single: Point) -> FigureData | str:
 def _overview(points: Sequence[Point], fitted: RunAnalysis, compared: RunAnalysis) -> str:
     """What holds for a sweep: how the main result changes with the swept key, then the rest."""
     try:
-        along = trends(compared.rows, swept_number(points))
+        key = swept_number(points)
+        along = trends(compared.rows, key, unit_of(points[0].experiment, key))
     except FigureError:
         along = {}
     sentences = [

@@ -76,6 +76,7 @@ def test_distances_are_those_of_equal_steps_of_time(decaying: Run) -> None:
 
 def test_speeds_in_metres_if_elastic(warm: Run) -> None:
     found = shown(warm, "speeds", balls__radius=1.0)
+    assert found.panel_label.endswith("(s/m)")
     assert found.x_label == "speed (m/s)"
     for histogram, speed in zip(histograms(found), (5.0, 10.0, 20.0), strict=True):
         widths = np.diff(histogram.x)

@@ -7,16 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import layers, made, shown, why_not
+from figure_runs import BASE, layers, made, shown, why_not
 from matplotlib.colors import to_rgb
 
 import snooker_cli as snooker
 from snooker_cli.analysis.run_analysis import comparisons
+from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.captions import FigureBuilder, theories_once
 from snooker_cli.figures.drawing import colour
 from snooker_cli.figures.figure_data import NEUTRAL, Line, Points
+from snooker_cli.figures.selection import described, scale
 from snooker_cli.runs import Run
 from snooker_cli.runs.side_by_side import RunsSideBySide
 
@@ -95,6 +97,16 @@ def test_runs_with_other_keys_of_balls_are_drawn_together(tmp_path: Path) -> Non
     assert "values of balls.rings or balls.count" in why_not(
         RunsSideBySide.of(elastic), "pressure-number"
     )
+
+
+def test_a_swept_key_has_its_unit(tmp_path: Path) -> None:
+    """On the axis, in the caption and in legends."""
+    found = shown(made(tmp_path / "run", "balls.radius=0.5,1.0"), "swept-key")
+    assert found.x_label == "balls.radius (m)"
+    assert "at balls.radius = 0.5 m to" in found.caption
+    speeds = parse(BASE, overrides=["wall_cor=0.9", "wall_cor_speed=1.0,2.0"]).points()
+    assert described(speeds[0], "wall_cor_speed") == "wall_cor_speed = 1 m/s"
+    assert scale(speeds) == ("wall_cor_speed (m/s)", ("1", "2"))
 
 
 def test_the_steady_temperature_is_along_a_value_of_each_run(tmp_path: Path) -> None:
