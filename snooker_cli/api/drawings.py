@@ -11,8 +11,14 @@ from snooker_cli.analysis.run_analysis import shorter_note
 from snooker_cli.api.exports import times_given
 from snooker_cli.api.output_files import make_own_folder
 from snooker_cli.api.results import SavedFigure
-from snooker_cli.api.wording import LIST_FIGURES, first, in_python_words
-from snooker_cli.errors import FigureError, UserError, check_name
+from snooker_cli.api.wording import LIST_FIGURES, TIMES_NEEDED, first, in_python_words
+from snooker_cli.errors import (
+    ArgumentError,
+    ArgumentTypeError,
+    FigureError,
+    UserError,
+    check_name,
+)
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import unfinished
 from snooker_cli.figures.figure_data import with_logarithmic_axes
@@ -82,7 +88,7 @@ def save_figures(
     """What ``Run.save_figures`` does."""
     check_names(names)
     if not set(formats) <= set(FORMATS):
-        raise UserError(
+        raise ArgumentError(
             f"--format {','.join(formats)}: give svg, png or pdf, or several with commas"
         )
     how = formats, _inches(size, dpi), dpi
@@ -124,10 +130,13 @@ def of_states(
         if given and SNAPSHOT not in names:
             raise UserError(f"{option} is for the figure {SNAPSHOT}; name it, or leave this out")
     if colour not in COLOURS:
-        raise UserError(f"--colour {colour}: give {' or '.join(COLOURS)}")
+        raise ArgumentError(f"--colour {colour}: give {' or '.join(COLOURS)}")
     if isinstance(times, str):
         times = times_given(times, "--time").tolist()
-    return tuple(map(float, times)), colour
+    try:
+        return tuple(map(float, times)), colour
+    except (TypeError, ValueError):
+        raise ArgumentTypeError(f"--time: {TIMES_NEEDED}") from None
 
 
 def _with_progress(
@@ -228,7 +237,11 @@ def _inches(size: str | Sequence[float] | None, dpi: int | None) -> tuple[float,
     match = re.fullmatch(r"(\d*\.?\d+)x(\d*\.?\d+)", text)
     sides = (float(match[1]), float(match[2])) if match else None
     if sides is None or not all(1.5 <= side <= 50 for side in sides):
-        raise UserError(f"--size {text}: give width and height from 1.5 to 50 inches, as in 6x4")
+        raise ArgumentError(
+            f"--size {text}: give width and height from 1.5 to 50 inches, as in 6x4"
+        )
     if dpi and max(sides) * dpi > MOST_PIXELS:
-        raise UserError(f"--size {text} --dpi {dpi}: give at most {MOST_PIXELS:,} pixels a side")
+        raise ArgumentError(
+            f"--size {text} --dpi {dpi}: give at most {MOST_PIXELS:,} pixels a side"
+        )
     return sides

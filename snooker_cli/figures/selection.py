@@ -1,5 +1,6 @@
 """A run and a selection -> points, their repeats, and words for them."""
 
+import difflib
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -10,8 +11,9 @@ from typing import Any, Literal, TypeAlias, TypeVar
 from snooker_cli import theory
 from snooker_cli.config import Point, unit_of
 from snooker_cli.config.models import Model
+from snooker_cli.config.points import single_values
 from snooker_cli.containers import SHAPES
-from snooker_cli.errors import FigureError
+from snooker_cli.errors import FigureError, KeyAbsentError
 from snooker_cli.formatting import listed, short, value_text
 from snooker_cli.runs import RepeatState, RepeatStatus, Run
 from snooker_cli.runs.run import point_and_repeats
@@ -131,16 +133,18 @@ def _known_value(wanted: Any, known: Sequence[Any]) -> Any:
 
 
 def value_at(point: Point, key: str) -> Any:
-    """A point's value of a key such as ``balls.radius``. Raises ``FigureError``."""
+    """A point's value of a key such as ``balls.radius``. Raises ``KeyAbsentError``."""
     parameters = dict(point.parameters)
     if key in parameters:
         return parameters[key]
     value: Any = point.experiment
     for name in key.split("."):
         if name not in getattr(type(value), "model_fields", ()):
+            keys = [*parameters, *single_values(point.experiment)]
             longer = [swept for swept in parameters if swept.endswith(f".{key}")]
-            advice = f"did you mean {longer[0]}?" if longer else "name one that its config has"
-            raise FigureError(f"the experiment has no key {key}; {advice}")
+            meant = longer or difflib.get_close_matches(key, keys, n=1)
+            advice = f"did you mean {meant[0]}?" if meant else "name one that its config has"
+            raise KeyAbsentError(key, keys, advice)
         value = getattr(value, name)
     return value
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from snooker_cli import store
 from snooker_cli.config import Experiment, Point, digest, extends, to_json, validated
 from snooker_cli.engine import ENGINE_VERSION, stands_still
-from snooker_cli.errors import AbsentError, RunError, StoreError, UserError
+from snooker_cli.errors import AbsentError, PlaceError, RunError, StoreError
 from snooker_cli.files import discard, read_text
 from snooker_cli.formatting import point_label, printable, spans
 from snooker_cli.memory import MEMORY
@@ -176,14 +176,14 @@ class Run:
         return f"point {place:,} of {len(self.points):,}"
 
     def chosen(self, point: int | None, repeat: int) -> Point:
-        """The point with a number, or the first. Raises ``UserError`` if one does not exist."""
+        """The point with a number, or the first. Raises ``PlaceError`` if one does not exist."""
         point = self.points[0].index if point is None else point
         chosen = self.by_number.get(point, self.points[0])
         given = ("point", point, self.by_number), ("repeat", repeat, range(self.requested(chosen)))
         for noun, number, numbers in given:
             if number not in numbers:
                 existing = f"{self.name} has {noun}s {spans(numbers)}"
-                raise UserError(f"there is no {noun} {number}: {existing}")
+                raise PlaceError(f"there is no {noun} {number}: {existing}")
         return chosen
 
     def present(self, point: Point) -> list[int]:
