@@ -219,7 +219,7 @@ def _of_points(rows: Sequence[Mapping[str, Any]]) -> list[str]:
         key for key, value in parameters[0].items() if any(p[key] != value for p in parameters)
     ]
     headings = ["point"]
-    columns = [[point_label({key: values[key] for key in varying}) for values in parameters]]
+    columns = [[_row_label(row, varying) for row in rows]]
     for name in [name for name in rows[0] if isinstance(rows[0][name], float)]:
         cells = [with_error(row.get(name), row.get(f"{name}_error")) for row in rows]
         if not name.endswith("_error") and (name not in GIVEN or len(set(cells)) > 1):
@@ -227,6 +227,14 @@ def _of_points(rows: Sequence[Mapping[str, Any]]) -> list[str]:
             columns.append(cells)
     lines = text_table(headings, [*zip(*columns, strict=True)])
     return first(lines, noun=" points in the JSON file", rest="")
+
+
+def _row_label(row: Mapping[str, Any], keys: Sequence[str]) -> str:
+    """The point of a row by these keys, and its species if it is of one."""
+    species, parameters = row.get("species"), {key: row["parameters"][key] for key in keys}
+    if not isinstance(species, str):
+        return point_label(parameters)
+    return f"{point_label(parameters)}, {species}" if parameters else species
 
 
 def _inches(size: str | Sequence[float] | None, dpi: int | None) -> tuple[float, float] | None:

@@ -273,10 +273,10 @@ class FigureBuilder:
         if len(rows) > 1:
             self.bands.append(Band(x, mean - error, mean + error, None, index))
 
-    def add_points(self, index: int, point: Point, x: Array, rows: Array) -> None:
-        """Add markers at the mean of rows (*n*, *x*) of a point's repeats, with standard errors."""
-        name, errors = self.label(point) or "simulation", standard_errors(rows)
-        self.lines.append(Points(x, rows.mean(axis=0), errors, name, index))
+    def add_points(self, index: int, label: str | None, x: Array, rows: Array) -> None:
+        """Add markers at the mean of rows (*n*, *x*) of the repeats, with standard errors."""
+        mean, errors = rows.mean(axis=0), standard_errors(rows)
+        self.lines.append(Points(x, mean, errors, label or "simulation", index))
 
     def add_residuals(self, index: int, x: Array, y: Array, error: Array, theory: Array) -> None:
         """Add markers to the panel below: (y − theory)/theory in %, where both are known."""
