@@ -105,7 +105,8 @@ class Pictures:
     label : what the colours show, with its unit
     limits : the values of the first and the last colour
     names : of the values 0, 1, 2 … if they are no scale
-    high_is_dark : whether the colours are darkest at the highest value, as of a density
+    high_is_dark : whether the colours are darkest at the highest value, as of a density; below the
+        lowest one is white, as space without balls
     """
 
     each: tuple[Picture, ...]
