@@ -198,21 +198,21 @@ def _table(figure: FigureData) -> tuple[str, ...]:
     """The numbers of the figure: a line for each, and a table if there are several points."""
     rows: Sequence[Mapping[str, Any]] = figure.numbers.get("points", [])
     if len(rows) > 1:
-        return (*_of_points(rows), *_numbers(figure.numbers))
-    return (*(line for row in rows for line in _numbers(row)), *_numbers(figure.numbers))
+        return (*_of_points(rows, figure.unit), *_numbers(figure.numbers, figure.unit))
+    single = [line for row in rows for line in _numbers(row, figure.unit)]
+    return (*single, *_numbers(figure.numbers, figure.unit))
 
 
-def _numbers(values: Mapping[str, Any]) -> list[str]:
+def _numbers(values: Mapping[str, Any], unit: Callable[[str], str]) -> list[str]:
     """``name = value ± error`` of the numbers that are no list."""
     return [
-        f"{name.replace('_', ' ')} = {with_error(value, values.get(f'{name}_error'))}"
-        + " %" * (name == "largest_residual")
+        f"{name.replace('_', ' ')} = {with_error(value, values.get(f'{name}_error'), unit(name))}"
         for name, value in values.items()
         if isinstance(value, float) and not name.endswith("_error")
     ]
 
 
-def _of_points(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+def _of_points(rows: Sequence[Mapping[str, Any]], unit: Callable[[str], str]) -> list[str]:
     """The numbers of several points as a table."""
     parameters = [row["parameters"] for row in rows]
     varying = [
@@ -223,7 +223,7 @@ def _of_points(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     for name in [name for name in rows[0] if isinstance(rows[0][name], float)]:
         cells = [with_error(row.get(name), row.get(f"{name}_error")) for row in rows]
         if not name.endswith("_error") and (name not in GIVEN or len(set(cells)) > 1):
-            headings.append(f">{name.replace('_', ' ')}")
+            headings.append(", ".join(filter(None, [f">{name.replace('_', ' ')}", unit(name)])))
             columns.append(cells)
     lines = text_table(headings, [*zip(*columns, strict=True)])
     return first(lines, noun=" points in the JSON file", rest="")

@@ -207,7 +207,7 @@ class FigureBuilder:
             return ""
         number = counted(self.brief, "repeat")
         verb, whose = ("ends", "its") if self.brief == 1 else ("end", "their")
-        return f"{number} that {verb} before half of {whose} point's median time are left out."
+        return f"Left out: {number} that {verb} before half of {whose} point's median time."
 
     def _largest_residual(self) -> dict[str, Any]:
         """The residual of the panel that is largest in errors, its error, %, and their number.

@@ -116,6 +116,29 @@ class Pictures:
     high_is_dark: bool = False
 
 
+UNITS = {
+    **dict.fromkeys(("time", "theory_relaxation_time"), "s"),
+    **dict.fromkeys(("temperature", "mean_temperature", "final_temperature"), "J"),
+    **dict.fromkeys(("first_temperature", "last_temperature"), "J"),
+    **{f"temperature_{species}": "J" for species in range(6)},
+    **{f"jump_{word}{side}": "J" for word in ("", "theory_") for side in (0, 1)},
+    **dict.fromkeys(("k", "alpha", "theory_alpha", "report_k", "repeat_k", "repeat_alpha"), "s⁻¹"),
+    **{f"{law}_last_rate": "s⁻¹" for law in ("fitted", "theory", "floor")},
+    **dict.fromkeys(("first_rate", "last_rate"), "s⁻¹"),
+    **dict.fromkeys(("given_rate", "taken_rate"), "W"),
+    **dict.fromkeys(("flux", "enskog", "left", "right", "bottom", "top"), "J m⁻¹ s⁻¹"),
+    **dict.fromkeys(("largest_distance", "smallest_distance", "beyond_limit", "limit"), "m"),
+    **dict.fromkeys(("largest_excess", "largest_overlap", "distance"), "m"),
+    **dict.fromkeys(("diffusion_coefficient", "theory_coefficient"), "m² s⁻¹"),
+    **dict.fromkeys(("mean_square_speed", "theory_mean_square_speed"), "m² s⁻²"),
+    "pressure": "Pa·m",
+    "area": "m²",
+    "momentum_at_start": "kg m/s",
+    "largest_residual": "%",
+}
+"""Units of the numbers of figures, by their names; others are no quantities with a unit."""
+
+
 @dataclass(frozen=True, eq=False)
 class FigureData:
     """What a figure shows.
@@ -124,7 +147,8 @@ class FigureData:
     title, x_label, y_label : with units
     layers : from the back to the front
     caption : at most five lines
-    numbers : the key numbers, as JSON has them: what is not finite is ``None``
+    numbers : the key numbers, as JSON has them: what is not finite is ``None``; ``units`` has those
+        of names that have another unit than in `UNITS`
     x_limits, y_limits : (low, high); ``None`` fits the data
     equal_axes : whether a metre is as long in y as in x
     shades : the rank of each series in a sequential palette, from 0 to 1; empty: other colours
@@ -158,6 +182,10 @@ class FigureData:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", plain(self.numbers))
+
+    def unit(self, name: str) -> str:
+        """The unit of a number; empty without one."""
+        return str({**UNITS, **self.numbers.get("units", {})}.get(name, ""))
 
     @property
     def alt(self) -> str:

@@ -56,6 +56,7 @@ def against_key(build: FigureBuilder) -> FigureData:
     values = np.concatenate([trend.column("measured") for trend in drawn])
     return build.figure(
         seen,
+        numbers={"units": dict.fromkeys(("value", "theory", "difference"), first.unit)},
         title=f"{first.symbol} against {key}",
         x_label=f"{key} ({key_unit})" if key_unit else key,
         y_label=f"{first.symbol}{unit}",

@@ -114,7 +114,10 @@ def stationary(build: FigureBuilder) -> FigureData:
         build.lines.append(legend_line("balance of energy, uniform gas", "dotted"))
         caption += " Dotted: balance of energy in a uniform gas (Kumaran 1998)."
     log = more_than_a_decade(line.y for line in build.lines if isinstance(line, Points))
-    return build.figure(caption, logarithmic=log, x_label=AXES[key], x_log=key == "wall_speed")
+    units = {"units": {"theory": "J"}}
+    return build.figure(
+        caption, numbers=units, logarithmic=log, x_label=AXES[key], x_log=key == "wall_speed"
+    )
 
 
 def _profile(build: FigureBuilder, steady: _Steady, bins: int) -> tuple[Array, Array, Array, Array]:

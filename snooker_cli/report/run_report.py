@@ -145,8 +145,10 @@ def _with_result(picture: FigureData) -> FigureData:
     if not names or picture.kind in WITH_SENTENCE or "largest_residual" in picture.numbers:
         return picture
     name = names[0]
-    texts = [with_error(row.get(name), row.get(f"{name}_error")) for row in (rows[0], rows[-1])]
-    labels = [point_label(row["parameters"]) for row in (rows[0], rows[-1])]
+    unit = picture.unit(name)
+    ends = rows[0], rows[-1]
+    texts = [with_error(row.get(name), row.get(f"{name}_error"), unit) for row in ends]
+    labels = [point_label(row["parameters"]) for row in ends]
     seen = f"from {texts[0]} at {labels[0]} to {texts[1]} at {labels[1]}" if rows[1:] else texts[0]
     words = name.replace("_", " ").capitalize()
     return replace(picture, caption=f"{words}: {seen}. {picture.caption}")

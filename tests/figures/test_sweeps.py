@@ -103,6 +103,7 @@ def test_a_swept_key_has_its_unit(tmp_path: Path) -> None:
     """On the axis, in the caption and in legends."""
     found = shown(made(tmp_path / "run", "balls.radius=0.5,1.0"), "swept-key")
     assert found.x_label == "balls.radius (m)"
+    assert found.unit("value") == "1/s"
     assert "at balls.radius = 0.5 m to" in found.caption
     speeds = parse(BASE, overrides=["wall_cor=0.9", "wall_cor_speed=1.0,2.0"]).points()
     assert described(speeds[0], "wall_cor_speed") == "wall_cor_speed = 1 m/s"

@@ -58,7 +58,7 @@ def test_repeats_that_end_early_do_not_shorten_a_mean_course() -> None:
     assert [time[-1] for time, _ in lasting(curves)] == ends[1:]
     assert at_common_times(lasting(curves))[0][-1] == 8.0
     build = FigureBuilder(None, None, [[None]], {}, brief=1)  # type: ignore[list-item,arg-type]
-    assert build._left_out().startswith("1 repeat that ends before half")
+    assert build._left_out().startswith("Left out: 1 repeat that ends before half")
 
 
 def test_momentum_is_summed_from_the_states(decaying: Run) -> None:
@@ -101,6 +101,7 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
     assert single.y[-1] == pytest.approx(at_end, rel=1e-15)
     final = np.array([np.interp(end, *curve) for curve in curves])
     (point,) = found.numbers["points"]
+    assert (found.unit("pressure"), found.unit("time")) == ("Pa·m", "s")
     assert line.y[-1] == point["pressure"] == pytest.approx(final.mean(), rel=1e-14)
     assert point["pressure_error"] == pytest.approx(final.std(ddof=1) / math.sqrt(3), rel=1e-12)
     (reference,) = layers(found, Reference)
