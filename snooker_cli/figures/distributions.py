@@ -158,7 +158,9 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         diameter = 2 * float(np.mean(scene.radii))
         edges = structure.distance_edges(scene)
         if edges[-1] <= diameter:
-            raise FigureError("the balls have hardly more room than they need; use a larger one")
+            raise FigureError(
+                "the balls have hardly more room than they need; use a larger container"
+            )
         wanted = MOST_STATES if gas(point) != "cooling" else 1
         parts = _second_half(build, point, wanted, MOST_BALLS, each=OF_A_STATE)
         g = partial(structure.pair_correlation, edges=edges)
