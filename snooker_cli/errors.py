@@ -7,7 +7,7 @@ import os
 import shlex
 import sys
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from contextvars import ContextVar
 from enum import IntEnum
@@ -92,6 +92,18 @@ class UserError(SnookerError):
     """A command or setting that cannot work: a wrong argument, a missing library, a full disk."""
 
 
+class ArgumentError(UserError, ValueError):
+    """An argument with a value that it cannot have."""
+
+
+class ArgumentTypeError(UserError, TypeError):
+    """An argument of a wrong type."""
+
+
+class PlaceError(UserError, IndexError):
+    """A point or a repeat that a run does not have."""
+
+
 class SceneError(SnookerError):
     """A scene that cannot exist.
 
@@ -160,16 +172,39 @@ class FigureError(SnookerError):
     """A figure or film that a run cannot give."""
 
 
+class KeyAbsentError(FigureError):
+    """A key that an experiment does not have.
+
+    key : the key
+    keys : those that it has
+    """
+
+    def __init__(self, key: str, keys: Sequence[str], advice: str) -> None:
+        super().__init__(f"the experiment has no key {key}", advice)
+        self.key = key
+        self.keys = keys
+
+
+class KeywordError(KeyAbsentError, TypeError):
+    """A keyword of a function of Python that is neither an argument nor a key."""
+
+    def __init__(self, function: str, arguments: Sequence[str], absent: KeyAbsentError) -> None:
+        near = difflib.get_close_matches(absent.key, [*arguments, *absent.keys], n=1)
+        advice = f"did you mean {near[0]}?" if near else "give an argument, or a key of the config"
+        super().__init__(absent.key, absent.keys, advice)
+        self.args = (f"{function}() got an unexpected keyword argument '{self.key}'; {advice}",)
+
+
 def check_name(name: str, names: Iterable[str], noun: str, command: str) -> None:
-    """Raise ``UserError``, with a similar name if there is one, if a name is unknown.
+    """Raise ``ArgumentError``, with a similar name if there is one, if a name is unknown.
 
     command : lists all names
     """
     names = list(names)
     if name not in names:
-        near = difflib.get_close_matches(name, names, n=1)
+        near = difflib.get_close_matches(str(name), names, n=1)
         nearest = f"the nearest is {near[0]}, and " if near else ""
-        raise UserError(f"there is no {noun} {name}; {nearest}`{command}` lists all")
+        raise ArgumentError(f"there is no {noun} {name}; {nearest}`{command}` lists all")
 
 
 # How a command ends.

@@ -127,6 +127,8 @@ def value_text(value: object) -> str:
 
     A computed number, such as 0.6928571428571428 of a range, has six digits.
     """
+    if value is None:
+        return "null"
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float) and len(repr(value)) > TYPED:

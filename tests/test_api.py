@@ -84,7 +84,7 @@ def test_the_same_call_finds_the_repeats_and_fresh_replaces_them(here: Path) -> 
     assert status.path.stat().st_mtime_ns == age
     assert snooker.run("small.yaml").directory == Path("runs/small")
     with pytest.raises(snooker.RunError, match="another config"):
-        snooker.run("small.yaml", {"cor": 0.5}, out="runs/small")
+        snooker.run("small.yaml", {"cor": 0.5, "seed": 9}, out="runs/small")
     assert len(snooker.run("small.yaml", {"cor": 0.5}, fresh=True).points) == 1
 
 
@@ -431,13 +431,43 @@ def test_completion_shows_what_scripts_use(run: snooker.Run) -> None:
 def test_errors_name_arguments_of_python(run: snooker.Run, command: Snooker) -> None:
     """The command line names its options."""
     with pytest.raises(snooker.RunError, match="give out=… for another folder, or fresh=True"):
-        snooker.run(CONFIG | {"cor": 0.5, "sweep": {}}, out=run.directory, progress=False)
+        snooker.run(CONFIG | {"seed": 9}, out=run.directory, progress=False)
     with pytest.raises(snooker.UserError, match="with 0 ≤ since < until"):
         run.fit(2.0, 1.0)
-    with pytest.raises(snooker.UserError, match="`snooker plot --list` lists"):
-        run.plot("energy-fits")
-    ended = command("run", "small.yaml", "-o", "cor=0.5", "-o", "sweep={}", "--out", "runs/small")
+    ended = command("run", "small.yaml", "-o", "seed=9", "--out", "runs/small")
     assert "give --out for another folder, or --fresh, which deletes them" in ended.err
+
+
+def test_wrong_arguments_are_errors_of_python(run: snooker.Run) -> None:
+    """They are errors of the package too."""
+    repeat = run[0, 0]
+    for wrong, kind, sentence in (
+        (
+            lambda: run.plot("energy-fits"),
+            ValueError,
+            "energy-fit, and snooker.figure_l",
+        ),
+        (lambda: run.plot("energy", repaet=1), TypeError, r"plot\(\) got .*did you mean repeat\?"),
+        (
+            lambda: run.fit(quantiy="E"),
+            TypeError,
+            r"fit\(\) got .* did you mean quantity\?",
+        ),
+        (lambda: run.compare(core=0.8), TypeError, r"compare\(\) got .*did you mean cor\?"),
+        (lambda: run.fit(quantity="nope"), ValueError, "quantity nope: no quantity contains this"),
+        (lambda: run.plot("snapshot", colour="red"), ValueError, "colour red: give speed or"),
+        (lambda: run.plot("snapshot", times=["a"]), TypeError, "times: give a number or a list"),
+        (lambda: repeat.states("a"), TypeError, "times: give a number or a list of numbers, s"),
+        (lambda: repeat.states([2.0, 1.0]), ValueError, "times must ascend"),
+        (lambda: repeat.state("a"), TypeError, "times: give a number"),
+        (lambda: run[0], TypeError, r"run\[0\]: give a point and a repeat"),
+        (lambda: run[9, 0], IndexError, "there is no point 9"),
+        (lambda: run.where("cor"), ValueError, "give KEY=VALUE"),
+    ):
+        with pytest.raises(kind, match=sentence) as caught:
+            wrong()
+        assert isinstance(caught.value, snooker.SnookerError)
+    assert len(run) == len(list(run)) == 6
 
 
 def test_all_options_that_errors_name_have_an_argument() -> None:

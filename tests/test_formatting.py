@@ -67,4 +67,5 @@ def test_durations_and_sizes_have_two_digits() -> None:
 def test_the_label_of_a_point_writes_null_as_what_it_stands_for() -> None:
     assert point_label({"cor": 0.8, "container.mass": None}) == "cor=0.8, container.mass=∞"
     assert point_label({"wall_cor": None, "a": False}) == "wall_cor=cor, a=false"
+    assert point_label({"balls.rings": None}) == "balls.rings=null"
     assert point_label({}) == "all"

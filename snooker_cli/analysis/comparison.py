@@ -179,7 +179,8 @@ def _compared(rows: Iterable[Row], repeats: int, notes: list[Note]) -> Iterator[
         good = values[:, np.all(np.isfinite(needed), axis=0)]
         if not good.size:
             known = bool(np.any(np.isfinite(values[0])))
-            why = "the theory has no value here" if known else "it could not be measured"
+            absent = predictions.UNMEASURED.get(quantity, "it could not be measured")
+            why = "the theory has no value here" if known else absent
             notes.append(Note(f"{quantity} ({model}) is missing: {why}", quantity, model))
             continue
         difference = good[0] - good[1]

@@ -418,6 +418,13 @@ def species_ratio(scene: Scene) -> float | None:
     return float(first / second)
 
 
+UNMEASURED = {
+    SPECIES_RATIO: "no state of the balls after the relaxation is stored; run the config with "
+    "`record: events` or `snapshots`",
+}
+"""Why a quantity has no measured value in any repeat, where it needs more than a summary."""
+
+
 def mixtures(measurement: Measurement) -> Iterator[Row]:
     """The ratio of the temperatures of two species, without walls."""
     if (expected := species_ratio(measurement.scene)) is not None:

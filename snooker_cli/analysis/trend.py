@@ -34,12 +34,13 @@ SURE = 2.0  # errors by which two neighbours differ, so that a change has a dire
 class Trend:
     """The main result of points along a key: Haff's α, T_rot/T_tr or PV/NT beside the best theory.
 
-    key : the swept key
+    key, key_unit : the swept key, and the unit of its values; empty for a number
     rows : a comparison of each point, in the order of the key
     """
 
     key: str
     rows: Sequence[Mapping[str, Any]]
+    key_unit: str = ""
 
     def column(self, name: str) -> Array:
         """A number of each row, (*points*,); nan where it is not known."""
@@ -69,7 +70,7 @@ class Trend:
     def sentence(self) -> str:
         """How the result changes, and whether as much as in theory; without a full stop."""
         first, last = (with_error(row["measured"], row["error"], self.unit) for row in self._ends())
-        at = [f"{self.key} = {value_text(row['parameters'][self.key])}" for row in self._ends()]
+        at = [self._place(row) for row in self._ends()]
         change = f"{self.symbol} {self._verb()} from {first} at {at[0]} to {last} at {at[1]}"
         if not self.theory:
             return change
@@ -78,6 +79,10 @@ class Trend:
 
     def _ends(self) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
         return self.rows[0], self.rows[-1]
+
+    def _place(self, row: Mapping[str, Any]) -> str:
+        """The value of the key at a point: ``balls.radius = 1.2 m``."""
+        return f"{self.key} = {value_text(row['parameters'][self.key])} {self.key_unit}".rstrip()
 
     def _verb(self) -> str:
         """``falls`` or ``rises`` where no step is the other way beyond its error."""
@@ -124,15 +129,15 @@ class Trend:
             return ""
         place = int(np.argmax(errors))
         row = self.rows[place]
-        where = f"{self.key} = {value_text(row['parameters'][self.key])}"
         most = f"{errors[place]:.1f} errors, the most of {known} points"
-        return f"it is {excess(row)} theory at {where} ({most})"
+        return f"it is {excess(row)} theory at {self._place(row)} ({most})"
 
 
-def trends(compared: Records, key: str) -> dict[str, Trend]:
+def trends(compared: Records, key: str, unit: str = "") -> dict[str, Trend]:
     """Trends along a key, by the values of the other keys (empty if there is none).
 
     compared : rows of ``comparisons``
+    unit : of the key
     """
     groups: dict[str, Records] = {}
     for row in main_comparisons(compared):
@@ -140,11 +145,11 @@ def trends(compared: Records, key: str) -> dict[str, Trend]:
         value = others.pop(key, None)
         if isinstance(value, int | float) and not isinstance(value, bool):
             groups.setdefault(point_label(others) if others else "", []).append(row)
-    along = {label: trend_of(rows, key) for label, rows in groups.items()}
+    along = {label: trend_of(rows, key, unit) for label, rows in groups.items()}
     return {label: trend for label, trend in along.items() if trend is not None}
 
 
-def trend_of(compared: Records, key: str) -> Trend | None:
+def trend_of(compared: Records, key: str, unit: str = "") -> Trend | None:
     """The trend of points with a number of this key each; ``None`` of fewer than two.
 
     It has the quantity and the theory that most of them have.
@@ -154,4 +159,4 @@ def trend_of(compared: Records, key: str) -> Trend | None:
     common = max(kinds, key=lambda kind: kinds[kind], default=None)
     alike = [row for row in rows if (row["quantity"], row["model"]) == common]
     alike.sort(key=lambda row: float(row["parameters"][key]))
-    return Trend(key, alike) if len(alike) > 1 else None
+    return Trend(key, alike, unit) if len(alike) > 1 else None

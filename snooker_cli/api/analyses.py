@@ -18,7 +18,7 @@ from snooker_cli.api.repeats import Repeat
 from snooker_cli.api.results import Records, SavedFigure
 from snooker_cli.api.wording import LIST_FIGURES, in_python, in_python_words
 from snooker_cli.config import Point
-from snooker_cli.errors import FigureError, UserError, check_name
+from snooker_cli.errors import ArgumentTypeError, FigureError, UserError, check_name
 from snooker_cli.formatting import counted, point_label
 from snooker_cli.runs.progress import counting
 from snooker_cli.runs.side_by_side import RUN, RunsSideBySide
@@ -47,15 +47,23 @@ class Analyses(runs.Run):
         return f"<run {self.name}: {size} each>"
 
     def __getitem__(self, place: tuple[int, int]) -> Repeat:
-        """A repeat, by its point and number. Raises ``UserError`` or ``StoreError``."""
+        """A repeat, by its point and number. Raises ``PlaceError`` or ``StoreError``."""
         if not isinstance(place, tuple) or len(place) != 2:
-            raise UserError(f"run[{place!r}]: give a point and a repeat, as in run[0, 3]")
+            raise ArgumentTypeError(f"run[{place!r}]: give a point and a repeat, as in run[0, 3]")
         point = self.chosen(*place)
         return Repeat(self.read(point, place[1]), point, place[1])
 
     def __iter__(self) -> Iterator[Repeat]:
         """All repeats that are there, point after point. Raises ``StoreError``."""
         return chain.from_iterable(self.repeats(point.index) for point in self.points)
+
+    def __len__(self) -> int:
+        """The number of repeats that are there, of all points."""
+        return sum(len(self.present(point)) for point in self.points)
+
+    def __bool__(self) -> bool:
+        """True: a run without repeats is a run."""
+        return True
 
     def repeats(self, point: int) -> Iterator[Repeat]:
         """The repeats of a point that are there. Raises ``UserError`` or ``StoreError``."""
@@ -162,14 +170,15 @@ class Analyses(runs.Run):
         where: Mapping[str, Any],
     ) -> Records:
         """An analysis of the points with some values, and of quantities and models by name."""
-        from snooker_cli.figures.captions import unfinished
+        from snooker_cli.figures.captions import unfinished, unlisted
         from snooker_cli.figures.selection import Selection
 
         points = self.matching(**where)
+        others = [f"T{text[1:]}." for text in [unlisted(self)] if text]
         records = Records(
             *analysis,
             points=len(points),
-            footer=() if where else footer,
+            footer=() if where else (*footer, *others),
             unfinished=unfinished(self, Selection(_alternatives(where))),
             warning=early_warning(self, points),
         )

@@ -11,8 +11,14 @@ from snooker_cli.analysis.run_analysis import shorter_note
 from snooker_cli.api.exports import times_given
 from snooker_cli.api.output_files import own_output
 from snooker_cli.api.results import SavedFigure
-from snooker_cli.api.wording import LIST_FIGURES, first, in_python_words
-from snooker_cli.errors import FigureError, UserError, check_name
+from snooker_cli.api.wording import LIST_FIGURES, TIMES_NEEDED, first, in_python_words
+from snooker_cli.errors import (
+    ArgumentError,
+    ArgumentTypeError,
+    FigureError,
+    UserError,
+    check_name,
+)
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import unfinished
 from snooker_cli.figures.figure_data import with_logarithmic_axes
@@ -82,7 +88,7 @@ def save_figures(
     """What ``Run.save_figures`` does."""
     check_names(names)
     if not set(formats) <= set(FORMATS):
-        raise UserError(
+        raise ArgumentError(
             f"--format {','.join(formats)}: give svg, png or pdf, or several with commas"
         )
     how = formats, _inches(size, dpi), dpi
@@ -124,10 +130,13 @@ def of_states(
         if given and SNAPSHOT not in names:
             raise UserError(f"{option} is for the figure {SNAPSHOT}; name it, or leave this out")
     if colour not in COLOURS:
-        raise UserError(f"--colour {colour}: give {' or '.join(COLOURS)}")
+        raise ArgumentError(f"--colour {colour}: give {' or '.join(COLOURS)}")
     if isinstance(times, str):
         times = times_given(times, "--time").tolist()
-    return tuple(map(float, times)), colour
+    try:
+        return tuple(map(float, times)), colour
+    except (TypeError, ValueError):
+        raise ArgumentTypeError(f"--time: {TIMES_NEEDED}") from None
 
 
 def _with_progress(
@@ -189,35 +198,43 @@ def _table(figure: FigureData) -> tuple[str, ...]:
     """The numbers of the figure: a line for each, and a table if there are several points."""
     rows: Sequence[Mapping[str, Any]] = figure.numbers.get("points", [])
     if len(rows) > 1:
-        return (*_of_points(rows), *_numbers(figure.numbers))
-    return (*(line for row in rows for line in _numbers(row)), *_numbers(figure.numbers))
+        return (*_of_points(rows, figure.unit), *_numbers(figure.numbers, figure.unit))
+    single = [line for row in rows for line in _numbers(row, figure.unit)]
+    return (*single, *_numbers(figure.numbers, figure.unit))
 
 
-def _numbers(values: Mapping[str, Any]) -> list[str]:
+def _numbers(values: Mapping[str, Any], unit: Callable[[str], str]) -> list[str]:
     """``name = value ± error`` of the numbers that are no list."""
     return [
-        f"{name.replace('_', ' ')} = {with_error(value, values.get(f'{name}_error'))}"
-        + " %" * (name == "largest_residual")
+        f"{name.replace('_', ' ')} = {with_error(value, values.get(f'{name}_error'), unit(name))}"
         for name, value in values.items()
         if isinstance(value, float) and not name.endswith("_error")
     ]
 
 
-def _of_points(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+def _of_points(rows: Sequence[Mapping[str, Any]], unit: Callable[[str], str]) -> list[str]:
     """The numbers of several points as a table."""
     parameters = [row["parameters"] for row in rows]
     varying = [
         key for key, value in parameters[0].items() if any(p[key] != value for p in parameters)
     ]
     headings = ["point"]
-    columns = [[point_label({key: values[key] for key in varying}) for values in parameters]]
+    columns = [[_row_label(row, varying) for row in rows]]
     for name in [name for name in rows[0] if isinstance(rows[0][name], float)]:
         cells = [with_error(row.get(name), row.get(f"{name}_error")) for row in rows]
         if not name.endswith("_error") and (name not in GIVEN or len(set(cells)) > 1):
-            headings.append(f">{name.replace('_', ' ')}")
+            headings.append(", ".join(filter(None, [f">{name.replace('_', ' ')}", unit(name)])))
             columns.append(cells)
     lines = text_table(headings, [*zip(*columns, strict=True)])
     return first(lines, noun=" points in the JSON file", rest="")
+
+
+def _row_label(row: Mapping[str, Any], keys: Sequence[str]) -> str:
+    """The point of a row by these keys, and its species if it is of one."""
+    species, parameters = row.get("species"), {key: row["parameters"][key] for key in keys}
+    if not isinstance(species, str):
+        return point_label(parameters)
+    return f"{point_label(parameters)}, {species}" if parameters else species
 
 
 def _inches(size: str | Sequence[float] | None, dpi: int | None) -> tuple[float, float] | None:
@@ -228,7 +245,11 @@ def _inches(size: str | Sequence[float] | None, dpi: int | None) -> tuple[float,
     match = re.fullmatch(r"(\d*\.?\d+)x(\d*\.?\d+)", text)
     sides = (float(match[1]), float(match[2])) if match else None
     if sides is None or not all(1.5 <= side <= 50 for side in sides):
-        raise UserError(f"--size {text}: give width and height from 1.5 to 50 inches, as in 6x4")
+        raise ArgumentError(
+            f"--size {text}: give width and height from 1.5 to 50 inches, as in 6x4"
+        )
     if dpi and max(sides) * dpi > MOST_PIXELS:
-        raise UserError(f"--size {text} --dpi {dpi}: give at most {MOST_PIXELS:,} pixels a side")
+        raise ArgumentError(
+            f"--size {text} --dpi {dpi}: give at most {MOST_PIXELS:,} pixels a side"
+        )
     return sides

@@ -18,7 +18,7 @@ from snooker_cli.config import Point, to_json
 from snooker_cli.config.axes import MAX_POINTS, option_values
 from snooker_cli.config.problems import PathError
 from snooker_cli.engine import nearest_times, replayed, stored_times
-from snooker_cli.errors import UserError
+from snooker_cli.errors import ArgumentError, UserError
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.runs.progress import counting
 
@@ -166,4 +166,4 @@ def times_given(text: str, option: str) -> NDArray[np.float64]:
         if values := option_values(text, f"{option} {text}"):
             return np.array([float(value) for value in values])  # type: ignore[arg-type]
     ways = f"give times in s as 0,0.5,1 or as start:stop:count, at most {MAX_POINTS:,}"
-    raise UserError(f"{option} {text}: {ways}")
+    raise ArgumentError(f"{option} {text}: {ways}")

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli import engine, export
-from snooker_cli.api.wording import in_python
+from snooker_cli.api.wording import TIMES_NEEDED, in_python
 from snooker_cli.config import Point
 from snooker_cli.engine import States
-from snooker_cli.errors import FigureError, UserError
+from snooker_cli.errors import ArgumentError, ArgumentTypeError, FigureError, UserError
 from snooker_cli.files import write_text
 from snooker_cli.formatting import point_label
 from snooker_cli.pages.html_page import in_notebook
@@ -82,7 +82,7 @@ class Repeat:
         times, so look at ``time``. Raises ``UserError`` for times that do not ascend within 0 and
         the end, and for a summary.
         """
-        return self._replayed(lambda: engine.replay(self.trace, np.atleast_1d(times)))
+        return self._replayed(lambda: engine.replay(self.trace, _times(times)))
 
     def hashes(self) -> list[tuple[int, str]]:
         """Numbers of collisions, and the SHA-256 of as many: the first 1,000, 10,000 … and all.
@@ -121,7 +121,7 @@ class Repeat:
         """
         from snooker_cli.analysis import structure
 
-        batches = self._replayed(lambda: engine.replayed(self.trace, np.atleast_1d(times)))
+        batches = self._replayed(lambda: engine.replayed(self.trace, _times(times)))
         values = (structure.of_states(observable, self.scene, states) for states in batches)
         return np.array(list(chain.from_iterable(values)))
 
@@ -132,7 +132,7 @@ class Repeat:
 
         Raises ``UserError`` as ``states`` does.
         """
-        return self._replayed(lambda: engine.state_at(self.trace, time))[1]
+        return self._replayed(lambda: engine.state_at(self.trace, _times(time).item()))[1]
 
     @property
     def stored_times(self) -> NDArray[np.float64]:
@@ -214,7 +214,15 @@ class Repeat:
         try:
             return computed()
         except ValueError as error:
-            raise UserError(str(error)) from None
+            raise ArgumentError(str(error)) from None
+
+
+def _times(given: ArrayLike) -> NDArray[np.float64]:
+    """Times that are given, s. Raises ``ArgumentTypeError`` for what is no numbers."""
+    try:
+        return np.atleast_1d(np.asarray(given, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise ArgumentTypeError(f"times: {TIMES_NEEDED}") from None
 
 
 def _moving(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

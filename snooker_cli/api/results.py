@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from snooker_cli.api.wording import in_python_words
-from snooker_cli.errors import UserError
+from snooker_cli.errors import ArgumentError
 from snooker_cli.formatting import listed
 
 WIDTH = 100  # characters of a line of text that is wrapped
@@ -101,7 +101,7 @@ class Records(list[dict[str, Any]]):
     def only(self, quantity: Sequence[str], model: Sequence[str]) -> "Records":
         """The rows with one of these parts in the name of their quantity, and of their model.
 
-        Without parts, any name will do. Raises ``UserError`` for a part that no name has.
+        Without parts, any name will do. Raises ``ArgumentError`` for a part that no name has.
         """
         from snooker_cli.analysis.tables import rows_with, short_name
 
@@ -112,7 +112,7 @@ class Records(list[dict[str, Any]]):
             for part in parts or [""]:
                 if names and not rows_with(rows, field, [part]):
                     problem = f"{option} {part}: no {field} contains this"
-                    raise UserError(f"{problem}; there are {listed([*names])}")
+                    raise ArgumentError(f"{problem}; there are {listed([*names])}")
             rows = rows_with(rows, field, parts or [""])
             notes = rows_with(notes, field, parts or [""])
         return Records(

@@ -7,7 +7,7 @@ from typing import Any
 
 from snooker_cli.config.axes import option_values
 from snooker_cli.config.problems import PathError
-from snooker_cli.errors import IN_COMMAND, UserError
+from snooker_cli.errors import IN_COMMAND, ArgumentError
 from snooker_cli.figures.selection import distinct, value_at
 from snooker_cli.runs import Run
 
@@ -25,7 +25,7 @@ def chosen_values(run: Run, conditions: Sequence[str]) -> dict[str, Any]:
         where = f"--where {text}" if IN_COMMAND.get() else f"where({text!r})"
         match = re.fullmatch(r"\s*([^<>=\s]+)\s*([<>]=?|=)\s*(.*\S)\s*", text)
         if not match:
-            raise UserError(f"{where}: give KEY=VALUE, as in cor=0.8, cor=0.7:0.9, cor>0.8")
+            raise ArgumentError(f"{where}: give KEY=VALUE, as in cor=0.8, cor=0.7:0.9, cor>0.8")
         key, sign, value = match.groups()
         value_at(run.points[0], key)  # raises for a key that the experiment does not have
         try:
@@ -39,8 +39,8 @@ def chosen_values(run: Run, conditions: Sequence[str]) -> dict[str, Any]:
                 ]
                 values = values or [f"{sign}{value}".removeprefix("=")]  # which no point has
         except PathError as error:
-            raise UserError(f"{where}: {error}") from None
+            raise ArgumentError(f"{where}: {error}") from None
         except ValueError:
-            raise UserError(f"{where}: give numbers, as in cor=0.7:0.9 or cor>0.8") from None
+            raise ArgumentError(f"{where}: give numbers, as in cor=0.7:0.9 or cor>0.8") from None
         values_of_key[key] = tuple(values) if len(values) > 1 else values[0]
     return values_of_key

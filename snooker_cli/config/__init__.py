@@ -21,6 +21,7 @@ from snooker_cli.config.points import (
     extends,
     points,
     to_json,
+    unit_of,
     validated,
     with_values,
 )
@@ -40,7 +41,8 @@ from snooker_cli.formatting import plain
 
 __all__ = ["EXAMPLES", "LIMITS", "SCHEMA_FILE", "BallCount", "BallList", "Rings"]
 __all__ += ["ConfigError", "Experiment", "Loaded", "Point", "Start", "StateReader"]
-__all__ += ["digest", "extends", "load", "parse", "points", "to_json", "validated", "with_values"]
+__all__ += ["digest", "extends", "load", "parse", "points", "to_json", "unit_of", "validated"]
+__all__ += ["with_values"]
 
 StateReader = Callable[[Start], Mapping[str, Any]]
 """A state that a config starts from -> its ``balls``, ``container`` and ``start``, as a config has

@@ -491,7 +491,7 @@ class Experiment(Model):
     """Relative normal speed v₀, m/s, below which collisions between balls become more elastic:
     e(v) = 1 − (1 − cor)(v/v₀)^¾. Absent: cor at all speeds."""
     wall_cor_speed: LawSpeed | None = None
-    """The same at the wall, with wall_cor; absent: one CoR at all speeds."""
+    """The same speed at the wall, m/s, with wall_cor; absent: one CoR at all speeds."""
     tangential_cor: TangentialCor | None = None
     """Tangential restitution β of two rough balls: their surfaces slip at −β times their speed
     after a collision; −1 changes nothing, 1 turns the slip round. Absent: smooth balls."""

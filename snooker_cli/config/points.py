@@ -6,6 +6,7 @@ import itertools
 import json
 import math
 import operator
+import re
 from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -196,6 +197,26 @@ def single_values(part: BaseModel, prefix: str = "") -> dict[str, Any]:
         elif value is None or isinstance(value, bool | int | float | str):
             values[f"{prefix}{key}"] = value
     return values
+
+
+_UNIT = re.compile(r", (m/s|rad/s|m|s|kg|J)(?=[:;,. ]|$)")
+
+
+def unit_of(part: Any, key: str) -> str:
+    """The unit of a key's values, by its description: ``m/s``; empty for a number or a word.
+
+    part : an experiment that has the key
+    """
+    unit = ""
+    for name in key_path(key):
+        if isinstance(name, int):
+            part = part[name]
+            continue
+        field = getattr(type(part), "model_fields", {}).get(name)
+        if field is not None and (found := _UNIT.search(field.description or "")):
+            unit = found[1]  # of one side of a wall it is that of the whole wall
+        part = getattr(part, name, None)
+    return unit
 
 
 def with_values(experiment: Experiment, parameters: Mapping[str, Value]) -> Experiment:

@@ -130,7 +130,7 @@ def _add(
     build: FigureBuilder, point: Point, index: int, lags: Array, rows: Array, constants: Array
 ) -> None:
     """Add the means of a point, and what its repeats (*repeats*,) have as D, m²/s."""
-    build.add_points(index, point, lags, rows)
+    build.add_points(index, build.label(point), lags, rows)
     constant, theory = mean_and_error(constants), _theory(build, point)
     numbers: dict[str, Any] = {f"theory_{key}": value for key, value in theory._asdict().items()}
     build.record(point, **numbers, diffusion_coefficient=constant)

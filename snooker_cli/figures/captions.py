@@ -1,7 +1,7 @@
 """``FigureBuilder`` collects the layers, numbers and caption of a figure of several points."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
@@ -26,7 +26,9 @@ from snooker_cli.figures.figure_data import (
     LineStyle,
     Points,
     Reference,
+    at_common_times,
     bands,
+    lasting,
     legend_line,
     more_than_a_decade,
     thinned,
@@ -46,14 +48,14 @@ from snooker_cli.figures.selection import (
     value_at,
     varying,
 )
-from snooker_cli.formatting import with_error
+from snooker_cli.formatting import counted, with_error
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
 SPREAD = "mean ± standard deviation of a repeat"  # what a band shows
 MEAN_SPREAD = "mean ± standard error of it"  # the same around a mean over the repeats
-LOG_SPREAD = "mean ± standard deviation of logarithms"  # what a band shows on a logarithmic axis
+LOG_SPREAD = "mean ± standard deviation of logarithms"  # the same on a logarithmic axis
 FEWEST_STATES = 2  # of a repeat that a figure over time or space can have
 BARS = "Bars: standard errors over the repeats."  # of all markers with errors
 ABOVE_THEORY = "above theory (%)"  # the y label of a panel of residuals
@@ -79,6 +81,7 @@ class FigureBuilder:
     records : the numbers of each point, as JSON
     means : whether lines are means over the repeats and bands their standard errors
     thin : whether theory is left out for a mean free path that exceeds the container
+    brief : number of repeats that a mean course leaves out, because they end early
     beside_theory : whether the caption says how the results differ from theory
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
@@ -96,6 +99,7 @@ class FigureBuilder:
     records: list[dict[str, Any]] = field(default_factory=list)
     means: bool = False
     thin: bool = False
+    brief: int = 0
     beside_theory: bool = False
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
@@ -176,7 +180,7 @@ class FigureBuilder:
 
     def label(self, point: Point, points: Sequence[Point] | None = None) -> str | None:
         """A point's text in the legend: the keys that vary; ``None`` if it is alone."""
-        return ", ".join(described(point, key) for key in of_label(points or self.points)) or None
+        return _joined(point, of_label(points or self.points)) or None
 
     def record(self, point: Point, **numbers: Any) -> None:
         """Add the numbers of a point; a pair is a value and its error."""
@@ -196,6 +200,14 @@ class FigureBuilder:
         number = " to ".join(map(str, sorted({min(used), max(used)})))
         noun = "repeat" if max(used) == 1 else "repeats, evenly chosen,"
         return f"{points} The figure uses {number} {noun} of each point.".lstrip()
+
+    def _left_out(self) -> str:
+        """A sentence on the repeats that a mean course leaves out."""
+        if not self.brief:
+            return ""
+        number = counted(self.brief, "repeat")
+        verb, whose = ("ends", "its") if self.brief == 1 else ("end", "their")
+        return f"Left out: {number} that {verb} before half of {whose} point's median time."
 
     def _largest_residual(self) -> dict[str, Any]:
         """The residual of the panel that is largest in errors, its error, %, and their number.
@@ -228,23 +240,28 @@ class FigureBuilder:
         """The title, with the swept keys that have one value here."""
         shown = varying(self.points)
         fixed = [key for key in varying(self.run.points) if key not in shown]
-        where = ", ".join(described(self.points[0], key) for key in fixed)
+        where = _joined(self.points[0], fixed)
         return f"{self.fields['title']}: {where}" if where else self.fields["title"]
 
     def add_course(
-        self,
-        index: int,
-        point: Point,
-        curves: Sequence[Course],
-        *,
-        logarithmic: bool = False,
-        style: LineStyle = "series",
+        self, index: int, point: Point, curves: Sequence[Course], style: LineStyle = "series"
     ) -> None:
         """Add the curve of the first repeat as a line, and the band of all of them."""
         time, values = curves[0]
         kept = thinned(time)
         self.lines.append(Line(time[kept], values[kept], self.label(point), index, style))
-        self.bands += bands(curves, index, logarithmic=logarithmic)
+        self.bands += bands(curves, index)
+
+    def add_mean_course(self, index: int, point: Point, curves: Sequence[Course]) -> Course:
+        """Add the mean of the repeats' curves, and the band of its error; times and rows of both.
+
+        Without `lasting` repeats, one that ends at once would leave nothing of the others.
+        """
+        kept = lasting(curves)
+        self.brief += len(curves) - len(kept)
+        times, rows = at_common_times(kept)
+        self.add_means(index, self.label(point), times, rows)
+        return times, rows
 
     def add_means(
         self, index: int, label: str | None, x: Array, rows: Array, style: LineStyle = "series"
@@ -256,10 +273,10 @@ class FigureBuilder:
         if len(rows) > 1:
             self.bands.append(Band(x, mean - error, mean + error, None, index))
 
-    def add_points(self, index: int, point: Point, x: Array, rows: Array) -> None:
-        """Add markers at the mean of rows (*n*, *x*) of a point's repeats, with standard errors."""
-        name, errors = self.label(point) or "simulation", standard_errors(rows)
-        self.lines.append(Points(x, rows.mean(axis=0), errors, name, index))
+    def add_points(self, index: int, label: str | None, x: Array, rows: Array) -> None:
+        """Add markers at the mean of rows (*n*, *x*) of the repeats, with standard errors."""
+        mean, errors = rows.mean(axis=0), standard_errors(rows)
+        self.lines.append(Points(x, mean, errors, label or "simulation", index))
 
     def add_residuals(self, index: int, x: Array, y: Array, error: Array, theory: Array) -> None:
         """Add markers to the panel below: (y − theory)/theory in %, where both are known."""
@@ -311,7 +328,7 @@ class FigureBuilder:
         if logarithmic:
             others = {"y_log": True, "y_limits": (None, None)} | others
         unnamed = [band for band in self.bands if band.label is None]
-        spread, shown = LOG_SPREAD if logarithmic else SPREAD, "the first repeat"
+        spread, shown = SPREAD, "the first repeat"
         if self.means:
             spread, shown = MEAN_SPREAD, "means over the repeats"
         empty = np.empty(0)
@@ -345,6 +362,7 @@ class FigureBuilder:
             "Theory fails where the mean free path exceeds the container." if self.thin else "",
             BARS if any(error is not None and np.isfinite(error).any() for error in errors) else "",
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
+            self._left_out(),
             setting(self.run, self.points, self.selection),
             self._choice(),
         ]
@@ -358,6 +376,11 @@ class FigureBuilder:
             },
             **{**self.fields, "title": self.title, **others},
         )
+
+
+def _joined(point: Point, keys: Iterable[str]) -> str:
+    """A point's values of keys in words, but for keys that it does not have."""
+    return ", ".join(filter(None, (described(point, key) for key in keys)))
 
 
 def _owner(layer: Layer) -> int:
@@ -423,6 +446,7 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
     sentences = [
         f"{scene}: {early or ('complete' if single else 'all complete')}.",
         f"T{missing[1:]}." if (missing := unfinished(run, selection)) else "",
+        f"T{others[1:]}." if (others := unlisted(run)) and not selection.where else "",
     ]
     return " ".join(filter(None, sentences))
 
@@ -449,7 +473,17 @@ def unfinished(run: Run, selection: Selection) -> str:
     points = matching(run, selection)
     single = selection.repeat is not None
     wanted = sum(1 if single else run.requested(point) for point in points)
-    there = sum(len(statuses(run, point, selection)) for point in points)
+    numbers = [len(statuses(run, point, selection)) for point in points]
+    there, begun = sum(numbers), len(points) - numbers.count(0)
     if there == wanted:
         return ""
-    return f"the run is unfinished: {there} of {wanted} repeats are there"
+    of_points = f", of {begun} of {len(points)} points" if begun < len(points) else ""
+    return f"the run is unfinished: {there} of {wanted} repeats are there{of_points}"
+
+
+def unlisted(run: Run) -> str:
+    """How many of the points in a run's folder its sweep lists; empty if it lists all of them."""
+    listed = len(run.points)
+    if not run.unlisted:
+        return ""
+    return f"the sweep lists {listed} of the {listed + run.unlisted} points that are stored"

@@ -121,6 +121,13 @@ def _few_species(point: Point) -> str:
     return "" if 1 < number <= MOST_SPECIES else needed
 
 
+def _not_many_species(point: Point) -> str:
+    number = len(_species(point))
+    return (
+        "" if number <= MOST_SPECIES else f"it shows {MOST_SPECIES} species at most, not {number}"
+    )
+
+
 def _two_species(point: Point) -> str:
     number = len(_species(point))
     return "" if number == 2 else f"it needs 2 species of balls, not {number}"
@@ -150,6 +157,7 @@ CONDITIONS: Mapping[str, Condition] = {
     "keeps_momentum": _keeps_momentum,
     "many": _many,
     "moves": _moves,
+    "not_many_species": _not_many_species,
     "rough": _rough,
     "several": _several,
     "smooth": _smooth,

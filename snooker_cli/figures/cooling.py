@@ -383,7 +383,7 @@ def event_decay(build: FigureBuilder) -> FigureData:
         energies, expected, of_heat = _against_counts(measurement, counts)
         floors = predictions.floors(measurement)[:, np.newaxis]
         x, final = counts / scene.number, mean_and_error(energies[:, -1])
-        build.add_points(index, point, x, energies)
+        build.add_points(index, build.label(point), x, energies)
         floor, alone = float(floors.mean()), expected.mean(axis=0)
         record = {"collisions_per_ball": x[-1], "floor": floor}
         if scene.surface is None and not build.too_thin(scene):

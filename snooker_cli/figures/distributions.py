@@ -1,6 +1,7 @@
 """Distances from the centre and between balls, the pair correlation, and speeds."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -156,6 +157,10 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         scene = build.start(point)
         diameter = 2 * float(np.mean(scene.radii))
         edges = structure.distance_edges(scene)
+        if edges[-1] <= diameter:
+            raise FigureError(
+                "the balls have hardly more room than they need; use a larger container"
+            )
         wanted = MOST_STATES if gas(point) != "cooling" else 1
         parts = _second_half(build, point, wanted, MOST_BALLS, each=OF_A_STATE)
         g = partial(structure.pair_correlation, edges=edges)
@@ -166,7 +171,9 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             build.record(point, contact=None, theory=None)
             continue
         first = int(np.argmin(np.abs(edges - diameter)))
-        contact = mean_and_error(rows[:, first : first + 2] @ (1.5, -0.5))
+        beside, contact = rows[:, first : first + 2], None
+        if beside.shape[1] == 2:  # on a straight line through two bins
+            contact = mean_and_error(beside @ (1.5, -0.5))
         expected = None
         if elastic(point):
             expected = theory.contact_value(state.bulk_packing)
@@ -322,9 +329,10 @@ def speeds(build: FigureBuilder) -> FigureData:
                 below = Line(reduced * unit, density - exact, None, NEUTRAL, "dashed")
                 panel.append(below)
     words: dict[str, Any] = {"x_label": "speed (m/s)", "y_label": "probability density (s/m)"}
+    panel_unit = " (s/m)" if in_metres else ""
     return build.figure(
         panel=tuple(panel),
-        panel_label="minus law at fixed energy" if fixed else "minus Maxwell's law",
+        panel_label=("minus law at fixed energy" if fixed else "minus Maxwell's law") + panel_unit,
         **(words if in_metres else {}),
     )
 
@@ -335,26 +343,23 @@ TAIL_STATES = 400  # of all repeats of a point, at most
 
 
 def velocity_tails(build: FigureBuilder) -> FigureData:
-    """The law of a velocity component over its width at the moment, as far as there are balls."""
-    farthest = 0.0
-    for index, point in enumerate(build.points):
+    """The law of a velocity component over its width at the moment, as far as there are balls.
+
+    Each species of a mixture has a law and a temperature of its own.
+    """
+    farthest, mixed = 0.0, False
+    for point in build.points:
+        scene = build.start(point)
+        names = [None] if scene.equal_balls else structure.species_names(scene)
+        mixed = mixed or len(names) > 1
         parts = _second_half(build, point, TAIL_STATES, MOST_BALLS)
         repeats = [_reduced_components(trace, parts) for trace in build.traces(point)]
-        largest = max(float(np.max(values)) for values in repeats)
-        edges = np.arange(math.ceil(largest / TAIL_BIN) + 1, dtype=np.float64) * TAIL_BIN
-        counts = np.array([np.histogram(values, edges)[0] for values in repeats])
-        sizes = np.array([len(values) for values in repeats])[:, np.newaxis]
-        rows = counts / (sizes * 2 * TAIL_BIN)  # both signs
-        filled = counts.sum(axis=0) >= LEAST_IN_TAIL
-        middle = (edges[1:] + edges[:-1]) / 2
-        build.add_points(index, point, middle[filled], rows[:, filled])
-        maxwell = theory.maxwell_component_share(edges) / (2 * TAIL_BIN)
-        errors = standard_errors(rows[:, filled])
-        build.add_residuals(
-            index, middle[filled], rows.mean(axis=0)[filled], errors, maxwell[filled]
-        )
-        farthest = max(farthest, float(edges[1:][filled].max(initial=0.0)))
-        build.record(point, velocities=sum(map(len, repeats)), largest=largest)
+        for name, of_species in zip(names, zip(*repeats, strict=True), strict=True):
+            index = len(build.records)
+            label = ", ".join(filter(None, [build.label(point), name])) or None
+            farthest = max(farthest, _add_tail(build, index, label, of_species))
+            largest = max(float(np.max(values)) for values in of_species)
+            build.record(point, species=name, velocities=sum(map(len, of_species)), largest=largest)
     if farthest == 0.0:
         raise FigureError("nothing moves in its states, so there is no law of velocities")
     c = np.linspace(0.0, farthest, 160)
@@ -363,16 +368,44 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
     )
     least = f"Bins with fewer than {LEAST_IN_TAIL} velocities are left out."
     when = f"States of the second half of each repeat. {least}"
+    if mixed:
+        when += " T is that of each species."
     return build.figure(when, panel_label="above Maxwell's law (%)")
 
 
-def _reduced_components(trace: Trace, parts: Array) -> Array:
-    """|v_x| and |v_y| over √(2T/m) of all balls at parts of a repeat's time, T of each state."""
+def _add_tail(
+    build: FigureBuilder, index: int, label: str | None, repeats: Sequence[Array]
+) -> float:
+    """Add the shares of reduced components of balls in each repeat; the end of the last bin."""
+    largest = max(float(np.max(values)) for values in repeats)
+    edges = np.arange(math.ceil(largest / TAIL_BIN) + 1, dtype=np.float64) * TAIL_BIN
+    counts = np.array([np.histogram(values, edges)[0] for values in repeats])
+    sizes = np.array([len(values) for values in repeats])[:, np.newaxis]
+    rows = counts / (sizes * 2 * TAIL_BIN)  # both signs
+    filled = counts.sum(axis=0) >= LEAST_IN_TAIL
+    middle = (edges[1:] + edges[:-1]) / 2
+    build.add_points(index, label, middle[filled], rows[:, filled])
+    maxwell = theory.maxwell_component_share(edges) / (2 * TAIL_BIN)
+    errors = standard_errors(rows[:, filled])
+    build.add_residuals(index, middle[filled], rows.mean(axis=0)[filled], errors, maxwell[filled])
+    return float(edges[1:][filled].max(initial=0.0))
+
+
+def _reduced_components(trace: Trace, parts: Array) -> list[Array]:
+    """|v_x| and |v_y| over √(2T/m) of the balls of each species at parts of a repeat's time.
+
+    T is that of the species in each state.
+    """
     scene = trace.start
 
     def reduced(_places: Array, velocities: Array, _scene: Scene) -> Array:
+        found = np.zeros_like(velocities)
         energies = scene.masses[:, np.newaxis] * velocities**2 / 2
-        mean = energies.sum() / scene.number
-        return np.sqrt(energies / mean).ravel() if mean > 0 else np.zeros(velocities.size)
+        for balls in kinds:
+            mean = energies[balls].sum() / len(balls)
+            found[balls] = np.sqrt(energies[balls] / mean) if mean > 0 else 0.0
+        return found
 
-    return np.ravel(over_time(reduced, trace, _times(trace, parts)))
+    kinds = [np.arange(scene.number)] if scene.equal_balls else structure.species(scene)
+    table = over_time(reduced, trace, _times(trace, parts))
+    return [table[:, balls].ravel() for balls in kinds]

@@ -105,7 +105,8 @@ class Pictures:
     label : what the colours show, with its unit
     limits : the values of the first and the last colour
     names : of the values 0, 1, 2 … if they are no scale
-    high_is_dark : whether the colours are darkest at the highest value, as of a density
+    high_is_dark : whether the colours are darkest at the highest value, as of a density; below the
+        lowest one is white, as space without balls
     """
 
     each: tuple[Picture, ...]
@@ -113,6 +114,29 @@ class Pictures:
     limits: tuple[float, float]
     names: tuple[str, ...] = ()
     high_is_dark: bool = False
+
+
+UNITS = {
+    **dict.fromkeys(("time", "theory_relaxation_time"), "s"),
+    **dict.fromkeys(("temperature", "mean_temperature", "final_temperature"), "J"),
+    **dict.fromkeys(("first_temperature", "last_temperature"), "J"),
+    **{f"temperature_{species}": "J" for species in range(6)},
+    **{f"jump_{word}{side}": "J" for word in ("", "theory_") for side in (0, 1)},
+    **dict.fromkeys(("k", "alpha", "theory_alpha", "report_k", "repeat_k", "repeat_alpha"), "s⁻¹"),
+    **{f"{law}_last_rate": "s⁻¹" for law in ("fitted", "theory", "floor")},
+    **dict.fromkeys(("first_rate", "last_rate"), "s⁻¹"),
+    **dict.fromkeys(("given_rate", "taken_rate"), "W"),
+    **dict.fromkeys(("flux", "enskog", "left", "right", "bottom", "top"), "J m⁻¹ s⁻¹"),
+    **dict.fromkeys(("largest_distance", "smallest_distance", "beyond_limit", "limit"), "m"),
+    **dict.fromkeys(("largest_excess", "largest_overlap", "distance"), "m"),
+    **dict.fromkeys(("diffusion_coefficient", "theory_coefficient"), "m²/s"),
+    **dict.fromkeys(("mean_square_speed", "theory_mean_square_speed"), "m²/s²"),
+    "pressure": "Pa·m",
+    "area": "m²",
+    "momentum_at_start": "kg m/s",
+    "largest_residual": "%",
+}
+"""Units of the numbers of figures, by their names; others are no quantities with a unit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +147,8 @@ class FigureData:
     title, x_label, y_label : with units
     layers : from the back to the front
     caption : at most five lines
-    numbers : the key numbers, as JSON has them: what is not finite is ``None``
+    numbers : the key numbers, as JSON has them: what is not finite is ``None``; ``units`` has those
+        of names that have another unit than in `UNITS`
     x_limits, y_limits : (low, high); ``None`` fits the data
     equal_axes : whether a metre is as long in y as in x
     shades : the rank of each series in a sequential palette, from 0 to 1; empty: other colours
@@ -157,6 +182,10 @@ class FigureData:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", plain(self.numbers))
+
+    def unit(self, name: str) -> str:
+        """The unit of a number; empty without one."""
+        return str({**UNITS, **self.numbers.get("units", {})}.get(name, ""))
 
     @property
     def alt(self) -> str:
@@ -228,8 +257,21 @@ def places(first: float, last: float, number: int) -> Array:
     return np.union1d(even, np.geomspace(last / DECADES, last, number // 2))
 
 
+def lasting(curves: Sequence[Course]) -> list[Course]:
+    """The curves of the repeats that last at least half as long as the median of all."""
+    ends = np.array([time[-1] for time, _ in curves])
+    return [curve for curve, end in zip(curves, ends, strict=True) if end >= np.median(ends) / 2]
+
+
 def at_common_times(curves: Sequence[Course]) -> Course:
-    """Times (*t*,) from the latest start to the earliest end, and the curves there (*n*, *t*)."""
+    """Times (*t*,) from the latest start to the earliest end, and the curves there (*n*, *t*).
+
+    One curve has an even choice of its own times.
+    """
+    if len(curves) == 1:
+        time, values = curves[0]
+        kept = thinned(time)
+        return time[kept], values[np.newaxis, kept]
     first = max(float(time[0]) for time, _ in curves)
     last = min(float(time[-1]) for time, _ in curves)
     times = places(first, last, COMMON_TIMES)

@@ -1,5 +1,6 @@
 """A run and a selection -> points, their repeats, and words for them."""
 
+import difflib
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -8,10 +9,11 @@ from decimal import Decimal
 from typing import Any, Literal, TypeAlias, TypeVar
 
 from snooker_cli import theory
-from snooker_cli.config import Point
+from snooker_cli.config import Point, unit_of
 from snooker_cli.config.models import Model
+from snooker_cli.config.points import single_values
 from snooker_cli.containers import SHAPES
-from snooker_cli.errors import FigureError
+from snooker_cli.errors import FigureError, KeyAbsentError
 from snooker_cli.formatting import listed, short, value_text
 from snooker_cli.runs import RepeatState, RepeatStatus, Run
 from snooker_cli.runs.run import point_and_repeats
@@ -48,7 +50,7 @@ def file_stem(name: str, selection: Selection) -> str:
         values = value if isinstance(value, tuple) else (value,)
         parts += [
             *([key] if key != RUN else []),
-            *("null" if item is None else value_text(item) for item in values),
+            *map(value_text, values),
         ]
     if selection.repeat is not None:
         parts += ["repeat", str(selection.repeat)]
@@ -131,16 +133,18 @@ def _known_value(wanted: Any, known: Sequence[Any]) -> Any:
 
 
 def value_at(point: Point, key: str) -> Any:
-    """A point's value of a key such as ``balls.radius``. Raises ``FigureError``."""
+    """A point's value of a key such as ``balls.radius``. Raises ``KeyAbsentError``."""
     parameters = dict(point.parameters)
     if key in parameters:
         return parameters[key]
     value: Any = point.experiment
     for name in key.split("."):
         if name not in getattr(type(value), "model_fields", ()):
+            keys = [*parameters, *single_values(point.experiment)]
             longer = [swept for swept in parameters if swept.endswith(f".{key}")]
-            advice = f"did you mean {longer[0]}?" if longer else "name one that its config has"
-            raise FigureError(f"the experiment has no key {key}; {advice}")
+            meant = longer or difflib.get_close_matches(key, keys, n=1)
+            advice = f"did you mean {meant[0]}?" if meant else "name one that its config has"
+            raise KeyAbsentError(key, keys, advice)
         value = getattr(value, name)
     return value
 
@@ -209,12 +213,21 @@ def ranks(points: Sequence[Point]) -> tuple[float, ...]:
     return ()
 
 
+def swept_numbers(points: Sequence[Point]) -> list[str]:
+    """The swept keys whose values here are numbers, two or more of each."""
+    return [
+        key
+        for key in varying(points)
+        if all(isinstance(value, int | float) for value in distinct(points, key))
+    ]
+
+
 def swept_number(points: Sequence[Point]) -> str:
-    """The first swept key whose values here are numbers. Raises ``FigureError``."""
-    for key in varying(points):
-        if all(isinstance(value, int | float) for value in distinct(points, key)):
-            return key
-    raise FigureError("it needs points at two or more values of a number; sweep a key")
+    """The first of `swept_numbers`. Raises ``FigureError``."""
+    keys = swept_numbers(points)
+    if not keys:
+        raise FigureError("it needs points at two or more values of a number; sweep a key")
+    return keys[0]
 
 
 def shades_of_runs(points: Sequence[Point]) -> tuple[tuple[float, ...], tuple[int, ...]]:
@@ -237,8 +250,8 @@ def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[li
     Runs side by side have lists of their own, if ``xs`` vary in a run. Other keys have their middle
     value. Raises ``FigureError`` if each of ``xs`` has one value only.
     """
-    keys = varying(points)
-    x = next((key for key in xs if key in keys), None)
+    keys, numbers = varying(points), swept_numbers(points)
+    x = next((key for key in xs if key in numbers), None)
     if x is None:
         raise FigureError(
             f"it needs points at two or more values of {' or '.join(xs)}; sweep that key"
@@ -316,12 +329,18 @@ _ABSENT = {"wall_cor": "wall as balls", "container.mass": "fixed wall"}
 
 
 def described(point: Point, key: str) -> str:
-    """A key and its value in words: ``CoR 0.8``, ``r = 0.1 m``."""
+    """A key and its value in words: ``CoR 0.8``, ``r = 0.1 m``.
+
+    Empty for a key that one of the runs side by side does not have.
+    """
+    value = value_at(point, key)
     if key == RUN:
-        return str(value_at(point, key))
-    if key in _ABSENT and value_at(point, key) in (None, math.inf):
+        return str(value)
+    if key in _ABSENT and value in (None, math.inf):
         return _ABSENT[key]
-    return _words(key).format(_shown(point, key))
+    if value is None:
+        return "" if RUN in dict(point.parameters) else f"{key} {value_text(value)}"
+    return _words(point, key).format(_shown(point, key))
 
 
 def scale(points: Sequence[Point]) -> tuple[str, tuple[str, ...]]:
@@ -333,15 +352,15 @@ def scale(points: Sequence[Point]) -> tuple[str, tuple[str, ...]]:
     if len(keys) != 1 or not ranks(points):
         return "", ()
     (key,) = keys
-    name, unit = (part.strip(" =") for part in _words(key).split("{}"))
+    name, unit = (part.strip(" =") for part in _words(points[0], key).split("{}"))
     if name in ("", "wall at"):
         name = key.rpartition(".")[2].replace("_", " ")
     label = f"{name} ({unit})" if unit and unit != name else name
     return label, tuple(_shown(point, key) for point in points)
 
 
-def _words(key: str) -> str:
-    return _WORDS.get(key, f"{key} = {{}}")
+def _words(point: Point, key: str) -> str:
+    return _WORDS.get(key) or f"{key} = {{}} {unit_of(point.experiment, key)}".rstrip()
 
 
 def _shown(point: Point, key: str) -> str:

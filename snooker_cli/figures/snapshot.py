@@ -65,7 +65,10 @@ def _of_density(states: list[Scene]) -> Colours:
         structure.local_packing(scene.positions, scene.velocities, scene) for scene in states
     ]
     label = f"packing fraction in cells of {structure.BALLS_IN_CELL:g} balls on average"
-    return Colours(packings, label, (0.0, _highest(packings)), high_is_dark=True)
+    highest = _highest(packings)
+    # Below the scale is space without balls.
+    lowest = min(*(float(value.min()) for value in packings), highest / 2)
+    return Colours(packings, label, (lowest, highest), high_is_dark=True)
 
 
 def _highest(values: list[Array]) -> float:
@@ -96,8 +99,10 @@ def snapshot(build: FigureBuilder) -> FigureData:
     )
     if len(found) == 1:
         build.record(point, time=found[0][0])
+    moved = _moved(trace, times, [time for time, _ in found])
+    empty = "White space has no balls." if pictures.high_is_dark else ""
     return build.figure(
-        _moved(trace, times, [time for time, _ in found]),
+        " ".join(filter(None, [empty, moved])),
         numbers={"times": [time for time, _ in found]},
         pictures=pictures,
     )

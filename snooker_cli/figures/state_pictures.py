@@ -39,6 +39,7 @@ MOST_CIRCLES = 3000  # balls of a picture that are drawn as circles
 WIDE, MOST_COLUMNS = 7.0, 4  # width of several pictures, inches: of a page; pictures in a row
 PIXELS = 900  # of the longer side of a picture, or of a row of them
 FINER = 3  # parts of a side of a pixel at most, so that balls smaller than a pixel have their area
+EMPTY = "white"  # the ground of each picture, and what is below the scale of a density
 MARGIN = 0.02  # around the container, over its size
 BELOW, SCALE = 0.7, 0.04  # height of the colour scale with its texts, inches; its share of that
 TITLE_HEIGHT = 0.22  # of the time above a picture, inches
@@ -80,7 +81,7 @@ def draw_pictures(data: FigureData, pictures: Pictures, size: tuple[float, float
                 _mappable(pictures, colours),
                 ax=grid,
                 orientation="horizontal",
-                extend="max",
+                extend="both" if pictures.high_is_dark else "max",
                 shrink=0.8 if number == 1 else 0.4,
                 fraction=SCALE,
                 pad=0.04,
@@ -96,7 +97,8 @@ def _colours(pictures: Pictures) -> Colormap:
     if pictures.names:
         return ListedColormap([to_rgb(colour(k)) for k in range(len(pictures.names))])
     shades = np.linspace(0.0, LIGHTEST, 256)
-    return ListedColormap(_SHADES(shades[::-1] if pictures.high_is_dark else shades))
+    colours = ListedColormap(_SHADES(shades[::-1] if pictures.high_is_dark else shades))
+    return colours.with_extremes(under=EMPTY) if pictures.high_is_dark else colours
 
 
 def _mappable(pictures: Pictures, colours: Colormap) -> Any:

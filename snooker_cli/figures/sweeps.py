@@ -5,6 +5,7 @@ import numpy as np
 from snooker_cli.analysis.comparison import comparisons_of
 from snooker_cli.analysis.decay import decays_of
 from snooker_cli.analysis.trend import Trend, trend_of
+from snooker_cli.config import unit_of
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
@@ -20,6 +21,7 @@ from snooker_cli.figures.selection import swept_number
 def against_key(build: FigureBuilder) -> FigureData:
     """The main result of each point against the swept key, with theory at the same points."""
     key, names = swept_number(build.points), [group[0] for group in build.groups]
+    key_unit = unit_of(build.points[0].experiment, key)
     drawn: list[Trend] = []
     for index, group in enumerate(build.groups):
         rows = []
@@ -27,7 +29,7 @@ def against_key(build: FigureBuilder) -> FigureData:
             measurement = build.measurement(point)
             compared, _ = comparisons_of(measurement, decays_of(measurement))
             rows += [{"parameters": point.as_json(), **row.as_json()} for row in compared]
-        for trend in filter(None, [trend_of(rows, key)]):
+        for trend in filter(None, [trend_of(rows, key, key_unit)]):
             drawn.append(trend)
             x, y, error = trend.x, trend.column("measured"), trend.column("error")
             label = build.label(group[0], names) or "simulation"
@@ -54,8 +56,9 @@ def against_key(build: FigureBuilder) -> FigureData:
     values = np.concatenate([trend.column("measured") for trend in drawn])
     return build.figure(
         seen,
+        numbers={"units": dict.fromkeys(("value", "theory", "difference"), first.unit)},
         title=f"{first.symbol} against {key}",
-        x_label=key,
+        x_label=f"{key} ({key_unit})" if key_unit else key,
         y_label=f"{first.symbol}{unit}",
         logarithmic=more_than_a_decade([values]) and bool(values.min() > 0),
     )

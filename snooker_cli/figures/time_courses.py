@@ -23,7 +23,6 @@ from snooker_cli.figures.figure_data import (
     Layer,
     Line,
     Reference,
-    at_common_times,
     courses,
     legend_line,
     more_than_a_decade,
@@ -48,11 +47,12 @@ def energy(build: FigureBuilder) -> FigureData:
         ratios_of.append(courses(energy.time, energy.value))
     log = more_than_a_decade(ratios for curves in ratios_of for _, ratios in curves)
     for index, (point, curves) in enumerate(zip(build.points, ratios_of, strict=True)):
-        build.add_course(index, point, curves, logarithmic=log)
+        times, rows = build.add_mean_course(index, point, curves)
         build.record(
             point,
             elastic=elastic(point),
-            final_ratio=float(curves[0][1][-1]),
+            final_ratio=mean_and_error(rows[:, -1]),
+            time=float(times[-1]),
             largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves),
         )
     top = max(float(ratios.max()) for curves in ratios_of for _, ratios in curves)
@@ -99,10 +99,8 @@ def pressure(build: FigureBuilder) -> FigureData:
             expected.append(value)
     top = max(expected, default=0.0)
     for index, point in enumerate(build.points):
-        curves = _pressures(build.measurement(point))
-        build.add_course(index, point, curves)
-        top = max([top, *(_settled_top(*curve) for curve in curves)])
-        times, rows = at_common_times(curves)
+        times, rows = build.add_mean_course(index, point, _pressures(build.measurement(point)))
+        top = max([top, *(_settled_top(times, row) for row in rows)])
         final = mean_and_error(rows[:, -1])
         build.record(point, time=float(times[-1]), pressure=final)
     if not any(record["pressure"] for record in build.records):

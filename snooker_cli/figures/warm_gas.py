@@ -26,7 +26,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import gas, value_at, varying
+from snooker_cli.figures.selection import gas, swept_numbers, value_at
 from snooker_cli.formatting import counted
 from snooker_cli.laws import Law, Sides, Thermal
 from snooker_cli.scene import Scene
@@ -92,7 +92,8 @@ class _Steady:
 
 def stationary(build: FigureBuilder) -> FigureData:
     """Temperature against a swept key, a series for each CoR, with the balance of energy."""
-    key = varying(build.groups[0])[0]
+    numbers = swept_numbers(build.groups[0])  # of runs side by side not their names
+    key = next(key for key in AXES if key in numbers)
     names, steady = [group[0] for group in build.groups], _Steady(build)
     for index, group in enumerate(build.groups):
         rows, expected = [], []
@@ -113,7 +114,10 @@ def stationary(build: FigureBuilder) -> FigureData:
         build.lines.append(legend_line("balance of energy, uniform gas", "dotted"))
         caption += " Dotted: balance of energy in a uniform gas (Kumaran 1998)."
     log = more_than_a_decade(line.y for line in build.lines if isinstance(line, Points))
-    return build.figure(caption, logarithmic=log, x_label=AXES[key], x_log=key == "wall_speed")
+    units = {"units": {"theory": "J"}}
+    return build.figure(
+        caption, numbers=units, logarithmic=log, x_label=AXES[key], x_log=key == "wall_speed"
+    )
 
 
 def _profile(build: FigureBuilder, steady: _Steady, bins: int) -> tuple[Array, Array, Array, Array]:

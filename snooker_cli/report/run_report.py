@@ -23,7 +23,7 @@ from snooker_cli.analysis.tables import (
     overview,
 )
 from snooker_cli.analysis.trend import trends
-from snooker_cli.config import Point
+from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
@@ -145,8 +145,10 @@ def _with_result(picture: FigureData) -> FigureData:
     if not names or picture.kind in WITH_SENTENCE or "largest_residual" in picture.numbers:
         return picture
     name = names[0]
-    texts = [with_error(row.get(name), row.get(f"{name}_error")) for row in (rows[0], rows[-1])]
-    labels = [point_label(row["parameters"]) for row in (rows[0], rows[-1])]
+    unit = picture.unit(name)
+    ends = rows[0], rows[-1]
+    texts = [with_error(row.get(name), row.get(f"{name}_error"), unit) for row in ends]
+    labels = [point_label(row["parameters"]) for row in ends]
     seen = f"from {texts[0]} at {labels[0]} to {texts[1]} at {labels[1]}" if rows[1:] else texts[0]
     words = name.replace("_", " ").capitalize()
     return replace(picture, caption=f"{words}: {seen}. {picture.caption}")
@@ -215,7 +217,8 @@ def _figure(run: Run, name: str, single: Point) -> FigureData | str:
 def _overview(points: Sequence[Point], fitted: RunAnalysis, compared: RunAnalysis) -> str:
     """What holds for a sweep: how the main result changes with the swept key, then the rest."""
     try:
-        along = trends(compared.rows, swept_number(points))
+        key = swept_number(points)
+        along = trends(compared.rows, key, unit_of(points[0].experiment, key))
     except FigureError:
         along = {}
     sentences = [

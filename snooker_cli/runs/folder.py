@@ -6,7 +6,7 @@ import os
 import sys
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from itertools import chain, count
@@ -23,6 +23,7 @@ from snooker_cli.config import (
     extends,
     with_values,
 )
+from snooker_cli.config.problems import key_path, value_at
 from snooker_cli.errors import DeniedError, RunError, SnookerError, StoreError
 from snooker_cli.files import (
     append_text,
@@ -48,6 +49,8 @@ LOST = f"its {MANIFEST} is lost"
 
 FAILURES = "failures.jsonl"  # the repeats that failed in the last attempt, a line of JSON each
 MADE = ("repeats-*.h5", "exact-*.json")  # in a point's folder
+MOST_LISTED = 30  # values of a key in a message
+NO_VALUE = (AttributeError, IndexError, TypeError)  # of a key that an experiment does not have
 MOST_NAMED = 5  # runs that a message about their parent folder names
 LOCK_WAITS = (0.0, 0.02, 0.05, 0.1)  # s, because ``is_locked`` holds the lock for a moment
 
@@ -141,6 +144,8 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
     more = f"repeats from {present} to {wanted}" if wanted > present else ""
     new_points = counted(len(added), "new point") if added else ""
     gone = f"{counted(len(left_out), 'point')} no longer listed, stored as before"
+    if override := _override_for_all(run):
+        gone = f"{gone} ({override} lists all points)"
     changes = [text for text in (limits, more, new_points, gone if left_out else "") if text]
     verb = "extends" if limits or more or added else "changes"
     change = f"this {verb} {directory}: {', '.join(changes)}"
@@ -191,14 +196,38 @@ def continued(run: SomeRun) -> SomeRun:
 
 
 def _is_of_sweep(stored: Run, point: Point) -> bool:
-    """Whether a point has the physics of a stored config, but for the values of swept keys."""
-    if not {key for key, _ in stored.points[0].parameters} <= {key for key, _ in point.parameters}:
-        return False
+    """Whether a point has the physics of a stored config, but for the values of swept keys.
+
+    The keys that the stored run sweeps may have one value now.
+    """
     try:
-        here = with_values(stored.experiment, dict(point.parameters))
-    except ConfigError:
+        here = with_values(
+            stored.experiment,
+            {
+                key: value_at(point.experiment, key_path(key))
+                for key in _swept((*stored.points, *stored.former, point))
+            },
+        )
+    except (ConfigError, *NO_VALUE):
         return False
     return digest(here, without=LIMITS) == digest(point.experiment, without=LIMITS)
+
+
+def _swept(points: Iterable[Point]) -> list[str]:
+    """The keys that are swept in one of these points."""
+    return list(dict.fromkeys(key for point in points for key, _ in point.parameters))
+
+
+def _override_for_all(run: Run) -> str:
+    """``cor=0.8,0.9``, which lists all points of a run's folder; empty if one key is not enough."""
+    points = (*run.points, *run.former)
+    keys = _swept(points)
+    if len(keys) != 1 or len(points) > MOST_LISTED:
+        return ""
+    values = [value_at(point.experiment, key_path(keys[0])) for point in points]
+    if len(set(values)) < len(values) or not {*map(type, values)} <= {int, float}:
+        return ""
+    return f"{keys[0]}={','.join(map(repr, sorted(values)))}"
 
 
 def _restored(run: Run) -> str:

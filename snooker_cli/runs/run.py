@@ -16,7 +16,7 @@ from typing import NamedTuple
 from snooker_cli import store
 from snooker_cli.config import Experiment, Point, digest, extends, validated
 from snooker_cli.engine import ENGINE_VERSION, stands_still
-from snooker_cli.errors import AbsentError, RunError, StoreError, UserError
+from snooker_cli.errors import AbsentError, PlaceError, RunError, StoreError
 from snooker_cli.files import discard, read_text
 from snooker_cli.formatting import point_label, printable, spans
 from snooker_cli.memory import MEMORY
@@ -95,6 +95,11 @@ class Run:
         """The folder's name."""
         return self.directory.name
 
+    @property
+    def unlisted(self) -> int:
+        """How many points are stored that the sweep no longer lists."""
+        return len(self.former)
+
     @cached_property
     def by_number(self) -> dict[int, Point]:
         """The points by their numbers, which also name their folders."""
@@ -147,14 +152,14 @@ class Run:
         return f"point {place:,} of {len(self.points):,}"
 
     def chosen(self, point: int | None, repeat: int) -> Point:
-        """The point with a number, or the first. Raises ``UserError`` if one does not exist."""
+        """The point with a number, or the first. Raises ``PlaceError`` if one does not exist."""
         point = self.points[0].index if point is None else point
         chosen = self.by_number.get(point, self.points[0])
         given = ("point", point, self.by_number), ("repeat", repeat, range(self.requested(chosen)))
         for noun, number, numbers in given:
             if number not in numbers:
                 existing = f"{self.name} has {noun}s {spans(numbers)}"
-                raise UserError(f"there is no {noun} {number}: {existing}")
+                raise PlaceError(f"there is no {noun} {number}: {existing}")
         return chosen
 
     def present(self, point: Point) -> list[int]:

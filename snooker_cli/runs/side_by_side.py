@@ -56,6 +56,11 @@ class RunsSideBySide(Run):
         """The names of the runs: ``A and B``."""
         return listed(list(dict.fromkeys(str(dict(p.parameters)[RUN]) for p in self.points)))
 
+    @property
+    def unlisted(self) -> int:
+        """How many points are stored that the sweeps of these runs no longer list."""
+        return sum(run.unlisted for run in self.runs)
+
     @cached_property
     def _origins(self) -> list[tuple[Run, Point]]:
         """The run and its point, of each point."""

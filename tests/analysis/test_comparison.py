@@ -499,7 +499,8 @@ def test_without_a_theory_there_is_no_ratio_of_species(old: str, new: str) -> No
 def test_a_summary_has_no_temperatures_of_species() -> None:
     row, notes = species_row(MIXED.replace("repeats: 40", "repeats: 1\nrecord: summary"))
     assert row is None
-    assert any("T₁/T₂ (equal cooling rates) is missing" in text for text in notes)
+    missing = "T₁/T₂ (equal cooling rates) is missing: no state of the balls after the relaxation"
+    assert any(f"{missing} is stored; run the config with `record: events`" in t for t in notes)
 
 
 ROUGH = """\

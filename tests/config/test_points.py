@@ -19,6 +19,7 @@ from snooker_cli.config import (
     parse,
     points,
     to_json,
+    unit_of,
 )
 from snooker_cli.config.points import stream_seed
 from snooker_cli.placement.starting_scene import starting_scene
@@ -172,3 +173,36 @@ def test_other_values_of_collapse_are_refused() -> None:
             collapsing(collapse, balls, override)
         (problem,) = error.value.problems
         assert str(problem).startswith("run.yaml:5:11: collapse: ")
+
+
+@pytest.mark.parametrize(
+    ("key", "unit"),
+    [
+        ("balls.radius", "m"),
+        ("balls.mass", "kg"),
+        ("balls.speed", "m/s"),
+        ("balls.spin", "rad/s"),
+        ("balls.rings", ""),
+        ("balls.ring_extent", ""),
+        ("container.radius", "m"),
+        ("container.packing", ""),
+        ("cor", ""),
+        ("cor_speed", "m/s"),
+        ("wall_cor_speed", "m/s"),
+        ("wall_speed", "m/s"),
+        ("wall_temperature.left", "J"),
+        ("friction", ""),
+        ("inertia", ""),
+        ("collapse.tc", ""),
+        ("collapse.elastic_below", "m/s"),
+        ("collisions", ""),
+        ("time", "s"),
+    ],
+)
+def test_a_key_has_the_unit_of_its_description(key: str, unit: str) -> None:
+    how = {"collapse": "collapse={tc: 0.1}", "wall_temperature": "wall_temperature={left: 3}"}
+    box = ["container={shape: box, width: 20}", "balls={count: 9, radius: 1, speed: 1}"]
+    first = key.partition(".")[0]
+    overrides = box if first == "wall_temperature" else []
+    overrides = [*overrides, *([how[first]] if first in how else [])]
+    assert unit_of(experiment(BASE, *overrides), key) == unit

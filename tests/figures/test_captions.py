@@ -56,7 +56,7 @@ def test_captions_count_what_ended_early(tmp_path: Path) -> None:
 
 
 def test_figures_of_an_unfinished_run(broken: Run, decaying: Run) -> None:
-    missing = "the run is unfinished: 4 of 9 repeats are there"
+    missing = "the run is unfinished: 4 of 9 repeats are there, of 2 of 3 points"
     assert unfinished(broken, Selection()) == missing
     assert unfinished(decaying, Selection()) == ""
     assert shown(broken, "energy").caption.endswith(f" T{missing[1:]}.")

@@ -139,7 +139,7 @@ def test_a_single_curve_has_a_legend_entry(name: str, decaying: Run) -> None:
     found = shown(decaying, name, cor=0.8)
     named = [layer for layer in found.layers if str(layer.label).startswith("simulation")]
     assert len(named) == 1
-    assert named[0].label in ("simulation", "simulation, the first repeat")
+    assert named[0].label == "simulation"
     assert len(named[0].x) > 0
 
 

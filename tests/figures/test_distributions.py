@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import ADRIFT, layers, made, shown, traces
+from figure_runs import ADRIFT, BASE, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
 from snooker_cli.analysis.measurement import measure, pairs_of
+from snooker_cli.config import parse
 from snooker_cli.engine import replay
 from snooker_cli.figures import (
     FIGURES,
@@ -23,6 +24,7 @@ from snooker_cli.figures import (
     distributions,
 )
 from snooker_cli.figures.captions import MEAN_SPREAD
+from snooker_cli.figures.distributions import _reduced_components
 from snooker_cli.figures.figure_data import NEUTRAL, Band
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON
@@ -93,7 +95,7 @@ def test_speeds_in_metres_if_elastic(warm: Run) -> None:
     mean_sum = np.sum(shares) / 3
     error = np.std(rests, ddof=1) / np.sqrt(3) / mean_sum / (SPEED_BIN * 5)
     assert residuals.y_error[3] == pytest.approx(error, rel=1e-9)
-    assert found.panel_label == "minus law at fixed energy"
+    assert found.panel_label == "minus law at fixed energy (s/m)"
     maxwell, fixed = laws(found)[:2]
     assert maxwell.y == pytest.approx(theory.maxwell_speed_density(maxwell.x, 12.5), rel=1e-12)
     assert fixed.y == pytest.approx(
@@ -111,7 +113,7 @@ def test_the_law_of_speeds_counts_one_ball_less(periodic: Run, tmp_path: Path) -
     adrift = made(tmp_path / "adrift", "cor=1", "collisions=1000", text=ADRIFT)
     found = shown(adrift, "speeds")
     assert [line.label for line in laws(found)] == ["Maxwell–Boltzmann"]
-    assert found.panel_label == "minus Maxwell's law"
+    assert found.panel_label == "minus Maxwell's law (s/m)"
     assert found.numbers["points"][0]["distance_from_fixed_energy"] is None
 
 
@@ -133,6 +135,25 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: Run) -> None:
     np.testing.assert_allclose((band.low + band.high) / 2, line.y, atol=1e-12)
 
 
+def test_g_of_two_balls_with_little_room(tmp_path: Path) -> None:
+    """There is one wide bin, which gives no contact value, or none beyond contact."""
+    text = """\
+container: {shape: box, width: 10}
+balls:
+  list:
+    - {position: [-2.5, 0], velocity: [1, 0.2], radius: 1}
+    - {position: [2.5, 0], velocity: [0, 1], radius: 1}
+cor: 1.0
+collisions: 30
+"""
+    narrow = made(tmp_path / "narrow", text=text)
+    assert shown(narrow, "pair-correlation").numbers["points"][0]["contact"] is None
+    full = made(
+        tmp_path / "full", "balls.list[0].radius=2.4", "balls.list[1].radius=2.49", text=text
+    )
+    assert "hardly more room" in why_not(full, "pair-correlation")
+
+
 def test_distances_of_many_balls_are_those_of_a_choice(
     decaying: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -144,6 +165,23 @@ def test_distances_of_many_balls_are_those_of_a_choice(
     assert found.numbers[key] == pytest.approx(whole.numbers[key], rel=4 * EPSILON)
     assert "Of 19 balls, the histogram has 9, chosen at random" in found.caption
     assert "chosen at random" not in whole.caption
+
+
+def test_velocity_tails_of_a_mixture_are_by_species(mixture: Run) -> None:
+    """Each over its own temperature: T₁ and T₂ differ in a cooling gas."""
+    found = shown(mixture, "velocity-tails")
+    names = ["r = 0.6 m, m = 4 kg", "r = 0.4 m, m = 1 kg"]
+    points = layers(found, Points)
+    assert [p.label for p in points] == names
+    assert [record["species"] for record in found.numbers["points"]] == names
+    assert "T is that of each species." in found.caption
+    for trace in traces(mixture, 0):
+        for kind in _reduced_components(trace, np.array([0.5, 0.9])):
+            assert np.mean(kind.reshape(2, -1) ** 2, axis=1) == pytest.approx([0.5, 0.5])
+    many = [f"{{count: 2, radius: 0.{k}, speed: 1}}" for k in range(1, 8)]
+    case = parse(BASE, overrides=[f"balls=[{', '.join(many)}]"])
+    (reason,) = FIGURES["velocity-tails"].fitting(case.points())[1]
+    assert "6 species at most" in reason
 
 
 def test_velocity_tails_are_shares_of_all_states(periodic: Run) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Points, Reference, Selection
 from snooker_cli.figures.registry import MOST_ALONG, possible
+from snooker_cli.figures.warm_gas import AXES
 from snooker_cli.runs import Run
 
 
@@ -100,6 +102,34 @@ def test_the_list_of_figures_has_all_that_a_run_gives(
             assert not error or any(words in error for words in needs_more), (figure, error)
         else:
             assert error in why, figure
+
+
+RATIOS = (
+    "/",
+    "αt",
+    "g(r)",
+    "S(k)",
+    "|ψ₆|",
+    "a₂",
+    "over",
+    "number of",
+    "balls of",
+    "collisions per",
+)
+RATIOS += ("packing fraction", "coefficient of restitution", "reduced", "k times", "density")
+"""Words of the labels of axes that are numbers without a unit."""
+
+
+def test_axes_have_units() -> None:
+    labels = {
+        label
+        for spec in FIGURES.values()
+        for key in ("x_label", "y_label", "panel_label")
+        if (label := spec.axes.get(key))
+    }
+    labels |= set(AXES.values())
+    unclear = {text for text in labels if not re.search(r"\([^()]*\)$", text)}
+    assert {text for text in unclear if not any(word in text for word in RATIOS)} == set()
 
 
 def test_series_of_many_points_are_thinned() -> None:

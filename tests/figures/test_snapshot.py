@@ -67,6 +67,9 @@ def test_colours_show_species_and_density(mixture: Run) -> None:
     shares = math.pi * dense.radii**2 / dense.values
     assert shares.sum() <= 120 * (1 + 1e-9)  # of cells with balls
     assert 0.5 * area / 120 < np.mean(dense.values) < 4 * area / 120
+    figure = drawn(mixture, 3.0, colour="density")
+    assert 0 < figure.pictures.limits[0] <= dense.values.min()
+    assert "White space has no balls." in figure.caption
 
 
 def test_times_without_a_state_are_refused_or_replaced(mixture: Run, tmp_path: Path) -> None:
@@ -162,6 +165,25 @@ def test_it_is_drawn_legibly(mixture: Run, colour: str, times: tuple[float, ...]
     titles = [axes.get_title() for axes in shown]
     wanted = [f"t = {time:g} s" for time in times or (20.0,)]
     assert titles == wanted + [""] * (colour == "speed")  # and the scale of colours
+
+
+@pytest.mark.parametrize("number", [1, 3001])
+def test_empty_space_has_the_colour_below_the_scale_of_density(number: int) -> None:
+    """Of balls that are circles, and of ones that are pixels; the least dense one has another."""
+    box = Box(10, 10)
+    columns = np.full((number, 2), -3.0), np.full(number, 0.5), np.full(number, 0.2)
+    one = Picture(0.0, *columns, box.outline, box.size, box.periodic)
+    pictures = Pictures((one,), "packing", (0.2, 0.5), high_is_dark=True)
+    figure = draw(FigureData("snapshot", "Balls", "x", "y", (), "", pictures=pictures))
+    figure.canvas.draw()
+    pixels = np.asarray(figure.canvas.buffer_rgba())  # type: ignore[attr-defined]
+    axes, bar = figure.axes
+    scale = bar._colorbar  # type: ignore[attr-defined]
+    assert (scale.extend, scale.vmin) == ("both", 0.2)
+    for place, value in (((2.5, 2.5), 0.0), ((-3.0, -3.0), 0.2)):
+        column, row = axes.transData.transform(place)
+        found = pixels[len(pixels) - 1 - int(row), int(column)]
+        assert np.abs(found - 255 * np.array(scale.cmap(scale.norm(value)))).max() <= 1
 
 
 @pytest.mark.parametrize(

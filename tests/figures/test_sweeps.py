@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import layers, made, shown
+from figure_runs import BASE, layers, made, shown, why_not
 from matplotlib.colors import to_rgb
 
 import snooker_cli as snooker
 from snooker_cli.analysis.run_analysis import comparisons
+from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
+from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.captions import FigureBuilder, theories_once
 from snooker_cli.figures.drawing import colour
 from snooker_cli.figures.figure_data import NEUTRAL, Line, Points
+from snooker_cli.figures.selection import described, scale
 from snooker_cli.runs import Run
 from snooker_cli.runs.side_by_side import RunsSideBySide
 
@@ -74,6 +78,43 @@ def test_one_value_of_the_key_from_each_run(tmp_path: Path) -> None:
     assert alpha.x.tolist() == [0.8, 0.9]
     main = next(points for points in layers(shown(pair, "swept-key"), Points) if len(points.x))
     assert main.x.tolist() == [0.8, 0.9]
+
+
+def test_runs_with_other_keys_of_balls_are_drawn_together(tmp_path: Path) -> None:
+    """One has rings, the other random places; a key that a run lacks has no words and no value."""
+    random = "balls={count: 19, radius: 1.0, speed: 10.0, start: random}"
+    pair = RunsSideBySide.of([made(tmp_path / "rings"), made(tmp_path / "random", random)])
+    drawn = 0
+    for name, spec in FIGURES.items():
+        with suppress(FigureError):
+            found, drawn = spec.make(pair, Selection(), first=True), drawn + 1
+            labels = [str(getattr(layer, "label", None) or "") for layer in found.layers]
+            assert "None" not in " ".join([found.title, found.caption, *labels]), name
+    assert drawn > 7
+    lines = [line for line in layers(shown(pair, "energy"), Line) if len(line.x)]
+    assert [line.label for line in lines] == ["rings, N = 19, ring extent 0.8", "random"]
+    elastic = [made(tmp_path / "A", "cor=1"), made(tmp_path / "B", random, "cor=1")]
+    assert "values of balls.rings or balls.count" in why_not(
+        RunsSideBySide.of(elastic), "pressure-number"
+    )
+
+
+def test_a_swept_key_has_its_unit(tmp_path: Path) -> None:
+    """On the axis, in the caption and in legends."""
+    found = shown(made(tmp_path / "run", "balls.radius=0.5,1.0"), "swept-key")
+    assert found.x_label == "balls.radius (m)"
+    assert found.unit("value") == "1/s"
+    assert "at balls.radius = 0.5 m to" in found.caption
+    speeds = parse(BASE, overrides=["wall_cor=0.9", "wall_cor_speed=1.0,2.0"]).points()
+    assert described(speeds[0], "wall_cor_speed") == "wall_cor_speed = 1 m/s"
+    assert scale(speeds) == ("wall_cor_speed (m/s)", ("1", "2"))
+
+
+def test_the_steady_temperature_is_along_a_value_of_each_run(tmp_path: Path) -> None:
+    how = ("collisions=2000", "container.mass=.inf", "repeats=2")
+    runs = [made(tmp_path / speed, *how, f"wall_speed={speed}") for speed in ("1.0", "2.0")]
+    (points,) = (p for p in layers(shown(RunsSideBySide.of(runs), "stationary"), Points))
+    assert points.x.tolist() == [1.0, 2.0]
 
 
 def test_theory_is_drawn_once_if_it_is_the_same(tmp_path: Path) -> None:

@@ -16,33 +16,49 @@ from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.analysis.structure import Array
 from snooker_cli.engine import replay, series
 from snooker_cli.figures import Line, Reference
-from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
-from snooker_cli.figures.figure_data import Band, courses
+from snooker_cli.figures.captions import MEAN_SPREAD, SPREAD, FigureBuilder
+from snooker_cli.figures.figure_data import Band, at_common_times, courses, lasting
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON, Scene
 
 
-def test_energy_of_one_repeat_and_of_all(decaying: Run) -> None:
+def test_energy_is_a_mean_over_the_repeats(decaying: Run) -> None:
     found = shown(decaying, "energy")
-    records, (*lines, legend) = found.numbers["points"], layers(found, Line)
+    records, lines = found.numbers["points"], layers(found, Line)
     assert [line.label for line in lines] == ["CoR 0.8", "CoR 0.9", "CoR 1"]
-    assert (legend.label, legend.style, len(legend.x)) == ("line: the first repeat", "solid", 0)
     assert [record["elastic"] for record in records] == [False, False, True]
-    assert f"bands: {LOG_SPREAD}." in found.caption
+    assert f"Lines: means over the repeats; bands: {MEAN_SPREAD}." in found.caption
     assert found.y_log  # at CoR 0.8 less than a tenth is left
     for index, (line, band) in enumerate(zip(lines, layers(found, Band)[:-1], strict=True)):
         curve = measure(traces(decaying, index)).curve
         curves = courses(curve.time, curve.energy / curve.energy[:, :1])
-        assert [line.x.tolist(), line.y.tolist()] == [column.tolist() for column in curves[0]]
-        first = series(traces(decaying, index)[0])
-        total = first.kinetic_energy + first.container_energy
-        assert line.y[-1] == total[-1] / total[0]
-        around(band, curves, found.y_log)
-        assert band.series == index
+        end = min(time[-1] for time, _ in curves)
+        rows = np.array([np.interp(line.x, *pair) for pair in curves])
+        assert (line.x[0], line.x[-1], band.series) == (0.0, end, index)
+        assert np.allclose(line.y, rows.mean(axis=0), rtol=1e-14)
+        assert np.allclose((band.high - band.low) / 2, standard_errors(rows), atol=1e-15)
+        record = records[index]
+        assert (record["time"], record["final_ratio"]) == (end, line.y[-1])
+        if index < 2:
+            assert record["final_ratio_error"] == standard_errors(rows)[-1]
         worst = max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves)
-        assert (records[index]["largest_deviation"], records[index]["repeats"]) == (worst, 3)
+        assert (record["largest_deviation"], record["repeats"]) == (worst, 3)
     # Each energy is a sum over 19 balls, rounded at each.
     assert records[2]["largest_deviation"] < 200 * 19 * EPSILON
+    (single,) = layers(shown(decaying, "energy", cor=0.9, repeat=1), Line)
+    first = series(traces(decaying, 1)[1])
+    total = first.kinetic_energy + first.container_energy
+    assert (single.x[-1], single.y[-1]) == (first.time[-1], total[-1] / total[0])
+
+
+def test_repeats_that_end_early_do_not_shorten_a_mean_course() -> None:
+    """Nor does a long one lengthen it."""
+    ends = [1.0, 8.0, 9.0, 10.0, 11.0, 900.0]
+    curves = [(np.array([0.0, end]), np.array([1.0, 0.5])) for end in ends]
+    assert [time[-1] for time, _ in lasting(curves)] == ends[1:]
+    assert at_common_times(lasting(curves))[0][-1] == 8.0
+    build = FigureBuilder(None, None, [[None]], {}, brief=1)  # type: ignore[list-item,arg-type]
+    assert build._left_out().startswith("Left out: 1 repeat that ends before half")
 
 
 def test_momentum_is_summed_from_the_states(decaying: Run) -> None:
@@ -77,14 +93,16 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
     curve = measure(traces(decaying, 2)).curve
     curves = courses(curve.time, np.nan_to_num(curve.pressure))
     (line,) = layers(found, Line)
-    assert [line.x.tolist(), line.y.tolist()] == [column.tolist() for column in curves[0]]
+    end = min(time[-1] for time, _ in curves)
+    assert (line.x[-1], line.y[0]) == (end, 0.0)
     columns = series(traces(decaying, 2)[0])
     at_end = columns.wall_impulse[-1] / (20 * math.pi * columns.time[-1])
-    assert line.y[-1] == pytest.approx(at_end, rel=1e-15)
-    end = min(time[-1] for time, _ in curves)
+    (single,) = layers(shown(decaying, "pressure", cor=1.0, repeat=0), Line)
+    assert single.y[-1] == pytest.approx(at_end, rel=1e-15)
     final = np.array([np.interp(end, *curve) for curve in curves])
     (point,) = found.numbers["points"]
-    assert point["pressure"] == pytest.approx(final.mean(), rel=1e-14)
+    assert (found.unit("pressure"), found.unit("time")) == ("Pa·m", "s")
+    assert line.y[-1] == point["pressure"] == pytest.approx(final.mean(), rel=1e-14)
     assert point["pressure_error"] == pytest.approx(final.std(ddof=1) / math.sqrt(3), rel=1e-12)
     (reference,) = layers(found, Reference)
     assert reference.value == in_circle(50.0, 1.0)

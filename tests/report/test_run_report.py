@@ -193,7 +193,7 @@ def test_an_unfinished_run_says_so(
     for path in copy.glob("point-0001/*.h5"):
         path.unlink()
     found = words(made(tmp_path / "report", open_run(copy)))
-    assert "The run is unfinished: 3 of 6 repeats are there." in found
+    assert "The run is unfinished: 3 of 6 repeats are there, of 1 of 2 points." in found
     assert "cor=1.0 – – 0 of 3" in found
     for path in copy.glob("point-*/*.h5"):
         path.unlink()
@@ -219,14 +219,11 @@ def test_a_caption_begins_with_the_first_number_of_its_figure(decaying: Run) -> 
     energy = FIGURES["energy"].make(decaying, Selection())
     first, *_, last = energy.numbers["points"]
     caption = module._with_result(energy).caption
-    begins = (
-        f"Final ratio: from {with_error(first['final_ratio'], None)} at cor=0.8 to "
-        f"{with_error(last['final_ratio'], None)} at cor=1.0. {energy.caption}"
-    )
+    ratios = [with_error(row["final_ratio"], row["final_ratio_error"]) for row in (first, last)]
+    begins = f"Final ratio: from {ratios[0]} at cor=0.8 to {ratios[1]} at cor=1.0. {energy.caption}"
     assert caption == begins
     one = FIGURES["energy"].make(decaying, Selection({"cor": 0.8}))
-    ratio = with_error(first["final_ratio"], None)
-    assert module._with_result(one).caption.startswith(f"Final ratio: {ratio}. ")
+    assert module._with_result(one).caption.startswith(f"Final ratio: {ratios[0]}. ")
     for name in ("decay-against-cor", "event-decay"):  # they have a sentence
         figure = FIGURES[name].make(decaying, Selection())
         assert module._with_result(figure) is figure

@@ -9,11 +9,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from figure_runs import shown
 from repeating import contents, done, made, run_of
 
 import snooker_cli as snooker
 from snooker_cli import runs
 from snooker_cli.errors import RunError, StoreError
+from snooker_cli.figures.captions import unlisted
 from snooker_cli.files import temporary_path, write_json
 from snooker_cli.runs import MANIFEST, Run
 from snooker_cli.runs.run import ANALYSIS, FIGURE_KEYS
@@ -133,12 +135,32 @@ def test_a_single_point_becomes_one_of_a_sweep(tmp_path: Path, one_point: str) -
     assert [result.cached for result in done(run)] == [True] * 3 + [False] * 3
 
 
+def test_a_single_value_adds_a_point_to_a_sweep(copied: Path, small_config: str) -> None:
+    """One after the other; the values of all points list them again."""
+    for cor, number in (("0.7", 2), ("0.75", 3)):
+        run = runs.continued(run_of(copied, small_config, f"cor={cor}"))
+        assert [point.index for point in run.points] == [number]
+        assert "1 new point" in runs.create(run)
+        assert runs.open_run(copied) == run
+    assert [result.cached for result in done(run)] == [False] * 3
+    assert unlisted(run) == "the sweep lists 1 of the 4 points that are stored"
+    assert shown(run, "energy").caption.endswith(f" T{unlisted(run)[1:]}.")
+    assert str(snooker.open(copied).compare()).count("1 of the 4 points") == 1
+    change = runs.planned_change(runs.continued(run_of(copied, small_config, "cor=0.85")))
+    assert "cor=0.7,0.75,0.85,1.0 lists all points" in change
+    everyone = runs.continued(run_of(copied, small_config, "cor=0.7,0.75,0.85,1.0"))
+    runs.create(everyone)
+    assert [point.index for point in everyone.points] == [2, 3, 0, 1]
+    assert unlisted(everyone) == ""
+
+
 @pytest.mark.parametrize("change", ["balls.mass=2", "seed=5", "wall_cor=0.9"])
 def test_other_physics_is_no_growth_of_a_sweep(
     change: str, copied: Path, small_config: str
 ) -> None:
-    run = runs.continued(run_of(copied, small_config, "cor=0.85,0.9", change))
-    assert refusal(run) == "other_config"
+    for values in ("cor=0.85,0.9", "cor=0.7"):
+        run = runs.continued(run_of(copied, small_config, values, change))
+        assert refusal(run) == "other_config"
 
 
 def test_a_run_of_fewer_repeats_deletes_no_later_ones(copied: Path, small_config: str) -> None:
