@@ -1,7 +1,6 @@
 // The charts of the gas that runs: its energy with the fitted laws, pressures beside theory, and the
 // speeds beside Maxwell's law and the law at fixed energy. Of several gases, each has a colour; then
 // there is one pressure of each, and no law but Maxwell's.
-"use strict";
 
 const GAS_COLOURS = ["first", "second", "third", "fourth"];
 const FIT_EVERY = 300; // ms

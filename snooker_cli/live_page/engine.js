@@ -1,5 +1,3 @@
-"use strict";
-
 // A scene in, events out. The program's own kernels, as WebAssembly, compute them, with the same bits:
 // ``follow`` of page_kernels.py simulates, ``show`` says where balls are. ENGINE, which webassembly.py
 // makes, says where in memory each array is, and what the numbers of its rows and elements mean.

@@ -1,6 +1,5 @@
 // A film: repeats that the page simulates again from their stored starts, beside each other and in step.
 // It goes to any moment, and checks that the collisions are those that are stored.
-"use strict";
 
 const content = JSON.parse(find("data").textContent);
 const LONGEST = 60; // s that a film takes at speed 1 unless the page gives a length

@@ -1,6 +1,5 @@
 // The gas that the page shows: a simulation that runs as far as it is asked to, and what is kept of
 // it for the arena and the charts. It has no part of the page, so that tests can run it.
-"use strict";
 
 const TC = 0.01; // the duration of contacts, in mean free times, that prevents a collapse
 const LEAST_SHARE = 1e-200; // of the energy at the start, below which the gas ends: numbers end at 1e-308

@@ -1,5 +1,4 @@
 // The page: what runs, how fast, and what buttons, sliders and keys do.
-"use strict";
 
 const content = JSON.parse(find("data").textContent);
 for (const { config: { balls } } of content.scenes) {
@@ -415,7 +414,7 @@ class LivePage extends PlayerPage {
     if (!starts) return;
     const config = structuredClone(this.config);
     if (length) Object.assign(config, { collisions: length, time: config.collisions === null ? null : config.time });
-    const source = `${find("engine").textContent}\n(${worker})();`;
+    const [engine] = find("script").textContent.split("/* The page"), source = `${engine}\n(${worker})();`;
     const results = [], end = (text) => this.endMeasurement(text);
     this.workerUrl = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
     try {

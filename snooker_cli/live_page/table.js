@@ -1,5 +1,4 @@
 // The student's table: a row for each measurement, and a plot of its columns with theory.
-"use strict";
 
 // The columns: heading, unit, what is read of a row. One that is ``varied`` is shown if rows differ in
 // it, and one that is ``rare`` if a row has a number in it that is not zero.
@@ -61,7 +60,7 @@ function between(first, second, part) {
 }
 
 // The ends of an axis: from zero, but for values that are all near to each other.
-function rangeOf(values) {
+function axisEnds(values) {
   const least = Math.min(...values, Infinity), most = Math.max(...values, 0), room = 0.1 * (most - least);
   return least > most / 2 && room > 0 ? [least - room, most + room] : [0, roomy(most)];
 }
@@ -162,17 +161,17 @@ class Table {
     this.draw();
   }
 
-  // The table as text: a line for each row; errors have columns of their own, numbers all digits.
+  // The table as text: a line for each row; errors have columns of their own, numbers all digits. comma: between cells
   text(comma) {
     const columns = this.columns.flatMap(({ key, text, unit, measured }) => {
       const heading = unit ? `${text} (${unit})` : text;
       return measured ? [[heading, key], [phrase`error of ${text}`, `${key}Error`]] : [[heading, key]];
     });
-    const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-    const known = (value) => (Number.isFinite(value) || typeof value === "string" ? quoted(String(value)) : "");
+    const known = (value) => (Number.isFinite(value) || typeof value === "string" ? String(value) : "");
     const rows = this.rows.map((row) => columns.map(([, key]) => known(row[key])));
-    const lines = [columns.map(([heading]) => heading), ...rows];
-    return lines.map((cells) => `${cells.join(comma)}\n`).join("");
+    const needsQuotes = (text) => [comma, '"', "\n", "\r"].some((sign) => text.includes(sign));
+    const quoted = (text) => (needsQuotes(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    return [columns.map(([heading]) => heading), ...rows].map((cells) => `${cells.map(quoted).join(comma)}\n`).join("");
   }
 
   draw() {
@@ -189,7 +188,7 @@ class Table {
     const predicted = curves.flatMap(({ pieces }) => pieces.flat().map(([, value]) => value));
     panel.name = y.unit ? `${y.text} (${y.unit})` : y.text;
     panel.top = roomy(Math.max(...highest, ...predicted, 0));
-    const [low, high] = rangeOf(points.map((row) => row[x.key]));
+    const [low, high] = axisEnds(points.map((row) => row[x.key]));
     this.plot.layOut(pen, width, height, size);
     const across = (value) => this.plot.left + ((value - low) / (high - low)) * this.plot.wide;
     this.plot.grid(pen);

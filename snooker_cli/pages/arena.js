@@ -1,5 +1,4 @@
 // The container, the balls coloured by speed, marks on those that turn, and the flashes of contacts.
-"use strict";
 
 const FLASH = 0.3; // s of playing
 const MOST_FLASHES = 60;

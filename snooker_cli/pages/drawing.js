@@ -1,5 +1,4 @@
 // What the arena and the charts share: colours, texts of numbers, and a sharp canvas.
-"use strict";
 
 // A colour of page.css; it follows the dark mode of the browser.
 const paint = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`);

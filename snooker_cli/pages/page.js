@@ -1,5 +1,4 @@
 // What the controls of all pages share: elements, sentences, keys, full screen, the legend.
-"use strict";
 
 const CROSSING = 6; // s of playing in which a ball crosses the container at speed 1
 const LONGEST_FRAME = 0.1; // s that a frame continues by at most

@@ -1,5 +1,4 @@
 // Panels of a chart, one below the other: axes with labels, curves, steps of a histogram.
-"use strict";
 
 const RIGHT_MARGIN = 12; // px to the right of a curve
 const DASHES = { line: [6, 4], text: "- -" }, DOTS = { line: [1.5, 3], text: "···" };

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import Browser
+from browser import Browser, opened_up
 from moving_pictures import SHAPES, films, slack, sliding, sliding_films, times_of
 
 from snooker_cli.analysis import diffusion
@@ -49,7 +49,8 @@ def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
     def show(
         *shown: Film, link: str = "", width: int = 1160, height: int = 900, dark: bool = False
     ) -> Browser:
-        (tmp_path / "film.html").write_text(page(*shown, seconds=20.0), encoding="utf-8")
+        made = opened_up(page(*shown, seconds=20.0))
+        (tmp_path / "film.html").write_text(made, encoding="utf-8")
         browser.look(width, dark, height)
         browser.open(tmp_path / "film.html", link)
         browser.value("started")

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import Browser
+from browser import Browser, opened_up, with_more_script
 from live_scripts import LiveScripts
 
 import snooker_cli as snooker
@@ -28,7 +28,8 @@ def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
     def show(
         width: int = 1400, height: int = 900, dark: bool = False, link: str = "", **choices: Any
     ) -> Browser:
-        snooker.live(**choices).save(tmp_path / "gas.html")
+        page = opened_up(snooker.live(**choices).html)
+        (tmp_path / "gas.html").write_text(page, encoding="utf-8")
         browser.look(width, dark, height)
         browser.open(tmp_path / "gas.html", link)
         browser.value("globalThis.wait = (ms) => new Promise((done) => setTimeout(done, ms)), 0")
@@ -367,7 +368,6 @@ def test_a_beginners_view_leaves_things_out(
 
 
 IN_A_FRAME = """
-<script>
 started.then(async () => {
   const said = () => find("said").textContent;
   find("copy-link").click();
@@ -382,7 +382,7 @@ started.then(async () => {
   }
   parent.postMessage([...seen, said(), link], "*");
 });
-</script>"""
+"""
 
 
 @pytest.mark.parametrize(
@@ -396,7 +396,7 @@ def test_a_frame_that_forbids_something_says_so(
     rights: str, saved: str, browser: Browser, tmp_path: Path
 ) -> None:
     """The frame of another site cannot be read; its host forbids workers."""
-    page = escape(snooker.live().html + IN_A_FRAME)
+    page = escape(with_more_script(snooker.live().html, IN_A_FRAME))
     policy = '<meta http-equiv="Content-Security-Policy" content="worker-src \'none\'">'
     listen = "<script>heard = new Promise((done) => onmessage = ({ data }) => done(data))</script>"
     frame = f'<iframe sandbox="{rights}" srcdoc="{page}"></iframe>'

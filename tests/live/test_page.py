@@ -10,9 +10,12 @@ from typing import Any
 
 import pytest
 from live_scripts import LiveScripts
+from moving_pictures import films
+from py_mini_racer import JSEvalException
 
 import snooker_cli as snooker
 from snooker_cli import config as configs
+from snooker_cli.animation import page as film_page
 from snooker_cli.config import Experiment
 from snooker_cli.engine import simulate
 from snooker_cli.live_page.page import CONTROLS, MOST_BYTES, presets
@@ -50,11 +53,17 @@ def test_a_page_is_small_and_has_no_network() -> None:
     assert [scene["name"] for scene in data_of(page)["scenes"]] == [s["name"] for s in SCENES]
 
 
-def test_the_scripts_of_a_page_share_one_scope(javascript: LiveScripts) -> None:
-    """They have no syntax error, and no name twice; without a browser they cannot run."""
-    scripts = re.findall(r"<script(?: id=\"engine\")?>(.*?)</script>", snooker.live().html, re.S)
-    assert len(scripts) == 2
-    assert javascript.value("typeof new Function(text)", text="".join(scripts)) == "function"
+def test_the_script_of_a_page_is_a_module_with_no_name_twice(javascript: LiveScripts) -> None:
+    """There, a second declaration of a name is a syntax error, as in a block of strict code."""
+    pages = {"live": snooker.live().html, "film": film_page(films()["fixed"])}
+    for name, made in pages.items():
+        scripts = re.findall(r"<script(?! type=\"application/json\")(.*?)>(.*?)</script>", made, re.S)
+        ((kind, text),) = scripts
+        assert 'type="module"' in kind, name
+        block = f"'use strict'; {{ {text} }}"
+        assert javascript.value("typeof new Function(text)", text=block) == "function", name
+        with pytest.raises(JSEvalException, match="already been declared"):
+            javascript.value("new Function(text)", text=block[:-1] + "function short() {} }")
 
 
 def test_the_first_scene_is_that_of_the_config() -> None:
@@ -64,7 +73,7 @@ def test_the_first_scene_is_that_of_the_config() -> None:
     own, *others = data_of(page)["scenes"]
     assert (own["config"]["cor"], own["title"]) == (0.7, title)
     assert [scene["name"] for scene in others] == [scene["name"] for scene in SCENES]
-    assert page.count("</script>") == 4
+    assert page.count("</script>") == 3
 
 
 @pytest.mark.parametrize(
