@@ -199,6 +199,7 @@ class Simulation {
     this.eventTangential = parts["followed.tangential"];
     this.eventSums = parts["followed.sums"]; // FOLLOWED_SUMS for each event
     this.eventPlaces = parts["followed.places"]; // of ball i, and of ball j or the container
+    this.eventVelocities = parts["followed.velocities"]; // of the same, after the event
     this.shown = NaN;
   }
 

@@ -152,7 +152,7 @@ def test_a_click_on_a_ball_draws_its_path(opened: Opened) -> None:
     tagged, shown, playing, course, said = seen["tagged"]
     assert (tagged, shown, playing) == (ball, str(ball), False)
     assert said == f"The path of ball {ball} is shown."
-    time, *places = np.array(course).T
+    time, *places, _, _ = np.array(course).T
     own = (made.i == ball) | (made.j == ball)
     assert time.tolist() == [made.start, *made.time[own].tolist()]
     known, _ = diffusion.path(made.trace, ball, time)

@@ -8,13 +8,17 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from javascript import scene_of
 from live_scripts import LiveScripts
 from moving_pictures import films
 from py_mini_racer import JSEvalException
+from scenes import gas
 
 import snooker_cli as snooker
 from snooker_cli import config as configs
+from snooker_cli.analysis import diffusion
 from snooker_cli.animation import page as film_page
 from snooker_cli.config import Experiment
 from snooker_cli.engine import simulate
@@ -485,6 +489,37 @@ def test_a_rough_ball_has_a_mark_at_its_angle(javascript: LiveScripts) -> None:
     assert len({angle for *_, angle in balls}) > 100
     assert lines == [pytest.approx(line, rel=1e-12) for line in expected]
     assert javascript.value(DRAWN.replace("name)", "'heated')"))[0] == []
+
+
+COURSE = """(() => {
+  const gas = new Gas({ time: null }, null, SCENE), lines = [], [size] = gas.scene.container.size;
+  gas.tag(0);
+  gas.advance(Infinity, 100);
+  const arena = Object.assign(Object.create(Arena.prototype), { gas, view: viewOf(gas.scene.container) });
+  const pen = {
+    beginPath() {}, stroke() {},
+    moveTo: (x, y) => lines.push([x, y]), lineTo: (x, y) => lines[lines.length - 1].push(x, y),
+  };
+  arena.course(pen, (x) => x / size, (y) => y / size, gas.time, [0, 0]);
+  return lines;
+})()"""
+
+
+@pytest.mark.parametrize("shape", ["periodic", "channel"])
+def test_a_path_goes_on_at_the_other_side(shape: str, javascript: LiveScripts) -> None:
+    """All parts are inside, none goes across where the ball did not, and they are as long as its way."""
+    scene = gas(shape, 20, 0.01, cor=0.9)
+    trace = simulate(scene, collisions=100)
+    until, size = trace.stop.time, scene.container.size[0]
+    assert trace.events is not None
+    time = [0.0, *trace.events.time[(trace.events.i == 0) | (trace.events.j == 0)], until]
+    way, _ = diffusion.path(trace, 0, np.array(time))
+    found = javascript.value(COURSE.replace("SCENE", scene_of(scene)))
+    lines = np.array(found).reshape(-1, 2, 2)
+    assert len(lines) > len(time)  # it leaves the box several times
+    assert np.max(np.abs(lines)) <= 0.5 + 1e-9
+    length = np.sum(np.hypot(*np.diff(lines, axis=1)[:, 0].T))
+    assert length == pytest.approx(np.sum(np.hypot(*np.diff(way, axis=0).T)) / size, rel=1e-9)
 
 
 TURNED = """(() => {
