@@ -19,6 +19,9 @@ function short(value, digits = 3) {
   return text.replace("-", "−");
 }
 
+// A number with this many decimals, or a small one that needs more than nine as a power.
+const decimal = (value, decimals) => (decimals > 9 ? short(value, 8) : value.toFixed(Math.max(decimals, 0)));
+
 // Even steps of 1, 2 or 5 times a power of ten: at most this many up to a value.
 function niceStep(range, most) {
   const rough = range / most, power = 10 ** Math.floor(Math.log10(rough));

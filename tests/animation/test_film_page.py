@@ -14,6 +14,7 @@ from moving_pictures import SHAPES, films, slack, sliding, sliding_films, times_
 
 from snooker_cli.analysis import diffusion
 from snooker_cli.animation import Film, film, page
+from snooker_cli.animation.film import FIRST_COLLISIONS
 from snooker_cli.animation.movie import BIN, BINS, EDGE, FLASH, GREEN, MOST_FLASHES, MOST_SHARE
 from snooker_cli.engine import replay
 from snooker_cli.pages.html_page import text_of
@@ -30,6 +31,8 @@ def test_movies_and_the_page_have_the_same_constants() -> None:
     assert f"const BIN = {BIN}, BINS = {BINS};" in script
     assert f"const MOST_SHARE = {MOST_SHARE};" in script
     assert f"const EDGE = {EDGE:.0e};".replace("e-09", "e-9") in script
+    charts = text_of("snooker_cli.live_page", "charts.js")
+    assert f"const FIRST_COLLISIONS = {FIRST_COLLISIONS};" in charts
 
 
 AT = """
@@ -247,6 +250,7 @@ def test_texts_are_shown_as_they_are_and_never_run(text: str, opened: Opened) ->
     trace = films()["fixed"].trace
     browser = opened(film(trace, text, text), film(trace, text, f"{text} 2"))
     shown = film(trace, text, text).title
+    browser.value("player.draw()")
     assert browser.value("find('title').textContent") == shown
     assert browser.value("player.screens[0].caption.textContent").startswith(shown)
     title, images = browser.value("[document.title, document.images.length]")
