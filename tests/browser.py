@@ -26,6 +26,9 @@ CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
 PATIENCE = 60.0
 """Seconds without a message after which the test fails."""
 
+NEARLY = 48
+"""Of 255: what lines lose at their edges."""
+
 PLUMBING = """
 import fcntl, os, sys
 pipes = [fcntl.fcntl(int(pipe), fcntl.F_DUPFD, 10) for pipe in sys.argv[1:3]]
@@ -130,6 +133,20 @@ class Browser:
         """(*height*, *width*, 3) what the window shows: red, green and blue."""
         data = base64.b64decode(self._ask("Page.captureScreenshot", format="png")["data"])
         return np.asarray(Image.open(BytesIO(data)).convert("RGB"))
+
+    def painted(self, name: str, *colours: str) -> list[int]:
+        """How many pixels of an element, as the window shows it, are nearly of each colour."""
+        place = """(() => {
+          const shown = document.getElementById(NAME);
+          shown.scrollIntoView({ block: "nearest" });
+          const { left, top, right, bottom } = shown.getBoundingClientRect();
+          return [left, top, right, bottom].map(Math.round);
+        })()"""
+        left, top, right, bottom = self.value(place.replace("NAME", json.dumps(name)))
+        found = self.picture()[max(top, 0) : bottom, max(left, 0) : right].astype(int)
+        wanted = [[int(colour[at : at + 2], 16) for at in (1, 3, 5)] for colour in colours]
+        apart = [np.max(abs(found - colour), axis=2) for colour in wanted]
+        return [int(np.count_nonzero(each <= NEARLY)) for each in apart]
 
     def _ask(self, method: str, **parameters: Any) -> Any:
         self.asked += 1

@@ -522,6 +522,25 @@ def test_a_path_goes_on_at_the_other_side(shape: str, javascript: LiveScripts) -
     assert length == pytest.approx(np.sum(np.hypot(*np.diff(way, axis=0).T)) / size, rel=1e-9)
 
 
+PRESSURES = """(() => {
+  const gas = new Gas(configOf("cooling")), charts = Object.create(GasCharts.prototype);
+  gas.advance(Infinity, collisions);
+  Object.assign(charts, { fluid, isBrief: false, gases: [gas], gas, low: 0 });
+  const { seen, times, pressures } = charts.courseOf(gas, 0), after = times.findIndex((_, k) => k > 100);
+  return [roomy(Math.max(...seen)), pressures.map(({ dash, values }) => values[dash ? 1 : after])];
+})()"""
+
+
+@pytest.mark.parametrize("collisions", [300, 6000])
+def test_the_axis_of_pressure_has_the_beginning_of_a_cooling_gas(
+    collisions: int, javascript: LiveScripts
+) -> None:
+    """Theory from the first collision on, and what is measured after a hundred."""
+    top, beginning = javascript.value(PRESSURES, collisions=collisions)
+    assert len(beginning) == 4
+    assert max(beginning) <= top < 4 * max(beginning)
+
+
 TURNED = """(() => {
   const gas = new Gas(configOf("rough")), { simulation } = gas;
   const balls = [...gas.radii.keys()];
