@@ -134,8 +134,8 @@ class Browser:
         data = base64.b64decode(self._ask("Page.captureScreenshot", format="png")["data"])
         return np.asarray(Image.open(BytesIO(data)).convert("RGB"))
 
-    def painted(self, name: str, *colours: str) -> list[int]:
-        """How many pixels of an element, as the window shows it, are nearly of each colour."""
+    def part(self, name: str) -> Pixels:
+        """What the window shows of an element."""
         place = """(() => {
           const shown = document.getElementById(NAME);
           shown.scrollIntoView({ block: "nearest" });
@@ -143,9 +143,13 @@ class Browser:
           return [left, top, right, bottom].map(Math.round);
         })()"""
         left, top, right, bottom = self.value(place.replace("NAME", json.dumps(name)))
-        found = self.picture()[max(top, 0) : bottom, max(left, 0) : right].astype(int)
+        return self.picture()[max(top, 0) : bottom, max(left, 0) : right]
+
+    def painted(self, name: str, *colours: str) -> list[int]:
+        """How many pixels that the window shows of an element are nearly of each colour."""
         wanted = [[int(colour[at : at + 2], 16) for at in (1, 3, 5)] for colour in colours]
-        apart = [np.max(abs(found - colour), axis=2) for colour in wanted]
+        shown = self.part(name).astype(int)
+        apart = [np.max(abs(shown - colour), axis=2) for colour in wanted]
         return [int(np.count_nonzero(each <= NEARLY)) for each in apart]
 
     def _ask(self, method: str, **parameters: Any) -> Any:

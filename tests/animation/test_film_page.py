@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -187,6 +188,87 @@ def test_balls_that_slide_are_where_the_trace_has_them(opened: Opened) -> None:
         # The whole continues as the part does.
         np.testing.assert_array_equal(places, replay(sliding(), times).positions, err_msg=name)
         assert browser.value("player.screens[0].isStored"), name
+
+
+DRAWN = """
+(async () => {
+  find("log").checked = LOG;
+  find("log").onchange();
+  player.tag(BALL);
+  player.goTo(1);
+  for (let k = 0; k < 3; k++) await new Promise((drawn) => requestAnimationFrame(drawn));
+  player.screens[0].arena.canvas.id = "arena";
+  const [{ low, top }] = player.charts.panels;
+  return [low, top];
+})()
+"""
+FIRST, SECOND = "#2871b3", "#bd1f01"
+
+
+@pytest.mark.parametrize("width", [390, 768, 1024, 1400])
+@pytest.mark.parametrize("name", ["fixed", "periodic"])
+def test_the_window_shows_what_is_drawn(name: str, width: int, opened: Opened) -> None:
+    """A path, and charts that are not empty, also with a logarithmic axis of energy."""
+    browser = opened(films()[name], width=width)
+    script = DRAWN.replace("LOG", "false")
+    browser.value(script.replace("BALL", '""'))
+    without = browser.part("arena")
+    even = browser.value(script.replace("BALL", "0"))
+    assert np.count_nonzero(np.any(browser.part("arena") != without, axis=2)) > 100
+    assert min(browser.painted("charts", FIRST, SECOND)) > 200
+    decades = browser.value(DRAWN.replace("LOG", "true").replace("BALL", "0"))
+    assert min(browser.painted("charts", FIRST, SECOND)) > 200
+    assert even[0] == 0 < decades[0] < decades[1]
+    assert browser.value("document.documentElement.scrollWidth - innerWidth") <= 0
+
+
+STEPPED = """
+(() => {
+  const texts = [];
+  player.setPace("events");
+  for (let step = 1; step <= player.playheads[0].times.length; step++) {
+    player.goToStep(step);
+    player.write();
+    texts.push(find("now").textContent);
+  }
+  return texts;
+})()
+"""
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_step_is_seen_in_the_time(name: str, opened: Opened) -> None:
+    """Of each twenty, one may be too short."""
+    texts = opened(films()[name]).value(STEPPED)
+    seen = [first != second for first, second in pairwise(texts)]
+    assert sum(seen) >= 0.95 * len(seen) - 1
+    made = films()[name]
+    assert texts == [f"t = {made.time_text(time)} s" for time in made.time.tolist()]
+
+
+SLOW = """
+(() => {
+  const said = () => find("slow").textContent;
+  player.refresh = () => {};
+  const frames = (milliseconds) => {
+    player.goTo(0);
+    player.play(true);
+    for (let now = 0; now < 1500; now += milliseconds) player.frame(now);
+    return said();
+  };
+  return ["1", "real"].flatMap((speed) => {
+    find("speed").value = speed;
+    find("speed").onchange();
+    return [frames(20), frames(300)];
+  });
+})()
+"""
+
+
+def test_a_film_that_is_slower_than_chosen_is_said_to_be(opened: Opened) -> None:
+    """Of a frame that took 0.3 s the page plays 0.1 s."""
+    slow, real = "slower than chosen", "slower than real time"
+    assert opened(films()["free"]).value(SLOW) == ["", slow, "", real]
 
 
 LINKED = """
