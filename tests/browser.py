@@ -19,7 +19,10 @@ from PIL import Image
 
 Pixels: TypeAlias = NDArray[np.uint8]
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+NAMES = (
+    *("chromium", "chromium-browser", "google-chrome", "google-chrome-stable"),
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+)
 CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
 """Path of the browser, or ``None``."""
 
