@@ -21,6 +21,7 @@ from snooker_cli import config as configs
 from snooker_cli.analysis import diffusion
 from snooker_cli.animation import page as film_page
 from snooker_cli.config import Experiment
+from snooker_cli.config.template_configs import templates
 from snooker_cli.engine import simulate
 from snooker_cli.live_page.page import CONTROLS, MOST_BYTES, presets
 from snooker_cli.pages.html_page import PAGES, text_of
@@ -489,6 +490,14 @@ def test_a_rough_ball_has_a_mark_at_its_angle(javascript: LiveScripts) -> None:
     assert len({angle for *_, angle in balls}) > 100
     assert lines == [pytest.approx(line, rel=1e-12) for line in expected]
     assert javascript.value(DRAWN.replace("name)", "'heated')"))[0] == []
+
+
+@pytest.mark.parametrize("name", ["the template", "the scene of the page"])
+def test_marks_of_rough_balls_are_large_enough_to_see(name: str) -> None:
+    """Of a picture that is 500 px wide, such a ball covers ten."""
+    given = templates()["rough"] if name == "the template" else config_of("rough")
+    scene = starting_scene(configs.load(given).experiment, 0)
+    assert 500 * 2 * np.min(scene.radii) / max(scene.container.size) >= 10
 
 
 COURSE = """(() => {
