@@ -35,7 +35,7 @@ function tickLabel(value, step) {
   if (value !== 0 && (Math.abs(value) >= 1e5 || step < 1e-4)) {
     return short(value, Math.max(1, 1 + magnitude(value) - magnitude(step)));
   }
-  return value.toFixed(value === 0 ? 0 : Math.max(0, -magnitude(step)));
+  return value.toFixed(value === 0 ? 0 : Math.max(0, -magnitude(step))).replace("-", "−");
 }
 
 // A canvas of a size in units of the page, as sharp as the screen.

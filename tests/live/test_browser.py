@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import Browser, opened_up, with_more_script
+from browser import NEARLY, Browser, opened_up, with_more_script
 from live_scripts import LiveScripts
 
 import snooker_cli as snooker
@@ -263,6 +263,45 @@ def test_the_page_fits_a_phone_and_follows_the_dark_mode(
     assert seen["paper"] == ("rgb(20, 24, 30)" if dark else "rgb(255, 255, 255)")
 
 
+BELOW_ZERO = """
+(async () => {
+  live.open(content.scenes.find(({ name }) => name === "rough"));
+  for (const beta of [-0.9, -0.3, 0.3]) {
+    const config = { ...live.config, tangential_cor: beta, collisions: 3000 };
+    live.table.add(tableRow(config, [0, 1].map((repeat) => measureRepeat(config, repeat))));
+  }
+  for (const [menu, key] of [["plot-x", X], ["plot-y", Y]]) {
+    find(menu).value = key;
+    find(menu).onchange();
+  }
+  await wait(100);
+})()
+"""
+
+
+@pytest.mark.parametrize(
+    ("across", "up"),
+    [("surface_tangential_cor", "ratio"), ("ratio", "surface_tangential_cor"), ("ratio", "ratio")],
+)
+def test_the_plot_has_room_for_all_rows_and_their_errors(
+    across: str, up: str, opened: Opened
+) -> None:
+    """Also below zero, and no line of an error leaves the axes."""
+    page = opened(768)
+    page.value(BELOW_ZERO.replace("X]", f"'{across}']").replace("Y]", f"'{up}']"))
+    (dots,) = page.painted("plot", SECOND)
+    assert dots >= 3 * DOT
+    beyond = page.part("plot").astype(int)[:, -8:]
+    assert not np.any(beyond[..., 0] > beyond[..., 1] + NEARLY)  # nothing red
+
+
+def test_a_plot_without_rows_says_so(opened: Opened) -> None:
+    """The means of a short measurement are missing."""
+    page = opened(language="de")
+    seen = page.value(ADD_ROWS.replace("100", "20") + ";" + FILLED)
+    assert "keine Zeile hat beide Größen" in seen
+
+
 BESIDE = """
 (async () => {
   await wait(100);
@@ -387,6 +426,16 @@ def test_the_window_shows_what_is_drawn(width: int, language: str, opened: Opene
     assert dots >= 3 * DOT
     assert theory > 500  # and the axes
 
+
+FILLED = """
+(() => {
+  const seen = [], { fillText } = CanvasRenderingContext2D.prototype;
+  CanvasRenderingContext2D.prototype.fillText = (text) => seen.push(text);
+  live.table.draw();
+  CanvasRenderingContext2D.prototype.fillText = fillText;
+  return seen;
+})()
+"""
 
 ADD_ROWS = """
 (() => {
