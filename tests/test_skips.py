@@ -43,8 +43,9 @@ def test_a_skip_is_a_failure_in_ci(
     """Of a test, or of a file that lacks a library; unless the machine cannot run it."""
     (tmp_path / "test_skipped.py").write_text(text)
     paths = os.pathsep.join(str(TESTS / name) for name in ("", "engine", "validation"))
+    options = ("-q", "-p", "conftest", "-p", "no:cacheprovider")
     ended = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "conftest", "-p", "no:cacheprovider", tmp_path],
+        [sys.executable, "-m", "pytest", *options, tmp_path],
         env=os.environ | {"CI": ci, "PYTHONPATH": paths},
         cwd=tmp_path,
         capture_output=True,

@@ -87,8 +87,8 @@ class Film:
     def pressure_top(self) -> float:
         """The largest mean pressure that a panel shows, Pa m.
 
-        It is that after a tenth of the collisions, or ``FIRST_COLLISIONS``: before, it may be that of a single
-        hit. A gas that cools has its largest pressure soon after.
+        It is that after a tenth of the collisions, or ``FIRST_COLLISIONS``: before, it may be that
+        of a single hit. A gas that cools has its largest pressure soon after.
         """
         return float(np.max(self.pressure(self.rows[min(len(self) // 10, FIRST_COLLISIONS) :])))
 

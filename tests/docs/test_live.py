@@ -1,4 +1,4 @@
-"""The numbers of docs/live.md are those that the live page measures; its picture has its controls."""
+"""docs/live.md has the numbers that the live page measures, and its picture the page's buttons."""
 
 from __future__ import annotations
 
@@ -78,8 +78,9 @@ PICTURED = """
   live.gas.advance(Infinity, 3500);
   live.redraw();
   await new Promise((done) => setTimeout(done, 200));
-  const named = [...document.querySelectorAll("h1, button, label")].filter((at) => at.checkVisibility());
-  return named.map((at) => at.getAttribute("aria-label") ?? at.textContent);
+  const named = [...document.querySelectorAll("h1, button, label")];
+  const shown = named.filter((at) => at.checkVisibility());
+  return shown.map((at) => at.getAttribute("aria-label") ?? at.textContent);
 })()
 """
 

@@ -305,7 +305,8 @@ def test_a_plot_without_rows_says_so(opened: Opened) -> None:
 BESIDE = """
 (async () => {
   await wait(100);
-  const home = find("sliders"), last = home.querySelector(".control:last-child").getBoundingClientRect();
+  const home = find("sliders"), controls = [...home.querySelectorAll(".control")];
+  const last = controls.pop().getBoundingClientRect();
   const page = document.documentElement, cut = home.scrollHeight - home.clientHeight;
   return [cut, page.scrollWidth - innerWidth, last.bottom + scrollY <= page.scrollHeight];
 })()
@@ -395,7 +396,8 @@ HALVES = """
   find("arena").scrollIntoView({ block: "nearest" });
   const { gas, arena } = live, { left, top } = find("arena").getBoundingClientRect();
   return arena.drawn.map(([ball, x, y, r]) => {
-    const angle = gas.simulation.angleOf(ball, gas.time), [u, v] = [Math.cos(angle), -Math.sin(angle)];
+    const angle = gas.simulation.angleOf(ball, gas.time);
+    const [u, v] = [Math.cos(angle), -Math.sin(angle)];
     return [0.6, -0.6].map((part) => [left + x + part * r * u, top + y + part * r * v]);
   });
 })()
