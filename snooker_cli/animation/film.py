@@ -104,7 +104,7 @@ class Film:
         return max(0, coarse, min(9, math.ceil(-math.log10(fine))))
 
     def time_text(self, time: float) -> str:
-        """A time with these decimals, s, as ``decimal`` of drawing.js writes it."""
+        """A time in s with these decimals, or in a brief film with a power of ten."""
         return f"{time:.{self.decimals}f}" if self.decimals <= 9 else short(time, 8)
 
     def pressure(self, times: Floats) -> Floats:

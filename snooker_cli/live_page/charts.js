@@ -5,8 +5,8 @@
 const GAS_COLOURS = ["first", "second", "third", "fourth"];
 const FIT_EVERY = 300; // ms
 const FIRST_SPAN = 2; // crossings of the container at the start, on the axis of time
-const FIRST_COLLISIONS = 100; // collisions whose mean pressure may leave the panel; at most a tenth of all
 const GROWTH = 1.5; // of that axis, when the time reaches its end
+const FIRST_COLLISIONS = 100; // collisions whose mean pressure may leave the panel; at most a tenth of all
 
 class GasCharts extends Panels {
   constructor(canvas, fluid) {
@@ -62,10 +62,11 @@ class GasCharts extends Panels {
   courseOf(gas, k) {
     const now = { ...gas.row(), ...gas.sums, time: gas.time }, all = gas.rows().filter(({ time }) => time >= this.low);
     const rows = [...all.filter(({ time }) => time < now.time), now], later = all.filter(({ time }) => time > now.time);
-    const pressures = this.pressures(gas, [...rows, ...later]);
     // The mean of a few collisions may be far off, so that of the first ones may leave the panel; theory may not.
-    const times = [...rows, ...later].map(({ time }) => time), counts = [...rows, ...later].map((row) => this.meant(gas, row));
-    const enough = Math.min(counts[counts.length - 1] / 10, FIRST_COLLISIONS), late = counts.findIndex((count) => count >= enough);
+    const shown = [...rows, ...later], times = shown.map(({ time }) => time), counts = shown.map((row) => this.meant(gas, row));
+    const enough = Math.min(counts[counts.length - 1] / 10, FIRST_COLLISIONS);
+    const late = counts.findIndex((count) => count >= enough);
+    const pressures = this.pressures(gas, shown);
     const seen = pressures.flatMap(({ values, dash }) => (dash ? values : values.slice(late))).filter(Number.isFinite);
     return { gas, now, rows, later, times, pressures, seen, colour: this.several ? paint(GAS_COLOURS[k]) : null };
   }

@@ -283,7 +283,7 @@ class LivePage extends PlayerPage {
     if (gas.scene.surface) numbers[phrase`temperature of rotation`] = `${short((2 * gas.simulation.spinEnergy()) / gas.number)} J`;
     const { container } = gas.scene;
     if (!hasWalls(container)) delete numbers[phrase`collisions at the wall`];
-    // Balls have images there, and each would have another one.
+    // Each image of a ball has another one.
     if (repeatsAlong(0, container) || repeatsAlong(1, container)) delete numbers[phrase`angular momentum`];
     if (this.view === "beginner") for (const name of EXPERT) delete numbers[name];
     find("numbers").replaceChildren(...Object.entries(numbers).map(([name, value]) => {
