@@ -2,21 +2,35 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import select
 import shutil
 import subprocess
 import sys
+from io import BytesIO
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeAlias
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+Pixels: TypeAlias = NDArray[np.uint8]
+
+NAMES = (
+    *("chromium", "chromium-browser", "google-chrome", "google-chrome-stable"),
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+)
 CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
 """Path of the browser, or ``None``."""
 
 PATIENCE = 60.0
 """Seconds without a message after which the test fails."""
+
+NEARLY = 48
+"""Of 255: what lines lose at their edges."""
 
 PLUMBING = """
 import fcntl, os, sys
@@ -30,6 +44,24 @@ os.execv(sys.argv[3], sys.argv[3:])
 COMPLAINTS = ("Runtime.exceptionThrown", "Runtime.consoleAPICalled", "Log.entryAdded")
 
 
+OPTIONS = (
+    *("--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe"),
+    *("--no-first-run", "--disable-background-networking", "--disable-component-update"),
+    *("--disable-sync", "--disable-quic", "--window-size=1160,700"),
+)
+
+
+def with_more_script(page: str, more: str) -> str:
+    """A page with more code at the end of its last script, which is a module."""
+    before, end, after = page.rpartition("</script>")
+    return f"{before}{more}\n{end}{after}"
+
+
+def opened_up(page: str) -> str:
+    """A page whose module lets ``Browser.value`` use its names; other scripts cannot see them."""
+    return with_more_script(page, "globalThis.inside = (text) => eval(text);")
+
+
 class Browser:
     """One page at a time; ``complaints`` are the messages of its console."""
 
@@ -37,10 +69,7 @@ class Browser:
         assert CHROMIUM is not None
         theirs, self.to = os.pipe()
         self.back, ours = os.pipe()
-        options = (
-            *("--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe"),
-            *("--window-size=1160,700", f"--user-data-dir={profile}", "about:blank"),
-        )
+        options = (*OPTIONS, f"--user-data-dir={profile}", "about:blank")
         self.process = subprocess.Popen(
             [sys.executable, "-c", PLUMBING, str(theirs), str(ours), CHROMIUM, *options],
             pass_fds=(theirs, ours),
@@ -93,11 +122,38 @@ class Browser:
         self._ask("Emulation.setEmulatedMedia", features=[scheme])
 
     def value(self, expression: str) -> Any:
-        """The value of a JavaScript expression or promise, which may do what a click may."""
+        """The value of a JavaScript expression or promise, which may do what a click may.
+
+        It can use the names of the module of a page that is ``opened_up``.
+        """
+        expression = f"(globalThis.inside ?? eval)({json.dumps(expression)})"
         asked = {"awaitPromise": True, "returnByValue": True, "userGesture": True}
         found = self._ask("Runtime.evaluate", expression=expression, **asked)
         assert "exceptionDetails" not in found, found["exceptionDetails"]
         return found["result"].get("value")
+
+    def picture(self) -> Pixels:
+        """(*height*, *width*, 3) what the window shows: red, green and blue."""
+        data = base64.b64decode(self._ask("Page.captureScreenshot", format="png")["data"])
+        return np.asarray(Image.open(BytesIO(data)).convert("RGB"))
+
+    def part(self, name: str) -> Pixels:
+        """What the window shows of an element."""
+        place = """(() => {
+          const shown = document.getElementById(NAME);
+          shown.scrollIntoView({ block: "nearest" });
+          const { left, top, right, bottom } = shown.getBoundingClientRect();
+          return [left, top, right, bottom].map(Math.round);
+        })()"""
+        left, top, right, bottom = self.value(place.replace("NAME", json.dumps(name)))
+        return self.picture()[max(top, 0) : bottom, max(left, 0) : right]
+
+    def painted(self, name: str, *colours: str) -> list[int]:
+        """How many pixels that the window shows of an element are nearly of each colour."""
+        wanted = [[int(colour[at : at + 2], 16) for at in (1, 3, 5)] for colour in colours]
+        shown = self.part(name).astype(int)
+        apart = [np.max(abs(shown - colour), axis=2) for colour in wanted]
+        return [int(np.count_nonzero(each <= NEARLY)) for each in apart]
 
     def _ask(self, method: str, **parameters: Any) -> Any:
         self.asked += 1

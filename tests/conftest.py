@@ -6,10 +6,10 @@ import gc
 import os
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line has it; before NumPy
 
@@ -35,6 +35,40 @@ from snooker_cli.trace import Trace
 
 # A command line's parser is made once, not at each of a thousand calls: that takes 30 ms.
 typer.main.get_command = cache(typer.main.get_command)
+
+
+CANNOT_RUN = {
+    *("it has no such permissions", "it has other locks", "it cannot lock folders"),
+    *("processes are stopped by signals", "signals of POSIX", "there are no such files"),
+    *("memory is limited on Linux only", "there is no full device here"),
+    "NumPy has one code for this processor",
+}
+"""Reasons to skip a test that a machine or its system cannot run, whatever one installs."""
+
+Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
+
+
+def checked_skip(report: Report) -> Report:
+    """A report; with CI=true a test is a failure if it is skipped for another reason."""
+    is_skip = report.skipped and not hasattr(report, "wasxfail")
+    if not is_skip or os.environ.get("CI") != "true":
+        return report
+    assert isinstance(report.longrepr, tuple)
+    reason = report.longrepr[2].removeprefix("Skipped: ")
+    if reason not in CANNOT_RUN:
+        report.outcome = "failed"
+        report.longrepr = f"skipped in CI: {reason}; install what is missing, as .ci/run does"
+    return report
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    return checked_skip((yield))
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    return checked_skip((yield))
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

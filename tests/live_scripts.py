@@ -25,8 +25,9 @@ class LiveScripts(JavaScript):
 
     def __init__(self) -> None:
         super().__init__()
-        self.context.eval(text_of(LIVE, *MEASURING) + text_of(PAGES, *SHARED))
-        self.context.eval(text_of(LIVE, *SHOWING[:-1]))  # the last one needs a page
+        shown = text_of(LIVE, *SHOWING[:-1])  # the last one needs a page
+        scripts = text_of(LIVE, *MEASURING) + text_of(PAGES, *SHARED) + shown
+        self.context.eval(f'"use strict"; {scripts}')
         scenes = json.dumps({scene["name"]: scene["config"] for scene in presets()})
         self.context.eval(f"const configOf = (name) => ({scenes})[name];")
         start = json.dumps(own_start(configs.load(report_scene()).experiment))

@@ -1,5 +1,6 @@
 """A repeat -> a film: its collisions, energy and pressure in a span of time."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
@@ -10,7 +11,7 @@ from snooker_cli.analysis.decay import decays
 from snooker_cli.analysis.time_series import series
 from snooker_cli.engine import replay, replayed, simulate
 from snooker_cli.errors import FigureError
-from snooker_cli.formatting import printable
+from snooker_cli.formatting import printable, short
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, SLIDE, Events, Trace
 
@@ -24,6 +25,8 @@ MOST_AGAIN = 10_000_000  # collisions simulated for a film of a summary: some 30
 MOST_BALLS = 10_000  # in a film: a browser draws this number several times a second
 BATCH = 2_000_000  # balls times collisions whose states are in memory at a time; 64 MB
 FASTER = 0.02  # share of the balls' speeds above the colour scale: a gas has a few fast balls
+FIRST_COLLISIONS = 100  # collisions whose mean pressure may leave the panel
+SHORTEST = 0.05  # share of the steps between collisions that times need not show
 MARGIN = 0.03  # around the container, as a part of its size
 STRAY = 0.5  # part of its size: the view follows a container that moves farther
 
@@ -84,10 +87,25 @@ class Film:
     def pressure_top(self) -> float:
         """The largest mean pressure that a panel shows, Pa m.
 
-        It is that after a tenth of the collisions: before, it may be that of a single hit. In a gas
-        that cools they come early.
+        It is that after a tenth of the collisions, or ``FIRST_COLLISIONS``: before, it may be that
+        of a single hit. A gas that cools has its largest pressure soon after.
         """
-        return float(np.max(self.pressure(self.rows[len(self) // 10 :])))
+        return float(np.max(self.pressure(self.rows[min(len(self) // 10, FIRST_COLLISIONS) :])))
+
+    @property
+    def decimals(self) -> int:
+        """Of times in s: they show a ten-thousandth of the film, and steps between collisions.
+
+        ``SHORTEST`` of the steps are too short for them. More than nine are only for a brief film.
+        """
+        steps = np.diff(self.rows)
+        fine = np.quantile(steps[steps > 0], SHORTEST) if np.any(steps > 0) else self.end
+        coarse = 4 - math.ceil(math.log10(self.end - self.start or self.end))
+        return max(0, coarse, min(9, math.ceil(-math.log10(fine))))
+
+    def time_text(self, time: float) -> str:
+        """A time in s with these decimals, or in a brief film with a power of ten."""
+        return f"{time:.{self.decimals}f}" if self.decimals <= 9 else short(time, 8)
 
     def pressure(self, times: Floats) -> Floats:
         """Mean pressure from the repeat's start to times within the film, Pa m; at 0 its limit."""

@@ -76,6 +76,7 @@ def _content(film: Film) -> dict[str, Any]:
         "extent": [left - x, right - x, bottom - y, top - y],
         "follow": film.follow,
         "topSpeed": film.top_speed,
+        "decimals": film.decimals,
     }
 
 

@@ -1,6 +1,5 @@
 """A film -> a GIF or an MP4 of its frames."""
 
-import math
 import shutil
 import subprocess
 from collections.abc import Iterator
@@ -171,9 +170,7 @@ class Screen:
         growth = 0.15 + 0.55 * (1 - (1 - frame.ages) ** 2)
         contacts = film.contacts[frame.flashes] - origin
         self._place(self.flashes, contacts, reach * growth, edgecolors=rings)
-        # A ten-thousandth of the film.
-        digits = max(0, 4 - math.ceil(math.log10(film.end - film.start)))
-        self.clock.set_text(f"t = {frame.time:.{digits}f} s")
+        self.clock.set_text(f"t = {film.time_text(frame.time)} s")
         self.count.set_text(
             f"collision {film.before + frame.collisions:,} of {film.before + len(film):,}"
         )

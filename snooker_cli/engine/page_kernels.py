@@ -44,6 +44,7 @@ class Followed(NamedTuple):
     i, j, impulse, tangential : as in ``Recorded``
     sums : (EVENTS, FOLLOWED_SUMS), after the event
     places : (EVENTS, 4), of ball i, and of ball j or the centre of the container, m
+    velocities : (EVENTS, 4), of the same after the event, m/s
     """
 
     time: Floats
@@ -53,6 +54,7 @@ class Followed(NamedTuple):
     tangential: Floats
     sums: Floats
     places: Floats
+    velocities: Floats
 
 
 class Page(NamedTuple):
@@ -134,8 +136,8 @@ def example(boundary: str, number: int) -> Page:
     search = everyone.new_search(1, number).of_repeat(0)
     first, second = np.zeros((2, EVENTS), dtype=np.int32)
     times, impulses, tangential = np.zeros((3, EVENTS))
-    sums, places = np.zeros((EVENTS, FOLLOWED_SUMS)), np.zeros((EVENTS, 4))
-    followed = Followed(times, first, second, impulses, tangential, sums, places)
+    sums, (places, velocities) = np.zeros((EVENTS, FOLLOWED_SUMS)), np.zeros((2, EVENTS, 4))
+    followed = Followed(times, first, second, impulses, tangential, sums, places, velocities)
     flights, answers = np.zeros((number + 1, 4)), np.zeros(ANSWERS)
     return Page(state, search, followed, np.zeros(number), flights, answers, 0, 0.0)
 
@@ -197,17 +199,20 @@ def shown(
 def write_row(row: int, energy: float, spinning: float, followed: Followed, state: State) -> None:
     """Complete the row of the event that has just happened."""
     i, j, time = followed.i[row], followed.j[row], state.sums[ks.NOW]
-    x, y, _, _ = ks.container_flight(state.boundary, time, state.frame)
+    balls = state.balls
+    x, y, u, v = ks.container_flight(state.boundary, time, state.frame)
     if j >= 0:
-        x, y, _, _ = shown(state.balls[X, j], state.balls[Y, j], 0.0, 0.0, time, state)
-    xi, yi, _, _ = shown(state.balls[X, i], state.balls[Y, i], 0.0, 0.0, time, state)
-    sums, places = followed.sums, followed.places
+        x, y, u, v = shown(balls[X, j], balls[Y, j], balls[U, j], balls[V, j], time, state)
+    xi, yi, ui, vi = shown(balls[X, i], balls[Y, i], balls[U, i], balls[V, i], time, state)
+    sums, places, velocities = followed.sums, followed.places, followed.velocities
     sums[row, ENERGY], sums[row, SPIN_ENERGY] = energy, spinning
     sums[row, CONTAINER_ENERGY] = sampling.energy(state.boundary, state)
     sums[row, WALL_IMPULSE] = state.sums[ks.WALL_IMPULSE] + state.sums[ks.WALL_IMPULSE_REST]
     sums[row, PAIR_VIRIAL] = state.sums[ks.PAIR_VIRIAL] + state.sums[ks.PAIR_VIRIAL_REST]
     places[row, 0], places[row, 1] = xi, yi
     places[row, 2], places[row, 3] = x, y
+    velocities[row, 0], velocities[row, 1] = ui, vi
+    velocities[row, 2], velocities[row, 3] = u, v
 
 
 @inlined

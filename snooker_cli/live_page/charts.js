@@ -1,12 +1,12 @@
 // The charts of the gas that runs: its energy with the fitted laws, pressures beside theory, and the
 // speeds beside Maxwell's law and the law at fixed energy. Of several gases, each has a colour; then
 // there is one pressure of each, and no law but Maxwell's.
-"use strict";
 
 const GAS_COLOURS = ["first", "second", "third", "fourth"];
 const FIT_EVERY = 300; // ms
 const FIRST_SPAN = 2; // crossings of the container at the start, on the axis of time
 const GROWTH = 1.5; // of that axis, when the time reaches its end
+const FIRST_COLLISIONS = 100; // collisions whose mean pressure may leave the panel; at most a tenth of all
 
 class GasCharts extends Panels {
   constructor(canvas, fluid) {
@@ -62,12 +62,18 @@ class GasCharts extends Panels {
   courseOf(gas, k) {
     const now = { ...gas.row(), ...gas.sums, time: gas.time }, all = gas.rows().filter(({ time }) => time >= this.low);
     const rows = [...all.filter(({ time }) => time < now.time), now], later = all.filter(({ time }) => time > now.time);
-    const pressures = this.pressures(gas, [...rows, ...later]);
-    // A mean over a short time may be that of a single hit, so the first tenth may leave the panel.
-    const times = [...rows, ...later].map(({ time }) => time), begun = gas.from.time, last = times[times.length - 1];
-    const late = Math.max(times.findIndex((time) => time > begun + (last - begun) / 10), 0);
-    const seen = pressures.flatMap(({ values }) => values.slice(late)).filter(Number.isFinite);
+    // The mean of a few collisions may be far off, so that of the first ones may leave the panel; theory may not.
+    const shown = [...rows, ...later], times = shown.map(({ time }) => time), counts = shown.map((row) => this.meant(gas, row));
+    const enough = Math.min(counts[counts.length - 1] / 10, FIRST_COLLISIONS);
+    const late = counts.findIndex((count) => count >= enough);
+    const pressures = this.pressures(gas, shown);
+    const seen = pressures.flatMap(({ values, dash }) => (dash ? values : values.slice(late))).filter(Number.isFinite);
     return { gas, now, rows, later, times, pressures, seen, colour: this.several ? paint(GAS_COLOURS[k]) : null };
+  }
+
+  // The collisions of a gas's means up to a row.
+  meant({ from }, { wallEvents, pairEvents }) {
+    return wallEvents + pairEvents - from.wallEvents - from.pairEvents;
   }
 
   // The energy of a gas of smooth balls as warm as the wall, J; 0 for a wall without a temperature, and for rough balls.

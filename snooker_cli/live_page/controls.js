@@ -1,5 +1,4 @@
 // The sliders of the scene: what each reads and changes in a config, and where it fits.
-"use strict";
 
 const wallIs = (type) => (config) => hasWalls(config.container) && wallType(config) === type;
 const isCircle = ({ container }) => (container.shape ?? "circle") === "circle";

@@ -1,5 +1,3 @@
-"use strict";
-
 // A scene in, events out. The program's own kernels, as WebAssembly, compute them, with the same bits:
 // ``follow`` of page_kernels.py simulates, ``show`` says where balls are. ENGINE, which webassembly.py
 // makes, says where in memory each array is, and what the numbers of its rows and elements mean.
@@ -205,6 +203,7 @@ class Simulation {
     this.eventTangential = parts["followed.tangential"];
     this.eventSums = parts["followed.sums"]; // FOLLOWED_SUMS for each event
     this.eventPlaces = parts["followed.places"]; // of ball i, and of ball j or the container
+    this.eventVelocities = parts["followed.velocities"]; // of the same, after the event
     this.shown = NaN;
   }
 

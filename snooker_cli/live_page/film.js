@@ -1,6 +1,5 @@
 // A film: repeats that the page simulates again from their stored starts, beside each other and in step.
 // It goes to any moment, and checks that the collisions are those that are stored.
-"use strict";
 
 const content = JSON.parse(find("data").textContent);
 const LONGEST = 60; // s that a film takes at speed 1 unless the page gives a length
@@ -152,6 +151,7 @@ class FilmPage extends PlayerPage {
     if (this.pace === "time") this.goToTime(this.time + seconds * this.rate.time);
     else this.goToStep(this.step + seconds * this.rate.events);
     if (this.ended) this.playing = false;
+    return passed;
   }
 
   goToTime(time) {
@@ -315,11 +315,7 @@ class FilmPage extends PlayerPage {
   }
 }
 
-// A time to a ten-thousandth of the film, or as fine as it needs.
-function timeText(time) {
-  const digits = Math.max(0, 4 - Math.ceil(Math.log10(player.end - player.start)));
-  return digits > 9 ? short(time, 6) : time.toFixed(digits);
-}
+const timeText = (time) => decimal(time, Math.max(...content.films.map(({ decimals }) => decimals)));
 
 let player = null;
 

@@ -1,6 +1,5 @@
 // The gas that the page shows: a simulation that runs as far as it is asked to, and what is kept of
 // it for the arena and the charts. It has no part of the page, so that tests can run it.
-"use strict";
 
 const TC = 0.01; // the duration of contacts, in mean free times, that prevents a collapse
 const LEAST_SHARE = 1e-200; // of the energy at the start, below which the gas ends: numbers end at 1e-308
@@ -82,7 +81,7 @@ class Gas {
   // Keeps what the charts need of the events that have just happened.
   follow() {
     const { simulation, meter, series, tagged } = this, { eventCount, eventTime, eventI, eventJ } = simulation;
-    const { eventPlaces } = simulation, rowNow = () => this.row(), before = this.collisions - eventCount;
+    const { eventPlaces, eventVelocities } = simulation, rowNow = () => this.row(), before = this.collisions - eventCount;
     for (let row = 0; row < eventCount; row++) {
       if (eventTime[row] > this.watch?.end) this.stopWatch();
       meter.follow(row);
@@ -92,7 +91,7 @@ class Gas {
       }
       if (this.course && before + row >= this.known && (eventI[row] === tagged || eventJ[row] === tagged)) {
         const begin = 4 * row + (eventI[row] === tagged ? 0 : 2);
-        this.course.push([eventTime[row], eventPlaces[begin], eventPlaces[begin + 1]]);
+        this.addToPath(eventTime[row], eventPlaces.subarray(begin, begin + 2), eventVelocities.subarray(begin, begin + 2));
       }
     }
     this.followed = Math.max(this.followed, this.collisions);
@@ -154,8 +153,31 @@ class Gas {
 
   // Begins the path of the tagged ball here.
   beginPath() {
-    this.course = [[this.time, ...this.place(this.tagged, this.time)]];
+    this.course = [];
+    this.addToPath(this.time, this.place(this.tagged, this.time), this.simulation.velocityOf(this.tagged, this.time));
     this.known = this.collisions;
+  }
+
+  // Adds a place of the tagged ball, or in a container that repeats the image of it where the path goes on.
+  addToPath(time, place, velocity) {
+    const before = this.course[this.course.length - 1];
+    this.course.push([time, ...(before ? this.imageOnPath(before, time, place) : place), ...velocity]);
+  }
+
+  // The image of a place that a ball reaches at a time, if it was at a point of its path before.
+  imageOnPath([before, x, y, u, v], time, place) {
+    const { container } = this.scene, ahead = [x + u * (time - before), y + v * (time - before)];
+    return place.map((at, axis) => {
+      const side = container.size[axis];
+      return repeatsAlong(axis, container) ? at + side * Math.round((ahead[axis] - at) / side) : at;
+    });
+  }
+
+  // The tagged ball's path until now: [time, x, y, velocity after it], … at most so many points.
+  pathUntil(time, most) {
+    const path = this.course.filter(([at]) => at <= time).slice(-most), before = path[path.length - 1];
+    if (before) path.push([time, ...this.imageOnPath(before, time, this.place(this.tagged, time))]);
+    return path;
   }
 
   // The contacts of the last events, the latest one last: { time, step, x, y, radius }.
@@ -199,7 +221,7 @@ class Gas {
     return Math.hypot(u, v);
   }
 
-  // Follows the path of a ball, [time, x, y] at its collisions, since a moment that is kept or else
+  // Follows the path of a ball, [time, x, y, velocity after it] at its collisions, since a moment that is kept or else
   // since now; null follows none.
   tag(ball) {
     const { collisions, time } = this, { stop } = this.simulation;
@@ -227,7 +249,7 @@ class Gas {
     const parts = Math.max(1, Math.min(Math.ceil(turn / SMALL_TURN), MOST_PARTS));
     for (let part = 1; part <= parts; part++) {
       const at = part < parts ? from + (part / parts) * (time - from) : time;
-      course.push([at, ...this.place(tagged, at)]);
+      this.addToPath(at, this.place(tagged, at), this.simulation.velocityOf(tagged, at));
     }
   }
 

@@ -1,5 +1,3 @@
-"use strict";
-
 // SHA-256 (FIPS 180-4), and the hash of a repeat's events.
 
 const primes = [];

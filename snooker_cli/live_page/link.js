@@ -1,6 +1,5 @@
 // A link to a scene: what the page's address has after #. It names the scene, and the controls that differ, such as
 // scene=crowded&packing=0.6&seed=3, with the names that `snooker live --controls` has.
-"use strict";
 
 const copyOf = (config) => JSON.parse(JSON.stringify(config));
 const linkedControls = (config) => [...controlsOf(config), SEED];

@@ -1,5 +1,4 @@
 // The page: what runs, how fast, and what buttons, sliders and keys do.
-"use strict";
 
 const content = JSON.parse(find("data").textContent);
 for (const { config: { balls } } of content.scenes) {
@@ -191,21 +190,25 @@ class LivePage extends PlayerPage {
     this.refresh();
   }
 
-  // Simulates as far as the time since the last frame asks.
+  // Simulates as far as the time since the last frame asks, or as it can.
   advance(passed) {
-    const { gas, speed } = this, deadline = Date.now() + BUDGET;
+    const { gas, speed } = this, deadline = Date.now() + BUDGET, { time, collisions } = gas;
+    let inTime, done;
     if (this.pace === "time") {
-      this.inTime = gas.advance(gas.time + passed * speed * this.rate, Infinity, deadline);
+      inTime = gas.advance(time + passed * speed * this.rate, Infinity, deadline);
+      done = (gas.time - time) / (speed * this.rate);
     } else {
       this.owed = Math.min((this.owed ?? 0) + passed * speed, speed);
-      const whole = Math.floor(this.owed), before = gas.collisions;
+      const whole = Math.floor(this.owed);
       if (whole) gas.advance(Infinity, whole, deadline);
-      const done = gas.collisions - before;
-      this.inTime = done >= whole || Boolean(gas.stop);
-      this.owed = this.inTime ? this.owed - whole : 0;
+      const all = gas.collisions - collisions;
+      inTime = all >= whole || Boolean(gas.stop);
+      this.owed = inTime ? this.owed - whole : 0;
+      done = all / speed;
     }
     gas.followSlide();
     if (gas.stop) this.ended();
+    return inTime ? passed : done;
   }
 
   // The repeat has ended: says why, and how to continue. Of the program's sentence, the part after the last
@@ -244,7 +247,7 @@ class LivePage extends PlayerPage {
     const { gas } = this, fast = this.relative ? 2 * gas.meanSpeed() || 1 : this.topSpeed;
     this.arena.draw(gas.time, this.flashes(), fast);
     find("fast").textContent = phrase`${short(fast, 2)} m/s and faster`;
-    find("now").textContent = `t = ${timeText(gas.time, this.rate)} s`;
+    find("now").textContent = `t = ${this.timeText(gas.time)} s`;
     find("count").textContent = collisionsText(gas.collisions);
     find("play").setAttribute("aria-label", this.playing ? phrase`Pause` : phrase`Play`);
     find("play").disabled = find("forth").disabled = Boolean(gas.stop);
@@ -278,8 +281,10 @@ class LivePage extends PlayerPage {
       [phrase`angular momentum`]: `${short(gas.simulation.angularMomentum())} kg m²/s`,
     };
     if (gas.scene.surface) numbers[phrase`temperature of rotation`] = `${short((2 * gas.simulation.spinEnergy()) / gas.number)} J`;
-    if (this.inTime === false) numbers[phrase`speed`] = phrase`as fast as this computer can`;
-    if (!hasWalls(gas.scene.container)) delete numbers[phrase`collisions at the wall`];
+    const { container } = gas.scene;
+    if (!hasWalls(container)) delete numbers[phrase`collisions at the wall`];
+    // Each image of a ball has another one.
+    if (repeatsAlong(0, container) || repeatsAlong(1, container)) delete numbers[phrase`angular momentum`];
     if (this.view === "beginner") for (const name of EXPERT) delete numbers[name];
     find("numbers").replaceChildren(...Object.entries(numbers).map(([name, value]) => {
       const group = element("div");
@@ -402,7 +407,13 @@ class LivePage extends PlayerPage {
   countedBy({ time, wallEvents, pairEvents }) {
     const between = phrase`between balls ${grouped(pairEvents)}`, wall = phrase`at the wall ${grouped(wallEvents)}`;
     const counts = hasWalls(this.gas.scene.container) ? `${wall}, ${between}` : between;
-    return phrase`${timeText(time, this.rate)} s; collisions ${counts}`;
+    return phrase`${this.timeText(time)} s; collisions ${counts}`;
+  }
+
+  // A time so fine that a step from one collision to the next is seen: while a ball crosses the container, each
+  // collides some times.
+  timeText(time) {
+    return decimal(time, Math.ceil(Math.log10((100 + 10 * this.gas.number) / this.rate)));
   }
 
   restart() {
@@ -415,7 +426,7 @@ class LivePage extends PlayerPage {
     if (!starts) return;
     const config = structuredClone(this.config);
     if (length) Object.assign(config, { collisions: length, time: config.collisions === null ? null : config.time });
-    const source = `${find("engine").textContent}\n(${worker})();`;
+    const [engine] = find("script").textContent.split("/* The page"), source = `${engine}\n(${worker})();`;
     const results = [], end = (text) => this.endMeasurement(text);
     this.workerUrl = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
     try {
@@ -486,7 +497,6 @@ class LivePage extends PlayerPage {
       seed: phrase`Seed of the random start: the same seed gives the same collisions.`,
       starts: phrase`How many random starts are simulated: more give smaller errors.`,
       length: phrase`After how many collisions each of them ends.`,
-      log: phrase`A logarithmic axis shows an exponential decay as a straight line.`,
       speed: phrase`How much time, or how many collisions, pass in a second.`,
       forth: phrase`Goes to the next collision.`, back: phrase`Goes back to the collision before.`,
       play: phrase`Starts or pauses the gas.`,
@@ -519,7 +529,6 @@ class LivePage extends PlayerPage {
       if (!Number.isNaN(seed)) this.begin({ ...this.config, seed });
       find("seed").value = this.config.seed;
     };
-    find("log").onchange = () => { this.charts.log = find("log").checked; this.redraw(); };
     find("again").onclick = () => { this.gas.forgetMeans(); this.redraw(); };
     find("charts-image").onclick = () => saveCanvas(find("charts"), "charts.png");
     find("measure").onclick = () => this.measure();
@@ -585,9 +594,6 @@ function small(value, { scene, meter }) {
 }
 
 const fraction = (speed) => ({ 0.125: "⅛", 0.25: "¼", 0.5: "½" })[speed] ?? String(speed);
-
-// A time to a thousandth of what passes in a second at speed 1.
-const timeText = (time, rate) => time.toFixed(Math.min(Math.max(0, 3 - Math.ceil(Math.log10(rate))), 9));
 
 let live = null;
 

@@ -1,6 +1,5 @@
 // What is measured of a simulation: series over time, means, decay constants and their errors.
 // As analysis/measurement.py and fitting.py, but without a page: workers and tests use it, too.
-"use strict";
 
 const RELAXING = 15, LEAST_RELAXING = 5; // collisions of a ball while equal speeds relax
 const INSTANT = 1e-9; // collisions nearer than this share of the time are at one instant

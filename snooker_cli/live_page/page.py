@@ -196,9 +196,10 @@ def _translated(scene: dict[str, Any], words: Words) -> dict[str, Any]:
 
 
 def engine_source(*more: str) -> str:
-    """The scripts of the engine and more, one after the other; modules are not in them."""
+    """The scripts of the engine and more, in strict mode; compiled modules are not in them."""
     layout = script_data(webassembly.description())
-    return f"const ENGINE = {layout};\n{script_of(LIVE, *ENGINE_SCRIPTS, *more)}"
+    code = script_of(LIVE, *ENGINE_SCRIPTS, *more)
+    return f'"use strict";\nconst ENGINE = {layout};\n{code}'
 
 
 def packed_modules(boundaries: Set[str]) -> dict[str, Any]:

@@ -1,5 +1,3 @@
-"use strict";
-
 // What a config says without chance: laws, sizes, and whether a scene can exist. Its limits are those of
 // the program, see scene.py, so that a config of the page is one of the program.
 

@@ -1,5 +1,3 @@
-"use strict";
-
 // The start of a repeat: places and velocities of the page's own, the same in every browser. Only
 // + − × ÷ √ and whole numbers are used. The first start of the config that a page is made from is that
 // of the program, which the page has.

@@ -1,5 +1,4 @@
 // The student's table: a row for each measurement, and a plot of its columns with theory.
-"use strict";
 
 // The columns: heading, unit, what is read of a row. One that is ``varied`` is shown if rows differ in
 // it, and one that is ``rare`` if a row has a number in it that is not zero.
@@ -61,10 +60,13 @@ function between(first, second, part) {
 }
 
 // The ends of an axis: from zero, but for values that are all near to each other.
-function rangeOf(values) {
+function axisEnds(values) {
   const least = Math.min(...values, Infinity), most = Math.max(...values, 0), room = 0.1 * (most - least);
-  return least > most / 2 && room > 0 ? [least - room, most + room] : [0, roomy(most)];
+  return least > most / 2 && room > 0 ? [least - room, most + room] : [bottomOf(values), roomy(most)];
 }
+
+// The lower end of an axis from zero, or below it.
+const bottomOf = (values) => (Math.min(...values) < 0 ? -roomy(-Math.min(...values)) : 0);
 
 const valueWithError = (value, error) => {
   if (!Number.isFinite(value)) return "–";
@@ -162,17 +164,17 @@ class Table {
     this.draw();
   }
 
-  // The table as text: a line for each row; errors have columns of their own, numbers all digits.
+  // The table as text: a line for each row; errors have columns of their own, numbers all digits. comma: between cells
   text(comma) {
     const columns = this.columns.flatMap(({ key, text, unit, measured }) => {
       const heading = unit ? `${text} (${unit})` : text;
       return measured ? [[heading, key], [phrase`error of ${text}`, `${key}Error`]] : [[heading, key]];
     });
-    const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-    const known = (value) => (Number.isFinite(value) || typeof value === "string" ? quoted(String(value)) : "");
+    const known = (value) => (Number.isFinite(value) || typeof value === "string" ? String(value) : "");
     const rows = this.rows.map((row) => columns.map(([, key]) => known(row[key])));
-    const lines = [columns.map(([heading]) => heading), ...rows];
-    return lines.map((cells) => `${cells.join(comma)}\n`).join("");
+    const needsQuotes = (text) => [comma, '"', "\n", "\r"].some((sign) => text.includes(sign));
+    const quoted = (text) => (needsQuotes(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    return [columns.map(([heading]) => heading), ...rows].map((cells) => `${cells.map(quoted).join(comma)}\n`).join("");
   }
 
   draw() {
@@ -185,11 +187,14 @@ class Table {
     const theories = theoriesOf(y.key, this.fluid);
     const curves = theories.map(([name, colour, dash, law]) =>
       ({ name, colour, dash, pieces: this.pieces(points, x.key, law) }));
-    const highest = points.map((row) => row[y.key] + (row[`${y.key}Error`] || 0));
+    const errorOf = (row, { key, measured }) => (measured ? row[`${key}Error`] || 0 : 0);
+    const ends = (row, axis) => [-1, 1].map((sign) => row[axis.key] + sign * errorOf(row, axis));
+    const highest = points.map((row) => ends(row, y)[1]);
     const predicted = curves.flatMap(({ pieces }) => pieces.flat().map(([, value]) => value));
     panel.name = y.unit ? `${y.text} (${y.unit})` : y.text;
+    panel.low = bottomOf(points.map((row) => row[y.key]));
     panel.top = roomy(Math.max(...highest, ...predicted, 0));
-    const [low, high] = rangeOf(points.map((row) => row[x.key]));
+    const [low, high] = axisEnds(points.flatMap((row) => ends(row, x)));
     this.plot.layOut(pen, width, height, size);
     const across = (value) => this.plot.left + ((value - low) / (high - low)) * this.plot.wide;
     this.plot.grid(pen);
@@ -219,18 +224,20 @@ class Table {
     });
     pen.strokeStyle = pen.fillStyle = paint("second");
     for (const row of points) {
-      const at = across(row[x.key]), error = row[`${y.key}Error`] || 0;
+      const at = across(row[x.key]), high = up(row[y.key]), [left, right] = ends(row, x), [bottom, top] = ends(row, y);
       pen.beginPath();
-      pen.arc(at, up(row[y.key]), 3.5, 0, 2 * Math.PI);
+      pen.arc(at, high, 3.5, 0, 2 * Math.PI);
       pen.fill();
-      pen.beginPath();
-      pen.moveTo(at, up(row[y.key] - error));
-      pen.lineTo(at, up(row[y.key] + error));
-      const wide = x.measured ? row[`${x.key}Error`] || 0 : 0;
-      pen.moveTo(across(row[x.key] - wide), up(row[y.key]));
-      pen.lineTo(across(row[x.key] + wide), up(row[y.key]));
-      pen.stroke();
+      this.plot.inside(pen, panel, () => {
+        pen.beginPath();
+        pen.moveTo(at, up(bottom));
+        pen.lineTo(at, up(top));
+        pen.moveTo(across(left), high);
+        pen.lineTo(across(right), high);
+        pen.stroke();
+      });
     }
+    if (!points.length) this.plot.note(pen, panel, phrase`no row has both quantities`);
     const values = points.map((row) => phrase`${short(row[y.key])} at ${short(row[x.key])}`).join(", ");
     find("plot").setAttribute("aria-label", phrase`${panel.name} against ${x.text}: ${values}`);
   }

@@ -1,7 +1,6 @@
 // The formulas of theory.py and analysis/predictions.py that the page needs, with the same symbols;
 // their sources are there. A container is { shape, size: [width, height] }, m; its area and the length
 // of its wall are in scene.js.
-"use strict";
 
 // The names that theories have in `snooker compare`, too.
 const THEORY = {

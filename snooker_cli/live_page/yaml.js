@@ -1,5 +1,4 @@
 // A config as text, for `snooker run`.
-"use strict";
 
 // Inside a config, keys without a value are those that are absent.
 function flow(value) {

@@ -1,5 +1,4 @@
 // The container, the balls coloured by speed, marks on those that turn, and the flashes of contacts.
-"use strict";
 
 const FLASH = 0.3; // s of playing
 const MOST_FLASHES = 60;
@@ -136,22 +135,15 @@ class Arena {
     }
   }
 
-  // The tagged ball's path until now. In a periodic box a part that leaves it is drawn twice: from
-  // where it begins, and to where it ends.
+  // The tagged ball's path until now. Where a container repeats, what leaves it goes on at the other side.
   course(pen, x, y, time, centre) {
-    const [w, h] = this.view.size, whole = (value, side) => side * Math.round(value / side);
-    const line = this.gas.course.filter(([at]) => at <= time).slice(-MOST_PARTS);
-    line.push([time, ...this.gas.place(this.gas.tagged, time)]);
+    const line = this.gas.pathUntil(time, MOST_PARTS).map(([, ...place]) => place);
+    const parts = line.slice(1).flatMap((end, k) =>
+      (this.view.periodic ? partsInside(line[k], end, centre, this.view.size) : [[line[k], end]]));
     pen.beginPath();
-    for (let k = 1; k < line.length; k++) {
-      const [, ax, ay] = line[k - 1], [, bx, by] = line[k];
-      for (const [ex, ey] of this.view.periodic ? [[ax, ay], [bx, by]] : [centre]) {
-        const [dx, dy] = this.view.periodic
-          ? [whole(ex - centre[0], w), whole(ey - centre[1], h)]
-          : [0, 0];
-        pen.moveTo(x(ax - dx), y(ay - dy));
-        pen.lineTo(x(bx - dx), y(by - dy));
-      }
+    for (const [[ax, ay], [bx, by]] of parts.slice(-MOST_PARTS)) {
+      pen.moveTo(x(ax), y(ay));
+      pen.lineTo(x(bx), y(by));
     }
     strokes(pen, [["#fff", 3.5], [VIOLET, 1.5]]);
   }
@@ -190,6 +182,23 @@ function viewOf({ shape, size: [width, height] }) {
   const { periodic, sides } = SHAPES[shape];
   return { outline, periodic: periodic.includes(true), sides, size: [width, height],
     extent: [-reach[0], reach[0], -reach[1], reach[1]], follow: true };
+}
+
+// A straight way as its parts in the boxes of a size that it passes, each moved into the box at a centre.
+function partsInside(begin, end, centre, size) {
+  const along = (share) => [0, 1].map((axis) => begin[axis] + share * (end[axis] - begin[axis]));
+  const shares = [0, 1].flatMap((axis) => {
+    const from = (begin[axis] - centre[axis]) / size[axis], to = (end[axis] - centre[axis]) / size[axis];
+    const first = Math.ceil(Math.min(from, to) - 0.5), edges = Math.floor(Math.max(from, to) - 0.5) - first + 1;
+    const last = Array.from({ length: Math.min(edges, MOST_PARTS) }, (_, k) => first + (from < to ? edges - 1 - k : k));
+    return last.map((edge) => (edge + 0.5 - from) / (to - from));
+  });
+  const cuts = [...shares.sort((first, second) => first - second), 1];
+  return cuts.map((cut, k) => {
+    const from = k ? cuts[k - 1] : 0, middle = along((from + cut) / 2);
+    const moved = middle.map((value, axis) => size[axis] * Math.round((value - centre[axis]) / size[axis]));
+    return [from, cut].map((share) => along(share).map((value, axis) => value - moved[axis]));
+  });
 }
 
 // Where a ball of a periodic box is seen again, as it sticks out of the box.

@@ -1,5 +1,4 @@
 // What the arena and the charts share: colours, texts of numbers, and a sharp canvas.
-"use strict";
 
 // A colour of page.css; it follows the dark mode of the browser.
 const paint = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`);
@@ -20,6 +19,9 @@ function short(value, digits = 3) {
   return text.replace("-", "−");
 }
 
+// A number with this many decimals, or a small one that needs more than nine as a power.
+const decimal = (value, decimals) => (decimals > 9 ? short(value, 8) : value.toFixed(Math.max(decimals, 0)));
+
 // Even steps of 1, 2 or 5 times a power of ten: at most this many up to a value.
 function niceStep(range, most) {
   const rough = range / most, power = 10 ** Math.floor(Math.log10(rough));
@@ -33,7 +35,7 @@ function tickLabel(value, step) {
   if (value !== 0 && (Math.abs(value) >= 1e5 || step < 1e-4)) {
     return short(value, Math.max(1, 1 + magnitude(value) - magnitude(step)));
   }
-  return value.toFixed(value === 0 ? 0 : Math.max(0, -magnitude(step)));
+  return value.toFixed(value === 0 ? 0 : Math.max(0, -magnitude(step))).replace("-", "−");
 }
 
 // A canvas of a size in units of the page, as sharp as the screen.

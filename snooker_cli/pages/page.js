@@ -1,8 +1,9 @@
 // What the controls of all pages share: elements, sentences, keys, full screen, the legend.
-"use strict";
 
 const CROSSING = 6; // s of playing in which a ball crosses the container at speed 1
 const LONGEST_FRAME = 0.1; // s that a frame continues by at most
+const COMPARED = 1; // s of playing that are compared with what was asked for
+const IN_TIME = 0.9; // of it, from which on the gas is as fast as chosen
 const LINK_AFTER = 400; // ms of rest until the address is a link to what is shown: browsers limit changes
 const FORBIDDEN =
   phrase`This site does not allow WebAssembly, which computes the collisions: save the page, and open the file.`;
@@ -39,12 +40,16 @@ function faster(menu, by) {
 }
 
 // Something that runs on the page: it asks for frames while it plays, and for one after each change.
-// A page's own class has advance(seconds of the computer's clock), draw(now), setPace and speed.
+// A page's own class has charts, draw(now), setPace, speed, and advance(seconds of the computer's clock), which returns
+// how many of them it played.
 class PlayerPage {
   constructor() {
     this.playing = false;
     this.waiting = false;
     this.relative = false; // colours by speed over the mean
+    this.last = null; // ms, the frame before; null where it does not count
+    this.wanted = this.done = 0; // s of playing since they were compared
+    document.addEventListener("visibilitychange", () => { this.last = null; });
   }
 
   refresh() {
@@ -64,12 +69,24 @@ class PlayerPage {
   frame(now) {
     this.waiting = false;
     if (this.playing) {
-      const passed = this.last === null ? 0 : Math.min((now - this.last) / 1000, LONGEST_FRAME);
+      if (this.last === null) this.wanted = this.done = 0;
+      const passed = this.last === null ? 0 : (now - this.last) / 1000;
       this.last = now;
-      this.advance(passed);
+      this.wanted += passed;
+      this.done += this.advance(Math.min(passed, LONGEST_FRAME));
     }
+    this.showSlowness();
     this.draw(now);
     if (this.playing) this.refresh();
+  }
+
+  // Says whether the gas was slower than the chosen speed in the last second of playing.
+  showSlowness() {
+    if (this.playing && this.wanted < COMPARED) return;
+    const isSlow = this.playing && this.done < IN_TIME * this.wanted, isReal = find("speed").value === "real";
+    const text = isReal ? phrase`slower than real time` : phrase`slower than chosen`;
+    find("slow").textContent = isSlow ? text : "";
+    this.wanted = this.done = 0;
   }
 
   // What buttons, menus and keys of all pages do. keys: what more keys do; fields: a selector of
@@ -78,6 +95,10 @@ class PlayerPage {
     find("play").onclick = () => this.play();
     find("colours").onchange = () => {
       this.relative = find("colours").value === "relative";
+      this.refresh();
+    };
+    find("log").onchange = () => {
+      this.charts.log = find("log").checked;
       this.refresh();
     };
     for (const button of document.getElementsByName("pace")) button.onchange = () => this.setPace(button.value);

@@ -1,5 +1,4 @@
 // Panels of a chart, one below the other: axes with labels, curves, steps of a histogram.
-"use strict";
 
 const RIGHT_MARGIN = 12; // px to the right of a curve
 const DASHES = { line: [6, 4], text: "- -" }, DOTS = { line: [1.5, 3], text: "···" };
@@ -109,10 +108,7 @@ class Panels {
     let ticks = [];
     for (let most = 6; most > 1; most--) {
       const step = Math.max(niceStep(high - low, most), least);
-      ticks = [];
-      for (let value = Math.ceil(low / step) * step; value <= high * (1 + 1e-12); value += step) {
-        ticks.push([value, tickLabel(value, step)]);
-      }
+      ticks = multiples(step, low, high).map((value) => [value, tickLabel(value, step)]);
       const needed = Math.max(...ticks.map(([, text]) => pen.measureText(text).width)) + size;
       if (needed * (high - low) <= step * (across(high) - across(low))) break;
     }
@@ -205,11 +201,14 @@ class Panels {
 const maxwellDensity = (v) => 2 * v * Math.exp(-v * v);
 
 function linearTicks({ low = 0, top, percent }) {
-  const step = niceStep(top - low, 4), ticks = [];
-  for (let value = Math.ceil(low / step - 1e-9) * step; value <= top; value += step) {
-    ticks.push([value, percent ? `${Math.round(100 * value)} %` : tickLabel(value, step)]);
-  }
-  return ticks;
+  const step = niceStep(top - low, 4), text = (value) => (percent ? `${Math.round(100 * value)} %` : tickLabel(value, step));
+  return multiples(step, low, top).map((value) => [value, text(value)]);
+}
+
+// The multiples of a step from one value to another; zero is exact.
+function multiples(step, low, high) {
+  const first = Math.ceil(low / step - 1e-9), last = Math.floor(high / step + 1e-9);
+  return Array.from({ length: last - first + 1 }, (_, k) => (first + k) * step);
 }
 
 function logTicks({ low, top }) {

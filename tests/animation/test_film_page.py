@@ -5,15 +5,17 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import Browser
+from browser import Browser, opened_up
 from moving_pictures import SHAPES, films, slack, sliding, sliding_films, times_of
 
 from snooker_cli.analysis import diffusion
 from snooker_cli.animation import Film, film, page
+from snooker_cli.animation.film import FIRST_COLLISIONS
 from snooker_cli.animation.movie import BIN, BINS, EDGE, FLASH, GREEN, MOST_FLASHES, MOST_SHARE
 from snooker_cli.engine import replay
 from snooker_cli.pages.html_page import text_of
@@ -30,6 +32,8 @@ def test_movies_and_the_page_have_the_same_constants() -> None:
     assert f"const BIN = {BIN}, BINS = {BINS};" in script
     assert f"const MOST_SHARE = {MOST_SHARE};" in script
     assert f"const EDGE = {EDGE:.0e};".replace("e-09", "e-9") in script
+    charts = text_of("snooker_cli.live_page", "charts.js")
+    assert f"const FIRST_COLLISIONS = {FIRST_COLLISIONS};" in charts
 
 
 AT = """
@@ -49,7 +53,8 @@ def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
     def show(
         *shown: Film, link: str = "", width: int = 1160, height: int = 900, dark: bool = False
     ) -> Browser:
-        (tmp_path / "film.html").write_text(page(*shown, seconds=20.0), encoding="utf-8")
+        made = opened_up(page(*shown, seconds=20.0))
+        (tmp_path / "film.html").write_text(made, encoding="utf-8")
         browser.look(width, dark, height)
         browser.open(tmp_path / "film.html", link)
         browser.value("started")
@@ -151,7 +156,7 @@ def test_a_click_on_a_ball_draws_its_path(opened: Opened) -> None:
     tagged, shown, playing, course, said = seen["tagged"]
     assert (tagged, shown, playing) == (ball, str(ball), False)
     assert said == f"The path of ball {ball} is shown."
-    time, *places = np.array(course).T
+    time, *places, _, _ = np.array(course).T
     own = (made.i == ball) | (made.j == ball)
     assert time.tolist() == [made.start, *made.time[own].tolist()]
     known, _ = diffusion.path(made.trace, ball, time)
@@ -183,6 +188,87 @@ def test_balls_that_slide_are_where_the_trace_has_them(opened: Opened) -> None:
         # The whole continues as the part does.
         np.testing.assert_array_equal(places, replay(sliding(), times).positions, err_msg=name)
         assert browser.value("player.screens[0].isStored"), name
+
+
+DRAWN = """
+(async () => {
+  find("log").checked = LOG;
+  find("log").onchange();
+  player.tag(BALL);
+  player.goTo(1);
+  for (let k = 0; k < 3; k++) await new Promise((drawn) => requestAnimationFrame(drawn));
+  player.screens[0].arena.canvas.id = "arena";
+  const [{ low, top }] = player.charts.panels;
+  return [low, top];
+})()
+"""
+FIRST, SECOND = "#2871b3", "#bd1f01"
+
+
+@pytest.mark.parametrize("width", [390, 768, 1024, 1400])
+@pytest.mark.parametrize("name", ["fixed", "periodic"])
+def test_the_window_shows_what_is_drawn(name: str, width: int, opened: Opened) -> None:
+    """A path, and charts that are not empty, also with a logarithmic axis of energy."""
+    browser = opened(films()[name], width=width)
+    script = DRAWN.replace("LOG", "false")
+    browser.value(script.replace("BALL", '""'))
+    without = browser.part("arena")
+    even = browser.value(script.replace("BALL", "0"))
+    assert np.count_nonzero(np.any(browser.part("arena") != without, axis=2)) > 100
+    assert min(browser.painted("charts", FIRST, SECOND)) > 200
+    decades = browser.value(DRAWN.replace("LOG", "true").replace("BALL", "0"))
+    assert min(browser.painted("charts", FIRST, SECOND)) > 200
+    assert even[0] == 0 < decades[0] < decades[1]
+    assert browser.value("document.documentElement.scrollWidth - innerWidth") <= 0
+
+
+STEPPED = """
+(() => {
+  const texts = [];
+  player.setPace("events");
+  for (let step = 1; step <= player.playheads[0].times.length; step++) {
+    player.goToStep(step);
+    player.write();
+    texts.push(find("now").textContent);
+  }
+  return texts;
+})()
+"""
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_step_is_seen_in_the_time(name: str, opened: Opened) -> None:
+    """Of each twenty, one may be too short."""
+    texts = opened(films()[name]).value(STEPPED)
+    seen = [first != second for first, second in pairwise(texts)]
+    assert sum(seen) >= 0.95 * len(seen) - 1
+    made = films()[name]
+    assert texts == [f"t = {made.time_text(time)} s" for time in made.time.tolist()]
+
+
+SLOW = """
+(() => {
+  const said = () => find("slow").textContent;
+  player.refresh = () => {};
+  const frames = (milliseconds) => {
+    player.goTo(0);
+    player.play(true);
+    for (let now = 0; now < 1500; now += milliseconds) player.frame(now);
+    return said();
+  };
+  return ["1", "real"].flatMap((speed) => {
+    find("speed").value = speed;
+    find("speed").onchange();
+    return [frames(20), frames(300)];
+  });
+})()
+"""
+
+
+def test_a_film_that_is_slower_than_chosen_is_said_to_be(opened: Opened) -> None:
+    """Of a frame that took 0.3 s the page plays 0.1 s."""
+    slow, real = "slower than chosen", "slower than real time"
+    assert opened(films()["free"]).value(SLOW) == ["", slow, "", real]
 
 
 LINKED = """
@@ -246,6 +332,7 @@ def test_texts_are_shown_as_they_are_and_never_run(text: str, opened: Opened) ->
     trace = films()["fixed"].trace
     browser = opened(film(trace, text, text), film(trace, text, f"{text} 2"))
     shown = film(trace, text, text).title
+    browser.value("player.draw()")
     assert browser.value("find('title').textContent") == shown
     assert browser.value("player.screens[0].caption.textContent").startswith(shown)
     title, images = browser.value("[document.title, document.images.length]")

@@ -1,4 +1,4 @@
-"""The numbers of docs/live.md are those that the live page measures."""
+"""docs/live.md has the numbers that the live page measures, and its picture the page's buttons."""
 
 from __future__ import annotations
 
@@ -8,7 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from browser import Browser, opened_up
 from live_scripts import LiveScripts
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
+
+import snooker_cli as snooker
 
 PAGE = Path(__file__).parents[2] / "docs" / "live.md"
 
@@ -61,3 +66,38 @@ def test_the_lesson_has_the_numbers_of_the_page(request: pytest.FixtureRequest) 
                 assert shown == rows
     if request.config.getoption("--write-goldens"):
         PAGE.write_text(text, encoding="utf-8")
+
+
+PICTURE = PAGE.with_name("live.png")
+
+PICTURED = """
+(async () => {
+  document.querySelector("input[name=pace][value=events]").click();
+  find("speed").value = 1000;
+  find("speed").onchange();
+  live.gas.advance(Infinity, 3500);
+  live.redraw();
+  await new Promise((done) => setTimeout(done, 200));
+  const named = [...document.querySelectorAll("h1, button, label")];
+  const shown = named.filter((at) => at.checkVisibility());
+  return shown.map((at) => at.getAttribute("aria-label") ?? at.textContent);
+})()
+"""
+
+
+def test_the_picture_shows_the_page_as_it_is(
+    browser: Browser, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    """All buttons and labels are those that the page had when it was taken, which the file has."""
+    (tmp_path / "gas.html").write_text(opened_up(snooker.live().html), encoding="utf-8")
+    browser.look(1280, False, 800)
+    browser.open(tmp_path / "gas.html", "#scene=crowded")
+    browser.value("started")
+    names = json.dumps(browser.value(PICTURED))
+    if request.config.getoption("--write-goldens"):
+        kept = PngInfo()
+        kept.add_itxt("names", names)
+        picture = Image.fromarray(browser.picture()).quantize(dither=Image.Dither.NONE)
+        picture.save(PICTURE, pnginfo=kept, optimize=True)
+    with Image.open(PICTURE) as picture:
+        assert picture.info.get("names") == names

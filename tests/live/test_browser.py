@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 from collections.abc import Callable, Iterator
 from html import escape
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-from browser import Browser
+from browser import NEARLY, Browser, opened_up, with_more_script
 from live_scripts import LiveScripts
 
 import snooker_cli as snooker
@@ -28,7 +31,8 @@ def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
     def show(
         width: int = 1400, height: int = 900, dark: bool = False, link: str = "", **choices: Any
     ) -> Browser:
-        snooker.live(**choices).save(tmp_path / "gas.html")
+        page = opened_up(snooker.live(**choices).html)
+        (tmp_path / "gas.html").write_text(page, encoding="utf-8")
         browser.look(width, dark, height)
         browser.open(tmp_path / "gas.html", link)
         browser.value("globalThis.wait = (ms) => new Promise((done) => setTimeout(done, ms)), 0")
@@ -188,9 +192,11 @@ def test_a_worker_measures(opened: Opened, javascript: LiveScripts) -> None:
         assert seen["row"][name] == row[name]
     for name in ("temperature", "pressure", "ratio"):
         assert seen["row"][name] == pytest.approx(row[name], rel=MEANS, abs=0)
-    head, line = seen["text"].splitlines()
-    assert head.startswith("starts,N,r (m),R (m),CoR,packing,T (J),error of T,P (Pa m),")
-    assert float(line.split(",")[6]) == seen["row"]["temperature"]
+    head, line = csv.reader(seen["text"].splitlines())
+    assert head[:6] == ["starts", "N", "r (m)", "R (m)", "CoR", "packing"]
+    assert "PV/NT, hard disks, finite N" in head
+    assert len(line) == len(head)
+    assert float(line[head.index("T (J)")]) == seen["row"]["temperature"]
     assert seen["cancelled"] == ["Cancelled.", False, 1]
     assert seen["plot"].startswith("P (Pa m) against packing: ")
     assert seen["cells"] == 2
@@ -209,22 +215,24 @@ DIFFERENT = """
   const alone = heads();
   add({ ...warm, wall_temperature: 100, cor: 0.8 });
   add({ ...warm, seed: 2 });
-  const csv = live.table.text(",").split("\\n")[0].split(",");
+  const text = live.table.text(",");
   const more = heads().slice(alone.length);
   const box = { shape: "box", width: 20, height: 20, mass: null };
   const balls = { count: 5, radius: 0.5, mass: 1, speed: 10 };
   const sides = { ...warm, container: box, balls, wall_temperature: { left: 20 } };
   add({ ...sides, title: "another scene" });
-  return [alone, more, csv.slice(-2), heads()[0], heads().includes("left wall T, J")];
+  return [alone, more, text, heads()[0], heads().includes("left wall T, J")];
 })()
 """
 
 
 def test_the_table_shows_in_what_rows_differ(opened: Opened) -> None:
-    alone, more, csv, first, side = opened().value(DIFFERENT)
+    alone, more, text, first, side = opened().value(DIFFERENT)
+    lines = list(csv.reader(text.splitlines()))
     assert alone[0] == "starts"
     assert more == ["wall T, J", "seed"]
-    assert csv == ["wall T (J)", "seed"]
+    assert lines[0][-2:] == ["wall T (J)", "seed"]
+    assert [len(line) for line in lines] == 4 * [len(lines[0])]
     assert (first, side) == ("scene", True)
 
 
@@ -253,6 +261,79 @@ def test_the_page_fits_a_phone_and_follows_the_dark_mode(
     assert 0 <= seen["top"] < seen["bottom"] <= height
     assert seen["sliders"] == (width > 700)  # a phone shows the charts first
     assert seen["paper"] == ("rgb(20, 24, 30)" if dark else "rgb(255, 255, 255)")
+
+
+BELOW_ZERO = """
+(async () => {
+  live.open(content.scenes.find(({ name }) => name === "rough"));
+  for (const beta of [-0.9, -0.3, 0.3]) {
+    const config = { ...live.config, tangential_cor: beta, collisions: 3000 };
+    live.table.add(tableRow(config, [0, 1].map((repeat) => measureRepeat(config, repeat))));
+  }
+  for (const [menu, key] of [["plot-x", X], ["plot-y", Y]]) {
+    find(menu).value = key;
+    find(menu).onchange();
+  }
+  await wait(100);
+})()
+"""
+
+
+@pytest.mark.parametrize(
+    ("across", "up"),
+    [("surface_tangential_cor", "ratio"), ("ratio", "surface_tangential_cor"), ("ratio", "ratio")],
+)
+def test_the_plot_has_room_for_all_rows_and_their_errors(
+    across: str, up: str, opened: Opened
+) -> None:
+    """Also below zero, and no line of an error leaves the axes."""
+    page = opened(768)
+    page.value(BELOW_ZERO.replace("X]", f"'{across}']").replace("Y]", f"'{up}']"))
+    (dots,) = page.painted("plot", SECOND)
+    assert dots >= 3 * DOT
+    beyond = page.part("plot").astype(int)[:, -8:]
+    assert not np.any(beyond[..., 0] > beyond[..., 1] + NEARLY)  # nothing red
+
+
+def test_a_plot_without_rows_says_so(opened: Opened) -> None:
+    """The means of a short measurement are missing."""
+    page = opened(language="de")
+    seen = page.value(ADD_ROWS.replace("100", "20") + ";" + FILLED)
+    assert "keine Zeile hat beide Größen" in seen
+
+
+BESIDE = """
+(async () => {
+  await wait(100);
+  const home = find("sliders"), controls = [...home.querySelectorAll(".control")];
+  const last = controls.pop().getBoundingClientRect();
+  const page = document.documentElement, cut = home.scrollHeight - home.clientHeight;
+  return [cut, page.scrollWidth - innerWidth, last.bottom + scrollY <= page.scrollHeight];
+})()
+"""
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+@pytest.mark.parametrize(("width", "height"), [(768, 1024), (1024, 768)])
+def test_a_tablet_shows_all_controls(
+    width: int, height: int, language: str, opened: Opened
+) -> None:
+    """The scene with most of them; no part of the page scrolls by itself."""
+    page = opened(width, height, link="#scene=rough", language=language)
+    cut, wide, below = page.value(BESIDE)
+    assert cut <= 0
+    assert wide <= 0
+    assert below
+
+
+def test_a_shade_shows_that_more_controls_are_below(opened: Opened) -> None:
+    """In a low window; at the end it is gone."""
+    page = opened(1400, 600, link="#scene=rough")
+    box = page.value("find('sliders').getBoundingClientRect().toJSON()")
+    edge = round(box["bottom"]) - 2, slice(round(box["left"]) + 20, round(box["left"]) + 200)
+    assert np.median(page.picture()[edge]) < 200
+    page.value("find('sliders').scrollTo(0, 1e6)")
+    assert np.median(page.picture()[edge]) > 250
 
 
 LINK = """
@@ -293,6 +374,70 @@ def test_the_address_holds_the_scene(opened: Opened) -> None:
     no_number = "The link has a mistake: cor=2 needs a number from 0 to 1."
     assert (refused[0], refused[2]) == ("trap", no_number)
 
+
+DRAWN = """
+(async () => {
+  live.open(content.scenes.find(({ name }) => name === "rough"));
+  live.gas.advance(Infinity, 3000);
+  for (const count of [50, 100, 150]) {
+    const config = { ...live.config, balls: { ...live.config.balls, count }, collisions: 1500 };
+    live.table.add(tableRow(config, [0, 1].map((repeat) => measureRepeat(config, repeat))));
+  }
+  find("plot-y").value = "pressure";
+  find("plot-y").onchange();
+  live.redraw();
+  await wait(100);
+})()
+"""
+
+TAG = "(async () => { live.choose(0); await wait(100); })()"
+HALVES = """
+(() => {
+  find("arena").scrollIntoView({ block: "nearest" });
+  const { gas, arena } = live, { left, top } = find("arena").getBoundingClientRect();
+  return arena.drawn.map(([ball, x, y, r]) => {
+    const angle = gas.simulation.angleOf(ball, gas.time);
+    const [u, v] = [Math.cos(angle), -Math.sin(angle)];
+    return [0.6, -0.6].map((part) => [left + x + part * r * u, top + y + part * r * v]);
+  });
+})()
+"""
+"""Of each ball, a place on its mark and the opposite one, px."""
+
+FIRST, SECOND, THIRD, SOFT = "#2871b3", "#bd1f01", "#832db6", "#5b6675"
+DOT = 30
+"""Pixels of a dot in the plot, or more."""
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+@pytest.mark.parametrize("width", [390, 768, 1024, 1400])
+def test_the_window_shows_what_is_drawn(width: int, language: str, opened: Opened) -> None:
+    """The path of a ball, marks of all balls, three charts, and in the plot a dot of each row."""
+    page = opened(width, language=language)
+    page.value(DRAWN)
+    places, green = page.value(HALVES), page.picture()[..., 1]  # of which slow balls have little
+    around = [[green[round(y) - 1 :, round(x) - 1 :][:3, :3] for x, y in pair] for pair in places]
+    marked, opposite = np.max(around, axis=(2, 3)).T.astype(int)
+    assert len(marked) == 200
+    assert np.mean(marked > opposite + 40) > 0.8  # others are fast, or have a contact there
+    without = page.part("arena")
+    page.value(TAG)
+    assert np.count_nonzero(np.any(page.part("arena") != without, axis=2)) > 100
+    assert min(page.painted("charts", FIRST, SECOND, THIRD, SOFT)) > 200
+    dots, theory = page.painted("plot", SECOND, SOFT)
+    assert dots >= 3 * DOT
+    assert theory > 500  # and the axes
+
+
+FILLED = """
+(() => {
+  const seen = [], { fillText } = CanvasRenderingContext2D.prototype;
+  CanvasRenderingContext2D.prototype.fillText = (text) => seen.push(text);
+  live.table.draw();
+  CanvasRenderingContext2D.prototype.fillText = fillText;
+  return seen;
+})()
+"""
 
 ADD_ROWS = """
 (() => {
@@ -367,7 +512,6 @@ def test_a_beginners_view_leaves_things_out(
 
 
 IN_A_FRAME = """
-<script>
 started.then(async () => {
   const said = () => find("said").textContent;
   find("copy-link").click();
@@ -382,7 +526,7 @@ started.then(async () => {
   }
   parent.postMessage([...seen, said(), link], "*");
 });
-</script>"""
+"""
 
 
 @pytest.mark.parametrize(
@@ -396,7 +540,7 @@ def test_a_frame_that_forbids_something_says_so(
     rights: str, saved: str, browser: Browser, tmp_path: Path
 ) -> None:
     """The frame of another site cannot be read; its host forbids workers."""
-    page = escape(snooker.live().html + IN_A_FRAME)
+    page = escape(with_more_script(snooker.live().html, IN_A_FRAME))
     policy = '<meta http-equiv="Content-Security-Policy" content="worker-src \'none\'">'
     listen = "<script>heard = new Promise((done) => onmessage = ({ data }) => done(data))</script>"
     frame = f'<iframe sandbox="{rights}" srcdoc="{page}"></iframe>'
@@ -411,6 +555,78 @@ def test_a_frame_that_forbids_something_says_so(
         " save the page, and open the file."
     )
     assert picture == f"{saved}open the page by itself."
+
+
+SHAPES = {
+    "circle": {"radius": 10.0},
+    "box": {"shape": "box", "width": 20.0},
+    "channel": {"shape": "channel", "width": 20.0},
+    "periodic": {"shape": "periodic", "width": 20.0},
+}
+NUMBERS = "Array.from(document.querySelectorAll('#numbers dt'), (at) => at.textContent)"
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_where_a_container_repeats_there_is_no_angular_momentum(shape: str, opened: Opened) -> None:
+    """Each image of a ball has another one."""
+    balls = {"count": 10, "radius": 0.5, "speed": 10.0}
+    page = opened(config={"container": SHAPES[shape], "balls": balls, "cor": 1, "collisions": 100})
+    page.value("wait(100)")
+    shown = page.value(NUMBERS)
+    assert "momentum" in shown
+    assert ("angular momentum" in shown) == (shape in {"circle", "box"})
+
+
+STEPPED = """
+(() => {
+  const texts = [];
+  for (let step = 0; step < 500; step++) {
+    live.gas.advance(Infinity, 1);
+    live.draw(0);
+    texts.push(find("now").textContent);
+  }
+  return texts;
+})()
+"""
+
+
+@pytest.mark.parametrize("scene", ["report", "crowded", "brownian", "rough"])
+def test_a_step_is_seen_in_the_time(scene: str, opened: Opened) -> None:
+    """Steps shorter than a twentieth of the mean may not be, 5 % of them."""
+    texts = opened(link=f"#scene={scene}").value(STEPPED)
+    seen = [first != second for first, second in pairwise(texts)]
+    assert sum(seen) > 0.9 * len(seen)
+    assert max(map(len, texts)) < 20
+
+
+SLOW = """
+(() => {
+  const said = () => find("slow").textContent, seen = [];
+  live.refresh = () => {};
+  const frames = (milliseconds) => {
+    live.play(true);
+    for (let now = 0; now < 3000; now += milliseconds) live.frame(now);
+    return said();
+  };
+  const choose = (speed) => { find("speed").value = speed; find("speed").onchange(); };
+  for (const speed of ["1", "real"]) {
+    choose(speed);
+    seen.push(frames(10), frames(500), frames(10), frames(500));
+    live.play(false);
+    live.frame(0);
+    seen.push(said());
+  }
+  return seen;
+})()
+"""
+
+
+def test_a_gas_that_is_slower_than_chosen_is_said_to_be(opened: Opened) -> None:
+    """Only while it is. Of a frame that took 0.5 s the page plays 0.1 s; one ball is no work."""
+    balls = {"list": [{"position": [0, 0], "velocity": [1, 0], "radius": 1}]}
+    page = opened(config={"container": {"radius": 10}, "balls": balls, "cor": 1, "collisions": 100})
+    slow, real = "slower than chosen", "slower than real time"
+    assert page.value(SLOW) == ["", slow, "", slow, "", "", real, "", real, ""]
 
 
 BACK = """

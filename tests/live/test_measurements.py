@@ -244,8 +244,8 @@ def test_a_trapped_ball_slides_on(javascript: LiveScripts) -> None:
     assert distance == pytest.approx(9.0, rel=1e-12)
     # Its path is along the wall, in parts of less than a tenth of a radian.
     assert {*range(55, 61)} <= {part[0] for part in parts}
-    assert np.hypot(*np.array(parts)[:, 1:].T) == pytest.approx(9.0, rel=1e-12)
-    turns = np.diff(np.unwrap([math.atan2(y, x) for _, x, y in parts]))
+    assert np.hypot(*np.array(parts)[:, 1:3].T) == pytest.approx(9.0, rel=1e-12)
+    turns = np.diff(np.unwrap([math.atan2(y, x) for _, x, y, *_ in parts]))
     assert np.max(np.abs(turns)) < 0.1
     assert after == pytest.approx(before, rel=1e-9)
 

@@ -8,12 +8,20 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from javascript import scene_of
 from live_scripts import LiveScripts
+from moving_pictures import films
+from py_mini_racer import JSEvalException
+from scenes import gas
 
 import snooker_cli as snooker
 from snooker_cli import config as configs
+from snooker_cli.analysis import diffusion
+from snooker_cli.animation import page as film_page
 from snooker_cli.config import Experiment
+from snooker_cli.config.template_configs import templates
 from snooker_cli.engine import simulate
 from snooker_cli.live_page.page import CONTROLS, MOST_BYTES, presets
 from snooker_cli.pages.html_page import PAGES, text_of
@@ -50,11 +58,17 @@ def test_a_page_is_small_and_has_no_network() -> None:
     assert [scene["name"] for scene in data_of(page)["scenes"]] == [s["name"] for s in SCENES]
 
 
-def test_the_scripts_of_a_page_share_one_scope(javascript: LiveScripts) -> None:
-    """They have no syntax error, and no name twice; without a browser they cannot run."""
-    scripts = re.findall(r"<script(?: id=\"engine\")?>(.*?)</script>", snooker.live().html, re.S)
-    assert len(scripts) == 2
-    assert javascript.value("typeof new Function(text)", text="".join(scripts)) == "function"
+def test_the_script_of_a_page_is_a_module_with_no_name_twice(javascript: LiveScripts) -> None:
+    """There, a second declaration of a name is a syntax error, as in a block of strict code."""
+    pages = {"live": snooker.live().html, "film": film_page(films()["fixed"])}
+    for name, made in pages.items():
+        script = r'<script type="(?!application/json)(.*?)".*?>(.*?)</script>'
+        ((kind, text),) = re.findall(script, made, re.DOTALL)
+        assert kind == "module", name
+        block = f"'use strict'; {{ {text} }}"
+        assert javascript.value("typeof new Function(text)", text=block) == "function", name
+        with pytest.raises(JSEvalException, match="already been declared"):
+            javascript.value("new Function(text)", text=block[:-1] + "function short() {} }")
 
 
 def test_the_first_scene_is_that_of_the_config() -> None:
@@ -64,7 +78,7 @@ def test_the_first_scene_is_that_of_the_config() -> None:
     own, *others = data_of(page)["scenes"]
     assert (own["config"]["cor"], own["title"]) == (0.7, title)
     assert [scene["name"] for scene in others] == [scene["name"] for scene in SCENES]
-    assert page.count("</script>") == 4
+    assert page.count("</script>") == 3
 
 
 @pytest.mark.parametrize(
@@ -476,6 +490,66 @@ def test_a_rough_ball_has_a_mark_at_its_angle(javascript: LiveScripts) -> None:
     assert len({angle for *_, angle in balls}) > 100
     assert lines == [pytest.approx(line, rel=1e-12) for line in expected]
     assert javascript.value(DRAWN.replace("name)", "'heated')"))[0] == []
+
+
+@pytest.mark.parametrize("name", ["the template", "the scene of the page"])
+def test_marks_of_rough_balls_are_large_enough_to_see(name: str) -> None:
+    """Of a picture that is 500 px wide, such a ball covers ten."""
+    given = templates()["rough"] if name == "the template" else config_of("rough")
+    scene = starting_scene(configs.load(given).experiment, 0)
+    assert 500 * 2 * np.min(scene.radii) / max(scene.container.size) >= 10
+
+
+COURSE = """(() => {
+  const gas = new Gas({ time: null }, null, SCENE), lines = [], [size] = gas.scene.container.size;
+  gas.tag(0);
+  gas.advance(Infinity, 100);
+  const arena = Object.create(Arena.prototype);
+  Object.assign(arena, { gas, view: viewOf(gas.scene.container) });
+  const pen = {
+    beginPath() {}, stroke() {},
+    moveTo: (x, y) => lines.push([x, y]), lineTo: (x, y) => lines[lines.length - 1].push(x, y),
+  };
+  arena.course(pen, (x) => x / size, (y) => y / size, gas.time, [0, 0]);
+  return lines;
+})()"""
+
+
+@pytest.mark.parametrize("shape", ["periodic", "channel"])
+def test_a_path_goes_on_at_the_other_side(shape: str, javascript: LiveScripts) -> None:
+    """All parts are inside, and they are as long as the ball's way."""
+    scene = gas(shape, 20, 0.01, cor=0.9)
+    trace = simulate(scene, collisions=100)
+    until, size = trace.stop.time, scene.container.size[0]
+    assert trace.events is not None
+    time = [0.0, *trace.events.time[(trace.events.i == 0) | (trace.events.j == 0)], until]
+    way, _ = diffusion.path(trace, 0, np.array(time))
+    found = javascript.value(COURSE.replace("SCENE", scene_of(scene)))
+    lines = np.array(found).reshape(-1, 2, 2)
+    assert len(lines) > len(time)  # it leaves the box several times
+    assert np.max(np.abs(lines)) <= 0.5 + 1e-9
+    length = np.sum(np.hypot(*np.diff(lines, axis=1)[:, 0].T))
+    assert length == pytest.approx(np.sum(np.hypot(*np.diff(way, axis=0).T)) / size, rel=1e-9)
+
+
+PRESSURES = """(() => {
+  const gas = new Gas(configOf("cooling")), charts = Object.create(GasCharts.prototype);
+  gas.advance(Infinity, collisions);
+  Object.assign(charts, { fluid, isBrief: false, gases: [gas], gas, low: 0 });
+  const { seen, rows, pressures } = charts.courseOf(gas, 0);
+  const after = rows.findIndex(({ wallEvents, pairEvents }) => wallEvents + pairEvents > 100);
+  return [roomy(Math.max(...seen)), pressures.map(({ dash, values }) => values[dash ? 1 : after])];
+})()"""
+
+
+@pytest.mark.parametrize("collisions", [300, 6000])
+def test_the_axis_of_pressure_has_the_beginning_of_a_cooling_gas(
+    collisions: int, javascript: LiveScripts
+) -> None:
+    """Theory from the first collision on, and what is measured after a hundred."""
+    top, beginning = javascript.value(PRESSURES, collisions=collisions)
+    assert len(beginning) == 4
+    assert max(beginning) <= top < 4 * max(beginning)
 
 
 TURNED = """(() => {
