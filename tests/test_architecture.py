@@ -239,25 +239,3 @@ def test_the_table_has_all_parts_and_no_other() -> None:
 def test_a_forbidden_import_is_found(module: str, source: str, sentence: str) -> None:
     (found,) = violations(module, ast.parse(source))
     assert sentence in found
-
-
-def test_stubs_of_methods_name_the_classes_that_have_them() -> None:
-    """A reader of a stub finds what is called."""
-    methods: dict[str, list[str]] = {}
-    stubs: list[tuple[str, str, str]] = []
-    for path in sorted((PACKAGE / "engine").glob("*.py")):
-        for node in ast.parse(path.read_text("utf-8")).body:
-            if isinstance(node, ast.ClassDef):
-                for method in node.body:
-                    if isinstance(method, ast.FunctionDef):
-                        methods.setdefault(method.name, []).append(node.name)
-            elif isinstance(node, ast.FunctionDef):
-                names = [ast.unparse(decorator) for decorator in node.decorator_list]
-                if "by_class" in names:
-                    file = path.relative_to(PACKAGE).as_posix()
-                    stubs.append((node.name, ast.get_docstring(node) or "", file))
-    assert stubs
-    for name, text, file in stubs:
-        last = " ".join(text.split("\n\n")[-1].split())
-        owners = f"Of {', '.join(f'``{owner}``' for owner in methods[name])}."
-        assert last == owners, f"end the docstring of {name} in snooker_cli/{file} with: {owners}"

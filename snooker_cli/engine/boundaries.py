@@ -1,7 +1,6 @@
 """Boundaries: the edge of a container, a class for each shape, with all that balls do there.
 
-Each method is the ``by_class`` function of its name, whose docstring says what it computes. That
-function is what all boundaries have that lack the method. ``sliding`` has one more boundary.
+``edge.Edge`` says what each method computes. ``sliding`` has one more boundary.
 """
 
 import math
@@ -20,10 +19,11 @@ from snooker_cli.engine.collision import (
     shares,
 )
 from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_delay
+from snooker_cli.engine.edge import Edge
 from snooker_cli.engine.everyone import LANE_TIME, NEXT_TIME, PAIR_TIME, WALL_TIME
 from snooker_cli.engine.frames import (
     FARTHEST,
-    in_laboratory,
+    Frame,
     laboratory_velocity,
     leave_behind,
 )
@@ -31,7 +31,6 @@ from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 from snooker_cli.engine.prediction import candidates_from, padded_square
 from snooker_cli.engine.restitution import WALL, bounce_sums
-from snooker_cli.engine.surfaces import rub_free_wall
 from snooker_cli.errors import SceneError
 
 LAST_HIT = ks.BALL_ROWS
@@ -49,16 +48,14 @@ def image_delay(row: int, length: float, i: int, state: State) -> float:
     balls, fastest, largest = state.balls, 0.0, 0.0
     for k in range(balls.shape[1]):
         fastest = max(fastest, abs(balls[row, k]))
-        largest = max(largest, ks.radius_of(state.sizes, k))
+        largest = max(largest, state.sizes.radius_of(k))
     speed = abs(balls[row, i]) + fastest
-    way = 0.5 * length - (ks.radius_of(state.sizes, i) + largest)
+    way = 0.5 * length - (state.sizes.radius_of(i) + largest)
     return way * (1.0 - 2.0**-30) / speed if speed > 0.0 else NEVER
 
 
-class FixedCircle(NamedTuple):
+class FixedCircle(Edge, NamedTuple("FixedCircle", [("radius", float)])):
     """A circular wall that does not move; its radius, m."""
-
-    radius: float
 
     def filter_time(self, now: float, _later: float) -> float:
         return now
@@ -71,14 +68,20 @@ class FixedCircle(NamedTuple):
         x, y, u, v, clock = balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i]
         if ks.hits_in_a_row(i, state) > 0:
             return float(clock + chord_delay(x, y, u, v))
-        reach = self.radius - ks.radius_of(state.sizes, i)
+        reach = self.radius - state.sizes.radius_of(i)
         return float(clock + wall_delay(x, y, u, v, reach * reach))
 
     def hit_wall(self, i: int, _now: float, state: State, elastic: bool) -> float:
         return hit_circle(i, state, elastic)
 
 
-class FreeCircle(NamedTuple):
+class FreeCircle(
+    Edge,
+    NamedTuple(
+        "FreeCircle",
+        [("radius", float), ("mass", float), ("search_factor", float), ("motion", Floats)],
+    ),
+):
     """A circular wall that moves when a ball hits it: its radius (m), mass (kg) and motion.
 
     search_factor : how many times as far contacts are searched as in a fixed circle: other balls
@@ -86,22 +89,17 @@ class FreeCircle(NamedTuple):
     motion : (LAST_HIT + 1,), as a column of ``State.balls``, and the ball of the last hit
     """
 
-    radius: float
-    mass: float
-    search_factor: float
-    motion: Floats
-
     def of_repeat(self, repeat: int) -> "FreeCircle":
         return FreeCircle(self.radius, self.mass, self.search_factor, self.motion[repeat])
 
     def set_back(self, shift: float) -> None:
         self.motion[CLOCK] -= shift
 
-    def container_flight(self, now: float, frame: Any) -> tuple[float, float, float, float]:
+    def container_flight(self, now: float, frame: Frame) -> tuple[float, float, float, float]:
         motion = self.motion
         age = now - motion[CLOCK]
         x, y = motion[X] + motion[U] * age, motion[Y] + motion[V] * age
-        return in_laboratory(frame, self, x, y, motion[U], motion[V], now)
+        return frame.in_laboratory(self, x, y, motion[U], motion[V], now)
 
     def reference_velocity(self, _j: int, _balls: Floats) -> tuple[float, float]:
         return self.motion[U], self.motion[V]
@@ -109,8 +107,8 @@ class FreeCircle(NamedTuple):
     def leave_frame(self, u: float, v: float, now: float) -> None:
         leave_behind(self.motion, u, v, now)
 
-    def is_far(self, now: float, frame: Any) -> bool:
-        x, y, _, _ = ks.container_flight(self, now, frame)
+    def is_far(self, now: float, frame: Frame) -> bool:
+        x, y, _, _ = self.container_flight(now, frame)
         return bool(max(abs(x), abs(y)) > FARTHEST * self.radius)
 
     def energy(self, state: State) -> float:
@@ -130,10 +128,10 @@ class FreeCircle(NamedTuple):
         ball, wall = balls[CLOCK, i], motion[CLOCK]
         now = ball if ball > wall else wall
         x, y = ks.position(i, now, balls)
-        x, y, u, v = ks.relative(self, x, y, balls[U, i], balls[V, i], now)
+        x, y, u, v = self.relative(x, y, balls[U, i], balls[V, i], now)
         if ks.hits_in_a_row(i, state) > 0 and motion[LAST_HIT] == ks.label_of(i, state.labels):
             return float(now + chord_delay(x, y, u, v))
-        reach = self.radius - ks.radius_of(state.sizes, i)
+        reach = self.radius - state.sizes.radius_of(i)
         return float(now + wall_delay(x, y, u, v, reach * reach))
 
     def hit_wall(self, i: int, now: float, state: State, elastic: bool) -> float:
@@ -142,15 +140,15 @@ class FreeCircle(NamedTuple):
         motion[X] += motion[U] * age
         motion[Y] += motion[V] * age
         motion[CLOCK], motion[LAST_HIT] = now, ks.label_of(i, state.labels)
-        x, y, u, v = ks.relative(self, balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now)
-        m, change = ks.mass_of(state.sizes, i), change_at_circle(x, y, u, v, state.setup, elastic)
+        x, y, u, v = self.relative(balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now)
+        m, change = state.sizes.mass_of(i), change_at_circle(x, y, u, v, state.setup, elastic)
         first, second = shares(change, m, self.mass)
         motion[U] += second * x
         motion[V] += second * y
         balls[U, i] -= first * x
         balls[V, i] -= first * y
         impulse = abs(m * first * math.sqrt(x * x + y * y))
-        rub_free_wall(state.surface, i, x, y, u, v, impulse, state, self.mass, motion)
+        state.surface.rub_free_wall(i, x, y, u, v, impulse, state, self.mass, motion)
         return impulse
 
     def search_until(self, _i: int, now: float, wall_time: float, _state: State) -> float:
@@ -170,7 +168,7 @@ class FreeCircle(NamedTuple):
         xc, yc, uc, vc = motion[X], motion[Y], motion[U], motion[V]
         for k in range(balls.shape[1]):
             x, y = ks.position(k, now, balls)
-            reach = self.radius - ks.radius_of(state.sizes, k)
+            reach = self.radius - state.sizes.radius_of(k)
             delay = wall_delay(x - xc, y - yc, balls[U, k] - uc, balls[V, k] - vc, reach * reach)
             time = now + delay
             times[WALL_TIME, k] = time
@@ -179,7 +177,7 @@ class FreeCircle(NamedTuple):
 
     def pushed_speed(self, i: int, inward: float, state: State) -> float:
         m, (_, changes) = (
-            ks.mass_of(state.sizes, i),
+            state.sizes.mass_of(i),
             bounce_sums(state.setup.laws[WALL], inward, 1.0),
         )
         u, v = self.motion[U], self.motion[V]
@@ -191,15 +189,14 @@ class FreeCircle(NamedTuple):
 
     def wall_comes_near(self, k: int, x: float, y: float, way: float, state: State) -> bool:
         x, y = x - self.motion[X], y - self.motion[Y]
-        gap = self.radius - ks.radius_of(state.sizes, k) - math.sqrt(x * x + y * y)
+        gap = self.radius - state.sizes.radius_of(k) - math.sqrt(x * x + y * y)
         return bool(gap <= way)
 
 
-class StraightWalls(NamedTuple):
+class StraightWalls(
+    Edge, NamedTuple("StraightWalls", [("half_width", float), ("half_height", float)])
+):
     """The four sides of a fixed box: half of its width and height, m."""
-
-    half_width: float
-    half_height: float
 
     def filter_time(self, now: float, _later: float) -> float:
         return now
@@ -208,13 +205,13 @@ class StraightWalls(NamedTuple):
         return padded_square(distance, self.half_width + self.half_height)
 
     def time_at_wall(self, i: int, state: State) -> float:
-        balls, r = state.balls, ks.radius_of(state.sizes, i)
+        balls, r = state.balls, state.sizes.radius_of(i)
         x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
         delay = side_delay(x, y, u, v, self.half_width - r, self.half_height - r)
         return float(balls[CLOCK, i] + delay)
 
     def hit_wall(self, i: int, _now: float, state: State, elastic: bool) -> float:
-        balls, r = state.balls, ks.radius_of(state.sizes, i)
+        balls, r = state.balls, state.sizes.radius_of(i)
         x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
         across = self.half_width - r - (x if u > 0.0 else -x) if u != 0.0 else NEVER
         along = self.half_height - r - (y if v > 0.0 else -y) if v != 0.0 else NEVER
@@ -222,15 +219,12 @@ class StraightWalls(NamedTuple):
         return hit_side(i, bool(across <= along), state, elastic)
 
 
-class ChannelSides(NamedTuple):
+class ChannelSides(Edge, NamedTuple("ChannelSides", [("half_width", float), ("height", float)])):
     """Fixed walls left and right; balls that leave above enter below. Half the width, height, m."""
-
-    half_width: float
-    height: float
 
     def time_at_wall(self, i: int, state: State) -> float:
         x, u = state.balls[X, i], state.balls[U, i]
-        reach = self.half_width - ks.radius_of(state.sizes, i)
+        reach = self.half_width - state.sizes.radius_of(i)
         delay = ((reach if u > 0.0 else -reach) - x) / u
         return float(state.balls[CLOCK, i] + max(delay, 0.0)) if u != 0.0 else NEVER
 
@@ -257,11 +251,8 @@ class ChannelSides(NamedTuple):
         return column, row
 
 
-class PeriodicSides(NamedTuple):
+class PeriodicSides(Edge, NamedTuple("PeriodicSides", [("width", float), ("height", float)])):
     """No walls: a ball that leaves on one side enters on the other; width and height, m."""
-
-    width: float
-    height: float
 
     def nearest_image(self, x: float, y: float) -> tuple[float, float]:
         return x - self.width * np.rint(x / self.width), y - self.height * np.rint(y / self.height)

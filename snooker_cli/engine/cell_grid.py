@@ -20,11 +20,12 @@ from snooker_cli.engine.cell_memory import (
     PLACE,
     Cells,
     Mesh,
+    NoMargin,
     Tree,
     room_for,
 )
 from snooker_cli.engine.contact import NEVER
-from snooker_cli.engine.jit import by_class, inlined
+from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import Flags, State, U, V
 from snooker_cli.scene import Scene
 
@@ -51,7 +52,7 @@ def new_cells(scene: Scene, side: float, tree: Tree) -> Cells:
         near=near,
         links=np.zeros((LINK_ROWS, scene.number), dtype=np.int32, order="F"),
         tree=tree,
-        margin=None,
+        margin=NoMargin(None),
     )
 
 
@@ -100,19 +101,10 @@ def column_and_row(cell: int, mesh: Mesh) -> tuple[int, int]:
     return cell & ((1 << mesh.shift) - 1), cell >> mesh.shift
 
 
-@by_class
-def wrapped(boundary: Any, column: int, row: int, columns: int, rows: int) -> tuple[int, int]:
-    """The column and the row, of those that there are, in a periodic box beyond its sides.
-
-    Of ``ChannelSides``, ``PeriodicSides``.
-    """
-    return column, row
-
-
 @inlined
 def cell_at(column: int, row: int, mesh: Mesh, boundary: Any) -> int:
     """The cell in a column and a row."""
-    column, row = wrapped(boundary, column, row, mesh.columns, mesh.rows)
+    column, row = boundary.wrapped(column, row, mesh.columns, mesh.rows)
     return nonnegative((row << mesh.shift) + column)
 
 
@@ -168,5 +160,5 @@ def crossing_delays(i: int, now: float, state: State, cells: Cells) -> tuple[flo
     u, v = state.balls[U, i], state.balls[V, i]
     x -= mesh.left + mesh.width * (column + 0.5)
     y -= mesh.bottom + mesh.height * (row + 0.5)
-    x, y = ks.nearest_image(state.boundary, x, y)
+    x, y = state.boundary.nearest_image(x, y)
     return crossing_delay(x, u, mesh.width), crossing_delay(y, v, mesh.height)

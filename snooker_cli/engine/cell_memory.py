@@ -13,12 +13,15 @@ views: writing one changes the other. ``Cells.links``, half a line for each ball
 ball itself needs.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.engine.kernel_state import Flags, Floats, Indices, Integers
+from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.jit import called_by_kernels
+from snooker_cli.engine.kernel_state import Flags, Floats, Indices, Integers, State
+from snooker_cli.engine.prediction import next_hit
 
 LEAST_MEMBERS = 4  # balls that every cell has room for, at least
 LINE = 64  # bytes of a line of the processor's cache
@@ -56,6 +59,28 @@ class Tree(NamedTuple):
     followed: Floats
 
 
+@called_by_kernels
+class Margin:
+    """Where a container may be until all is predicted again. It stays, unless a method says so."""
+
+    def wall_contact(
+        self, i: int, now: float, exact: bool, state: State, cells: "Cells"
+    ) -> tuple[float, int]:
+        """When ball i hits the wall, s, and NO_PARTNER; or SEARCH_AGAIN, and a time before that."""
+        return next_hit(i, state), ks.NO_PARTNER
+
+    def push(self, now: float, state: State, cells: "Cells") -> None:
+        """Predict again what the new velocity of a free container changes."""
+
+    def before_renewal(self, time: float) -> float:
+        """The time, or when a free container may leave its margin, if that is earlier; s."""
+        return time
+
+
+class NoMargin(Margin, NamedTuple("NoMargin", [("place", None)])):
+    """Of a fixed container."""
+
+
 class Cells(NamedTuple):
     """The balls in their cells, and what each does next.
 
@@ -64,7 +89,7 @@ class Cells(NamedTuple):
     at_wall : (*c*,), whether a ball can touch the wall from this cell
     near : memory for the balls of nine cells
     links : (LINK_ROWS, *N*)
-    margin : ``cells.Margin`` of a free container, or ``None``
+    margin : a ``cells.Margin``
     """
 
     mesh: Mesh
@@ -74,7 +99,7 @@ class Cells(NamedTuple):
     near: NDArray[np.uint32]
     links: Indices
     tree: Tree
-    margin: Any
+    margin: Margin
 
 
 def aligned_zeros(number: int) -> Floats:

@@ -5,7 +5,7 @@ the far side (Rapaport, J. Comput. Phys. 34, 184 (1980)). A crossing changes nei
 clock. For the rest see docs/how-it-works.md.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,12 +13,12 @@ from snooker_cli.engine import cell_grid, clock, contact, prediction
 from snooker_cli.engine import cell_memory as cm
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import earlier, lowest_bit, nonnegative
-from snooker_cli.engine.cell_memory import Cells
+from snooker_cli.engine.cell_memory import Cells, Margin
 from snooker_cli.engine.contact import NEVER
-from snooker_cli.engine.event_loop import STOPS
+from snooker_cli.engine.event_loop import STOPS, Search
 from snooker_cli.engine.event_queue import first, next_equal, update
 from snooker_cli.engine.everyone import first_comes
-from snooker_cli.engine.jit import by_class, helper, inlined, kernel
+from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import (
     CLOCK,
     EVENTS,
@@ -38,23 +38,21 @@ CROSSINGS_AT_ONCE = 1_000_000
 """Crossings after which the kernel returns, so that a repeat with few events can be stopped too."""
 
 
-class Neighbours(NamedTuple):
+class Neighbours(
+    Search, NamedTuple("Neighbours", [("cells", Cells), ("progress", Integers), ("begun", Floats)])
+):
     """What each ball does next. The event loop calls its methods, as those of ``Everyone``.
 
     progress : (PROGRESS,), crossings since the kernel was called, and how far ``prefetch`` is
     begun : (1,), s, since when that looks ahead
     """
 
-    cells: Cells
-    progress: Integers
-    begun: Floats
-
     def next_entry(self, state: State) -> tuple[int, int, float]:
         balls, cells, tree = state.balls, self.cells, self.cells.tree
         while True:
             i, second, more = first(tree.bits)
             now = tree.times[1]
-            valid_until = before_renewal(cells.margin, now)
+            valid_until = cells.margin.before_renewal(now)
             if valid_until == NEVER or valid_until > state.sums[ks.TIME_LIMIT]:
                 return i, ks.SEARCH_AGAIN, valid_until
             if valid_until < now:
@@ -77,7 +75,7 @@ class Neighbours(NamedTuple):
         # A lower bound of a free wall's hit has come up; now find it exactly.
         exact = not happened and cells.links[cm.PARTNER, i] == ks.SEARCH_AGAIN
         if happened and j == ks.NO_PARTNER:
-            push(cells.margin, now, state, cells)
+            cells.margin.push(now, state, cells)
         # One loop, because copies of this code cost time.
         for turn in range(2 if happened and j >= 0 else 1):
             k = nonnegative(i if turn == 0 else j)
@@ -112,15 +110,15 @@ def nearest(
         for place in range(start, min(start + BLOCK, filled)):
             k = near[place]
             d, its = ks.contact_distance(state.sizes, i, k), balls[CLOCK, k]
-            since = prediction.filter_time(boundary, now, own if own > its else its)
+            since = boundary.filter_time(now, own if own > its else its)
             own_age, later = since - own, now - since
             xk, yk = ks.position(k, since, balls)
             uk, vk = balls[U, k] - u, balls[V, k] - v
-            xk, yk = ks.image_nearest_at(
-                boundary, xk - (x + u * own_age), yk - (y + v * own_age), uk * later, vk * later
+            xk, yk = boundary.image_nearest_at(
+                xk - (x + u * own_age), yk - (y + v * own_age), uk * later, vk * later
             )
             twice = prediction.twice_ahead(time, since)
-            square = prediction.filter_square(boundary, d)
+            square = boundary.filter_square(d)
             may = contact.may_touch(xk, yk, uk, vk, square, twice) & (k != parted)
             mask |= int(may) << (place - start)
         mask &= (1 << min(gathered - start, BLOCK)) - 1
@@ -153,39 +151,13 @@ def least_of_equal(
 # The wall
 
 
-@by_class
-def wall_contact(
-    margin: Any, i: int, now: float, exact: bool, state: State, cells: Cells
-) -> tuple[float, int]:
-    """When ball i hits the wall, s, and NO_PARTNER; or SEARCH_AGAIN, and a time before that.
-
-    Of ``Margin``.
-    """
-    return next_hit(i, state), ks.NO_PARTNER
-
-
-@by_class
-def push(margin: Any, now: float, state: State, cells: Cells) -> None:
-    """Predict again what the new velocity of a free container changes.
-
-    Of ``Margin``.
-    """
-
-
-@by_class
-def before_renewal(margin: Any, time: float) -> float:
-    """The time, or when a free container may leave its margin, if that is earlier; s.
-
-    Of ``Margin``.
-    """
-    return time
-
-
-# Elements of ``Margin.place``.
+# Elements of ``MovingMargin.place``.
 CENTRE_X, CENTRE_Y, WIDTH, UNTIL = range(4)
 
 
-class Margin(NamedTuple):
+class MovingMargin(
+    Margin, NamedTuple("MovingMargin", [("place", Floats), ("brink", Indices), ("brinks", Indices)])
+):
     """Where a free container may be until everything is predicted again.
 
     Predictions use its place at the last renewal, and a wall that is nearer by the margin, and a
@@ -198,17 +170,13 @@ class Margin(NamedTuple):
     brinks : (1,), how many they are
     """
 
-    place: Floats
-    brink: Indices
-    brinks: Indices
-
     def wall_contact(
         self, i: int, now: float, exact: bool, state: State, cells: Cells
     ) -> tuple[float, int]:
         links, place = cells.links, self.place
         x, y = ks.position(i, now, state.balls)
         x, y = x - place[CENTRE_X], y - place[CENTRE_Y]
-        reach = state.boundary.radius - ks.radius_of(state.sizes, i)
+        reach = state.boundary.radius - state.sizes.radius_of(i)
         near = max(reach - place[WIDTH] * (1.0 + 2.0**-20), 0.0)
         if not exact and x * x + y * y < near * near:
             u, v = state.balls[U, i], state.balls[V, i]
@@ -245,7 +213,7 @@ def with_margin(cells: Cells, motion: Floats, now: float) -> Cells:
         mesh=mesh._replace(
             left=x - 0.5 * mesh.columns * mesh.width, bottom=y - 0.5 * mesh.rows * mesh.height
         ),
-        margin=Margin(
+        margin=MovingMargin(
             place=np.array([x, y, width, until]),
             brink=np.zeros(cells.links.shape[1], dtype=np.int32),
             brinks=np.zeros(1, dtype=np.int32),
@@ -325,7 +293,7 @@ def predict_contact(i: int, now: float, exact: bool, state: State, cells: Cells)
     cell = nonnegative(cells.links[cm.CELL, i])
     time, partner = NEVER, ks.SEARCH_AGAIN
     if cells.at_wall[cell]:
-        time, partner = wall_contact(cells.margin, i, now, exact, state, cells)
+        time, partner = cells.margin.wall_contact(i, now, exact, state, cells)
     column, row = cell_grid.column_and_row(cell, cells.mesh)
     gathered, own = 0, 0
     for up in range(-1, 2):
@@ -362,7 +330,7 @@ def cross(i: int, now: float, state: State, cells: Cells) -> bool:
     former_time, former = balls[cm.CONTACT_TIME, i], int(cells.links[cm.PARTNER, i])
     time, partner = former_time, former  # entered only if something else is first
     if cells.at_wall[new]:
-        wall, wall_partner = wall_contact(cells.margin, i, now, False, state, cells)
+        wall, wall_partner = cells.margin.wall_contact(i, now, False, state, cells)
         if wall <= time:
             time, partner = wall, wall_partner
     gathered = 0
@@ -382,7 +350,7 @@ def fill(now: float, state: State, cells: Cells) -> bool:
     cells.occupancy[:] = 0
     for i in range(balls.shape[1]):
         x, y = ks.position(i, now, balls)
-        x, y = ks.nearest_image(state.boundary, x, y)
+        x, y = state.boundary.nearest_image(x, y)
         column = min(max(int((x - mesh.left) / mesh.width), 0), mesh.columns - 1)
         row = min(max(int((y - mesh.bottom) / mesh.height), 0), mesh.rows - 1)
         cell = cell_grid.cell_at(column, row, mesh, state.boundary)

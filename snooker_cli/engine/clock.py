@@ -133,7 +133,7 @@ def is_at_rest(i: int, impulse: float, state: State) -> bool:
 
     Few impulses are small enough to look at the others.
     """
-    if impulse > 2.0 * SLOWEST * ks.mass_of(state.sizes, i):
+    if impulse > 2.0 * SLOWEST * state.sizes.mass_of(i):
         return False
     balls = state.balls
     for k in range(balls.shape[1]):

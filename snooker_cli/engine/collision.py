@@ -4,11 +4,10 @@ The event loop and the replay of a trace use ``collide``, so a replay has the sa
 """
 
 import math
-from typing import Any
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import fused
-from snooker_cli.engine.jit import by_class, helper, inlined
+from snooker_cli.engine.jit import helper, inlined
 from snooker_cli.engine.kernel_state import (
     CLOCK,
     Floats,
@@ -34,7 +33,6 @@ from snooker_cli.engine.restitution import (
     kick,
     leave,
 )
-from snooker_cli.engine.surfaces import rub_pair, rub_wall, twice_spin_energy
 
 # The change of velocity
 
@@ -75,20 +73,20 @@ def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
     """Collide balls i and j, both at the present; the impulse (1 + e) mu |v_n|, kg m/s."""
     balls, setup = state.balls, state.setup
     x, y = balls[X, j] - balls[X, i], balls[Y, j] - balls[Y, i]
-    x, y = ks.nearest_image(state.boundary, x, y)
+    x, y = state.boundary.nearest_image(x, y)
     u, v = balls[U, i] - balls[U, j], balls[V, i] - balls[V, j]
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
     length, normal = math.sqrt(x * x + y * y), normal_part(x, y, u, v)
     # Of velocity, over (x, y).
     change = kick(setup.laws[PAIR], normal, length, elastic)
-    m = ks.mass_of(state.sizes, i)
-    first, second = shares(change, m, ks.mass_of(state.sizes, j))
+    m = state.sizes.mass_of(i)
+    first, second = shares(change, m, state.sizes.mass_of(j))
     balls[U, i] -= first * x
     balls[V, i] -= first * y
     balls[U, j] += second * x
     balls[V, j] += second * y
     impulse = m * first * length
-    rub_pair(state.surface, i, j, x, y, u, v, impulse, state)
+    state.surface.rub_pair(i, j, x, y, u, v, impulse, state)
     return impulse
 
 
@@ -105,17 +103,6 @@ def change_at_circle(x: float, y: float, u: float, v: float, setup: Setup, elast
     return change if normal > 0.0 else 2.0 * normal + change
 
 
-@by_class
-def hit_wall(boundary: Any, i: int, now: float, state: State, elastic: bool) -> float:
-    """Collide ball i, at the present, with the wall; the impulse (1 + e) mu |v_n|, kg m/s.
-
-    mu is the reduced mass of the ball and a free container, or the ball's mass if it is fixed.
-
-    Of ``FixedCircle``, ``FreeCircle``, ``StraightWalls``, ``ChannelSides``, ``SlidingCircle``.
-    """
-    return 0.0
-
-
 @inlined
 def hit_circle(i: int, state: State, elastic: bool) -> float:
     """Collide ball i with a fixed circular wall; the impulse (1 + e) m |v_n|, kg m/s."""
@@ -126,8 +113,8 @@ def hit_circle(i: int, state: State, elastic: bool) -> float:
     change = change_at_circle(x, y, u, v, state.setup, elastic)
     balls[U, i] -= change * x
     balls[V, i] -= change * y
-    impulse = float(abs(ks.mass_of(state.sizes, i) * change * math.sqrt(x * x + y * y)))
-    rub_wall(state.surface, i, x, y, u, v, impulse, state)
+    impulse = float(abs(state.sizes.mass_of(i) * change * math.sqrt(x * x + y * y)))
+    state.surface.rub_wall(i, x, y, u, v, impulse, state)
     return impulse
 
 
@@ -149,19 +136,10 @@ def hit_side(i: int, across: bool, state: State, elastic: bool) -> float:
     change = kick(law, abs(normal), 1.0, elastic)
     u, v, ahead = balls[U, i], balls[V, i], math.copysign(1.0, normal)
     balls[row, i] -= math.copysign(change, normal)
-    impulse = float(ks.mass_of(state.sizes, i) * change)
+    impulse = float(state.sizes.mass_of(i) * change)
     x, y = (ahead, 0.0) if across else (0.0, ahead)
-    rub_wall(state.surface, i, x, y, u, v, impulse, state)
+    state.surface.rub_wall(i, x, y, u, v, impulse, state)
     return impulse
-
-
-@by_class
-def slide(boundary: Any, i: int, now: float, state: State) -> float:
-    """Bring ball i to where it begins to slide, or slides, now; its impulse on the way, kg m/s.
-
-    Of ``SlidingCircle``.
-    """
-    return 0.0
 
 
 # The collision step
@@ -176,7 +154,7 @@ def contact_lasts(now: float, state: State) -> float:
     """
     balls, labels, number = state.balls, state.labels, state.balls.shape[1]
     for k in range(number):
-        u, v = ks.relative(state.boundary, 0.0, 0.0, balls[U, k], balls[V, k], now)[2:]
+        u, v = state.boundary.relative(0.0, 0.0, balls[U, k], balls[V, k], now)[2:]
         # In the scene's order, so that the sum has the same bits in any order of the columns.
         state.scratch[0, labels[k] if len(labels) > 0 else k] = u * u + v * v
     total = 0.0
@@ -198,7 +176,7 @@ def move(i: int, now: float, state: State) -> None:
     """Bring ball i to the present, in a periodic box to its image inside."""
     balls = state.balls
     x, y = ks.position(i, now, balls)
-    balls[X, i], balls[Y, i] = ks.nearest_image(state.boundary, x, y)
+    balls[X, i], balls[Y, i] = state.boundary.nearest_image(x, y)
     balls[CLOCK, i] = now
 
 
@@ -211,8 +189,8 @@ def collide(i: int, j: int, now: float, state: State) -> float:
     balls, k = state.balls, max(j, 0)
     u_i, v_i, u_k, v_k = balls[U, i], balls[V, i], balls[U, k], balls[V, k]
     of_i, of_k = (
-        twice_spin_energy(state.surface, i, state),
-        twice_spin_energy(state.surface, k, state),
+        state.surface.twice_spin_energy(i, state),
+        state.surface.twice_spin_energy(k, state),
     )
     impulse = exchange(i, j, now, state)
     if len(state.account) > 0:
@@ -232,7 +210,7 @@ def exchange(i: int, j: int, now: float, state: State) -> float:
     elastic = in_contact(i, now, balls, sums)
     move(i, now, state)
     if j == ks.NO_PARTNER:
-        return hit_wall(state.boundary, i, now, state, elastic)
+        return float(state.boundary.hit_wall(i, now, state, elastic))
     elastic = elastic or in_contact(j, now, balls, sums)
     move(j, now, state)
     return hit_pair(i, j, state, elastic)
@@ -252,8 +230,8 @@ def note_gain(i: int, by_wall: bool, u: float, v: float, spin: float, state: Sta
     account, balls = state.account, state.balls
     now_u, now_v = balls[U, i], balls[V, i]
     twice = (now_u - u) * (now_u + u) + (now_v - v) * (now_v + v)
-    twice += twice_spin_energy(state.surface, i, state) - spin
-    gained = 0.5 * ks.mass_of(state.sizes, i) * twice
+    twice += state.surface.twice_spin_energy(i, state) - spin
+    gained = 0.5 * state.sizes.mass_of(i) * twice
     row, size = (ks.FROM_WALLS, gained) if by_wall else (ks.LOST, -gained)
     before = account[row]
     after = before + size

@@ -12,7 +12,7 @@ from snooker_cli.containers import Circle
 from snooker_cli.engine import clock
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.boundaries import FixedCircle, FreeCircle, fixed_boundary
-from snooker_cli.engine.frames import Frame
+from snooker_cli.engine.frames import Frame, Laboratory, MovingFrame
 from snooker_cli.engine.kernel_state import (
     EqualBalls,
     Floats,
@@ -24,7 +24,7 @@ from snooker_cli.engine.kernel_state import (
 )
 from snooker_cli.engine.restitution import TRAPPING, law_rows
 from snooker_cli.engine.sliding import SlidingCircle
-from snooker_cli.engine.surfaces import Rough
+from snooker_cli.engine.surfaces import BallSurface, Rough, Smooth
 from snooker_cli.errors import SceneError
 from snooker_cli.laws import Constant, Surface, word_of
 from snooker_cli.scene import Scene
@@ -133,11 +133,11 @@ def boundary_of(scenes: Sequence[Scene]) -> Any:
     return circle
 
 
-def surface_of(scenes: Sequence[Scene]) -> Rough | None:
-    """The stacked surface of the balls of one point; ``None`` if they are smooth."""
+def surface_of(scenes: Sequence[Scene]) -> BallSurface:
+    """The stacked surface of the balls of one point."""
     surface = scenes[0].surface
     if surface is None:
-        return None
+        return Smooth(None)
     return Rough(
         Surface(*map(float, surface)),
         np.array([scene.spins for scene in scenes]),
@@ -145,13 +145,13 @@ def surface_of(scenes: Sequence[Scene]) -> Rough | None:
     )
 
 
-def frame_of(scenes: Sequence[Scene]) -> Frame | None:
-    """The stacked frame of repeats of one point; ``None`` between walls on all sides."""
+def frame_of(scenes: Sequence[Scene]) -> Frame:
+    """The stacked frame of repeats of one point."""
     scene = scenes[0]
     across, up = (True, True) if scene.free else scene.container.periodic
     if not (across or up):
-        return None
-    return Frame(np.zeros((len(scenes), ks.BALL_ROWS)), float(across), float(up))
+        return Laboratory(None)
+    return MovingFrame(np.zeros((len(scenes), ks.BALL_ROWS)), float(across), float(up))
 
 
 def sizes_of(scene: Scene) -> Sizes:
@@ -201,7 +201,7 @@ def frames_at(states: State, clocks: Floats, period: tuple[float, float] | None)
 
     One that has not moved has -0.0, which changes no bit of a sum, as 0.0 does of -0.0.
     """
-    if states.frame is None:
+    if not isinstance(states.frame, MovingFrame):
         return np.full((len(clocks), 4), -0.0)
     moved = flown(states.frame.motion[..., np.newaxis], clocks)
     if period is not None:
@@ -217,7 +217,7 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
         for repeat, clock in enumerate(clocks.tolist()):
             state = ks.state_of(states, repeat)
             for ball in range(scenes[0].number):
-                columns[repeat][:, ball] = ks.flight(state.boundary, ball, clock, state)
+                columns[repeat][:, ball] = state.boundary.flight(ball, clock, state)
     moved = frames_at(states, clocks, scenes[0].container.period)
     columns += moved[..., np.newaxis]
     if scenes[0].container.period is not None:
@@ -232,7 +232,7 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
         )
         for scene, positions, velocities in zip(scenes, rows[:, :, :2], rows[:, :, 2:], strict=True)
     ]
-    if states.surface is not None:
+    if isinstance(states.surface, Rough):
         pairs = zip(ends, states.surface.spins, strict=True)
         ends = [replace(scene, spins=spins.copy()) for scene, spins in pairs]
     if not scenes[0].free:

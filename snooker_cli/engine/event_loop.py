@@ -6,96 +6,50 @@ saves time. Which event is next follows from the state alone: it is the contact 
 ball, and by the greater ball, in the scene's numbers.
 """
 
-from typing import Any
-
 from snooker_cli.engine import clock
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER
-from snooker_cli.engine.frames import is_far, renew_frame
-from snooker_cli.engine.jit import by_class, inlined, kernel
-from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
+from snooker_cli.engine.jit import called_by_kernels, inlined, kernel
+from snooker_cli.engine.kernel_state import Floats, Integers, Part, Recorded, State
 from snooker_cli.engine.prediction import is_trapped
-from snooker_cli.engine.sampling import Grid, grid_of, next_sample, take_samples
-from snooker_cli.engine.surfaces import record_rub
+from snooker_cli.engine.sampling import Samples
 from snooker_cli.trace import SLIDE
 
-# What a search does: a method of ``Everyone`` and of ``Neighbours`` for each
 
+@called_by_kernels
+class Search(Part):
+    """What each ball does next, found among everyone or among neighbours."""
 
-@by_class
-def begin(search: Any, now: float, state: State) -> None:
-    """If an epoch has begun, forget all predictions and begin with new ones at a time, s.
+    def begin(self, now: float, state: State) -> None:
+        """If an epoch has begun, forget all predictions and begin with new ones at a time, s.
 
-    ``Neighbours`` does so from outside.
+        ``Neighbours`` does so from outside.
+        """
 
-    Of ``Everyone``.
-    """
+    def forget(self) -> bool:
+        """Forget all predictions, so that ``begin`` makes new ones; false if others have to."""
+        return False
 
+    def next_entry(self, state: State) -> tuple[int, int, float]:
+        """The ball that is next, its partner, and the time, s; inf if nothing is left.
 
-@by_class
-def forget(search: Any) -> bool:
-    """Forget all predictions, so that ``begin`` makes new ones; false if that is done from outside.
+        The partner is a ball, the wall (NO_PARTNER), or SEARCH_AGAIN if the entry no longer holds:
+        no event is before that time. A lower number is an answer of ``advance``, see
+        ``STOPS``: the kernel stops.
+        """
+        raise NotImplementedError
 
-    Of ``Everyone``.
-    """
-    return False
+    def predict(self, i: int, j: int, happened: bool, now: float, state: State) -> None:
+        """Find what ball i does next, and after a collision ball j.
 
-
-@by_class
-def next_entry(search: Any, state: State) -> tuple[int, int, float]:
-    """The ball that is next, its partner, and the time, s; inf if nothing is left.
-
-    The partner is a ball, the wall (NO_PARTNER), or SEARCH_AGAIN if what the entry says no longer
-    holds: no event is before that time. A lower number is an answer of ``advance``: the kernel
-    stops, see `stops_with`.
-
-    Of ``Neighbours``, ``Everyone``.
-    """
-    raise NotImplementedError
-
-
-@by_class
-def predict(search: Any, i: int, j: int, happened: bool, now: float, state: State) -> None:
-    """Find what ball i does next, and after a collision ball j.
-
-    happened : whether they had an event; else the entry of ball i no longer holds
-
-    Of ``Neighbours``, ``Everyone``.
-    """
-    raise NotImplementedError
+        happened : whether they had an event; else the entry of ball i no longer holds
+        """
+        raise NotImplementedError
 
 
 STOPS = -8
 """A search gives STOPS less an answer as the partner, to stop with this answer."""
-
-
-# What balls that slide change, see ``sliding``
-
-
-@by_class
-def carry_out_slide(
-    boundary: Any, i: int, j: int, now: float, state: State
-) -> tuple[int, bool, float]:
-    """The ball of the two that slides up to now, whether it begins now, and its impulse, kg m/s.
-
-    The ball is NO_PARTNER if none slides; then i and j collide.
-
-    Of ``SlidingCircle``.
-    """
-    return ks.NO_PARTNER, False, 0.0
-
-
-@by_class
-def settle(boundary: Any, i: int, trapped: bool, now: float, state: State) -> bool:
-    """Let ball i, which has just hit the wall, slide from some time on, if it can.
-
-    trapped : whether it will hit the wall infinitely often before all else; the answer, if it can
-        only be so, is whether the repeat ends
-
-    Of ``SlidingCircle``.
-    """
-    return trapped
 
 
 # What one repeat does, an event in each turn of the loop:
@@ -114,9 +68,9 @@ def settle(boundary: Any, i: int, trapped: bool, now: float, state: State) -> bo
 @inlined
 def simulate_repeat(
     state: State,
-    search: Any,
+    search: Search,
     recorded: Recorded,
-    grid: Grid | None,
+    samples: Samples,
     limit: int,
     until: float,
     turns: int,
@@ -127,11 +81,11 @@ def simulate_repeat(
     turns : of the loop, at most
     """
     sums, boundary = state.sums, state.boundary
-    filled, sample_time = 0, next_sample(grid, sums)
-    begin(search, sums[ks.NOW], state)
+    filled, sample_time = 0, samples.next_sample(sums)
+    search.begin(sums[ks.NOW], state)
     while filled < limit and turns > 0:
         turns -= 1
-        i, j, time = next_entry(search, state)
+        i, j, time = search.next_entry(state)
         if j <= STOPS:
             return int(STOPS - j)
         if time == NEVER:
@@ -141,10 +95,10 @@ def simulate_repeat(
         now, happens = max(time, sums[ks.NOW]), j != ks.SEARCH_AGAIN
         if happens:
             if now > sample_time:
-                sample_time = take_samples(grid, now, state)
+                sample_time = samples.take_samples(now, state)
             i, j = ks.in_order(i, j, state.labels)
             clock.begin_event(i, j, now, state)
-            slider, begins, size = carry_out_slide(boundary, i, j, now, state)
+            slider, begins, size = boundary.carry_out_slide(i, j, now, state)
             if slider != ks.NO_PARTNER:
                 i, j = slider, SLIDE
             else:
@@ -152,7 +106,7 @@ def simulate_repeat(
             count(i, j, size, state)
             if filled < len(recorded.time):
                 record(recorded, filled, i, j, now, size, state.labels)
-                record_rub(state.surface, recorded, filled)
+                state.surface.record_rub(recorded, filled)
             filled += 1
             if j == SLIDE:
                 if not begins:
@@ -160,42 +114,33 @@ def simulate_repeat(
                 ks.note_slide(i, state)
             else:
                 ks.note_collision(i, j, state)
-                ks.take_off_wall(boundary, i)
+                boundary.take_off_wall(i)
             if j >= 0:
-                ks.take_off_wall(boundary, j)
+                boundary.take_off_wall(j)
             at_wall = j == ks.NO_PARTNER
-            if at_wall and settle(boundary, i, is_trapped(i, now, state), now, state):
+            if at_wall and boundary.settle(i, is_trapped(i, now, state), now, state):
                 return clock.WALL_TRAP
             if clock.has_collapsed(state):
                 return clock.COLLAPSE
             if clock.is_at_rest(i, size, state):
                 return clock.REST
-            if at_wall and is_far(state.boundary, now, state.frame):
+            if at_wall and state.boundary.is_far(now, state.frame):
                 return clock.FAR
-            if renew_frame(state.frame, i, j, size, now, state):
-                if not forget(search):
+            if state.frame.renew_frame(i, j, size, now, state):
+                if not search.forget():
                     return clock.NEW_FRAME
-                begin(search, now, state)
+                search.begin(now, state)
                 continue
-        predict(search, i, j, happens, now, state)
+        search.predict(i, j, happens, now, state)
     return clock.FULL
-
-
-@by_class
-def of_repeat(search: Any, repeat: int) -> Any:
-    """The search of one of many stacked repeats.
-
-    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``, ``Rough``, ``Frame``.
-    """
-    return search
 
 
 @kernel
 def advance(
     states: State,
-    searches: Any,
+    searches: Search,
     records: Recorded,
-    grids: Grid,
+    samples: Samples,
     active: Integers,
     answers: Integers,
     limit: int,
@@ -203,9 +148,9 @@ def advance(
 ) -> None:
     """Simulate at most ``limit`` events of each active repeat, and answer why each stopped.
 
-    states, searches, grids : stacked, of all repeats
+    states, searches, samples : stacked, of all repeats
     active : (*a*,), the repeats to simulate
-    records, answers : a row for each of these; records have no room if there are grids
+    records, answers : a row for each of these; records have no room if there is a summary
     ends : (*a*,), what the clocks of each show at the time up to which to simulate, s
     """
     for row in range(len(active)):
@@ -218,17 +163,17 @@ def advance(
             records.impulse[row],
             records.tangential[row],
         )
-        search, grid = of_repeat(searches, repeat), grid_of(grids, repeat)
-        answers[row] = simulate_repeat(state, search, recorded, grid, limit, ends[row], ks.NO_LIMIT)
+        search, own = searches.of_repeat(repeat), samples.of_repeat(repeat)
+        answers[row] = simulate_repeat(state, search, recorded, own, limit, ends[row], ks.NO_LIMIT)
 
 
 @kernel
 def advance_alone(
-    state: State, search: Any, recorded: Recorded, grid: Grid, limit: int, end: float
+    state: State, search: Search, recorded: Recorded, samples: Samples, limit: int, end: float
 ) -> int:
     """`advance` of a single repeat up to one time, s; why it stopped.
 
     Its arrays are not parts of stacked ones: so Numba knows that each ball is a line of the cache,
     and addresses take one register. With many balls this is 2 % faster.
     """
-    return simulate_repeat(state, search, recorded, grid, limit, end, ks.NO_LIMIT)
+    return simulate_repeat(state, search, recorded, samples, limit, end, ks.NO_LIMIT)

@@ -4,7 +4,7 @@ A contact is entered for the ball that searched, not for its partner. So an entr
 it is the next one; then the ball searches again. docs/how-it-works.md has the ideas and sources.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,9 +12,9 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine import prediction
 from snooker_cli.engine.bit_tricks import LANES, earlier, enter_lane, soonest
 from snooker_cli.engine.contact import NEVER
-from snooker_cli.engine.jit import by_class, helper, inlined
+from snooker_cli.engine.event_loop import Search
+from snooker_cli.engine.jit import helper, inlined
 from snooker_cli.engine.kernel_state import EVENTS, Flags, Floats, Indices, State
-from snooker_cli.engine.prediction import next_hit
 
 # Rows of ``Everyone.times``, s: a ball's earliest contact with another, or when it searches again;
 # its hit of the wall; the earlier of the two; and of each lane of balls the least of these, see
@@ -26,7 +26,9 @@ PAIR_TIME, WALL_TIME, NEXT_TIME, LANE_TIME, TIME_ROWS = range(5)
 PARTNER, PARTNER_EVENTS, LINK_ROWS = range(3)
 
 
-class Everyone(NamedTuple):
+class Everyone(
+    Search, NamedTuple("Everyone", [("times", Floats), ("links", Indices), ("begun", Flags)])
+):
     """What each ball does next. The event loop calls its methods, as those of ``Cells``.
 
     times : (TIME_ROWS, *N* or up to LANES - 1 more, which never come), nonnegative; of the last row
@@ -34,10 +36,6 @@ class Everyone(NamedTuple):
     links : (LINK_ROWS, *N*)
     begun : (1,), whether predictions are those of the present epoch
     """
-
-    times: Floats
-    links: Indices
-    begun: Flags
 
     def of_repeat(self, repeat: int) -> "Everyone":
         return Everyone(self.times[repeat], self.links[repeat], self.begun[repeat])
@@ -47,7 +45,7 @@ class Everyone(NamedTuple):
             return
         self.begun[0] = True
         for i in range(state.balls.shape[1]):
-            self.times[WALL_TIME, i] = time_of_next_hit(state.boundary, i, state)
+            self.times[WALL_TIME, i] = state.boundary.time_of_next_hit(i, state)
             enter(i, now, ks.NOT_SEARCHED, state, self)
 
     def forget(self) -> bool:
@@ -67,10 +65,10 @@ class Everyone(NamedTuple):
         walls = self.times[WALL_TIME]
         if happened:
             if j < 0:
-                predict_walls(state.boundary, now, state, self.times)
-            walls[i] = time_of_next_hit(state.boundary, i, state)
+                state.boundary.predict_walls(now, state, self.times)
+            walls[i] = state.boundary.time_of_next_hit(i, state)
         if happened and j >= 0:
-            walls[j] = time_of_next_hit(state.boundary, j, state)
+            walls[j] = state.boundary.time_of_next_hit(j, state)
             find_contacts(i, j, now, state, self)
         else:
             find_contact(i, now, state, self)
@@ -82,55 +80,6 @@ def new_search(repeats: int, number: int) -> Everyone:
     times[:, :, :number] = 0.0
     links = np.full((repeats, LINK_ROWS, number), ks.NOT_SEARCHED, dtype=np.int32)
     return Everyone(times, links, np.zeros((repeats, 1), dtype=np.bool_))
-
-
-# What boundaries change
-
-
-@by_class
-def search_until(boundary: Any, i: int, now: float, wall_time: float, state: State) -> float:
-    """Until when to search contacts of ball i, which hits the wall at a time, s.
-
-    Of ``FreeCircle``, ``ChannelSides``, ``PeriodicSides``.
-    """
-    return wall_time
-
-
-@by_class
-def predict_walls(boundary: Any, now: float, state: State, times: Floats) -> None:
-    """Enter when each ball hits the wall, if that moves: it has just been given a new velocity.
-
-    Of ``FreeCircle``.
-    """
-
-
-@by_class
-def time_of_next_hit(boundary: Any, i: int, state: State) -> float:
-    """When ball i next does something at the wall, s: it hits it, or begins to slide.
-
-    Of ``SlidingCircle``.
-    """
-    return next_hit(i, state)
-
-
-@by_class
-def without_curved(boundary: Any, mask: int, start: int, stop: int, i: int) -> int:
-    """The mask of balls from ``start`` to ``stop`` without those that ball i meets on an arc.
-
-    Of ``SlidingCircle``.
-    """
-    return mask
-
-
-@by_class
-def earliest_on_arc(
-    boundary: Any, i: int, now: float, time: float, partner: int, state: State, wall_times: Floats
-) -> tuple[float, int]:
-    """When ball i first touches another, if one of them slides, and which, if before a time, s.
-
-    Of ``SlidingCircle``.
-    """
-    return time, partner
 
 
 # Entries
@@ -204,8 +153,8 @@ def complete_search(
     i: int, now: float, time: float, partner: int, state: State, search: Everyone
 ) -> None:
     """Enter what a search among balls on straight ways gave, after one among those on arcs."""
-    time, partner = earliest_on_arc(
-        state.boundary, i, now, time, partner, state, search.times[WALL_TIME]
+    time, partner = state.boundary.earliest_on_arc(
+        i, now, time, partner, state, search.times[WALL_TIME]
     )
     enter(i, time, partner, state, search)
 
@@ -215,15 +164,15 @@ def find_contact(i: int, now: float, state: State, search: Everyone) -> None:
     """Find ball i's earliest contact with another, unless it hits the wall before."""
     boundary, number = state.boundary, state.balls.shape[1]
     parted = prediction.cannot_meet(i, now, state)
-    time = search_until(boundary, i, now, search.times[WALL_TIME, i], state)
+    time = boundary.search_until(i, now, search.times[WALL_TIME, i], state)
     partner = ks.SEARCH_AGAIN
     for start in range(0, number, prediction.BLOCK):
         stop = min(start + prediction.BLOCK, number)
-        mask = prediction.candidates(boundary, i, now, time, state, start, stop)
+        mask = boundary.candidates(i, now, time, state, start, stop)
         mask = prediction.without(mask, start, i)
         if parted >= 0:
             mask = prediction.without(mask, start, parted)
-        mask = without_curved(boundary, mask, start, stop, i)
+        mask = boundary.without_curved(mask, start, stop, i)
         time, partner = prediction.earliest(mask, start, i, now, time, partner, state)
     complete_search(i, now, time, partner, state, search)
 
@@ -232,8 +181,8 @@ def find_contact(i: int, now: float, state: State, search: Everyone) -> None:
 def find_contacts(i: int, j: int, now: float, state: State, search: Everyone) -> None:
     """``find_contact`` for two balls that have just collided."""
     boundary, number, walls = state.boundary, state.balls.shape[1], search.times[WALL_TIME]
-    time_i = search_until(boundary, i, now, walls[i], state)
-    time_j = search_until(boundary, j, now, walls[j], state)
+    time_i = boundary.search_until(i, now, walls[i], state)
+    time_j = boundary.search_until(j, now, walls[j], state)
     partner_i = partner_j = ks.SEARCH_AGAIN
     for start in range(0, number, prediction.BLOCK):
         stop = min(start + prediction.BLOCK, number)
@@ -242,8 +191,8 @@ def find_contacts(i: int, j: int, now: float, state: State, search: Everyone) ->
         mask_j = prediction.without(mask_j, start, i)
         mask_i = prediction.without(mask_i, start, i)
         mask_j = prediction.without(mask_j, start, j)
-        mask_i = without_curved(boundary, mask_i, start, stop, i)
-        mask_j = without_curved(boundary, mask_j, start, stop, j)
+        mask_i = boundary.without_curved(mask_i, start, stop, i)
+        mask_j = boundary.without_curved(mask_j, start, stop, j)
         time_i, partner_i = prediction.earliest_now(mask_i, start, i, now, time_i, partner_i, state)
         time_j, partner_j = prediction.earliest_now(mask_j, start, j, now, time_j, partner_j, state)
     complete_search(i, now, time_i, partner_i, state, search)

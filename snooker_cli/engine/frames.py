@@ -12,48 +12,14 @@ This follows from the state alone, after an event. So a replay does it after the
 
 from typing import Any, NamedTuple
 
-from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.jit import by_class, inlined
-from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
+from snooker_cli.engine.jit import called_by_kernels, inlined
+from snooker_cli.engine.kernel_state import CLOCK, Floats, Part, State, U, V, X, Y
 
 NEAR = 2.0**-10
 """A frame takes over a common velocity if all others differ from it by less than this part."""
 
 FARTHEST = 2.0**27
 """Radii of a free container that it may be away: places in it then have half of their digits."""
-
-
-@by_class
-def renew_frame(frame: Any, i: int, j: int, impulse: float, now: float, state: State) -> bool:
-    """After an event of balls i and j, take over what all balls share, if that is nearly all.
-
-    impulse : of the event, kg m/s; few are small enough to look at all balls
-
-    The answer is whether it was so. Then all predictions have to be made anew.
-
-    Of ``Frame``.
-    """
-    return False
-
-
-@by_class
-def is_far(boundary: Any, now: float, frame: Any) -> bool:
-    """Whether a free container is more than ``FARTHEST`` radii from where coordinates begin.
-
-    Of ``FreeCircle``.
-    """
-    return False
-
-
-@by_class
-def in_laboratory(
-    frame: Any, boundary: Any, x: float, y: float, u: float, v: float, now: float
-) -> tuple[float, float, float, float]:
-    """Place (m) and velocity (m/s) in the laboratory at a time (s), of those in the frame.
-
-    Of ``Frame``.
-    """
-    return x, y, u, v
 
 
 @inlined
@@ -71,7 +37,33 @@ def leave_behind(body: Floats, u: float, v: float, now: float) -> None:
     body[V] -= v
 
 
-class Frame(NamedTuple):
+@called_by_kernels
+class Frame(Part):
+    """A frame of reference. It is the laboratory, unless a method says otherwise."""
+
+    def renew_frame(self, i: int, j: int, impulse: float, now: float, state: State) -> bool:
+        """After an event of balls i and j, take over what all balls share, if that is nearly all.
+
+        impulse : of the event, kg m/s; few are small enough to look at all balls
+
+        The answer is whether it was so. Then all predictions have to be made anew.
+        """
+        return False
+
+    def in_laboratory(
+        self, boundary: Any, x: float, y: float, u: float, v: float, now: float
+    ) -> tuple[float, float, float, float]:
+        """Place (m) and velocity (m/s) in the laboratory at a time (s), of those in the frame."""
+        return x, y, u, v
+
+
+class Laboratory(Frame, NamedTuple("Laboratory", [("motion", None)])):
+    """The frame between walls on all sides, where balls share no velocity."""
+
+
+class MovingFrame(
+    Frame, NamedTuple("MovingFrame", [("motion", Floats), ("across", float), ("up", float)])
+):
     """A frame, in scenes in which balls may share a velocity.
 
     motion : (BALL_ROWS,), as the column of a ball: its place and velocity in the laboratory
@@ -80,12 +72,8 @@ class Frame(NamedTuple):
     Stacked, ``motion`` has one axis more, the first.
     """
 
-    motion: Floats
-    across: float
-    up: float
-
-    def of_repeat(self, repeat: int) -> "Frame":
-        return Frame(self.motion[repeat], self.across, self.up)
+    def of_repeat(self, repeat: int) -> "MovingFrame":
+        return MovingFrame(self.motion[repeat], self.across, self.up)
 
     def set_back(self, shift: float) -> None:
         self.motion[CLOCK] -= shift
@@ -94,18 +82,18 @@ class Frame(NamedTuple):
         # A difference of doubles that are near each other is exact (Sterbenz). So velocities
         # relative to each other stay to the bit. Places are rounded once.
         boundary, balls = state.boundary, state.balls
-        u, v = ks.reference_velocity(boundary, j, balls)
+        u, v = boundary.reference_velocity(j, balls)
         u, v = self.across * u, self.up * v
         least = NEAR * max(abs(u), abs(v))
-        if impulse >= 2.0 * least * ks.mass_of(state.sizes, i):
+        if impulse >= 2.0 * least * state.sizes.mass_of(i):
             return False
         for k in range(balls.shape[1]):
             if max(abs(balls[U, k] - u), abs(balls[V, k] - v)) >= least:
                 return False
         for k in range(balls.shape[1]):
             leave_behind(balls[:, k], u, v, now)
-            balls[X, k], balls[Y, k] = ks.nearest_image(boundary, balls[X, k], balls[Y, k])
-        ks.leave_frame(boundary, u, v, now)
+            balls[X, k], balls[Y, k] = boundary.nearest_image(balls[X, k], balls[Y, k])
+        boundary.leave_frame(u, v, now)
         leave_behind(self.motion, -u, -v, now)
         return True
 
@@ -120,7 +108,7 @@ class Frame(NamedTuple):
         # Inside a container that repeats, so that balls keep their distances. A gas may have
         # drifted so far that a box is less than the rounding of its place: then again.
         while True:
-            own_x, own_y = ks.nearest_image(boundary, far_x, far_y)
+            own_x, own_y = boundary.nearest_image(far_x, far_y)
             if not (abs(own_x) < abs(far_x) or abs(own_y) < abs(far_y)):
                 return x + own_x, y + own_y, u + motion[U], v + motion[V]
             far_x, far_y = own_x, own_y
@@ -129,5 +117,5 @@ class Frame(NamedTuple):
 @inlined
 def laboratory_velocity(u: float, v: float, state: State) -> tuple[float, float]:
     """A velocity in the laboratory, m/s, of one in the frame."""
-    _, _, u, v = in_laboratory(state.frame, state.boundary, 0.0, 0.0, u, v, 0.0)
+    _, _, u, v = state.frame.in_laboratory(state.boundary, 0.0, 0.0, u, v, 0.0)
     return u, v

@@ -14,6 +14,7 @@ from functools import cache, cached_property, update_wrapper, wraps
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryFile, gettempdir
+from types import FunctionType
 from typing import IO, Any, TypeVar, cast
 
 import numpy as np
@@ -24,6 +25,7 @@ if sys.platform != "win32":
     import fcntl
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+Base = TypeVar("Base")
 
 OPTIONS: dict[str, Any] = {
     "nogil": True,
@@ -137,34 +139,45 @@ def helper(function: Function) -> Function:
     return function
 
 
-def by_class(function: Function) -> Function:
-    """Compile calls into the method of this name of the first argument's class, a ``NamedTuple``.
+def called_by_kernels(base: type[Base]) -> type[Base]:
+    """Let kernels call the methods of a class of which ``NamedTuple`` classes inherit, as Python.
 
-    A class without this method, and ``None``, get the function as it stands. So a kernel has no
-    code for what its scene lacks. For Python, calls go the same way.
+    The class of the tuple decides, while a kernel is compiled. So it has no code for what its scene
+    lacks. A method that the base class lacks is for Python only. Each tuple needs a field, because
+    Numba loses an empty one.
     """
-    name = function.__name__
+    names = [name for name, method in vars(base).items() if isinstance(method, FunctionType)]
 
-    @wraps(function)
-    def call(first: Any, *others: Any) -> Any:
-        return getattr(type(first), name, function)(first, *others)
+    def learn(numba: Any) -> None:
+        for name in names:
+            _let_call(numba, base, name)
 
-    def compiled(first: Any, *_others: Any) -> Any:
-        return getattr(getattr(first, "instance_class", None), name, function)
+    _unknown.append(learn)
+    return base
 
-    _unknown.append(lambda numba: _overload(numba, call, compiled))
-    return cast("Function", call)
+
+def _let_call(numba: Any, base: type, name: str) -> None:
+    """Compile calls of a method of a base class into that of the tuple's own class."""
+
+    @wraps(getattr(base, name))  # Numba takes the arguments from there
+    def compiled(part: Any, *_others: Any) -> Any:
+        its_class = part.instance_class
+        return getattr(its_class, name) if issubclass(its_class, base) else None
+
+    tuples = _numba().types.BaseNamedTuple
+    numba.overload_method(tuples, name, jit_options=INLINE_OPTIONS, strict=False)(compiled)
 
 
 def instruction(function: Function) -> Function:
     """Compile calls into an instruction of the processor; for Python, it stays as it is."""
     name = function.__name__
-    _unknown.append(lambda numba: _overload(numba, function, _instructions()[name]))
+
+    def learn(numba: Any) -> None:
+        compiled = _instructions()[name]
+        numba.overload(function, jit_options=INLINE_OPTIONS, strict=False)(compiled)
+
+    _unknown.append(learn)
     return function
-
-
-def _overload(numba: Any, function: Callable[..., Any], compiled: Callable[..., Any]) -> None:
-    numba.overload(function, jit_options=INLINE_OPTIONS, strict=False)(compiled)
 
 
 @cache

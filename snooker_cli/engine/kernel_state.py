@@ -2,9 +2,9 @@
 
 Compiled loops over a row of a C-contiguous array run in vector registers.
 
-What differs between types of scenes has a class for each: ``State.boundary`` and ``State.sizes``.
-A function ``by_class``, such as ``nearest_image``, is compiled as the method of its name of that
-class. Without such a method it is compiled as it stands here, for all others.
+What differs between types of scenes has a class for each: boundary, sizes, surface and frame of
+``State``. Kernels call their methods. A base class, such as ``edge.Edge``, says what each method
+does, and has what it does for most scenes.
 """
 
 from typing import Any, NamedTuple, TypeAlias
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.engine.jit import by_class, inlined
+from snooker_cli.engine.jit import called_by_kernels, inlined
 from snooker_cli.trace import CONTAINER
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -55,6 +55,18 @@ KEY = COUNTS
 NO_LIMIT = 2**62  # as good as no limit for a number of events
 
 
+@called_by_kernels
+class Part:
+    """Of a state, or beside it; stacked for many repeats."""
+
+    def of_repeat(self, repeat: int) -> Any:
+        """The part of one of many stacked repeats: the same if it has no arrays."""
+        return self
+
+    def set_back(self, shift: float) -> None:
+        """Set the part's clocks back by a shift, s: most have none."""
+
+
 class Setup(NamedTuple):
     """What collisions do in a repeat, in SI units.
 
@@ -83,11 +95,11 @@ class State(NamedTuple):
 
     balls : (BALL_ROWS or more, *N*), seen from ``origin_of``
     history : (HISTORY_ROWS, *N*); a replay leaves it as it is
-    boundary : the edge of the container, of a class of ``boundaries`` or ``sliding``
+    boundary : the container's, an ``edge.Edge`` of ``boundaries`` or ``sliding``
     sizes : radii and masses, ``EqualBalls`` or ``UnequalBalls``
-    surface : of balls that spin, ``surfaces.Rough``; ``None`` for smooth balls
+    surface : of the balls, a ``surfaces.BallSurface``
     frame : in which places and velocities of balls, and of a free container, are, a
-        ``frames.Frame``; ``None`` for the laboratory, between walls on all sides
+        ``frames.Frame``
     labels : (*N*,), the scene's number of each column; (0,) if columns are in the scene's order
     sums, counts : (SUMS,) and (COUNTS,)
     account : (ACCOUNT,); (0,) unless walls give energy
@@ -98,7 +110,7 @@ class State(NamedTuple):
     balls: Floats
     history: Indices
     boundary: Any
-    sizes: Any
+    sizes: "Sizes"
     surface: Any
     frame: Any
     labels: Indices
@@ -123,10 +135,10 @@ def state_of(states: State, repeat: int) -> State:
         states.setup,
         states.balls[repeat],
         states.history[repeat],
-        of_repeat(states.boundary, repeat),
+        states.boundary.of_repeat(repeat),
         states.sizes,
-        of_repeat(states.surface, repeat),
-        of_repeat(states.frame, repeat),
+        states.surface.of_repeat(repeat),
+        states.frame.of_repeat(repeat),
         states.labels,
         states.sums[repeat],
         states.counts[repeat],
@@ -161,11 +173,25 @@ class Recorded(NamedTuple):
 # Radii and masses
 
 
-class EqualBalls(NamedTuple):
-    """The radius (m) and the mass (kg) of every ball."""
+@called_by_kernels
+class Sizes:
+    """Radii and masses of balls."""
 
-    radius: float
-    mass: float
+    def radius_of(self, i: int) -> float:
+        """Radius of ball i, m."""
+        raise NotImplementedError
+
+    def mass_of(self, i: int) -> float:
+        """Mass of ball i, kg."""
+        raise NotImplementedError
+
+    def sizes_between(self, start: int, stop: int) -> "Sizes":
+        """The sizes of some balls, counted from 0."""
+        raise NotImplementedError
+
+
+class EqualBalls(Sizes, NamedTuple("EqualBalls", [("radius", float), ("mass", float)])):
+    """The radius (m) and the mass (kg) of every ball."""
 
     def radius_of(self, _i: int) -> float:
         return self.radius
@@ -177,11 +203,8 @@ class EqualBalls(NamedTuple):
         return self
 
 
-class UnequalBalls(NamedTuple):
+class UnequalBalls(Sizes, NamedTuple("UnequalBalls", [("radii", Floats), ("masses", Floats)])):
     """The radius (m) and the mass (kg) of each ball, (*N*,)."""
-
-    radii: Floats
-    masses: Floats
 
     def radius_of(self, i: int) -> float:
         return float(self.radii[i])
@@ -193,40 +216,10 @@ class UnequalBalls(NamedTuple):
         return UnequalBalls(self.radii[start:stop], self.masses[start:stop])
 
 
-Sizes: TypeAlias = EqualBalls | UnequalBalls
-
-
-@by_class
-def radius_of(sizes: Sizes, i: int) -> float:
-    """Radius of ball i, m.
-
-    Of ``EqualBalls``, ``UnequalBalls``.
-    """
-    raise NotImplementedError
-
-
-@by_class
-def mass_of(sizes: Sizes, i: int) -> float:
-    """Mass of ball i, kg.
-
-    Of ``EqualBalls``, ``UnequalBalls``.
-    """
-    raise NotImplementedError
-
-
-@by_class
-def sizes_between(sizes: Sizes, start: int, stop: int) -> Sizes:
-    """The sizes of some balls, counted from 0.
-
-    Of ``EqualBalls``, ``UnequalBalls``.
-    """
-    raise NotImplementedError
-
-
 @inlined
 def contact_distance(sizes: Sizes, i: int, k: int) -> float:
     """Distance of the centres of two balls that touch, m."""
-    return radius_of(sizes, i) + radius_of(sizes, k)
+    return sizes.radius_of(i) + sizes.radius_of(k)
 
 
 # Places
@@ -239,126 +232,13 @@ def position(i: int, now: float, balls: Floats) -> tuple[float, float]:
     return balls[X, i] + balls[U, i] * age, balls[Y, i] + balls[V, i] * age
 
 
-@by_class
-def of_repeat(stacked: Any, repeat: int) -> Any:
-    """The boundary of one of many stacked repeats: the same if it has no arrays.
-
-    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``, ``Rough``, ``Frame``.
-    """
-    return stacked
-
-
-@by_class
-def set_back(boundary: Any, shift: float) -> None:
-    """Set the clocks of the boundary back by a shift, s: a fixed one has none.
-
-    Of ``FreeCircle``, ``Frame``.
-    """
-
-
-@by_class
-def reference_velocity(boundary: Any, j: int, balls: Floats) -> tuple[float, float]:
-    """The velocity of ball j, which has had an event, or of a free container, m/s.
-
-    It is zero after an event at a fixed wall.
-
-    Of ``FreeCircle``.
-    """
-    return (balls[U, j], balls[V, j]) if j >= 0 else (0.0, 0.0)
-
-
-@by_class
-def leave_frame(boundary: Any, u: float, v: float, now: float) -> None:
-    """Take a velocity, which a frame takes over now, off a free container.
-
-    Of ``FreeCircle``.
-    """
-
-
-@by_class
-def nearest_image(boundary: Any, x: float, y: float) -> tuple[float, float]:
-    """The offset (x, y) to the nearest of a ball's images, m; without images, to itself.
-
-    Of ``ChannelSides``, ``PeriodicSides``.
-    """
-    return x, y
-
-
-@by_class
-def image_nearest_at(
-    boundary: Any, x: float, y: float, way_x: float, way_y: float
-) -> tuple[float, float]:
-    """The offset (x, y) now to that image which is the nearest after a way (m) of the ball.
-
-    Of ``ChannelSides``, ``PeriodicSides``.
-    """
-    return x, y
-
-
-@by_class
-def relative(
-    boundary: Any, x: float, y: float, u: float, v: float, now: float
-) -> tuple[float, float, float, float]:
-    """A place (m) and a velocity (m/s) relative to the container's centre at a time, s.
-
-    Of ``FreeCircle``.
-    """
-    return x, y, u, v
-
-
-@by_class
-def is_curved(boundary: Any) -> bool:
-    """Whether balls may slide along the wall on curved ways, see ``sliding``.
-
-    Of ``SlidingCircle``.
-    """
-    return False
-
-
-@by_class
-def place(boundary: Any, i: int, now: float, balls: Floats) -> tuple[float, float]:
-    """Where ball i is at a time, m: on a straight way, unless it slides.
-
-    Of ``SlidingCircle``.
-    """
-    return position(i, now, balls)
-
-
-@by_class
-def flight(boundary: Any, i: int, now: float, state: State) -> tuple[float, float, float, float]:
-    """Place (m) and velocity (m/s) of ball i at a time, s: on a straight way, unless it slides.
-
-    Of ``SlidingCircle``.
-    """
-    balls = state.balls
-    x, y = position(i, now, balls)
-    return x, y, balls[U, i], balls[V, i]
-
-
-@by_class
-def container_flight(boundary: Any, now: float, frame: Any) -> tuple[float, float, float, float]:
-    """Place (m) and velocity (m/s) of a free container in the laboratory; zeros for a fixed one.
-
-    Of ``FreeCircle``.
-    """
-    return 0.0, 0.0, 0.0, 0.0
-
-
-@by_class
-def take_off_wall(boundary: Any, i: int) -> None:
-    """Ball i, which may have slid up to its collision, slides no longer.
-
-    Of ``SlidingCircle``.
-    """
-
-
 @inlined
 def begin_epoch(state: State, epoch: float, shift: float) -> None:
     """Set all clocks back by a shift, s; the epoch is the time at which they then show zero."""
     sums, clocks = state.sums, state.balls[CLOCK]
     clocks -= shift
-    set_back(state.boundary, shift)
-    set_back(state.frame, shift)
+    state.boundary.set_back(shift)
+    state.frame.set_back(shift)
     sums[NOW] -= shift
     sums[STILL_SINCE] -= shift
     sums[TIME_LIMIT] -= shift

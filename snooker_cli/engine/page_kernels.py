@@ -13,11 +13,11 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import earlier
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.everyone import Everyone
-from snooker_cli.engine.frames import Frame, in_laboratory
+from snooker_cli.engine.frames import Frame, Laboratory, MovingFrame
 from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Recorded, State, U, V, X, Y
 from snooker_cli.engine.sliding import SlidingCircle, bounces_to_come
-from snooker_cli.engine.surfaces import Rough, twice_spin_energy
+from snooker_cli.engine.surfaces import Rough
 from snooker_cli.laws import Surface
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE
@@ -108,9 +108,9 @@ def _boundary(name: str, number: int) -> Any:
     return CIRCLES[name](number) if name in CIRCLES else boundaries.BOUNDARIES[name](1.0, 1.0)
 
 
-def _frame(name: str) -> Frame | None:
+def _frame(name: str) -> Frame:
     keeps = name == "free_circle" or (name not in CIRCLES and any(SHAPES[name].periodic))
-    return Frame(np.zeros(ks.BALL_ROWS), 0.0, 0.0) if keeps else None
+    return MovingFrame(np.zeros(ks.BALL_ROWS), 0.0, 0.0) if keeps else Laboratory(None)
 
 
 def example(boundary: str, number: int) -> Page:
@@ -163,7 +163,7 @@ def spin_energy(state: State) -> float:
     """The energy of all spins, J."""
     total = 0.0
     for k in range(state.balls.shape[1]):
-        total += 0.5 * ks.mass_of(state.sizes, k) * twice_spin_energy(state.surface, k, state)
+        total += 0.5 * state.sizes.mass_of(k) * state.surface.twice_spin_energy(k, state)
     return total
 
 
@@ -178,7 +178,7 @@ def note_turn(row: int, page: Page) -> float:
         return gained
     for ball in (followed.i[row], followed.j[row]):
         if ball >= 0:
-            r, m = ks.radius_of(page.state.sizes, ball), ks.mass_of(page.state.sizes, ball)
+            r, m = page.state.sizes.radius_of(ball), page.state.sizes.mass_of(ball)
             lost = followed.tangential[row] / (surface.law.inertia * m * r)
             page.turned[ball] += lost * followed.time[row]
             gained -= 0.5 * followed.tangential[row] * r * (2.0 * surface.spins[ball] + lost)
@@ -190,8 +190,8 @@ def shown(
     x: float, y: float, u: float, v: float, now: float, state: State
 ) -> tuple[float, float, float, float]:
     """Place (m) and velocity (m/s) at a time (s) in the laboratory, of the inner image."""
-    x, y, u, v = in_laboratory(state.frame, state.boundary, x, y, u, v, now)
-    x, y = ks.nearest_image(state.boundary, x, y)
+    x, y, u, v = state.frame.in_laboratory(state.boundary, x, y, u, v, now)
+    x, y = state.boundary.nearest_image(x, y)
     return x, y, u, v
 
 
@@ -200,13 +200,13 @@ def write_row(row: int, energy: float, spinning: float, followed: Followed, stat
     """Complete the row of the event that has just happened."""
     i, j, time = followed.i[row], followed.j[row], state.sums[ks.NOW]
     balls = state.balls
-    x, y, u, v = ks.container_flight(state.boundary, time, state.frame)
+    x, y, u, v = state.boundary.container_flight(time, state.frame)
     if j >= 0:
         x, y, u, v = shown(balls[X, j], balls[Y, j], balls[U, j], balls[V, j], time, state)
     xi, yi, ui, vi = shown(balls[X, i], balls[Y, i], balls[U, i], balls[V, i], time, state)
     sums, places, velocities = followed.sums, followed.places, followed.velocities
     sums[row, ENERGY], sums[row, SPIN_ENERGY] = energy, spinning
-    sums[row, CONTAINER_ENERGY] = sampling.energy(state.boundary, state)
+    sums[row, CONTAINER_ENERGY] = state.boundary.energy(state)
     sums[row, WALL_IMPULSE] = state.sums[ks.WALL_IMPULSE] + state.sums[ks.WALL_IMPULSE_REST]
     sums[row, PAIR_VIRIAL] = state.sums[ks.PAIR_VIRIAL] + state.sums[ks.PAIR_VIRIAL_REST]
     places[row, 0], places[row, 1] = xi, yi
@@ -243,7 +243,9 @@ def follow(page: Page) -> None:
         )
         before = events_of(state)
         until = min(page.until - sums[ks.EPOCH], sums[ks.TIME_LIMIT])
-        reason = event_loop.simulate_repeat(state, search, record, None, 1, until, SEARCHES)
+        reason = event_loop.simulate_repeat(
+            state, search, record, sampling.NoSamples(None), 1, until, SEARCHES
+        )
         if events_of(state) == before:
             if reason == clock.TIME and until < sums[ks.TIME_LIMIT]:
                 reason = clock.FULL
@@ -276,10 +278,10 @@ def show(page: Page) -> None:
     boundary, number = state.boundary, state.balls.shape[1]
     now = page.until - state.sums[ks.EPOCH]
     for i in range(number):
-        x, y, u, v = ks.flight(boundary, i, now, state)
+        x, y, u, v = boundary.flight(i, now, state)
         x, y, u, v = shown(x, y, u, v, now, state)
         flights[i, X], flights[i, Y], flights[i, U], flights[i, V] = x, y, u, v
-    x, y, u, v = ks.container_flight(boundary, now, state.frame)
+    x, y, u, v = boundary.container_flight(now, state.frame)
     flights[number, X], flights[number, Y], flights[number, U], flights[number, V] = x, y, u, v
 
 

@@ -16,15 +16,13 @@ A search of ball i among many has two passes, over BLOCK balls at a time:
 """
 
 import math
-from typing import Any
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import lowest_bit
 from snooker_cli.engine.contact import NEVER, may_touch, pair_delay
-from snooker_cli.engine.jit import by_class, helper, inlined
+from snooker_cli.engine.jit import helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 from snooker_cli.engine.restitution import WALL, bounce_sums, is_endless, may_stay
-from snooker_cli.engine.surfaces import rubs_wall, slowest_along, twice_spin_energy
 
 BLOCK = 48
 """Balls of a mask: fewer than the bits of a positive integer, a multiple of any vector's length."""
@@ -58,27 +56,16 @@ def contact_time(i: int, k: int, now: float, state: State) -> float:
     xk, yk = ks.position(k, since, balls)
     u, v = balls[U, k] - balls[U, i], balls[V, k] - balls[V, i]
     later = now - since
-    x, y = ks.image_nearest_at(state.boundary, xk - x, yk - y, u * later, v * later)
+    x, y = state.boundary.image_nearest_at(xk - x, yk - y, u * later, v * later)
     d = ks.contact_distance(state.sizes, i, k)
     time = since + pair_delay(x, y, u, v, d * d)
     return time if time > 0.0 else 0.0
 
 
-@by_class
-def time_at_wall(boundary: Any, i: int, state: State) -> float:
-    """When ball i hits the wall next, s; inf if never.
-
-    After a hit, the next one is at the end of a chord: the ball is exactly at the wall.
-
-    Of ``FixedCircle``, ``FreeCircle``, ``StraightWalls``, ``ChannelSides``, ``SlidingCircle``.
-    """
-    return NEVER
-
-
 @inlined
 def next_hit(i: int, state: State) -> float:
     """``time_at_wall``, and not before the epoch."""
-    time = time_at_wall(state.boundary, i, state)
+    time = state.boundary.time_at_wall(i, state)
     return time if time > 0.0 else 0.0
 
 
@@ -96,18 +83,6 @@ def twice_ahead(until: float, since: float) -> float:
     return (2.0 + 2.0**-39) * (until - since) + 2.0**-50 * until
 
 
-@by_class
-def filter_time(boundary: Any, now: float, later: float) -> float:
-    """The clock, s, at which a filter looks at two balls, the later of whose clocks is given.
-
-    It is that of ``contact_time``, unless ways are so short that a filter may look at both now,
-    which is faster; see ``filter_square``.
-
-    Of ``FixedCircle``, ``StraightWalls``.
-    """
-    return later
-
-
 @inlined
 def padded_square(distance: float, reach: float) -> float:
     """The square of a distance, m, and a little more for places up to a reach (m) from the centre.
@@ -123,30 +98,6 @@ def padded_square(distance: float, reach: float) -> float:
     return distance * (distance + 2.0**-40 * (distance + reach))
 
 
-@by_class
-def filter_square(boundary: Any, distance: float) -> float:
-    """The square of a contact distance, m, and more than rounding adds to it at ``filter_time``.
-
-    At the clock of ``contact_time`` itself, places are the same numbers.
-
-    Of ``FixedCircle``, ``StraightWalls``.
-    """
-    return padded_square(distance, 0.0)
-
-
-@by_class
-def candidates(
-    boundary: Any, i: int, now: float, until: float, state: State, start: int, stop: int
-) -> int:
-    """The balls from ``start`` to ``stop`` that may touch ball i up to a time, a bit each.
-
-    The bit of ball i itself, which overlaps itself, is set.
-
-    Of ``FreeCircle``.
-    """
-    return candidates_from(False, i, now, until, state, start, stop)
-
-
 @inlined
 def candidates_from(
     just_moved: bool, i: int, now: float, until: float, state: State, start: int, stop: int
@@ -154,13 +105,13 @@ def candidates_from(
     """``candidates`` of a ball whose clock may be known to be at ``now``."""
     balls = state.balls
     x, y, u, v, own = balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i]
-    r = ks.radius_of(state.sizes, i)
+    r = state.sizes.radius_of(i)
     xs, ys, us, vs, clocks = rows(balls, start, stop)
-    sizes = ks.sizes_between(state.sizes, start, stop)
+    sizes = state.sizes.sizes_between(start, stop)
     mask = 0
     for k in range(len(xs)):
-        d, its = r + ks.radius_of(sizes, k), clocks[k]
-        since = filter_time(state.boundary, now, own if own > its else its)
+        d, its = r + sizes.radius_of(k), clocks[k]
+        since = state.boundary.filter_time(now, own if own > its else its)
         if just_moved:
             since = now
         age, own_age, later = since - its, since - own, now - since
@@ -168,10 +119,10 @@ def candidates_from(
             own_age = later = 0.0
         xk, yk = xs[k] + us[k] * age, ys[k] + vs[k] * age
         uk, vk = us[k] - u, vs[k] - v
-        xk, yk = ks.image_nearest_at(
-            state.boundary, xk - (x + u * own_age), yk - (y + v * own_age), uk * later, vk * later
+        xk, yk = state.boundary.image_nearest_at(
+            xk - (x + u * own_age), yk - (y + v * own_age), uk * later, vk * later
         )
-        square = filter_square(state.boundary, d)
+        square = state.boundary.filter_square(d)
         may = may_touch(xk, yk, uk, vk, square, twice_ahead(until, since))
         mask |= 1 << k if may else 0
     return mask
@@ -192,20 +143,20 @@ def candidates_of_two(
     balls, boundary = state.balls, state.boundary
     xi, yi, ui, vi = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
     xj, yj, uj, vj = balls[X, j], balls[Y, j], balls[U, j], balls[V, j]
-    ri, rj = ks.radius_of(state.sizes, i), ks.radius_of(state.sizes, j)
+    ri, rj = state.sizes.radius_of(i), state.sizes.radius_of(j)
     xs, ys, us, vs, clocks = rows(balls, start, stop)
-    sizes = ks.sizes_between(state.sizes, start, stop)
+    sizes = state.sizes.sizes_between(start, stop)
     twice_i, twice_j = twice_ahead(until_i, now), twice_ahead(until_j, now)
     mask_i, mask_j = 0, 0
     for k in range(len(xs)):
-        r = ks.radius_of(sizes, k)
+        r = sizes.radius_of(k)
         di, dj = ri + r, rj + r
         age = now - clocks[k]
         x, y = xs[k] + us[k] * age, ys[k] + vs[k] * age
         u, v = us[k], vs[k]
-        x_i, y_i = ks.nearest_image(boundary, x - xi, y - yi)
-        x_j, y_j = ks.nearest_image(boundary, x - xj, y - yj)
-        square_i, square_j = filter_square(boundary, di), filter_square(boundary, dj)
+        x_i, y_i = boundary.nearest_image(x - xi, y - yi)
+        x_j, y_j = boundary.nearest_image(x - xj, y - yj)
+        square_i, square_j = boundary.filter_square(di), boundary.filter_square(dj)
         may_i = may_touch(x_i, y_i, u - ui, v - vi, square_i, twice_i)
         may_j = may_touch(x_j, y_j, u - uj, v - vj, square_j, twice_j)
         mask_i |= 1 << k if may_i else 0
@@ -246,21 +197,12 @@ def earliest_now(
         k = start + lowest_bit(mask)
         mask &= mask - 1
         xk, yk = ks.position(k, now, balls)
-        xk, yk = ks.nearest_image(boundary, xk - x, yk - y)
+        xk, yk = boundary.nearest_image(xk - x, yk - y)
         d = ks.contact_distance(state.sizes, i, k)
         its_time = now + pair_delay(xk, yk, balls[U, k] - u, balls[V, k] - v, d * d)
         if its_time < time:
             time, partner = its_time, k
     return time, partner
-
-
-@by_class
-def same_image(boundary: Any, x: float, y: float, new_x: float, new_y: float) -> bool:
-    """Whether two offsets of a ball have the same image of it as the nearest.
-
-    Of ``ChannelSides``, ``PeriodicSides``.
-    """
-    return True
 
 
 @inlined
@@ -276,7 +218,7 @@ def cannot_meet(i: int, now: float, state: State) -> int:
     x, y = balls[X, k] - balls[X, i], balls[Y, k] - balls[Y, i]
     age = now - balls[CLOCK, i]  # and of ball k: they had their last event together
     xn, yn = x + (balls[U, k] - balls[U, i]) * age, y + (balls[V, k] - balls[V, i]) * age
-    return k if same_image(state.boundary, x, y, xn, yn) else ks.NO_PARTNER
+    return k if state.boundary.same_image(x, y, xn, yn) else ks.NO_PARTNER
 
 
 # Wall traps: infinitely many hits of a circle in finite time
@@ -290,9 +232,7 @@ def bouncing_time(i: int, now: float, state: State) -> float:
     is the distance from the centre, v_n and v_t are the normal and the tangential speed.
     """
     balls = state.balls
-    x, y, u, v = ks.relative(
-        state.boundary, balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now
-    )
+    x, y, u, v = state.boundary.relative(balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now)
     inward = max(-(x * u + y * v), 0.0)  # a v_n
     cross = x * v - y * u  # a v_t
     if cross == 0.0:
@@ -300,44 +240,13 @@ def bouncing_time(i: int, now: float, state: State) -> float:
     square = x * x + y * y
     length = math.sqrt(square)
     loss, share = bounce_sums(state.setup.laws[WALL], inward / square, length)
-    if rubs_wall(state.surface):
-        mass = bouncing_mass(state.boundary, float(ks.mass_of(state.sizes, i)))
+    if state.surface.rubs_wall():
+        mass = state.boundary.bouncing_mass(float(state.sizes.mass_of(i)))
         changes = share * (inward / length)
-        cross = length * slowest_along(state.surface, i, cross / length, changes, mass, state)
+        cross = length * state.surface.slowest_along(i, cross / length, changes, mass, state)
         if cross == 0.0:
             return NEVER
     return float(2.0 * inward * square / (loss * cross * cross))
-
-
-@by_class
-def bouncing_mass(boundary: Any, mass: float) -> float:
-    """The mass (kg) of a ball that bounces at the wall; at a free one the reduced mass.
-
-    Of ``FreeCircle``.
-    """
-    return mass
-
-
-@by_class
-def pushed_speed(boundary: Any, i: int, inward: float, state: State) -> float:
-    """Largest speed (m/s) of a wall that ball i hits infinitely often; zero if it is fixed.
-
-    Its bounces push a free container together by no more than its share of ``bounce_sums``.
-
-    inward : v_n of the ball after its last hit, m/s
-
-    Of ``FreeCircle``.
-    """
-    return 0.0
-
-
-@by_class
-def wall_comes_near(boundary: Any, k: int, x: float, y: float, way: float, state: State) -> bool:
-    """Whether a wall may reach ball k at (x, y) if the two come nearer by a way, m.
-
-    Of ``FreeCircle``.
-    """
-    return False
 
 
 @inlined
@@ -348,8 +257,8 @@ def highest_speed(state: State) -> float:
     """
     lightest, energies = math.inf, state.scratch[0]
     for k in range(state.balls.shape[1]):
-        m, u, v = ks.mass_of(state.sizes, k), state.balls[U, k], state.balls[V, k]
-        spin = twice_spin_energy(state.surface, k, state)
+        m, u, v = state.sizes.mass_of(k), state.balls[U, k], state.balls[V, k]
+        spin = state.surface.twice_spin_energy(k, state)
         energies[ks.label_of(k, state.labels)] = m * (u * u + v * v + spin)
         lightest = min(lightest, m)
     energy = 0.0
@@ -387,24 +296,24 @@ def stays_alone(i: int, now: float, lasts: float, state: State) -> bool:
     balls, boundary = state.balls, state.boundary
     if now + lasts > state.sums[ks.TIME_LIMIT] or lasts == NEVER:
         return False
-    x, y, u, v = ks.relative(boundary, balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now)
+    x, y, u, v = boundary.relative(balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now)
     inward = max(-(x * u + y * v), 0.0) / math.sqrt(x * x + y * y)
-    wall_speed, speed = pushed_speed(boundary, i, inward, state), math.sqrt(u * u + v * v)
-    if rubs_wall(state.surface):
+    wall_speed, speed = boundary.pushed_speed(i, inward, state), math.sqrt(u * u + v * v)
+    if state.surface.rubs_wall():
         # A spin may make the ball faster, but each chord is 2 a v_n over its speed: all together
         # are at most the time times the speed now. A free wall has the rest of the momentum.
-        m = float(ks.mass_of(state.sizes, i))
-        wall_speed += 2.0 * (1.0 - bouncing_mass(boundary, m) / m) * speed
+        m = float(state.sizes.mass_of(i))
+        wall_speed += 2.0 * (1.0 - boundary.bouncing_mass(m) / m) * speed
     speed += wall_speed
     fastest = highest_speed(state)
     for k in range(balls.shape[1]):
         if k == i:
             continue
-        xk, yk = ks.place(boundary, k, now, balls)
+        xk, yk = boundary.place(k, now, balls)
         x, y = xk - balls[X, i], yk - balls[Y, i]
         gap = math.sqrt(x * x + y * y) - ks.contact_distance(state.sizes, i, k)
         if gap <= (speed + fastest) * lasts:
             return False
-        if wall_comes_near(boundary, k, xk, yk, (wall_speed + fastest) * lasts, state):
+        if boundary.wall_comes_near(k, xk, yk, (wall_speed + fastest) * lasts, state):
             return False
     return True

@@ -9,12 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli.engine import clock, sampling
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.collision import collide, count, slide
+from snooker_cli.engine.collision import collide, count
 from snooker_cli.engine.conversion import inner_images, new_states, origin_of
-from snooker_cli.engine.frames import in_laboratory, renew_frame
 from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
-from snooker_cli.engine.surfaces import show_spin
+from snooker_cli.engine.surfaces import Rough
 from snooker_cli.errors import UnsoundError
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE, SPEED_BINS, Series, Trace, even_choice, joined, series_of
@@ -275,7 +274,7 @@ class Replay:
         times : (*t*,), s, not before the last of these events
         balls : (*t*, *m*), the balls at each time; (1, *m*) if they are the same at all
         """
-        rows = 4 if self.state.surface is None else 5
+        rows = 5 if isinstance(self.state.surface, Rough) else 4
         out, container = np.empty((len(numbers), rows, balls.shape[1])), np.empty((len(numbers), 4))
         row, last = 0, int(numbers[-1]) if len(numbers) else self.done
         while row < len(numbers):
@@ -312,7 +311,7 @@ class Replay:
         """Write the observables at a time (s) into a row."""
         state = self.state
         clock = time - state.sums[ks.EPOCH]
-        pressed = sampling.pressing(state.boundary, clock, state)
+        pressed = state.boundary.pressing(clock, state)
         histogram = np.zeros(SPEED_BINS, dtype=np.int32)  # of no interest here
         sampling.sample(row, histogram, pressed, state)
 
@@ -353,7 +352,7 @@ def repeat_events(
                 climb(j, tree, state)
         if row < len(kept) and kept[row] == done + event + 1:
             sums = (tree[1, 0], tree[1, 1], tree[1, 2]) if leaves > 0 else sampling.totals(state)
-            pressing = sampling.pressing(state.boundary, record.time[event], state)
+            pressing = state.boundary.pressing(record.time[event], state)
             sampling.measure(rows[row], sums, pressing, state)
             row += 1
 
@@ -373,12 +372,12 @@ def repeat_states(
             event += 1
         now, balls = moments.clocks[row], moments.balls[row if each else 0]
         for column in range(len(balls)):
-            x, y, u, v = ks.flight(boundary, balls[column], now, state)
-            x, y, u, v = in_laboratory(state.frame, boundary, x, y, u, v, now)
+            x, y, u, v = boundary.flight(balls[column], now, state)
+            x, y, u, v = state.frame.in_laboratory(boundary, x, y, u, v, now)
             out[row, 0, column], out[row, 1, column] = x, y
             out[row, 2, column], out[row, 3, column] = u, v
-            show_spin(state.surface, balls[column], out[row, :, column])
-        x, y, u, v = ks.container_flight(boundary, now, state.frame)
+            state.surface.show_spin(balls[column], out[row, :, column])
+        x, y, u, v = boundary.container_flight(now, state.frame)
         container[row, 0], container[row, 1] = x, y
         container[row, 2], container[row, 3] = u, v
     while event < len(record.time):
@@ -391,13 +390,13 @@ def carry_out(event: int, record: Recorded, state: State) -> tuple[int, int]:
     """Carry out a recorded event again; its ball and partner."""
     boundary, now, i, j = state.boundary, record.time[event], record.i[event], record.j[event]
     if j == SLIDE:
-        slide(boundary, i, now, state)
+        boundary.slide(i, now, state)
     else:
-        ks.take_off_wall(boundary, i)
+        boundary.take_off_wall(i)
         if j >= 0:
-            ks.take_off_wall(boundary, j)
+            boundary.take_off_wall(j)
         size = collide(i, j, now, state)
-        renew_frame(state.frame, i, j, size, now, state)
+        state.frame.renew_frame(i, j, size, now, state)
     count(i, j, record.impulse[event], state)
     return i, j
 

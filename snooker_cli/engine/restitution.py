@@ -8,7 +8,6 @@ import math
 
 import numpy as np
 
-from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.frames import laboratory_velocity
 from snooker_cli.engine.jit import helper, inlined
 from snooker_cli.engine.kernel_state import KEY, PAIR_EVENTS, WALL_EVENTS, Floats, State, U, V
@@ -123,7 +122,7 @@ def leave(i: int, x: float, y: float, temperature: float, state: State) -> float
     Maxwell's law of the flux: the normal speed is sqrt(-2 (T/m) ln u), the tangential one normal
     with variance T/m. Both numbers follow from the key of the repeat and the number of the event.
     """
-    balls, counts, m = state.balls, state.counts, ks.mass_of(state.sizes, i)
+    balls, counts, m = state.balls, state.counts, state.sizes.mass_of(i)
     event = np.uint64(counts[WALL_EVENTS] + counts[PAIR_EVENTS])
     seed = mixed(np.uint64(counts[KEY]) + mixed(event))
     spread = math.sqrt(temperature / m)

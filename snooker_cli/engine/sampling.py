@@ -13,8 +13,8 @@ import numpy as np
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.frames import laboratory_velocity
-from snooker_cli.engine.jit import by_class, helper, inlined, kernel
-from snooker_cli.engine.kernel_state import Floats, Indices, Integers, State, U, V
+from snooker_cli.engine.jit import called_by_kernels, helper, inlined, kernel
+from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Part, State, U, V
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Summary, series_of, series_units
 
@@ -35,7 +35,39 @@ WALL_ENERGY, LOST_ENERGY = COLUMNS, COLUMNS + 1  # if walls give energy
 SPIN_ENERGY = -1  # of rough balls
 
 
-class Grid(NamedTuple):
+@called_by_kernels
+class Samples(Part):
+    """What the event loop does between events for a summary: nothing without one."""
+
+    def next_sample(self, sums: Floats) -> float:
+        """What clocks show at the grid's next time, s."""
+        return NEVER
+
+    def take_samples(self, now: float, state: State) -> float:
+        """``sample_until``."""
+        return NEVER
+
+
+class NoSamples(Samples, NamedTuple("NoSamples", [("rows", None)])):
+    """Of repeats whose events are recorded: their kernel has no code for summaries."""
+
+
+class Grid(
+    Samples,
+    NamedTuple(
+        "Grid",
+        [
+            ("rows", Floats),
+            ("histogram", Indices),
+            ("step", Floats),
+            ("used", Integers),
+            ("early", Integers),
+            ("early_times", Floats),
+            ("early_rows", Floats),
+            ("early_histogram", Indices),
+        ],
+    ),
+):
     """Rows at times 0, step, 2 step …, and those put aside, with times of their own.
 
     The grids of many repeats are one grid too, with an axis of repeats: the first one, but the
@@ -50,18 +82,19 @@ class Grid(NamedTuple):
     early_rows, early_histogram : (EARLY_ROWS, `columns_of`) and (EARLY_ROWS, SPEED_BINS)
     """
 
-    rows: Floats
-    histogram: Indices
-    step: Floats
-    used: Integers
-    early: Integers
-    early_times: Floats
-    early_rows: Floats
-    early_histogram: Indices
+    def of_repeat(self, repeat: int) -> "Grid":
+        return Grid(
+            self.rows[repeat],
+            self.histogram[repeat],
+            self.step[repeat],
+            self.used[repeat],
+            self.early[repeat],
+            self.early_times[:, repeat],
+            self.early_rows[:, repeat],
+            self.early_histogram[:, repeat],
+        )
 
     def next_sample(self, sums: Floats) -> float:
-        if len(self.rows) == 0:
-            return NEVER
         return float(self.used[0] * self.step[0] - sums[ks.EPOCH])
 
     def take_samples(self, now: float, state: State) -> float:
@@ -73,13 +106,10 @@ def columns_of(scene: Scene) -> int:
     return len(series_units(scene)) - 1
 
 
-def new_grids(scenes: Sequence[Scene], summary: bool) -> Grid:
-    """Empty grids; a step is at first a 1024th of the time to cross half the container, or less.
-
-    Without a summary they have no rows, and no sample is taken.
-    """
+def new_grids(scenes: Sequence[Scene]) -> Grid:
+    """Empty grids; a step is at first a 1024th of the time to cross half the container, or less."""
     repeats, columns = len(scenes), columns_of(scenes[0])
-    rows, early = (ROWS + 1, EARLY_ROWS) if summary else (0, 0)
+    rows, early = ROWS + 1, EARLY_ROWS
     grids = Grid(  # what is not used is not touched
         rows=np.zeros((repeats, rows, columns)),
         histogram=np.zeros((repeats, rows, SPEED_BINS), dtype=np.int32),
@@ -90,26 +120,11 @@ def new_grids(scenes: Sequence[Scene], summary: bool) -> Grid:
         early_rows=np.zeros((early, repeats, columns)),
         early_histogram=np.zeros((early, repeats, SPEED_BINS), dtype=np.int32),
     )
-    for k, scene in enumerate(scenes if summary else ()):
+    for k, scene in enumerate(scenes):
         speed = max(math.hypot(*velocity) for velocity in scene.velocities.tolist())
         crossing = min(scene.container.size) / 2 / speed if speed > 0.0 else 1.0
         grids.step[k] = math.ldexp(1.0, math.frexp(crossing)[1] - 11)
     return grids
-
-
-@inlined
-def grid_of(grids: Grid, repeat: int) -> Grid:
-    """The grid of a repeat, in the same memory."""
-    return Grid(
-        grids.rows[repeat],
-        grids.histogram[repeat],
-        grids.step[repeat],
-        grids.used[repeat],
-        grids.early[repeat],
-        grids.early_times[:, repeat],
-        grids.early_rows[:, repeat],
-        grids.early_histogram[:, repeat],
-    )
 
 
 @inlined
@@ -142,48 +157,6 @@ def halve(grid: Grid) -> None:
 # What boundaries add
 
 
-@by_class
-def energy(boundary: Any, state: State) -> float:
-    """Kinetic energy of a free container, J.
-
-    Of ``FreeCircle``.
-    """
-    return 0.0
-
-
-@by_class
-def pressing(boundary: Any, now: float, state: State) -> float:
-    """Impulse on the wall of all balls that slide, each since its clock, kg m/s.
-
-    Of ``SlidingCircle``.
-    """
-    return 0.0
-
-
-@by_class
-def bounce_on(boundary: Any, time: float, state: State) -> None:
-    """Bring balls that bounce until they slide to a time, s; add their impulse on the wall.
-
-    Of ``SlidingCircle``.
-    """
-
-
-@by_class
-def bounce_back(boundary: Any, state: State) -> None:
-    """Bring these balls back to where ``bounce_on`` found them.
-
-    Of ``SlidingCircle``.
-    """
-
-
-@by_class
-def measure_spins(surface: Any, row: Floats, state: State) -> None:
-    """Write the energy of rotation into a row.
-
-    Of ``Rough``.
-    """
-
-
 # Rows
 
 
@@ -191,7 +164,7 @@ def measure_spins(surface: Any, row: Floats, state: State) -> None:
 def energy_of(i: int, state: State) -> float:
     """Kinetic energy of ball i, J."""
     u, v = laboratory_velocity(state.balls[U, i], state.balls[V, i], state)
-    return float(0.5 * ks.mass_of(state.sizes, i) * (u * u + v * v))
+    return float(0.5 * state.sizes.mass_of(i) * (u * u + v * v))
 
 
 @inlined
@@ -226,7 +199,7 @@ def measure(
     sums, number = state.sums, state.balls.shape[1]
     kinetic, squares, speeds = sums_of_balls
     row[KINETIC_ENERGY] = kinetic
-    row[CONTAINER_ENERGY] = energy(state.boundary, state)
+    row[CONTAINER_ENERGY] = state.boundary.energy(state)
     row[MEAN_SPEED] = speeds / number
     if kinetic > 0.0 and not LEAST_ENERGY < kinetic < MOST_ENERGY:
         squares = 0.0
@@ -242,7 +215,7 @@ def measure(
     if len(state.account) > 0:
         for which in range(2):
             row[WALL_ENERGY + which] = state.account[which] + state.account[which + ks.ACCOUNT_REST]
-    measure_spins(state.surface, row, state)
+    state.surface.measure_spins(row, state)
 
 
 @kernel
@@ -264,24 +237,6 @@ def count_speeds(row: Floats, histogram: Any, state: State) -> None:
             histogram[min(int(reduced / SPEED_BIN), SPEED_BINS - 1)] += 1
 
 
-@by_class
-def next_sample(grid: Grid | None, sums: Floats) -> float:
-    """What clocks show at the grid's next time, s; never without rows.
-
-    Of ``Grid``.
-    """
-    return NEVER
-
-
-@by_class
-def take_samples(grid: Grid | None, now: float, state: State) -> float:
-    """``sample_until``, if there is a grid.
-
-    Of ``Grid``.
-    """
-    return NEVER
-
-
 @kernel
 def sample_until(now: float, grid: Grid, state: State) -> float:
     """Fill the rows whose time is before clocks show ``now``, and return the next time, s.
@@ -291,21 +246,21 @@ def sample_until(now: float, grid: Grid, state: State) -> float:
     rows, histogram, sums, boundary = grid.rows, grid.histogram, state.sums, state.boundary
     known = False  # whether the row before is of the same velocities
     while True:
-        time = next_sample(grid, sums)
+        time = grid.next_sample(sums)
         if time >= now:
             return time
         k = grid.used[0]
         if k > ROWS:
             halve(grid)
             continue
-        if known and not ks.is_curved(boundary):
+        if known and not boundary.is_curved():
             copy_row(rows[k - 1], histogram[k - 1], rows[k], histogram[k])
         else:
             impulse = sums[ks.WALL_IMPULSE]
-            sums[ks.WALL_IMPULSE] += pressing(boundary, time, state)
-            bounce_on(boundary, time, state)
+            sums[ks.WALL_IMPULSE] += boundary.pressing(time, state)
+            boundary.bounce_on(time, state)
             sample(rows[k], histogram[k], 0.0, state)
-            bounce_back(boundary, state)
+            boundary.bounce_back(state)
             sums[ks.WALL_IMPULSE] = impulse
             known = True
         grid.used[0] += 1
@@ -318,8 +273,8 @@ def sample_to_end(
     """``sample_until`` the end of each repeat (s, on its clocks), and a row more at that time."""
     for repeat in range(len(ends)):
         end, state = ends[repeat], ks.state_of(states, repeat)
-        sample_until(end, grid_of(grids, repeat), state)
-        pressed = pressing(state.boundary, end, state)
+        sample_until(end, grids.of_repeat(repeat), state)
+        pressed = state.boundary.pressing(end, state)
         sample(rows[repeat], histograms[repeat], pressed, state)
 
 

@@ -31,9 +31,11 @@ from snooker_cli.engine.conversion import (
     scenes_at,
 )
 from snooker_cli.engine.event_queue import new_tree
+from snooker_cli.engine.frames import MovingFrame
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Recorded, State, UnequalBalls
 from snooker_cli.engine.prefetch import PROGRESS, no_chains
 from snooker_cli.engine.sliding import bounces_to_come
+from snooker_cli.engine.surfaces import Rough
 from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 from snooker_cli.trace import (
@@ -97,7 +99,7 @@ class Simulation(ABC):
     states : stacked; they alone decide how the repeats go on
     search : what each ball does next, found anew from the states at any time
     active : (*a*,), the repeats that have not ended; all have had ``done`` events
-    grids : stacked; without rows if events are recorded, and no summary
+    samples : stacked, of summaries
     reasons : why each repeat ended; ``INTERRUPTED`` while it is active
     times : (*repeats*,), of the last event, s
     chunks : of each repeat, its events so far
@@ -135,7 +137,8 @@ class Simulation(ABC):
         self.wanted = ks.NO_LIMIT if collisions is None else collisions
         self.time_limit = math.inf if time is None else time
         self.states = new_states(scenes, self.time_limit, self._memory())
-        self.summary, self.grids = summary, sampling.new_grids(scenes, summary)
+        self.summary = summary
+        self.samples = sampling.new_grids(scenes) if summary else sampling.NoSamples(None)
         self.active, self.done = np.arange(repeats), 0
         self.reasons = [StopReason.INTERRUPTED] * repeats
         self.times = np.zeros(repeats)
@@ -161,7 +164,7 @@ class Simulation(ABC):
         ends : of each, what its clocks show at the time up to which to simulate, s
         """
         event_loop.advance(
-            self.states, self.search, records, self.grids, self.active, answers, limit, ends
+            self.states, self.search, records, self.samples, self.active, answers, limit, ends
         )
 
     def restore(self, saved: Mapping[str, NDArray[Any]]) -> None:
@@ -172,7 +175,7 @@ class Simulation(ABC):
         """
         restored("states", plain(self.states), saved)  # in their place
         if self.summary:
-            self.grids = restored("grids", self.grids, saved)
+            self.samples = restored("grids", self.samples, saved)
         if len(self.snapshots):
             self.taken = restored("taken", self.taken, saved)
         sums, counts = self.states.sums[0], self.states.counts[0]
@@ -183,7 +186,7 @@ class Simulation(ABC):
     def saved(self) -> dict[str, NDArray[Any]]:
         """Copies of all that decides how a single repeat goes on, for ``restore``."""
         parts: dict[str, Any] = {"states": plain(self.states)}
-        parts |= {"grids": self.grids} if self.summary else {}
+        parts |= {"grids": self.samples} if self.summary else {}
         parts |= {"taken": self.taken} if len(self.snapshots) else {}
         return dict(chain.from_iterable(copied(name, part) for name, part in parts.items()))
 
@@ -201,7 +204,7 @@ class Simulation(ABC):
         limit = min(self.wanted - before, size, epoch_length - before % epoch_length)
         shape = len(active), 0 if self.summary else limit
         first, second = np.empty((2, *shape), dtype=np.int32)
-        rough = self.states.surface is not None
+        rough = isinstance(self.states.surface, Rough)
         tangential = np.empty((shape[0], shape[1] * rough))
         records = Recorded(np.empty(shape), first, second, np.empty(shape), tangential)
         answers = np.zeros(len(active), dtype=np.int64)
@@ -297,19 +300,19 @@ class Simulation(ABC):
 
     def _summaries(self, clocks: Floats, times: list[float]) -> Sequence[Summary | None]:
         """The summary of each repeat up to a time, given on its clocks too, s."""
-        if not self.summary:
+        if isinstance(self.samples, sampling.NoSamples):
             return [None] * len(times)
         rows = np.empty((len(times), sampling.columns_of(self.scenes[0])))
         histograms = np.empty((len(times), SPEED_BINS), dtype=np.int32)
-        sampling.sample_to_end(clocks, self.grids, self.states, rows, histograms)
+        sampling.sample_to_end(clocks, self.samples, self.states, rows, histograms)
         return [
-            sampling.summary(self.scenes[repeat], sampling.grid_of(self.grids, repeat), *last)
+            sampling.summary(self.scenes[repeat], self.samples.of_repeat(repeat), *last)
             for repeat, last in enumerate(zip(times, rows, histograms, strict=True))
         ]
 
     def _beside(self, repeat: int) -> str:
         """What speeds are relative to, in words: nothing, unless all balls share a velocity."""
-        if self.states.frame is None:
+        if not isinstance(self.states.frame, MovingFrame):
             return ""
         speed = float(np.hypot(*self.states.frame.motion[repeat, [ks.U, ks.V]]))
         return f", beside the {speed:.3g} m/s that all share," if speed > 0.0 else ""
@@ -317,7 +320,7 @@ class Simulation(ABC):
     def _distance(self, repeat: int) -> float:
         """How far a container is from where coordinates begin, m."""
         state = ks.state_of(self.states, repeat)
-        x, y, _, _ = ks.container_flight(state.boundary, float(state.sums[ks.NOW]), state.frame)
+        x, y, _, _ = state.boundary.container_flight(float(state.sums[ks.NOW]), state.frame)
         return math.hypot(x, y)
 
     def _stop(self, repeat: int, counts: list[int]) -> Stop:
@@ -462,9 +465,9 @@ class AmongNeighbours(Simulation):
         while answer in (CELL_FULL, OUT_OF_MARGIN, NEW_FRAME):
             done = self.state.collisions - begun
             rest = Recorded(*(column[0] for column in records.after(done)))
-            grid = sampling.grid_of(self.grids, 0)
+            samples = self.samples.of_repeat(0)
             answer = event_loop.advance_alone(
-                self.state, self.search, rest, grid, limit - done, end
+                self.state, self.search, rest, samples, limit - done, end
             )
             if answer == CELL_FULL:
                 self._fill(2 * self.search.cells.members.shape[1])
@@ -523,7 +526,7 @@ class AmongNeighbours(Simulation):
             self.search = self.search._replace(cells=grid)
         # As of the last event, or of when cells were put round a free container since.
         now = max(float(self.state.sums[ks.NOW]), self.renewed_at)
-        if grid.margin is not None:
+        if isinstance(grid.margin, cells.MovingMargin):
             grid.margin.brinks[0] = 0
         grid.links[cm.BRINK] = 0
         if not cells.fill(now, self.state, grid):

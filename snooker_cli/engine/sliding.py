@@ -13,13 +13,12 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine import prediction
 from snooker_cli.engine.boundaries import FixedCircle
 from snooker_cli.engine.clock import CLOCK_DIGITS
-from snooker_cli.engine.collision import hit_wall, slide
 from snooker_cli.engine.contact import NEVER, chord_delay, wall_delay
+from snooker_cli.engine.edge import Edge
 from snooker_cli.engine.jit import helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, Integers, State, U, V, X, Y
 from snooker_cli.engine.prediction import next_hit
 from snooker_cli.engine.restitution import CONSTANT, COR, KIND, WALL, bounce_sums
-from snooker_cli.engine.surfaces import rubs_wall
 
 # What a ball does: it flies; it flies from a place exactly at the wall, to which it has slid; it
 # bounces until it slides; it slides.
@@ -133,7 +132,7 @@ def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
     c, s = c / length, s / length
     x, y = c * x - s * y, s * x + c * y
     u, v = (-inward * x - cross * y) / square, (-inward * y + cross * x) / square
-    return (x, y, u, v, now), float(ks.mass_of(state.sizes, i) * given / math.sqrt(square))
+    return (x, y, u, v, now), float(state.sizes.mass_of(i) * given / math.sqrt(square))
 
 
 @inlined
@@ -170,10 +169,10 @@ def bounces_to_come(i: int, state: State) -> tuple[float, float]:
     law = state.setup.laws[WALL]
     e = float(law[COR])
     x, y, u, v, clock = ball_of(i, state.balls)
-    x, y, u, v = ks.relative(state.boundary, x, y, u, v, clock)
+    x, y, u, v = state.boundary.relative(x, y, u, v, clock)
     square, inward, cross = x * x + y * y, max(0.0, -(x * u + y * v)), abs(x * v - y * u)
-    mass = prediction.bouncing_mass(state.boundary, float(ks.mass_of(state.sizes, i)))
-    if law[KIND] != CONSTANT or rubs_wall(state.surface):
+    mass = state.boundary.bouncing_mass(float(state.sizes.mass_of(i)))
+    if law[KIND] != CONSTANT or state.surface.rubs_wall():
         distance = math.sqrt(square)
         _, changes = bounce_sums(law, inward / square, distance)
         now = float(state.sums[ks.NOW])
@@ -192,7 +191,7 @@ def pressed(i: int, now: float, state: State) -> float:
     balls = state.balls
     w = angular_velocity(i, balls)
     reach = math.sqrt(balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i])
-    return float(ks.mass_of(state.sizes, i) * w * w * reach * (now - balls[CLOCK, i]))
+    return float(state.sizes.mass_of(i) * w * w * reach * (now - balls[CLOCK, i]))
 
 
 # The next contact of a ball if it, or its partner, or both, slide along the wall
@@ -289,8 +288,8 @@ def contact_on_arc(
         if motions[a] != SLIDES:
             a, b = b, a
         since = max(balls[CLOCK, a], balls[CLOCK, b])  # as in ``prediction.contact_time``
-        x, y = ks.place(boundary, a, since, balls)
-        xb, yb = ks.place(boundary, b, since, balls)
+        x, y = boundary.place(a, since, balls)
+        xb, yb = boundary.place(b, since, balls)
         w, until = angular_velocity(a, balls), time
         if motions[b] == SLIDES:
             wb = angular_velocity(b, balls)
@@ -313,15 +312,14 @@ def contact_on_arc(
 # The boundary
 
 
-class SlidingCircle(NamedTuple):
+class SlidingCircle(
+    Edge, NamedTuple("SlidingCircle", [("circle", FixedCircle), ("motions", Integers)])
+):
     """A fixed circular wall at which trapped balls slide. Its methods are as in ``boundaries``.
 
     circle : for balls that fly
     motions : (*N*,), what each ball does: FLIES, SETTLES or SLIDES
     """
-
-    circle: FixedCircle
-    motions: Integers
 
     def of_repeat(self, repeat: int) -> "SlidingCircle":
         return SlidingCircle(self.circle, self.motions[repeat])
@@ -330,10 +328,10 @@ class SlidingCircle(NamedTuple):
         if self.motions[i] == LEAVES:
             x, y, u, v, clock = ball_of(i, state.balls)
             return float(clock + chord_delay(x, y, u, v))
-        return prediction.time_at_wall(self.circle, i, state)
+        return self.circle.time_at_wall(i, state)
 
     def hit_wall(self, i: int, now: float, state: State, elastic: bool) -> float:
-        return hit_wall(self.circle, i, now, state, elastic)
+        return self.circle.hit_wall(i, now, state, elastic)
 
     def is_curved(self) -> bool:
         return True
@@ -355,7 +353,7 @@ class SlidingCircle(NamedTuple):
         if k == ks.NO_PARTNER:
             return k, False, 0.0
         begins = bool(motions[k] == SETTLES)
-        return k, begins, slide(self, k, now, state)
+        return k, begins, self.slide(k, now, state)
 
     def settle(self, i: int, trapped: bool, now: float, state: State) -> bool:
         x, y, u, v, _ = ball_of(i, state.balls)
@@ -400,7 +398,7 @@ class SlidingCircle(NamedTuple):
         ball, size = bounced(i, NEVER, state)
         set_ball(i, ball, balls)
         # It begins exactly on its circle, so that the roundings of many bounces do not add up.
-        part = (self.circle.radius - ks.radius_of(state.sizes, i)) / math.sqrt(
+        part = (self.circle.radius - state.sizes.radius_of(i)) / math.sqrt(
             balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i]
         )
         balls[X, i] *= part
@@ -436,7 +434,7 @@ class SlidingCircle(NamedTuple):
         else:
             # Beyond the wall, only one that settles: each hit of another is an event.
             x, y = ks.position(i, now, state.balls)
-            reach = self.circle.radius - ks.radius_of(state.sizes, i)
+            reach = self.circle.radius - state.sizes.radius_of(i)
             if x * x + y * y > reach * reach * (1.0 + BEYOND):
                 ball = bounced(i, now, state)[0]
         x, y, u, v, clock = ball

@@ -1,121 +1,96 @@
 """Rough surfaces: what a contact does along the tangent, and how balls spin.
 
-Smooth balls have no surface: ``State.surface`` is ``None``, and a kernel has none of this code.
+A kernel of smooth balls has none of this code.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.frames import laboratory_velocity
-from snooker_cli.engine.jit import by_class, inlined
-from snooker_cli.engine.kernel_state import Floats, Recorded, State
+from snooker_cli.engine.jit import called_by_kernels, inlined
+from snooker_cli.engine.kernel_state import Floats, Part, Recorded, State
 from snooker_cli.laws import Surface
 
 LAST = 0
 """Of ``Rough.given``: the tangential impulse of an event until it is recorded, kg m/s."""
 
 
-@by_class
-def rub_pair(
-    surface: Any,
-    i: int,
-    j: int,
-    x: float,
-    y: float,
-    u: float,
-    v: float,
-    normal: float,
-    state: State,
-) -> None:
-    """Exchange the tangential impulse of balls i and j, which are (x, y) apart.
+@called_by_kernels
+class BallSurface(Part):
+    """The surface of balls. It is smooth, unless a method says otherwise."""
 
-    u, v : the velocity of i less that of j before the collision, m/s
-    normal : the impulse along the line of centres, kg m/s
+    def rub_pair(
+        self,
+        i: int,
+        j: int,
+        x: float,
+        y: float,
+        u: float,
+        v: float,
+        normal: float,
+        state: State,
+    ) -> None:
+        """Exchange the tangential impulse of balls i and j, which are (x, y) apart.
 
-    Of ``Rough``.
-    """
+        u, v : the velocity of i less that of j before the collision, m/s
+        normal : the impulse along the line of centres, kg m/s
+        """
 
+    def rub_wall(
+        self, i: int, x: float, y: float, u: float, v: float, normal: float, state: State
+    ) -> None:
+        """Exchange the tangential impulse of ball i and a fixed wall, which is towards (x, y).
 
-@by_class
-def rub_wall(
-    surface: Any, i: int, x: float, y: float, u: float, v: float, normal: float, state: State
-) -> None:
-    """Exchange the tangential impulse of ball i and a fixed wall, which is towards (x, y).
+        u, v : the velocity of the ball before the collision, m/s
+        normal : the impulse on the wall, kg m/s
+        """
 
-    u, v : the velocity of the ball before the collision, m/s
-    normal : the impulse on the wall, kg m/s
+    def rub_free_wall(
+        self,
+        i: int,
+        x: float,
+        y: float,
+        u: float,
+        v: float,
+        normal: float,
+        state: State,
+        wall: float,
+        motion: Floats,
+    ) -> None:
+        """As ``rub_wall``, of a free container with a mass (kg), whose motion changes too."""
 
-    Of ``Rough``.
-    """
+    def record_rub(self, recorded: Recorded, row: int) -> None:
+        """Write the tangential impulse of the event into a row of the record."""
 
+    def show_spin(self, i: int, column: Floats) -> None:
+        """Write the spin of ball i, of the scene's order, after its place and velocity."""
 
-@by_class
-def rub_free_wall(
-    surface: Any,
-    i: int,
-    x: float,
-    y: float,
-    u: float,
-    v: float,
-    normal: float,
-    state: State,
-    wall: float,
-    motion: Floats,
-) -> None:
-    """As ``rub_wall``, of a free container with a mass (kg), whose motion changes too.
+    def twice_spin_energy(self, i: int, state: State) -> float:
+        """Twice the energy of rotation of ball i over its mass, m²/s²."""
+        return 0.0
 
-    Of ``Rough``.
-    """
+    def measure_spins(self, row: Floats, state: State) -> None:
+        """Write the energy of rotation into a row."""
 
+    def rubs_wall(self) -> bool:
+        """Whether hits of the wall change anything along the tangent."""
+        return False
 
-@by_class
-def record_rub(surface: Any, recorded: Recorded, row: int) -> None:
-    """Write the tangential impulse of the event into a row of the record.
+    def slowest_along(
+        self, i: int, along: float, changes: float, mass: float, state: State
+    ) -> float:
+        """The least tangential speed of ball i in infinitely many hits of the wall, or less, m/s.
 
-    Of ``Rough``.
-    """
-
-
-@by_class
-def show_spin(surface: Any, i: int, column: Floats) -> None:
-    """Write the spin of ball i, of the scene's order, after its place and velocity.
-
-    Of ``Rough``.
-    """
-
-
-@by_class
-def twice_spin_energy(surface: Any, i: int, state: State) -> float:
-    """Twice the energy of rotation of ball i over its mass, m²/s².
-
-    Of ``Rough``.
-    """
-    return 0.0
+        along : the present one to the left, m/s
+        changes : of its normal speed in all these hits, m/s
+        mass : its ``bouncing_mass``, kg
+        """
+        return abs(along)
 
 
-@by_class
-def rubs_wall(surface: Any) -> bool:
-    """Whether hits of the wall change anything along the tangent.
-
-    Of ``Rough``.
-    """
-    return False
-
-
-@by_class
-def slowest_along(
-    surface: Any, i: int, along: float, changes: float, mass: float, state: State
-) -> float:
-    """The least tangential speed of ball i in infinitely many hits of the wall, or less, m/s.
-
-    along : the present one to the left, m/s
-    changes : of its normal speed in all these hits, m/s
-    mass : its ``bouncing_mass``, kg
-
-    Of ``Rough``.
-    """
-    return abs(along)
+class Smooth(BallSurface, NamedTuple("Smooth", [("law", None)])):
+    """Balls that do not spin."""
 
 
 @inlined
@@ -132,7 +107,9 @@ def tangential(slip: float, cor: float, friction: float, mass: float, normal: fl
     return math.copysign(most, sticks) if abs(sticks) > most else sticks
 
 
-class Rough(NamedTuple):
+class Rough(
+    BallSurface, NamedTuple("Rough", [("law", Surface), ("spins", Floats), ("given", Floats)])
+):
     """Balls that spin. A turn to the left is positive, rad/s.
 
     The tangent t is the normal n from ball i to j turned to the left. Surfaces slip at
@@ -151,10 +128,6 @@ class Rough(NamedTuple):
     Stacked, both arrays have one axis more, the first.
     """
 
-    law: Surface
-    spins: Floats
-    given: Floats
-
     def of_repeat(self, repeat: int) -> "Rough":
         return Rough(self.law, self.spins[repeat], self.given[repeat])
 
@@ -166,8 +139,8 @@ class Rough(NamedTuple):
             return  # all bits stay, as smooth scenes of a page need it
         balls, sizes, length = state.balls, state.sizes, math.sqrt(x * x + y * y)
         a, b = ks.label_of(i, state.labels), ks.label_of(j, state.labels)
-        r, s = ks.radius_of(sizes, i), ks.radius_of(sizes, j)
-        m, n = ks.mass_of(sizes, i), ks.mass_of(sizes, j)
+        r, s = sizes.radius_of(i), sizes.radius_of(j)
+        m, n = sizes.mass_of(i), sizes.mass_of(j)
         slip = (x * v - y * u) / length + r * self.spins[a] + s * self.spins[b]
         mass = law.inertia / (1.0 + law.inertia) * (m * (n / (m + n)))
         given = tangential(slip, law.tangential_cor, law.friction, mass, normal)
@@ -210,13 +183,13 @@ class Rough(NamedTuple):
         column[4] = self.spins[i]
 
     def twice_spin_energy(self, i: int, state: State) -> float:
-        way = ks.radius_of(state.sizes, i) * self.spins[ks.label_of(i, state.labels)]
+        way = state.sizes.radius_of(i) * self.spins[ks.label_of(i, state.labels)]
         return float(self.law.inertia * way * way)
 
     def measure_spins(self, row: Floats, state: State) -> None:
         energy = 0.0
         for i in range(state.balls.shape[1]):
-            energy += ks.mass_of(state.sizes, i) * twice_spin_energy(self, i, state)
+            energy += state.sizes.mass_of(i) * self.twice_spin_energy(i, state)
         row[-1] = 0.5 * energy
 
     def rubs_wall(self) -> bool:
@@ -231,8 +204,8 @@ class Rough(NamedTuple):
         # along the speed lowers it. And all J add up to at most the friction times all normal
         # impulses. With beta = 1 and no limit, g and -g alternate, and so do two speeds.
         speed, spin = abs(along), self.spins[ks.label_of(i, state.labels)]
-        slip = math.copysign(1.0, along) * (along + ks.radius_of(state.sizes, i) * spin)
-        moment = self.law.inertia * ks.mass_of(state.sizes, i)  # over r²
+        slip = math.copysign(1.0, along) * (along + state.sizes.radius_of(i) * spin)
+        moment = self.law.inertia * state.sizes.mass_of(i)  # over r²
         cor = self.law.wall_tangential_cor
         lowered = moment / (moment + mass) * (1.0 + max(cor, 0.0)) * max(slip, 0.0)
         if cor == 1.0 and self.law.wall_friction == math.inf:
@@ -259,7 +232,7 @@ def rub(
     if law.wall_friction == 0.0:
         return 0.0, 0.0
     balls, length = state.balls, math.sqrt(x * x + y * y)
-    a, r, m = ks.label_of(i, state.labels), ks.radius_of(state.sizes, i), ks.mass_of(state.sizes, i)
+    a, r, m = ks.label_of(i, state.labels), state.sizes.radius_of(i), state.sizes.mass_of(i)
     slip = (x * v - y * u) / length + r * surface.spins[a]
     mass = m / (1.0 + 1.0 / law.inertia + m / wall)
     given = tangential(slip, law.wall_tangential_cor, law.wall_friction, mass, normal)

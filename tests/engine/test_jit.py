@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import logging
 import os
 import shutil
@@ -11,6 +12,7 @@ import threading
 from collections import namedtuple
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -19,6 +21,8 @@ from command_line import output_of
 
 import snooker_cli
 from snooker_cli.engine import jit
+from snooker_cli.engine.cell_memory import Margin
+from snooker_cli.engine.kernel_state import Part, Sizes
 
 if os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}:
     pytest.skip("nothing is compiled here", allow_module_level=True)
@@ -66,6 +70,60 @@ def test_a_kernel_gives_what_its_function_does(cache: Path) -> None:
         assert kernel(floats, *arguments()[1:]) == expected == floats[0, 0]
     assert kernel.__name__ == "sum_of"
     assert len([*cache.rglob("*.nbc")]) == 3
+
+
+@jit.called_by_kernels
+class Shape:
+    def area(self, scale):
+        return 0.0
+
+    def twice(self):
+        return 2.0 * self.area(1.0)
+
+
+class Square(Shape, namedtuple("Square", "side")):
+    def area(self, scale):
+        return scale * self.side * self.side
+
+
+class Point(Shape, namedtuple("Point", "side")):
+    pass
+
+
+def area_and_twice(shape):
+    return shape.area(3.0), shape.twice()
+
+
+def test_kernels_call_methods_as_python_does(cache: Path) -> None:
+    """That of the tuple's class, or what it inherits; also of itself."""
+    kernel = jit.kernel(area_and_twice)
+    for shape, expected in ((Square(2.0), (12.0, 8.0)), (Point(None), (0.0, 0.0))):
+        assert kernel(shape) == area_and_twice(shape) == expected
+
+
+def all_below(base: type) -> Iterator[type]:
+    for below in base.__subclasses__():
+        yield below
+        yield from all_below(below)
+
+
+@pytest.mark.parametrize("base", [Part, Sizes, Margin])
+def test_kernels_can_call_all_methods(base: type) -> None:
+    """A base class has each of them, with as many arguments; so no method is one by mistake."""
+    inner = [base, *(found for found in all_below(base) if not issubclass(found, tuple))]
+    classes = [found for found in all_below(base) if issubclass(found, tuple)]
+    named = [found for found in classes if tuple not in found.__bases__]
+    assert named
+    for found in named:
+        for name, method in vars(found).items():
+            if name.startswith("_") or not isinstance(method, FunctionType):
+                continue
+            owners = [above for above in inner if name in vars(above) and issubclass(found, above)]
+            assert owners, f"{found.__name__}.{name}: add what it does in other scenes to its base"
+            arguments = [
+                len(inspect.signature(its).parameters) for its in (method, vars(owners[0])[name])
+            ]
+            assert arguments[0] == arguments[1], f"{found.__name__}.{name} has other arguments"
 
 
 def hits_of(kernel: Any) -> int:

@@ -17,7 +17,6 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine import simulate
 from snooker_cli.engine.conversion import new_states
 from snooker_cli.engine.restitution import ENDLESS
-from snooker_cli.engine.surfaces import slowest_along
 from snooker_cli.laws import Viscoelastic
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, SLIDE, StopReason
@@ -103,7 +102,7 @@ def test_no_bounce_is_slower_along_the_wall_than_the_bound(mass: float) -> None:
         state = ks.state_of(new_states([scene]), 0)
         reduced = 2.0 / (1.0 + 2.0 / mass)
         changes = normal * (1 + 0.5) / (1 - 0.5)
-        bound = slowest_along(state.surface, 0, along, changes, reduced, state)
+        bound = state.surface.slowest_along(0, along, changes, reduced, state)
         assert bound <= least * (1 + 1e-12)
         slides = spins is not None and abs(along + spins[0]) > 9
         if bound > 0 and (surface[4] == INF or (surface[4] == 0.1 and slides)):

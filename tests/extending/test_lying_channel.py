@@ -41,15 +41,14 @@ SHAPES: dict[str, type[Container]] = {
         (
             "# The boundary of a container\n",
             '''\
-class LyingSides(NamedTuple):
+class LyingSides(
+    Edge, NamedTuple("LyingSides", [("half_height", float), ("width", float)])
+):
     """Fixed walls below and above; balls that leave right enter left. Half the height, width, m."""
-
-    half_height: float
-    width: float
 
     def time_at_wall(self, i: int, state: State) -> float:
         y, v = state.balls[Y, i], state.balls[V, i]
-        reach = self.half_height - ks.radius_of(state.sizes, i)
+        reach = self.half_height - state.sizes.radius_of(i)
         delay = ((reach if v > 0.0 else -reach) - y) / v
         return float(state.balls[CLOCK, i] + max(delay, 0.0)) if v != 0.0 else NEVER
 
