@@ -1,4 +1,4 @@
-"""Compilation of the kernels with Numba: the only file that imports it, on the first call."""
+"""Compilation of the kernels with Numba, which is imported on the first call."""
 
 import ast
 import hashlib
@@ -19,6 +19,7 @@ from typing import IO, Any, TypeVar, cast
 
 import numpy as np
 
+from snooker_cli.engine import linked_helpers
 from snooker_cli.errors import UserError
 
 if sys.platform != "win32":
@@ -42,7 +43,7 @@ So the same source gives the same bits on every processor.
 """
 
 HELPER_OPTIONS: dict[str, Any] = OPTIONS | {"no_cpython_wrapper": True}
-INLINE_OPTIONS: dict[str, Any] = HELPER_OPTIONS | {"forceinline": True}
+"""Options of functions that Python does not call."""
 
 NOTICE = "compiling this type of scene (first use on this machine, about 10 to 30 s)"
 NOTICE_AFTER = 1.0  # seconds of compilation before the notice
@@ -122,6 +123,13 @@ def code_of(kernel: Any, *arguments: Any) -> tuple[str, str]:
     return compiled.library.get_llvm_str(), compiled.fndesc.llvm_func_name
 
 
+def helper_options(*, inline: bool = False) -> dict[str, Any]:
+    """Options of functions that are only linked into kernels."""
+    compiler = linked_helpers.compiler()
+    special = {} if compiler is None else {"pipeline_class": compiler}
+    return HELPER_OPTIONS | special | ({"forceinline": True} if inline else {})
+
+
 def kernel(function: Function) -> Function:
     """Compile a function that Python or another kernel calls."""
     return cast("Function", Kernel(function))
@@ -129,13 +137,13 @@ def kernel(function: Function) -> Function:
 
 def inlined(function: Function) -> Function:
     """Compile a function into its callers; for Python, it stays a Python function."""
-    _unknown.append(lambda numba: numba.register_jitable(**INLINE_OPTIONS)(function))
+    _unknown.append(lambda numba: numba.register_jitable(**helper_options(inline=True))(function))
     return function
 
 
 def helper(function: Function) -> Function:
     """Compile a function that kernels call, and not often; for Python, it stays as it is."""
-    _unknown.append(lambda numba: numba.register_jitable(**HELPER_OPTIONS)(function))
+    _unknown.append(lambda numba: numba.register_jitable(**helper_options())(function))
     return function
 
 
@@ -165,7 +173,8 @@ def _let_call(numba: Any, base: type, name: str) -> None:
         return getattr(its_class, name) if issubclass(its_class, base) else None
 
     tuples = _numba().types.BaseNamedTuple
-    numba.overload_method(tuples, name, jit_options=INLINE_OPTIONS, strict=False)(compiled)
+    options = helper_options(inline=True)
+    numba.overload_method(tuples, name, jit_options=options, strict=False)(compiled)
 
 
 def instruction(function: Function) -> Function:
@@ -174,7 +183,8 @@ def instruction(function: Function) -> Function:
 
     def learn(numba: Any) -> None:
         compiled = _instructions()[name]
-        numba.overload(function, jit_options=INLINE_OPTIONS, strict=False)(compiled)
+        options = helper_options(inline=True)
+        numba.overload(function, jit_options=options, strict=False)(compiled)
 
     _unknown.append(learn)
     return function

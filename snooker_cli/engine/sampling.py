@@ -154,9 +154,6 @@ def halve(grid: Grid) -> None:
     grid.step[0] *= 2.0
 
 
-# What boundaries add
-
-
 # Rows
 
 

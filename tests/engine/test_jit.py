@@ -20,7 +20,7 @@ import pytest
 from command_line import output_of
 
 import snooker_cli
-from snooker_cli.engine import jit
+from snooker_cli.engine import jit, linked_helpers
 from snooker_cli.engine.cell_memory import Margin
 from snooker_cli.engine.kernel_state import Part, Sizes
 
@@ -124,6 +124,62 @@ def test_kernels_can_call_all_methods(base: type) -> None:
                 len(inspect.signature(its).parameters) for its in (method, vars(owners[0])[name])
             ]
             assert arguments[0] == arguments[1], f"{found.__name__}.{name} has other arguments"
+
+
+def test_helpers_are_left_out_with_this_version_of_numba() -> None:
+    """So at both ends of the versions that are supported, with which the tests run."""
+    import numba
+
+    assert linked_helpers.compiler() is not None, (
+        f"Numba {numba.__version__} is not what engine/linked_helpers.py expects: kernels are "
+        "right, but take longer to compile. Compare ARGUMENTS and INTERNALS there with "
+        "numba.core.compiler.Compiler and numba.core.codegen, and extend OLDEST or NEWEST."
+    )
+
+
+@pytest.mark.parametrize("left_out", [True, False])
+def test_helpers_have_no_machine_code(
+    left_out: bool, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only the kernel; and without this the kernel is the same, with a module more for each."""
+    from numba.core import codegen
+
+    if not left_out:
+        monkeypatch.setattr(linked_helpers, "compiler", lambda: None)
+
+    @jit.inlined
+    def doubled(number):
+        return 2.0 * number
+
+    @jit.helper
+    def twice_doubled(number):
+        return doubled(doubled(number))
+
+    @jit.kernel
+    def eightfold(number):
+        return doubled(twice_doubled(number))
+
+    made: list[str] = []
+    add = codegen.JITCPUCodegen._add_module
+
+    def note_and_add(self: Any, module: Any) -> Any:
+        made.append(module.name)
+        return add(self, module)
+
+    monkeypatch.setattr(codegen.JITCPUCodegen, "_add_module", note_and_add)
+    assert eightfold(1.5) == 12.0
+    assert any("doubled" in name for name in made) != left_out
+    assert [name for name in made if "eightfold" in name]
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("NEWEST", (0, 60)), ("ARGUMENTS", ["self"]), ("INTERNALS", ("_absent",))]
+)
+def test_another_numba_compiles_helpers_in_its_own_way(
+    name: str, value: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(linked_helpers, name, value)
+    assert linked_helpers.compiler.__wrapped__() is None
 
 
 def hits_of(kernel: Any) -> int:
