@@ -16,7 +16,16 @@ from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.engine.surfaces import Rough
 from snooker_cli.errors import UnsoundError
 from snooker_cli.scene import Scene
-from snooker_cli.trace import SLIDE, SPEED_BINS, Series, Trace, even_choice, joined, series_of
+from snooker_cli.trace import (
+    SLIDE,
+    SPEED_BINS,
+    Events,
+    Series,
+    Trace,
+    even_choice,
+    joined,
+    series_of,
+)
 
 ESCAPE = 1.0  # of the container's size from its centre; rounding takes balls over half of it
 BATCH = (
@@ -180,13 +189,13 @@ def series(trace: Trace, most: int | None = None) -> Series:
     time = np.concatenate([[0.0], events.time])[kept]
     if slides:  # what slides presses until the end, though there is no event
         time = np.append(time, trace.stop.time)
-    out = np.zeros((sampling.columns_of(trace.start), len(time))).T
+    out = np.zeros((len(time), sampling.columns_of(trace.start)))
     run = Replay(trace)
     run.measure(out[0], 0.0)
     run.advance(len(events), kept[1:], out[1:])
     if slides:
         run.measure(out[-1], trace.stop.time)
-    return series_of(trace.start, time, out.T)
+    return series_of(trace.start, time, np.ascontiguousarray(out.T))
 
 
 class Rows(NamedTuple):
@@ -216,21 +225,21 @@ def batch_series(traces: Sequence[Trace], times: Sequence[Floats]) -> tuple[Rows
         for part, at in zip(recorded, times, strict=True)
     ]
     number, repeats = traces[0].start.number, len(traces)
-    columns = np.empty((sampling.columns_of(traces[0].start), len(events) + repeats))
+    rows = np.empty((len(events) + repeats, sampling.columns_of(traces[0].start)))
     histograms = np.zeros((repeats, SPEED_BINS), dtype=np.int64)
-    time = np.ascontiguousarray(events.time)
     repeat_batch(
         new_states([trace.start for trace in traces]),
-        Recorded(time, events.i, events.j, events.impulse, np.empty(0)),
+        recorded_of(events.time, events),
         starts,
         np.arange(1, max(map(len, recorded)) + 1),
-        columns.T,  # a row in the kernel; analyses read whole columns
+        rows,
         np.empty((2 * number * (number > BRANCHES), 3)),
         np.concatenate([*counts, np.zeros(0, np.int64)]),
         np.cumsum([0, *map(len, counts)]),
         histograms,
     )
-    time = np.insert(time, starts[:-1], 0.0)
+    time = np.insert(events.time, starts[:-1], 0.0)
+    columns = np.ascontiguousarray(rows.T)  # analyses read whole columns
     return Rows(time, columns, starts + np.arange(repeats + 1)), histograms
 
 
@@ -239,6 +248,13 @@ def is_short(trace: Trace) -> bool:
     if trace.events is None or trace.summary is not None or trace.start.slides:
         return False
     return len(trace.events) <= clock.length(trace.start.number)
+
+
+def recorded_of(clocks: Floats, events: Events) -> Recorded:
+    """Events for a kernel. Its type does not depend on how they are in memory, or on a lock."""
+    clocks, impulses = (np.require(part, None, ["C", "W"]) for part in (clocks, events.impulse))
+    first, second = (np.require(part, None, ["C", "W"]) for part in (events.i, events.j))
+    return Recorded(clocks, first, second, impulses, np.empty(0))
 
 
 class Replay:
@@ -298,7 +314,7 @@ class Replay:
         """The events from ``done`` to ``stop`` in the same epoch, with their clocks."""
         events = self.events[self.done : stop]
         clocks = clock.clocks(float(self.state.sums[ks.EPOCH]), events)
-        return Recorded(clocks, events.i, events.j, events.impulse, np.empty(0))
+        return recorded_of(clocks, events)
 
     def _carried_out(self, stop: int, record: Recorded) -> None:
         """Note that events are carried out, and begin an epoch after its number of them."""
@@ -424,7 +440,8 @@ def repeat_batch(
         first, number = starts[repeat], starts[repeat + 1] - starts[repeat]
         own = rows[first + repeat :]
         sampling.measure(own[0], sampling.totals(state), 0.0, state)
-        done, sample = 0, sample_starts[repeat]
+        # A literal 0 is a type of its own, for which Numba would compile ``repeat_events`` too.
+        done, sample = int(np.int64(0)), sample_starts[repeat]
         while done < number or sample < sample_starts[repeat + 1]:
             end = number
             if sample < sample_starts[repeat + 1]:

@@ -1,6 +1,7 @@
 """The state at any time, from the list of collisions; and summaries, which need no list."""
 
 import math
+import os
 from dataclasses import replace
 from typing import Any
 
@@ -20,7 +21,7 @@ from scenes import (
 )
 
 from snooker_cli.engine import States, replay, replayed, series, simulate
-from snooker_cli.engine.replay import Replay
+from snooker_cli.engine.replay import Replay, batch_series, repeat_events
 from snooker_cli.engine.simulation import Simulation
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Series, StopReason, Trace
@@ -213,3 +214,31 @@ def test_a_collision_on_the_grid_is_in_the_row_of_its_time():
     assert 2.0 in columns.time
     assert np.array_equal(columns.wall_events, columns.time >= 2.0)
     assert columns.wall_impulse[columns.time == 2.0].tolist() == [9.0]
+
+
+@pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}, reason="nothing is compiled here"
+)
+def test_replays_of_a_scene_have_one_type():
+    """However the events are in memory, locked or not, and whatever is asked of them."""
+    import numba
+
+    trace = simulate(gas("circle", 60, 0.3), collisions=50, search=EVERYONE)
+    assert trace.events is not None
+    columns = {
+        name: np.repeat(getattr(trace.events, name), 2)[::2]
+        for name in ("time", "i", "j", "impulse")
+    }
+    for column in columns.values():
+        column.flags.writeable = False
+    locked = replace(trace, events=replace(trace.events, **columns))
+    expected = series(trace)
+    for each in (trace, locked):
+        run = Replay(each)
+        run.advance(20)
+        assert np.array_equal(series(each).kinetic_energy, expected.kinetic_energy)
+        rows, _ = batch_series([each], [np.array([0.1])])
+        assert np.array_equal(rows.columns[0], expected.kinetic_energy)
+    of_state = numba.typeof(run.state)
+    types = [types for types in repeat_events.compiled.signatures if types[0] == of_state]
+    assert len(types) == 1
