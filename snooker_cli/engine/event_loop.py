@@ -104,11 +104,11 @@ def settle(boundary: Any, i: int, trapped: bool, now: float, state: State) -> bo
 #   i, j, now = the earliest contact of all; j is a ball or the wall
 #   stop if there is none, or if the time up to which to simulate comes first
 #   if the entry no longer holds: search i's contacts again, and take the next turn
+#   stop if what moves on without an event has become too far for its place
 #   fill the rows of the summary up to now
 #   a ball that slides: bring it to now along the wall; the same contact is next
 #   bring i and j to now, change their velocities; count and record the event
-#   stop if i is trapped at the wall, if the clock stands still, if the balls are too slow, or if a
-#   free container is too far away
+#   stop if i is trapped at the wall, if the clock stands still, or if the balls are too slow
 #   if a frame has taken over the velocity that all share: predict everything
 #   predict the next contacts of i and j; if a free container has moved, all its hits
 @inlined
@@ -140,6 +140,8 @@ def simulate_repeat(
             return clock.TIME
         now, happens = max(time, sums[ks.NOW]), j != ks.SEARCH_AGAIN
         if happens:
+            if is_far(state.boundary, i, now, state) or is_far(state.boundary, j, now, state):
+                return clock.FAR
             if now > sample_time:
                 sample_time = take_samples(grid, now, state)
             i, j = ks.in_order(i, j, state.labels)
@@ -170,8 +172,6 @@ def simulate_repeat(
                 return clock.COLLAPSE
             if clock.is_at_rest(i, size, state):
                 return clock.REST
-            if at_wall and is_far(state.boundary, now, state.frame):
-                return clock.FAR
             if renew_frame(state.frame, i, j, size, now, state):
                 if not forget(search):
                     return clock.NEW_FRAME

@@ -20,7 +20,7 @@ NEAR = 2.0**-10
 """A frame takes over a common velocity if all others differ from it by less than this part."""
 
 FARTHEST = 2.0**27
-"""Radii of a free container that it may be away: places in it then have half of their digits."""
+"""Radii of the container: places that are computed from such a way have half of their digits."""
 
 
 @by_class
@@ -37,10 +37,10 @@ def renew_frame(frame: Any, i: int, j: int, impulse: float, now: float, state: S
 
 
 @by_class
-def is_far(boundary: Any, now: float, frame: Any) -> bool:
-    """Whether a free container is more than ``FARTHEST`` radii from where coordinates begin.
+def is_far(boundary: Any, i: int, now: float, state: State) -> bool:
+    """Whether a free container, or ball i, which slides, has gone ``FARTHEST`` radii by now.
 
-    Of ``FreeCircle``.
+    Of ``FreeCircle``, ``SlidingCircle``.
     """
     return False
 
