@@ -155,8 +155,7 @@ function writeScene(scene, timeLimit, parts) {
     if (part) part[0] = size;
   }
   ["across", "up"].forEach((name, axis) => {
-    const part = parts[`state.frame.${name}`];
-    if (part) part[0] = Number(isFree(scene) || repeatsAlong(axis, container));
+    parts[`state.frame.${name}`][0] = Number(isFree(scene) || repeatsAlong(axis, container));
   });
   const motion = parts["state.boundary.motion"];
   motion?.set([...scene.containerPosition, ...scene.containerVelocity, 0, NO_PARTNER]);
