@@ -312,7 +312,8 @@ def _outcome_lines(
         printable(f"point {result.point}, repeat {result.repeat}: {result.stop.message}")
         for result in results
         if result.stop
-        and (result.stop.reason.collapsed or result.stop.reason is StopReason.OUT_OF_RANGE)
+        and not result.stop.reason.complete
+        and result.stop.reason is not StopReason.INTERRUPTED
     ]
     yield from first(explained, 3, " such repeats", rest="")
     yield from _collapse_hints(run, results)
