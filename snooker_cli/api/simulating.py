@@ -265,11 +265,6 @@ def _plan_lines(plan: dict[str, Any], part: str | None) -> Iterator[str]:
         yield f"  records   {'events' if scenes['models']['events'] else f'a summary{states}'}"
     yield ""
     yield _costs(plan)
-    if plan["cools_out"]:
-        yield (
-            "This may take much longer: without walls, balls that cool drift together in the end, "
-            "and hardly collide."
-        )
 
 
 def _costs(plan: dict[str, Any]) -> str:
