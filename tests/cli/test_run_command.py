@@ -50,7 +50,7 @@ def test_a_run_says_why_repeats_ended_early(here: Path, snooker: Snooker) -> Non
     )
     ended = snooker("run", "gas.yaml", "--no-progress")
     assert ended.code == 0, ended.err
-    assert "point all, repeat 0: all balls are slower than 2e-154 m/s" in ended.out
+    assert "point 0, repeat 0: all balls are slower than 2e-154 m/s" in ended.out
 
 
 def test_a_run_begins_on_a_full_disk_with_yes(
