@@ -390,6 +390,7 @@ _EARLY = {
     StopReason.NOTHING_LEFT: "with no collision ahead",
     StopReason.IDLE: "without a collision for very long",
     StopReason.REST: "with balls too slow for double precision",
+    StopReason.FAR: "too far away for double precision",
     StopReason.INTERRUPTED: "at an interruption",
     StopReason.OUT_OF_RANGE: "before a number that no result can have",
 }

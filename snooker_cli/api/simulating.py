@@ -265,11 +265,6 @@ def _plan_lines(plan: dict[str, Any], part: str | None) -> Iterator[str]:
         yield f"  records   {'events' if scenes['models']['events'] else f'a summary{states}'}"
     yield ""
     yield _costs(plan)
-    if plan["cools_out"]:
-        yield (
-            "This may take much longer: without walls, balls that cool drift together in the end, "
-            "and hardly collide."
-        )
 
 
 def _costs(plan: dict[str, Any]) -> str:
@@ -312,7 +307,8 @@ def _outcome_lines(
         printable(f"point {result.point}, repeat {result.repeat}: {result.stop.message}")
         for result in results
         if result.stop
-        and (result.stop.reason.collapsed or result.stop.reason is StopReason.OUT_OF_RANGE)
+        and not result.stop.reason.complete
+        and result.stop.reason is not StopReason.INTERRUPTED
     ]
     yield from first(explained, 3, " such repeats", rest="")
     yield from _collapse_hints(run, results)

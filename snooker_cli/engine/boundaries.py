@@ -107,8 +107,8 @@ class FreeCircle(
     def leave_frame(self, u: float, v: float, now: float) -> None:
         leave_behind(self.motion, u, v, now)
 
-    def is_far(self, now: float, frame: Frame) -> bool:
-        x, y, _, _ = self.container_flight(now, frame)
+    def is_far(self, _i: int, now: float, state: State) -> bool:
+        x, y, _, _ = self.container_flight(now, state.frame)
         return bool(max(abs(x), abs(y)) > FARTHEST * self.radius)
 
     def energy(self, state: State) -> float:

@@ -31,8 +31,8 @@ class Edge(Part):
         """Place (m) and velocity (m/s) of a free container in the laboratory, else zeros."""
         return 0.0, 0.0, 0.0, 0.0
 
-    def is_far(self, now: float, frame: Frame) -> bool:
-        """Whether a free container is more than ``FARTHEST`` radii from where coordinates begin."""
+    def is_far(self, i: int, now: float, state: State) -> bool:
+        """Whether a free container, or ball i, which slides, has gone ``FARTHEST`` radii by now."""
         return False
 
     def relative(

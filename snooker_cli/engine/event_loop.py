@@ -58,11 +58,11 @@ STOPS = -8
 #   i, j, now = the earliest contact of all; j is a ball or the wall
 #   stop if there is none, or if the time up to which to simulate comes first
 #   if the entry no longer holds: search i's contacts again, and take the next turn
+#   stop if what moves on without an event has become too far for its place
 #   fill the rows of the summary up to now
 #   a ball that slides: bring it to now along the wall; the same contact is next
 #   bring i and j to now, change their velocities; count and record the event
-#   stop if i is trapped at the wall, if the clock stands still, if the balls are too slow, or if a
-#   free container is too far away
+#   stop if i is trapped at the wall, if the clock stands still, or if the balls are too slow
 #   if a frame has taken over the velocity that all share: predict everything
 #   predict the next contacts of i and j; if a free container has moved, all its hits
 @inlined
@@ -94,6 +94,8 @@ def simulate_repeat(
             return clock.TIME
         now, happens = max(time, sums[ks.NOW]), j != ks.SEARCH_AGAIN
         if happens:
+            if boundary.is_far(i, now, state) or boundary.is_far(j, now, state):
+                return clock.FAR
             if now > sample_time:
                 sample_time = samples.take_samples(now, state)
             i, j = ks.in_order(i, j, state.labels)
@@ -124,8 +126,6 @@ def simulate_repeat(
                 return clock.COLLAPSE
             if clock.is_at_rest(i, size, state):
                 return clock.REST
-            if at_wall and state.boundary.is_far(now, state.frame):
-                return clock.FAR
             if state.frame.renew_frame(i, j, size, now, state):
                 if not search.forget():
                     return clock.NEW_FRAME

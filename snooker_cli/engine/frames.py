@@ -19,7 +19,7 @@ NEAR = 2.0**-10
 """A frame takes over a common velocity if all others differ from it by less than this part."""
 
 FARTHEST = 2.0**27
-"""Radii of a free container that it may be away: places in it then have half of their digits."""
+"""Radii of the container: places that are computed from such a way have half of their digits."""
 
 
 @inlined

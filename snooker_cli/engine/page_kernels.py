@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from snooker_cli.containers import SHAPES, Circle
+from snooker_cli.containers import Circle
 from snooker_cli.engine import boundaries, clock, event_loop, everyone, restitution, sampling
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import earlier
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.everyone import Everyone
-from snooker_cli.engine.frames import Frame, Laboratory, MovingFrame
+from snooker_cli.engine.frames import MovingFrame
 from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Recorded, State, U, V, X, Y
 from snooker_cli.engine.sliding import SlidingCircle, bounces_to_come
@@ -108,16 +108,11 @@ def _boundary(name: str, number: int) -> Any:
     return CIRCLES[name](number) if name in CIRCLES else boundaries.BOUNDARIES[name](1.0, 1.0)
 
 
-def _frame(name: str) -> Frame:
-    keeps = name == "free_circle" or (name not in CIRCLES and any(SHAPES[name].periodic))
-    return MovingFrame(np.zeros(ks.BALL_ROWS), 0.0, 0.0) if keeps else Laboratory(None)
-
-
 def example(boundary: str, number: int) -> Page:
     """A page with arrays and numbers of the types and shapes of all pages with this boundary.
 
     One module has all sizes of balls, all laws, and rough balls, so that there are few. Smooth
-    balls have no friction.
+    balls have no friction, and between walls nothing is kept in the frame.
     """
     state = State(
         setup=ks.Setup(np.zeros((restitution.LAWS, restitution.COLUMNS)), 0.0, 0.0, True, 1.0),
@@ -126,7 +121,7 @@ def example(boundary: str, number: int) -> Page:
         boundary=_boundary(boundary, number),
         sizes=ks.UnequalBalls(np.zeros(number), np.zeros(number)),
         surface=Rough(Surface(0.5, -1.0, 0.0, -1.0, 0.0), np.zeros(number), np.zeros(1)),
-        frame=_frame(boundary),
+        frame=MovingFrame(np.zeros(ks.BALL_ROWS), 0.0, 0.0),
         labels=np.zeros(0, dtype=np.int32),
         sums=np.zeros(ks.SUMS),
         counts=np.zeros(ks.COUNTS + 1, dtype=np.int64),

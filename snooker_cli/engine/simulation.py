@@ -31,7 +31,7 @@ from snooker_cli.engine.conversion import (
     scenes_at,
 )
 from snooker_cli.engine.event_queue import new_tree
-from snooker_cli.engine.frames import MovingFrame
+from snooker_cli.engine.frames import FARTHEST, MovingFrame
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Recorded, State, UnequalBalls
 from snooker_cli.engine.prefetch import PROGRESS, no_chains
 from snooker_cli.engine.sliding import bounces_to_come
@@ -317,11 +317,13 @@ class Simulation(ABC):
         speed = float(np.hypot(*self.states.frame.motion[repeat, [ks.U, ks.V]]))
         return f", beside the {speed:.3g} m/s that all share," if speed > 0.0 else ""
 
-    def _distance(self, repeat: int) -> float:
-        """How far a container is from where coordinates begin, m."""
+    def _way(self, repeat: int) -> str:
+        """What has gone too far, in words."""
+        if self.scenes[repeat].slides:
+            return f"a ball slides more than {FARTHEST / (2 * math.pi):,.0f} times round"
         state = ks.state_of(self.states, repeat)
         x, y, _, _ = state.boundary.container_flight(float(state.sums[ks.NOW]), state.frame)
-        return math.hypot(x, y)
+        return f"the container is {math.hypot(x, y):.3g} m away"
 
     def _stop(self, repeat: int, counts: list[int]) -> Stop:
         """How a repeat ended, with a message."""
@@ -343,8 +345,8 @@ class Simulation(ABC):
                 f"{number}, at {now:.9g} s: squares of speeds are no numbers of double precision"
             ),
             StopReason.FAR: (
-                f"the container is {self._distance(repeat):.3g} m away after {number}, at "
-                f"{now:.9g} s: places in it have lost half of their digits"
+                f"{self._way(repeat)} after {number}, at {now:.9g} s: places have lost half of "
+                "their digits"
             ),
             StopReason.INTERRUPTED: f"interrupted after {number} at {now:.9g} s",
         }

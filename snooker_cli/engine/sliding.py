@@ -15,6 +15,7 @@ from snooker_cli.engine.boundaries import FixedCircle
 from snooker_cli.engine.clock import CLOCK_DIGITS
 from snooker_cli.engine.contact import NEVER, chord_delay, wall_delay
 from snooker_cli.engine.edge import Edge
+from snooker_cli.engine.frames import FARTHEST
 from snooker_cli.engine.jit import helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, Integers, State, U, V, X, Y
 from snooker_cli.engine.prediction import next_hit
@@ -342,6 +343,12 @@ class SlidingCircle(
         return ks.position(i, now, balls)
 
     # What the event loop asks
+
+    def is_far(self, i: int, now: float, state: State) -> bool:
+        if i < 0 or self.motions[i] != SLIDES:
+            return False
+        turn = angular_velocity(i, state.balls) * (now - state.balls[CLOCK, i])
+        return bool(abs(turn) > FARTHEST)
 
     def carry_out_slide(self, i: int, j: int, now: float, state: State) -> tuple[int, bool, float]:
         motions, balls = self.motions, state.balls

@@ -120,9 +120,6 @@ SLOT = 8
 TYPES = {"float64": "double", "int64": "i64", "int32": "i32", "bool": "i8"}
 """The types of numbers, as LLVM has them."""
 
-NOTHING = "none"
-"""The type of ``None``, which has no place in the block."""
-
 
 class Part(NamedTuple):
     """A number of a ``Page``, or an array, of which the block has the address.
@@ -143,13 +140,10 @@ def layout(boundary: str) -> list[Part]:
     """The parts of pages with a boundary, in the order in which Numba passes them."""
     names = {(NUMBER + more) // unit * unit: name for name, (more, unit) in LENGTHS.items()}
     leaves = {name[1:]: value for name, value in leaves_of("", example(boundary, NUMBER))}
-    # Parts that only some have are the last in the block, so that the others have one place.
-    slots = sorted((name for name in leaves if leaves[name] is not None), key=is_of_some)
-    parts: list[Part] = []
+    # Parts of the boundary are the last in the block, so that the others have one place.
+    slots = sorted(leaves, key=is_of_boundary)
+    parts = []
     for name, value in leaves.items():
-        if value is None:
-            parts.append(Part(name, NOTHING, None, 0))
-            continue
         shape = None
         if isinstance(value, np.ndarray):
             shape = tuple(names.get(length, length) for length in value.shape)
@@ -158,9 +152,8 @@ def layout(boundary: str) -> list[Part]:
     return parts
 
 
-def is_of_some(name: str) -> bool:
-    """Whether only pages with some boundaries have this part."""
-    return name.startswith(("state.boundary.", "state.frame."))
+def is_of_boundary(name: str) -> bool:
+    return name.startswith("state.boundary.")
 
 
 def description() -> dict[str, Any]:
@@ -171,9 +164,9 @@ def description() -> dict[str, Any]:
         "begin": BEGIN,
         "events": EVENTS,
         "searches": SEARCHES,
-        "common": [part for part in common if not is_of_some(part.name)],
+        "common": [part for part in common if not is_of_boundary(part.name)],
         "boundaries": {
-            boundary: [part for part in parts if is_of_some(part.name) and part.type != NOTHING]
+            boundary: [part for part in parts if is_of_boundary(part.name)]
             for boundary, parts in layouts.items()
         },
         "names": {
@@ -305,9 +298,6 @@ class Caller:
     def arguments(self, part: Part) -> Iterator[str]:
         """What Numba passes: a number; or of an array two pointers for Python, the number of
         elements, the size of one in bytes, the address, the lengths and the strides."""
-        if part.type == NOTHING:
-            yield "null"
-            return
         what = TYPES[part.type]
         if part.shape is None:
             yield self.loaded(part.place, what)

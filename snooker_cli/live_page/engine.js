@@ -11,6 +11,7 @@ const {
 } = ENGINE.names;
 const SQUARES = phrase`squares of speeds are no numbers of double precision`;
 const [COLLISIONS, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, REST, FAR] = REASONS;
+const FARTHEST_TURNS = 21361415; // 2 ** 27 rad
 const NO_LIMIT = 2 ** 53; // as good as no limit for a number of events
 const LARGE = 1e100; // large but finite, so that times zero it is zero
 const IDLE_CALLS = 5000; // of ``follow`` in a row without an event, after which a repeat without a time ends
@@ -154,8 +155,7 @@ function writeScene(scene, timeLimit, parts) {
     if (part) part[0] = size;
   }
   ["across", "up"].forEach((name, axis) => {
-    const part = parts[`state.frame.${name}`];
-    if (part) part[0] = Number(isFree(scene) || repeatsAlong(axis, container));
+    parts[`state.frame.${name}`][0] = Number(isFree(scene) || repeatsAlong(axis, container));
   });
   const motion = parts["state.boundary.motion"];
   motion?.set([...scene.containerPosition, ...scene.containerVelocity, 0, NO_PARTNER]);
@@ -414,6 +414,14 @@ class Simulation {
 
   // Endings
 
+  /** The program's sentence on what has gone too far. */
+  farMessage(events, now) {
+    const lost = phrase`places have lost half of their digits`;
+    if (this.scene.slides) return phrase`a ball slides more than ${grouped(FARTHEST_TURNS)} times round after ${events}, at ${now} s: ${lost}`;
+    const distance = general(Math.hypot(...this.positionOf(this.number, this.time)), 3);
+    return phrase`the container is ${distance} m away after ${events}, at ${now} s: ${lost}`;
+  }
+
   /** End the repeat for a reason, with the program's sentence. */
   end(reason) {
     const { time, timeLimit, counts, scene } = this, now = general(time, 9);
@@ -424,7 +432,7 @@ class Simulation {
       [TIME]: phrase`${limit} s reached after ${events}`,
       [NOTHING_LEFT]: phrase`no further collision can happen after ${after}, at ${now} s`,
       [IDLE]: phrase`no collision in ${searches} searches after ${events}, at ${now} s; give a time to end at`,
-      [FAR]: phrase`the container is ${general(Math.hypot(...this.positionOf(this.number, time)), 3)} m away after ${events}, at ${now} s: places in it have lost half of their digits`,
+      [FAR]: this.farMessage(events, now),
       [REST]: phrase`all balls are slower than 2e-154 m/s after ${events}, at ${now} s: ${SQUARES}`,
     };
     const first = Number(counts[COUNTS.FIRST]), second = Number(counts[COUNTS.SECOND]);

@@ -38,7 +38,6 @@ LAW = "law: "  # before the word of a law that is not one CoR, among what is mod
 ESTIMATES = ("collisions", "processor_seconds", "bytes")
 MOST_COLLISIONS = 1e18  # of an estimate
 LAST_TIME = 1e250  # s, after which there are no snapshots
-COLD = 2.0**-104  # the part of the energy that is left when speeds are those of rounding
 
 
 @dataclass(frozen=True)
@@ -267,8 +266,7 @@ def run_plan(
     share : the point and number of each repeat of a part [all]
 
     ``by_time`` is whether repeats end at a time, so that their collisions are only an estimate.
-    ``cools_out`` warns that balls may cool until they drift together, which takes longer than
-    estimated. Raises ``DeniedError`` for a file that cannot be read.
+    Raises ``DeniedError`` for a file that cannot be read.
     """
     to_do = Counter({point.index: run.experiment.repeats for point in run.points})
     if share is not None:
@@ -297,11 +295,6 @@ def run_plan(
         "by_time": any(point.experiment.time is not None for point in run.points),
         "threads": threads,
         "seconds": totals["processor_seconds"] / threads,
-        "cools_out": any(
-            to_do[point.index] > 0 and _cools_out(point.experiment, balls)
-            for scene_class in classes
-            for point, balls in zip(scene_class.points, scene_class.balls, strict=True)
-        ),
         "bytes": totals["bytes"],
         "common_random": run.experiment.common_random,
         "free_bytes": _free_bytes(run.directory),
@@ -354,17 +347,6 @@ def _estimates(
     seconds = _seconds(balls, scene_class.models["cells"], collisions) + recording
     size = BYTES_OF_REPEAT + BYTES_OF_BALL * balls + stored
     return repeats * collisions, repeats * seconds, round(repeats * size)
-
-
-def _cools_out(experiment: Experiment, balls: int) -> bool:
-    """Whether balls without walls may cool until they drift together, almost at rest to each other.
-
-    They then cross ever more cells between two collisions. A collision of equal balls takes
-    (1 - CoR²) / N of the energy on average (Haff's law by collisions), unless they cluster.
-    """
-    lost = (experiment.collisions or 0) * (1.0 - experiment.cor**2) / balls
-    lasting = not experiment.container.shape_class.has_wall and experiment.elastic_below == 0.0
-    return lasting and lost > -math.log(COLD)
 
 
 def _free_bytes(directory: Path) -> int | None:

@@ -16,11 +16,12 @@ import numpy as np
 from snooker_cli.analysis.observables import losses, total_energy
 from snooker_cli.config import EXAMPLES, load
 from snooker_cli.engine import States, replay, series, simulate
+from snooker_cli.engine.frames import NEAR
 from snooker_cli.errors import UnsoundError, check_name
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.plan import points_and_classes
-from snooker_cli.scene import EPSILON, PLACE
+from snooker_cli.scene import EPSILON, PLACE, Scene
 from snooker_cli.trace import Events, StopReason, Trace, even_choice
 from snooker_cli.validation.methods import (
     deepest_overlap,
@@ -84,29 +85,52 @@ def checks(trace: Trace) -> list[Check]:
         positions = np.hstack([positions, states.container_positions[:, np.newaxis]])
         masses = np.append(masses, start.container_mass)
     speeds = np.hypot(*np.moveaxis(velocities, -1, 0))
+    own, drifts = _own_speeds(start, velocities)
+    flights = np.where((own > 0.0) & (not start.slides), flights, 0.0)
     arms = np.hypot(*np.moveaxis(positions, -1, 0))
 
     lost = 0.0 if trace.events is None else losses(start, trace.events)
     violations = imbalance(start, finish, lost)
     scales = {}
-    if trace.events is not None or start.restitution == start.wall_restitution == 1.0:
+    elastic = start.restitution == start.wall_restitution == 1.0
+    known = start.surface is None and not start.slides
+    if known and (trace.events is not None or elastic):
         scales["energy"] = total_energy(start)
     if start.free or not start.container.has_wall:
         scales["momentum"] = float(np.max(speeds @ masses))
-    if start.container.keeps_rotation:
+    if start.container.keeps_rotation and not (start.surface and start.surface.rubs_wall):
         scales["angular momentum"] = float(np.max((speeds * arms) @ masses))
     rounding = OPERATIONS * EPSILON * (trace.collisions + start.number)
     for name, scale in scales.items():
         results.append(Check(name, violations[name] / max(scale, LEAST), rounding))
 
     diameter = 2 * float(np.max(start.radii)) if start.number > 1 else 0.0
-    clock = float(np.max(np.max(speeds, axis=1) * (states.time + flights)))
-    tolerance = PLACE * EPSILON * (2 * float(np.max(arms)) + diameter + clock)
+    clock = float(np.max(own * (states.time + flights)))
+    reach = 2 * float(np.max(arms) + drifts * np.max(arms[0]))
+    tolerance = PLACE * EPSILON * (reach + diameter + clock)
     results.append(Check("overlap", deepest_overlap(start, states, flights), tolerance))
     if trace.events is not None and start.container.has_wall:
         escape = farthest_escape(start, states)
         results.append(Check("escape", escape, tolerance * (1 + longest_run(trace.events))))
     return results
+
+
+def _own_speeds(start: Scene, velocities: Floats) -> tuple[Floats, float]:
+    """The largest speed beside the common velocity in each state, m/s; and how far balls drift.
+
+    velocities : (*states*, *bodies*, 2), m/s
+
+    Where balls may share a velocity, the engine computes without it as soon as others are NEAR it.
+    Until then a ball drifts 1/NEAR times as far as it flies. Later, velocities in the laboratory
+    have lost digits that matter for a flight. Then the speed is 0.
+    """
+    across, up = (True, True) if start.free else start.container.periodic
+    if not (across or up):
+        return np.max(np.hypot(*np.moveaxis(velocities, -1, 0)), axis=1), 0.0
+    common = np.mean(velocities, axis=1, keepdims=True) * (across, up)
+    own = np.max(np.hypot(*np.moveaxis(velocities - common, -1, 0)), axis=1)
+    shared = np.hypot(*np.moveaxis(common[:, 0], -1, 0))
+    return np.where(own > NEAR * shared, own, 0.0), 1.0 / NEAR
 
 
 def _broken_numbers(trace: Trace) -> float:

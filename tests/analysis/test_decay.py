@@ -104,13 +104,13 @@ def test_repeats_that_ended_early_are_counted() -> None:
     assert [(constant.quantity, constant.law) for constant in found] == [
         (name, law) for name, quantity in QUANTITIES.items() for law in quantity.laws
     ]
-    assert {(constant.short, constant.over_repeats.repeats) for constant in found} == {(6, 8)}
+    assert {(constant.short, constant.over_repeats.repeats) for constant in found} == {(7, 9)}
     assert found[0].ended == dict.fromkeys(reasons, 1)
     assert {constant.as_json()["complete"] for constant in found} == {2}
     assert [one.note for one in notes] == [
-        "6 of 8 repeats ended early, 1 in a wall trap, 1 in a collapse, 1 without a collision for "
-        "very long, 1 with balls too slow for double precision, 1 at an interruption and 1 before "
-        "a number that no result can have; "
+        "7 of 9 repeats ended early, 1 in a wall trap, 1 in a collapse, 1 without a collision for "
+        "very long, 1 with balls too slow for double precision, 1 too far away for double "
+        "precision, 1 at an interruption and 1 before a number that no result can have; "
         "averages over collisions leave them out, the rest uses them to their end"
     ]
 

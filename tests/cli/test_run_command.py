@@ -42,23 +42,15 @@ def test_a_hint_says_how_collapsed_repeats_continue(
         assert " collapse" not in continued.out
 
 
-def test_a_plan_warns_of_balls_that_cool_until_they_drift_together(
-    here: Path, snooker: Snooker
-) -> None:
-    """Speeds are 10⁻¹⁶ of what they were after 36 · 2N / (1 − CoR²) collisions."""
+def test_a_run_says_why_repeats_ended_early(here: Path, snooker: Snooker) -> None:
+    """Two balls of CoR 0 have the same velocity after they met, but for roundings."""
     Path("gas.yaml").write_text(
-        "container: {shape: periodic}\ncor: 0.999\n"
-        "balls: {count: 217, packing: 0.1, radius: 1.0, speed: 10.0}\n"
+        "container: {shape: periodic, packing: 0.02}\ncor: 0\ncollisions: 500\nseed: 2\n"
+        "balls: {count: 2, radius: 1, speed: 10, start: random}\n"
     )
-    for keys, warned in (
-        (["collisions=7.8e6"], False),
-        (["collisions=7.9e6"], True),
-        (["collisions=7.9e6", "cor=1"], False),
-        (["collisions=7.9e6", "collapse={elastic_below: 0.01}"], False),
-        (["collisions=7.9e6", "container.shape=box"], False),
-    ):
-        printed = snooker("run", "gas.yaml", "--dry-run", *overrides(*keys)).out
-        assert ("This may take much longer" in printed) == warned, keys
+    ended = snooker("run", "gas.yaml", "--no-progress")
+    assert ended.code == 0, ended.err
+    assert "point 0, repeat 0: all balls are slower than 2e-154 m/s" in ended.out
 
 
 def test_a_run_begins_on_a_full_disk_with_yes(

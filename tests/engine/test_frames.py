@@ -100,9 +100,9 @@ def test_a_gas_with_a_drift_cools_as_far(name: str) -> None:
     scene = drifting(COLD[name]())
     trace = simulate(scene, collisions=20_000 * scene.number)
     assert trace.stop.reason is END[scene.free], trace.stop.message
-    assert ("places in it have lost half" if scene.free else "that all share") in trace.stop.message
+    assert ("places have lost half" if scene.free else "that all share") in trace.stop.message
     if scene.free:
-        assert np.max(np.abs(trace.finish.container_position)) > 2.0**27 * scene.container.radius
+        assert np.max(np.abs(trace.finish.container_position)) > 2.0**26 * scene.container.radius
 
 
 @pytest.mark.parametrize("name", COLD)

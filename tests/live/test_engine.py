@@ -70,6 +70,14 @@ def test_balls_that_are_too_slow_end_alike(engine):
     assert answer == expected
 
 
+def test_cold_balls_have_the_same_frame(engine):
+    """They share a rounding, which a frame takes over; energies are those of the laboratory."""
+    text = "container: {shape: periodic, width: 20}\ncor: 0.9\ncollisions: 12000\nseed: 1\n"
+    scene = starting_scene(parse(text + "balls: {count: 10, radius: 1, speed: 10}\n").experiment, 0)
+    answer = engine.answer(f"simulated({scene_of(scene)}, {{ collisions: 12000 }})")
+    assert answer == answer_of(simulate(scene, collisions=12_000))
+
+
 @pytest.mark.parametrize("name", ROUGH)
 def test_energies_and_angles_follow_from_the_events(engine, name):
     """After each event; and spins of the program, integrated from one event to the next.

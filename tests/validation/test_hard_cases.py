@@ -15,6 +15,7 @@ from snooker_cli.validation.hard_cases import CASES, FOLDER, checks, hard_plan, 
 
 SLOW = {"cor-extremes", "container-masses", "at-rest-periodic", "galperin-1e12", "mass-ratios"}
 SLOW |= {"cluster", "packing", "full", "radii-apart", "speeds", "speeds-mixed", "whispering-1e-9"}
+SLOW |= {"cold-channel", "cold-box", "cold-rotation", "cold-free", "cold-sliding"}
 """Cases that take long, or need a kernel of their own."""
 
 

@@ -206,7 +206,7 @@ def test_forged_numbers_are_found(name: str, finished: Path, snooker: Snooker) -
 EARLY = [reason for reason in StopReason if not reason.complete]
 
 
-@pytest.mark.parametrize("reason", set(EARLY) - {StopReason.INTERRUPTED})
+@pytest.mark.parametrize("reason", sorted(set(EARLY) - {StopReason.INTERRUPTED}))
 def test_a_forged_ending_is_found(reason: StopReason, finished: Path, snooker: Snooker) -> None:
     """The first events of a repeat that goes on, with a reason why it would end there."""
     (path,) = runs.open_run("small").batches(1)
