@@ -29,6 +29,7 @@ COMMANDS = {
     "report": ("analysis_commands", "Write a report on runs as HTML and PDF."),
     "reproduce": ("analysis_commands", "Write the reproduction of the source report."),
     "export": ("export_command", "Export collisions or states of a repeat, or the table of a run."),
+    "warm-up": ("config_commands", "Compile what CONFIG and its analyses need, for later."),
     "validate": ("config_commands", "Check CONFIG without running it."),
     "schema": ("config_commands", "Print the JSON schema of configs, for editors."),
     "bench": ("bench_command", "Measure the engine: speed, errors, physics, hard cases."),
@@ -106,7 +107,7 @@ def loaded(name: str) -> Any:
     """A command with its parameters; loads its module."""
     with handling(end_interrupted):
         module = import_module(f"snooker_cli.cli.{COMMANDS[name][0]}")
-    command = getattr(module, name)
+    command = getattr(module, name.replace("-", "_"))
     if isinstance(command, typer.Typer):
         return typer.main.get_command(command)
     alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
