@@ -145,8 +145,12 @@ class ThreadExecutor(Executor):
         with beside:
             for _ in self.results(compile_for, scenes):
                 pass
-        if not self._cancelled.is_set():
-            watcher.simulating(time.perf_counter() - clock)
+            if not self._cancelled.is_set():
+                watcher.simulating(time.perf_counter() - clock)
+            yield from self._simulated(job, missing, watcher)
+
+    def _simulated(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
+        """The results of batches whose kernels are compiled."""
         short = sum(len(batch.repeats) > 1 for batch in missing)
         if self._processes > 1 and short >= LEAST_FOR_PROCESS * self._processes:
             try:

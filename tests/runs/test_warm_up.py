@@ -6,7 +6,7 @@ import logging
 import os
 from concurrent.futures import Future
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 from command_line import SMALL, output_of
@@ -26,7 +26,7 @@ from snooker_cli.engine.replay import repeat_batch, repeat_events, repeat_states
 from snooker_cli.runs import warm_up
 from snooker_cli.runs.plan import first_scene
 
-experiment = load({config!r}).points()[0].experiment
+experiment = load(Path({config!r})).points()[0].experiment
 for step in warm_up.STEPS:
     step(experiment)
 kernels = repeat_batch, repeat_events, repeat_states
@@ -45,13 +45,13 @@ def test_analyses_need_no_other_kernels_than_those_that_were_compiled(tmp_path: 
     """A repeat without events has the types of any other."""
     config = tmp_path / "small.yaml"
     config.write_text(SMALL)
-    assert output_of(WARMED.format(config=config)).split()[0] == "1"
+    assert output_of(WARMED.format(config=str(config))).split()[0] == "1"
 
 
 class Pool:
     """Notes what a second process would compile, and whether it was ended."""
 
-    made: list[Pool] = []
+    made: ClassVar[list[Pool]] = []
 
     def __init__(self, workers: int, *_begin: Any) -> None:
         assert workers == 1
@@ -80,10 +80,10 @@ def pools(monkeypatch: pytest.MonkeyPatch) -> list[Pool]:
 
 
 def test_kernels_of_analyses_are_compiled_beside_those_of_a_run(pools: list[Pool]) -> None:
-    """From the first function on, and no longer than the block; records without events need none."""
-    events, summary = (
-        parse(f"{SMALL}record: {record}\n").experiment for record in ("events", "summary")
-    )
+    """From the first function on, and no longer than the block; summaries need none."""
+    events = parse(SMALL).experiment
+    many = SMALL.replace("collisions: 150", "collisions: 100000")
+    summary = parse(f"{many}record: summary\n").experiment
     with warm_up.compiling_beside([events, summary]):
         assert not pools
         for done_functions in range(3):
