@@ -77,7 +77,7 @@ class Margin:
         return time
 
 
-class NoMargin(Margin, NamedTuple("NoMargin", [("place", None)])):
+class NoMargin(Margin, NamedTuple("NoMargin", [("region", None)])):
     """Of a fixed container."""
 
 

@@ -151,12 +151,13 @@ def least_of_equal(
 # The wall
 
 
-# Elements of ``MovingMargin.place``.
+# Elements of ``MovingMargin.region``.
 CENTRE_X, CENTRE_Y, WIDTH, UNTIL = range(4)
 
 
 class MovingMargin(
-    Margin, NamedTuple("MovingMargin", [("place", Floats), ("brink", Indices), ("brinks", Indices)])
+    Margin,
+    NamedTuple("MovingMargin", [("region", Floats), ("brink", Indices), ("brinks", Indices)]),
 ):
     """Where a free container may be until everything is predicted again.
 
@@ -173,7 +174,7 @@ class MovingMargin(
     def wall_contact(
         self, i: int, now: float, exact: bool, state: State, cells: Cells
     ) -> tuple[float, int]:
-        links, place = cells.links, self.place
+        links, place = cells.links, self.region
         x, y = ks.position(i, now, state.balls)
         x, y = x - place[CENTRE_X], y - place[CENTRE_Y]
         reach = state.boundary.radius - state.sizes.radius_of(i)
@@ -188,7 +189,7 @@ class MovingMargin(
         return next_hit(i, state), ks.NO_PARTNER
 
     def push(self, now: float, state: State, cells: Cells) -> None:
-        place, motion = self.place, state.boundary.motion
+        place, motion = self.region, state.boundary.motion
         x, y = motion[X] - place[CENTRE_X], motion[Y] - place[CENTRE_Y]
         square = place[WIDTH] * place[WIDTH]
         place[UNTIL] = now + contact.wall_delay(x, y, motion[U], motion[V], square)
@@ -200,7 +201,7 @@ class MovingMargin(
         self.brinks[0] = 0
 
     def before_renewal(self, time: float) -> float:
-        return float(min(time, self.place[UNTIL]))
+        return float(min(time, self.region[UNTIL]))
 
 
 def with_margin(cells: Cells, motion: Floats, now: float) -> Cells:
@@ -214,7 +215,7 @@ def with_margin(cells: Cells, motion: Floats, now: float) -> Cells:
             left=x - 0.5 * mesh.columns * mesh.width, bottom=y - 0.5 * mesh.rows * mesh.height
         ),
         margin=MovingMargin(
-            place=np.array([x, y, width, until]),
+            region=np.array([x, y, width, until]),
             brink=np.zeros(cells.links.shape[1], dtype=np.int32),
             brinks=np.zeros(1, dtype=np.int32),
         ),

@@ -476,7 +476,7 @@ class AmongNeighbours(Simulation):
             elif answer == NEW_FRAME:
                 self._predict_anew(0)
             elif answer == OUT_OF_MARGIN:
-                self._renew_margin(float(self.search.cells.margin.place[cells.UNTIL]))
+                self._renew_margin(float(self.search.cells.margin.region[cells.UNTIL]))
                 self._fill()
                 renewals += 1
                 if renewals * (RENEWAL + self.scene.number) >= cells.CROSSINGS_AT_ONCE:
