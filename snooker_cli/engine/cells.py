@@ -166,7 +166,7 @@ class MovingMargin(
     Only balls within the margin, which are at the brink, are predicted exactly at once, and again
     after each push.
 
-    place : (4,), the centre's coordinates (m), how far it may be from there (m), until when (s)
+    region : (4,), the centre's coordinates (m), how far it may be from there (m), until when (s)
     brink : (*N*,), the balls whose hit has been predicted exactly since the last push
     brinks : (1,), how many they are
     """
