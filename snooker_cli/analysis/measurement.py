@@ -30,7 +30,7 @@ from snooker_cli.analysis.time_series import (
 )
 from snooker_cli.engine import batch_series, is_short
 from snooker_cli.laws import Sides
-from snooker_cli.runs.execution import processors
+from snooker_cli.runs.processes import processors
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BINS, StopReason, Trace, even_choice
 

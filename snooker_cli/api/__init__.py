@@ -5,7 +5,14 @@ user should know beside files that are written is logged as a warning.
 """
 
 from snooker_cli.api.analyses import SideBySide
-from snooker_cli.api.configs import check_config, schema_text, template, templates, write_template
+from snooker_cli.api.configs import (
+    check_config,
+    schema_text,
+    template,
+    templates,
+    warm_up,
+    write_template,
+)
 from snooker_cli.api.live_pages import LivePage, live
 from snooker_cli.api.output_files import made_folder
 from snooker_cli.api.repeats import Repeat
@@ -23,7 +30,7 @@ from snooker_cli.runs.progress import showing_notices
 __all__ = ["LivePage", "Outcome", "Plan", "Records", "Repeat", "Run", "SavedFigure"]
 __all__ += ["SideBySide", "Verdicts"]
 __all__ += ["check_config", "figure_list", "live", "new_scene", "open", "plan", "run", "simulate"]
-__all__ += ["statuses", "template", "templates", "write_report", "write_template"]
+__all__ += ["statuses", "template", "templates", "warm_up", "write_report", "write_template"]
 # For commands.
 __all__ += ["ARGUMENTS", "CHECKPOINT_INTERVAL", "EXAMPLES", "SCHEMA", "Request"]
 __all__ += ["STATES_FORMATS", "made_folder", "runs_and_figures", "schema_text", "showing_notices"]

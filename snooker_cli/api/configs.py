@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -10,12 +10,15 @@ from typing import Any, TypeAlias
 from snooker_cli.api.results import Result
 from snooker_cli.api.wording import LIST_TEMPLATES, in_python
 from snooker_cli.config import SCHEMA_FILE, Experiment, Loaded, Point, template_configs
+from snooker_cli.engine import webassembly
+from snooker_cli.engine.page_kernels import boundaries_of
 from snooker_cli.errors import UserError, check_name
 from snooker_cli.files import write_text
 from snooker_cli.formatting import plain
 from snooker_cli.runs import starting_state
-from snooker_cli.runs.plan import SceneClass, points_and_classes
-from snooker_cli.runs.progress import reporting
+from snooker_cli.runs.plan import SceneClass, alike, points_and_classes
+from snooker_cli.runs.progress import counting, reporting
+from snooker_cli.runs.warm_up import compiled_steps
 
 Config: TypeAlias = str | PathLike[str] | Mapping[str, Any]
 """A YAML file, or the same keys as a dict."""
@@ -69,6 +72,25 @@ def check_config(config: Config, overrides: Overrides = None) -> Result:
     line = f"{name}: valid; points: {number:,}, repeats of each: {repeats}, balls: "
     content = {"points": number, "repeats": repeats, "balls": [balls[0], balls[-1]]}
     return Result(content, [f"{line}{fewest}{balls[-1]}"])
+
+
+@in_python()
+def warm_up(*configs: Config) -> None:
+    """Compile what runs of these configs and their analyses and films need.
+
+    configs : as of ``run`` [all templates]
+
+    Later, nothing has to wait for the compiler. A script needs ``if __name__ == "__main__":``,
+    because processes compile, which import it again. Raises ``ConfigError``, ``UserError`` if
+    compiled code cannot be stored, and ``RunError`` if processes cannot work.
+    """
+    names: Sequence[Config] = configs or tuple(template_configs.templates().values())
+    points = [point for config in names for point in with_scenes(config, None)[1]]
+    scenes = [same[0].experiment for same in alike(points).values()]
+    steps = compiled_steps(scenes)
+    for _ in counting(steps, "compiling, steps:", next(steps)):
+        pass
+    webassembly.modules(boundaries_of({scene.container.shape for scene in scenes}))
 
 
 def templates(*, examples: bool = False) -> dict[str, str]:

@@ -26,8 +26,9 @@ from snooker_cli.formatting import (
     text_table,
 )
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
-from snooker_cli.runs.execution import processors, share_of
+from snooker_cli.runs.execution import share_of
 from snooker_cli.runs.plan import LAW, is_excessive, run_plan
+from snooker_cli.runs.processes import processors
 from snooker_cli.runs.progress import execute_watched, run_summary, share_done, showing_notices
 from snooker_cli.runs.status import continuing, ended
 from snooker_cli.trace import StopReason

@@ -25,7 +25,7 @@ from snooker_cli.formatting import (
     text_table,
 )
 from snooker_cli.runs import RepeatState, Run, open_run, runs_in
-from snooker_cli.runs.execution import processors
+from snooker_cli.runs.processes import processors
 from snooker_cli.runs.progress import counting, reporting
 from snooker_cli.runs.run import hidden_collapses
 from snooker_cli.runs.status import COUNTS, ended, run_status

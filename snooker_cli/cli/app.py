@@ -30,6 +30,7 @@ COMMANDS = {
     "reproduce": ("analysis_commands", "Write the reproduction of the source report."),
     "export": ("export_command", "Export collisions or states of a repeat, or the table of a run."),
     "validate": ("config_commands", "Check CONFIG without running it."),
+    "warm-up": ("config_commands", "Compile what CONFIG and its analyses need, for later."),
     "schema": ("config_commands", "Print the JSON schema of configs, for editors."),
     "bench": ("bench_command", "Measure the engine: speed, errors, physics, hard cases."),
 }
@@ -75,7 +76,7 @@ class Command(TyperCommand):
     def get_help(self, ctx: Any) -> str:
         """The help without braces around arguments, types of Python, and ``x`` in limits."""
         text = re.sub(r"\{(\w+)\}", r"\1", super().get_help(ctx))
-        text = re.sub(r" <(str|path|list\[str\])>", lambda kind: " " * len(kind[0]), text)
+        text = re.sub(r" <(str|path|list\[(?:str|Path)\])>", lambda kind: " " * len(kind[0]), text)
         return re.sub(r"x>=(?=\d)", "≥ ", re.sub(r"(\d)<=x<=(\d)", r"\1 to \2", text))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -106,7 +107,7 @@ def loaded(name: str) -> Any:
     """A command with its parameters; loads its module."""
     with handling(end_interrupted):
         module = import_module(f"snooker_cli.cli.{COMMANDS[name][0]}")
-    command = getattr(module, name)
+    command = getattr(module, name.replace("-", "_"))
     if isinstance(command, typer.Typer):
         return typer.main.get_command(command)
     alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)

@@ -1,4 +1,4 @@
-"""``snooker init``, ``validate`` and ``schema``: write and check configs."""
+"""``snooker init``, ``validate``, ``warm-up`` and ``schema``: write, check and prepare configs."""
 
 from pathlib import Path
 from typing import Annotated
@@ -48,6 +48,21 @@ def validate(config: ConfigPath, override: Overrides = None) -> None:
     The check includes the starting scene of every point.
     """
     print_line(str(api.check_config(config, override)))
+
+
+def warm_up(
+    configs: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="CONFIG", readable=False, help="Experiments [all templates]."),
+    ] = None,
+) -> None:
+    """Compile what CONFIG and its analyses need, for later.
+
+    These are the kernels of `run`, of `fit` and `compare`, of figures, and of films and the live
+    page. They are stored in ~/.cache/snooker or NUMBA_CACHE_DIR, so that later commands need not
+    wait. Use this for class rooms, images of containers, and clusters. It uses all processors.
+    """
+    api.warm_up(*(configs or ()))
 
 
 def schema() -> None:

@@ -7,7 +7,6 @@ import os
 import platform
 import stat
 import sys
-import threading
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, cached_property, update_wrapper, wraps
@@ -18,6 +17,7 @@ from typing import IO, Any, TypeVar, cast
 
 import numpy as np
 
+from snooker_cli.engine.compilation import COMPILATION
 from snooker_cli.errors import UserError
 
 if sys.platform != "win32":
@@ -41,9 +41,6 @@ So the same source gives the same bits on every processor.
 
 HELPER_OPTIONS: dict[str, Any] = OPTIONS | {"no_cpython_wrapper": True}
 INLINE_OPTIONS: dict[str, Any] = HELPER_OPTIONS | {"forceinline": True}
-
-NOTICE = "compiling this type of scene (first use on this machine, about 10 to 30 s)"
-NOTICE_AFTER = 1.0  # seconds of compilation before the notice
 
 UNUSABLE = (
     "the cache folder for compiled code cannot be used (%s), so %s; "
@@ -245,12 +242,6 @@ def check_current_folder() -> None:
 
 
 @cache
-def give_notice(text: str = NOTICE) -> None:
-    """Explain the wait, once in a process."""
-    _log.info(text)
-
-
-@cache
 def _warn(text: str, *values: object) -> None:
     """Warn of something, once in a process."""
     _log.warning(text, *values)
@@ -270,10 +261,8 @@ def _numba() -> Any:
     if on_x86 and not any(name.startswith("NUMBA_CPU_") for name in os.environ):
         numba.config.CPU_FEATURES = binding.get_host_cpu_features().flatten() + NO_GATHERS
 
-    timers: list[threading.Timer] = []
-
     class Listener(event.Listener):  # type: ignore[misc]  # Numba has no types
-        """Gives notice of a long compilation, and locks the cache while Numba saves a kernel.
+        """Counts compiled functions, and locks the cache while Numba saves a kernel.
 
         Numba could otherwise save kernels of two processes under one name, and load the wrong one.
         """
@@ -283,8 +272,9 @@ def _numba() -> Any:
         def on_start(self, event: Any) -> None:
             """A compilation begins, perhaps inside another one."""
             if event.kind == "numba:compile":
-                timers.append(threading.Timer(NOTICE_AFTER, give_notice))
-                timers[-1].start()
+                COMPILATION.begin_function(
+                    event.data["dispatcher"].py_func.__name__, cache_folder()
+                )
 
         def on_end(self, event: Any) -> None:
             """A compilation ends, and Numba saves the result; or Numba has saved it."""
@@ -293,7 +283,7 @@ def _numba() -> Any:
                     self.lock.close()
                     self.lock = None
                 return
-            timers.pop().cancel()
+            COMPILATION.end_function()
             folder = cache_folder()
             if folder is not None and self.lock is None and sys.platform != "win32":
                 with suppress(OSError):  # some file systems have no locks

@@ -3,6 +3,7 @@
 They simulate many events in a call, and keep of each what the page shows.
 """
 
+from collections.abc import Set
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -93,6 +94,11 @@ CIRCLES: dict[str, Any] = {
 def boundary_names() -> tuple[str, ...]:
     """The names of all boundaries; of a shape that is no circle, its word."""
     return (*CIRCLES, *boundaries.BOUNDARIES)
+
+
+def boundaries_of(shapes: Set[str]) -> set[str]:
+    """The boundaries that containers of some shapes can have: any circle may be free, or slide."""
+    return {name for name in boundary_names() if name.split("_")[-1] in shapes}
 
 
 def boundary_name(scene: Scene) -> str:

@@ -10,7 +10,8 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple, TypeAlias
@@ -21,6 +22,7 @@ from snooker_cli.containers import SHAPES, Circle, Container
 from snooker_cli.engine import clock, jit, page_kernels, products, restitution
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import LANES
+from snooker_cli.engine.compilation import COMPILATION, known_functions, watching
 from snooker_cli.engine.page_kernels import (
     EVENTS,
     KERNELS,
@@ -43,7 +45,10 @@ PROCESSES = 2
 SETTINGS = {"NUMBA_OPT": "0", "NUMBA_LOOP_VECTORIZE": "0"}
 """Numba's settings: it optimises nothing, because LLVM does so for WebAssembly."""
 
-NOTICE = "compiling the engine of the live page (first use on this machine, 30 to 60 s)"
+COMPILED_ONE = "a function is compiled\n"
+"""What a process that compiles modules writes for each function."""
+
+NOTICE = "compiling the engine of the live page (first use on this machine)"
 
 
 def modules(boundaries: Iterable[str] | None = None) -> dict[str, bytes]:
@@ -60,7 +65,6 @@ def _modules_in(folder: Path, boundaries: Iterable[str]) -> dict[str, bytes]:
     paths = {boundary: folder / f"{boundary}.wasm" for boundary in boundaries}
     missing = [boundary for boundary, path in paths.items() if not path.is_file()]
     if missing:
-        jit.give_notice(NOTICE)
         _compile_in_processes(missing, folder)
     return {boundary: path.read_bytes() for boundary, path in paths.items()}
 
@@ -71,15 +75,17 @@ def _compile_in_processes(boundaries: list[str], folder: Path) -> None:
     paths = os.pathsep.join(path for path in sys.path if path)
     settings = os.environ | SETTINGS | {"PYTHONPATH": paths}
     shares = [boundaries[k::PROCESSES] for k in range(PROCESSES)]
-    running = [
-        subprocess.Popen(
-            [*command, *share], env=settings, stderr=subprocess.PIPE, text=True, encoding="utf-8"
-        )
-        for share in shares
-        if share
-    ]
-    for process in running:
-        _, problem = process.communicate()
+    how: dict[str, Any] = {"env": settings, "text": True, "encoding": "utf-8"}
+    how |= {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    running = [subprocess.Popen([*command, *share], **how) for share in shares if share]
+    kernels = [kernel.__name__ for name in boundaries for kernel in kernels_of(name)]
+
+    def total() -> int:  # the first kernel that is compiled tells of the others of its name
+        return sum(known_functions(folder / f"{kernel}.functions") for kernel in kernels)
+
+    with ThreadPoolExecutor(len(running)) as pool, watching(NOTICE, total) as count:
+        problems = list(pool.map(lambda process: _followed(process, count), running))
+    for process, problem in zip(running, problems, strict=True):
         if process.returncode:
             reason = (problem.strip() or f"exit code {process.returncode}").splitlines()[-1]
             raise UserError(
@@ -88,8 +94,30 @@ def _compile_in_processes(boundaries: list[str], folder: Path) -> None:
             )
 
 
+def _followed(process: "subprocess.Popen[str]", count: Callable[[], None]) -> str:
+    """Count each function that a process compiles, up to its end; what else it writes."""
+    assert process.stdout is not None
+    rest = []
+    for line in process.stdout:
+        if line == COMPILED_ONE:
+            count()
+        else:
+            rest.append(line)
+    process.wait()
+    return "".join(rest)
+
+
+def _write_function(done: int, _total: int) -> bool:
+    """Tell the process that began this one of a compiled function."""
+    if done:
+        sys.stdout.write(COMPILED_ONE)
+        sys.stdout.flush()
+    return True
+
+
 def write_modules(folder: Path, boundaries: list[str]) -> None:
     """Compile modules into files, in a process that does nothing else."""
+    COMPILATION.watchers.append(_write_function)
     gc.disable()  # a sixth of the time: Numba makes many objects, and hardly any garbage
     for boundary in boundaries:
         with atomic_write(folder / f"{boundary}.wasm") as part:

@@ -16,7 +16,7 @@ from snooker_cli import theory
 from snooker_cli.config import BallList, Experiment, Loaded
 from snooker_cli.containers import Circle, Container, Rectangle
 from snooker_cli.engine import webassembly
-from snooker_cli.engine.page_kernels import boundary_names
+from snooker_cli.engine.page_kernels import boundaries_of, boundary_names
 from snooker_cli.engine.restitution import PAIR, law_rows
 from snooker_cli.errors import SceneError, UserError
 from snooker_cli.laws import (
@@ -288,9 +288,8 @@ def _surface(surface: Surface | None) -> dict[str, float | None] | None:
 
 
 def _boundaries(scenes: list[dict[str, Any]]) -> set[str]:
-    """The boundaries that scenes have, or get by controls: any circle may be free, or slide."""
-    shapes = {configs.validated(scene["config"]).container.shape for scene in scenes}
-    return {name for name in boundary_names() if name.split("_")[-1] in shapes}
+    """The boundaries that scenes have, or get by controls."""
+    return boundaries_of({configs.validated(scene["config"]).container.shape for scene in scenes})
 
 
 def _with_rows(config: dict[str, Any]) -> dict[str, Any]:

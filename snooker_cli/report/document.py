@@ -36,7 +36,7 @@ from snooker_cli.formatting import (
 )
 from snooker_cli.pages.html_page import embedded
 from snooker_cli.runs import Run
-from snooker_cli.runs.execution import Processes
+from snooker_cli.runs.processes import Processes
 
 
 def packaged(name: str, package: str = "snooker_cli.report") -> str:

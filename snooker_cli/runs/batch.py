@@ -10,12 +10,12 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from functools import cache, lru_cache
+from functools import cache
 from importlib.metadata import version
 from typing import NamedTuple, TypeAlias
 
 from snooker_cli import __version__, store
-from snooker_cli.config import Experiment, to_json
+from snooker_cli.config import to_json
 from snooker_cli.engine import ENGINE_VERSION, CheckpointError, share_done, simulate, simulate_batch
 from snooker_cli.errors import SceneError, StoreError, UnsoundError, described
 from snooker_cli.placement.starting_scene import starting_scenes
@@ -35,17 +35,6 @@ CHECKPOINT_INTERVAL = 600.0  # seconds after which a long repeat saves a checkpo
 SAVING_SHARE = 20  # times as long as saving one took, until the next checkpoint
 
 _log = logging.getLogger(__name__)
-
-
-@lru_cache(maxsize=1024)
-def compile_for(experiment: Experiment) -> None:
-    """Compile what simulating a point needs, or load it from the cache, once in a process.
-
-    If its balls have no place, nothing is compiled: the simulation will report that.
-    """
-    with suppress(SceneError):
-        summary = not experiment.keeps_events
-        simulate(first_scene(experiment, 0), collisions=1, summary=summary)
 
 
 class Batch(NamedTuple):

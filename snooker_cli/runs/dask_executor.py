@@ -27,7 +27,6 @@ from snooker_cli.runs.batch import (
     Progress,
     RepeatResult,
     Results,
-    compile_for,
     simulate_and_store,
     stored_result,
     unexpected,
@@ -36,6 +35,7 @@ from snooker_cli.runs.execution import Executor, Watcher, asking
 from snooker_cli.runs.folder import open_run
 from snooker_cli.runs.run import Run
 from snooker_cli.runs.status import target_of
+from snooker_cli.runs.warm_up import compile_for
 from snooker_cli.store import SCHEMA_VERSION
 
 AT_ONCE = 1024  # batches that the scheduler has at a time, by default

@@ -1,22 +1,19 @@
 """Execute a run: check its files, compile, simulate what is missing, and store it."""
 
 import logging
-import os
 import shlex
-import signal
 import sys
 import threading
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from concurrent import futures
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from functools import partial
 from itertools import chain, groupby, islice, product
 from multiprocessing import get_context
-from multiprocessing.connection import Connection
 from operator import itemgetter
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -34,7 +31,6 @@ from snooker_cli.runs.batch import (
     Progress,
     RepeatResult,
     Results,
-    compile_for,
     simulate_and_store,
     stored_result,
 )
@@ -45,26 +41,18 @@ from snooker_cli.runs.folder import (
     record_failure,
 )
 from snooker_cli.runs.plan import alike, batch_size
+from snooker_cli.runs.processes import Processes, safe_path, using_shared_memory
 from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
-from snooker_cli.signals import STOPPING
+from snooker_cli.runs.warm_up import compile_for, compiling_beside
 
 POLL_INTERVAL = 0.02  # seconds between two looks whether a run was cancelled
 PROGRESS_INTERVAL = 1.0  # seconds after which another process reports again how far it is
 LEAST_FOR_PROCESS = 6  # batches of short repeats for each process; its start takes a second
 MOST_PROCESSES = 61  # that Windows can wait for
 
-SAFE_PATH = "PYTHONSAFEPATH"  # in the environment of a process that begins, as its option -P
-
 Result = TypeVar("Result")
 
 _log = logging.getLogger(__name__)
-
-
-def processors() -> int:
-    """How many processors this process may use: a batch system or `taskset` may allow a part."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 class Watcher:
@@ -153,10 +141,16 @@ class ThreadExecutor(Executor):
         clock, run = time.perf_counter(), job.run
         points = [run.by_number[point] for point in sorted({point for point, _ in missing})]
         scenes = [same[0].experiment for same in alike(points).values()]
-        for _ in self.results(compile_for, scenes):
-            pass
-        if not self._cancelled.is_set():
-            watcher.simulating(time.perf_counter() - clock)
+        beside = compiling_beside(scenes) if self._processes > 1 else nullcontext()
+        with beside:
+            for _ in self.results(compile_for, scenes):
+                pass
+            if not self._cancelled.is_set():
+                watcher.simulating(time.perf_counter() - clock)
+            yield from self._simulated(job, missing, watcher)
+
+    def _simulated(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
+        """The results of batches whose kernels are compiled."""
         short = sum(len(batch.repeats) > 1 for batch in missing)
         if self._processes > 1 and short >= LEAST_FOR_PROCESS * self._processes:
             try:
@@ -190,78 +184,6 @@ def asking(news: Callable[[], Iterable[Progress]], watcher: Watcher) -> Iterator
         yield
     finally:
         ended.set()
-
-
-@contextmanager
-def using_shared_memory() -> Iterator[None]:
-    """Inside, a system that refuses locks between processes causes a ``RunError``."""
-    try:
-        yield
-    except OSError as error:
-        raise RunError(
-            f"no processes can begin: shared memory (/dev/shm) cannot be used ({error.strerror})",
-            "make room there, and check its permissions",
-        ) from None
-
-
-@contextmanager
-def safe_path() -> Iterator[None]:
-    """Inside, Python begins processes without the current folder on their path.
-
-    Anyone may have put a module there, such as ``multiprocessing.py``, with which they begin.
-    """
-    before = os.environ.get(SAFE_PATH)
-    os.environ[SAFE_PATH] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[SAFE_PATH]
-        else:
-            os.environ[SAFE_PATH] = before
-
-
-class Processes(ProcessPoolExecutor):
-    """Processes that leave signals to this one, and end with it.
-
-    begin, arguments : called once in each process
-
-    Raises ``RunError`` without shared memory.
-    """
-
-    def __init__(
-        self, workers: int, begin: Callable[..., None] | None = None, *arguments: Any
-    ) -> None:
-        context = get_context("spawn")
-        lifeline, self._lifeline = context.Pipe(duplex=False)
-        with using_shared_memory(), safe_path():
-            super().__init__(workers, context, _begin_process, (lifeline, begin, arguments))
-
-    def submit(self, *call: Any, **named: Any) -> Future[Any]:
-        """As of any executor; the first call begins the processes."""
-        with safe_path():
-            return super().submit(*call, **named)
-
-    def kill(self) -> None:
-        """End all processes now. After one has died, others may wait for its locks for ever."""
-        self._lifeline.close()
-
-
-def _begin_process(
-    lifeline: Connection, begin: Callable[..., None] | None, arguments: Sequence[Any]
-) -> None:
-    for number in STOPPING:
-        signal.signal(number, signal.SIG_IGN)
-    threading.Thread(target=_end_after, args=(lifeline,), daemon=True).start()
-    if begin:
-        begin(*arguments)
-
-
-def _end_after(lifeline: Connection) -> None:
-    """End this process when the other end of a pipe is closed, or its process ends."""
-    with suppress(EOFError, OSError):
-        lifeline.recv()
-    os._exit(1)
 
 
 class ProcessExecutor(Executor):

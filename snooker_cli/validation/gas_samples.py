@@ -14,7 +14,7 @@ from snooker_cli.containers import SHAPES
 from snooker_cli.engine import States, replay, series, simulate
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.runs.execution import processors
+from snooker_cli.runs.processes import processors
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 from snooker_cli.validation.study import Record, lattice_gas

@@ -18,7 +18,8 @@ from snooker_cli.engine import simulate, simulation
 from snooker_cli.errors import UserError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import Run, create
-from snooker_cli.runs.execution import Watcher, execute, processors
+from snooker_cli.runs.execution import Watcher, execute
+from snooker_cli.runs.processes import processors
 from snooker_cli.scene import Scene
 from snooker_cli.validation.study import PLANS, Record, Step, Study, lattice_gas
 

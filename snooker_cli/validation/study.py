@@ -23,7 +23,7 @@ from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import UserError, install_advice
 from snooker_cli.figures import FigureData
 from snooker_cli.formatting import plain
-from snooker_cli.runs.execution import processors
+from snooker_cli.runs.processes import processors
 
 Record = dict[str, Any]
 """A measurement, or a part of it, as JSON stores it."""

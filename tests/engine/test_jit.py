@@ -18,7 +18,7 @@ import pytest
 from command_line import output_of
 
 import snooker_cli
-from snooker_cli.engine import jit
+from snooker_cli.engine import compilation, jit
 
 if os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}:
     pytest.skip("nothing is compiled here", allow_module_level=True)
@@ -320,11 +320,53 @@ def test_only_a_long_compilation_gives_notice(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     """Once, and not for kernels from the cache."""
-    monkeypatch.setattr(jit, "NOTICE_AFTER", after)
+    monkeypatch.setattr(compilation, "NOTICE_AFTER", after)
     for expected in (notices, 0):
-        jit.give_notice.cache_clear()
+        compilation.give_notice.cache_clear()
         caplog.clear()
         with caplog.at_level(logging.INFO, "snooker_cli"):
             for order in "CF":
                 jit.kernel(sum_of)(*arguments(order))
-        assert [record.getMessage() for record in caplog.records] == [jit.NOTICE] * expected
+        assert [record.getMessage() for record in caplog.records] == [compilation.NOTICE] * expected
+
+
+# How far a compilation is
+
+
+def twice(number):
+    return 2.0 * number
+
+
+def test_watchers_see_each_function_of_a_kernel(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Their number is a guess the first time, and then known; a kernel of the cache has none."""
+    seen: list[tuple[int, int]] = []
+    monkeypatch.setattr(compilation.COMPILATION, "watchers", [lambda *now: bool(seen.append(now))])
+    double = jit.kernel(twice)
+
+    def of_two(number):
+        return double(number) + 1.0
+
+    assert jit.kernel(of_two)(1.0) == 3.0
+    usual = compilation.USUAL
+    assert seen == [(0, usual), (1, usual), (2, 2)]
+    seen.clear()
+    assert jit.kernel(of_two)(1) == 3.0  # another type
+    assert seen == [(0, 2), (1, 2), (2, 2)]
+    seen.clear()
+    jit.kernel(twice)(1.0)
+    assert seen == []
+
+
+def test_functions_of_other_processes_count_and_their_number_becomes_known(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The total is a guess until kernels are complete, and never less than what is done."""
+    seen: list[tuple[int, int]] = []
+    monkeypatch.setattr(compilation.COMPILATION, "watchers", [lambda *now: not seen.append(now)])
+    totals = iter([130, 130, 3, 1])
+    with compilation.watching("", lambda: next(totals)) as count:
+        for _ in range(3):
+            count()
+    assert seen == [(0, 130), (1, 130), (2, 3), (3, 4), (3, 3)]

@@ -74,7 +74,7 @@ def executor(scheduler: distributed.LocalCluster, client: distributed.Client) ->
 
     def compile_first() -> None:
         from snooker_cli.config import parse
-        from snooker_cli.runs.batch import compile_for
+        from snooker_cli.runs.warm_up import compile_for
 
         compile_for(parse(LONG).experiment)
 

@@ -144,3 +144,26 @@ def test_a_run_without_progress_writes_no_line(
     run.simulating(0.0)
     run.reached(Progress(Batch(0, (0,)), 100, 0.5, 0.0))
     assert capsys.readouterr().err == ""
+
+
+def test_a_compilation_shows_its_functions_and_the_time_that_is_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """In the bar that is open, or in one of its own; the last function takes longest."""
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    text = progress.compiling_text(50, 100, 10.0)
+    assert text == "compiling, first use on this machine: 50/100 functions, 13 s left"
+    assert "left" not in progress.compiling_text(0, 100, 10.0)
+    compiling = progress._Compiling()
+    with progress.Bar() as bar:
+        for done in range(3):
+            assert compiling(done, 3)
+        assert [task.completed for task in bar.tasks] == [2]
+        assert "2/3 functions" in bar.tasks[0].description
+        assert compiling(3, 3)
+        assert bar.tasks == []
+
+
+def test_without_a_terminal_a_compilation_has_no_bar() -> None:
+    compiling = progress._Compiling()
+    assert [compiling(done, 3) for done in range(4)] == 4 * [False]
