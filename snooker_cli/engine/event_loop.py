@@ -185,7 +185,7 @@ def simulate_repeat(
 def of_repeat(search: Any, repeat: int) -> Any:
     """The search of one of many stacked repeats.
 
-    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``, ``Rough``, ``Frame``.
+    Of ``FreeCircle``, ``Everyone``, ``Frame``, ``SlidingCircle``, ``Rough``.
     """
     return search
 

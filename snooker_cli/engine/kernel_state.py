@@ -243,7 +243,7 @@ def position(i: int, now: float, balls: Floats) -> tuple[float, float]:
 def of_repeat(stacked: Any, repeat: int) -> Any:
     """The boundary of one of many stacked repeats: the same if it has no arrays.
 
-    Of ``FreeCircle``, ``Everyone``, ``SlidingCircle``, ``Rough``, ``Frame``.
+    Of ``FreeCircle``, ``Everyone``, ``Frame``, ``SlidingCircle``, ``Rough``.
     """
     return stacked
 
