@@ -118,7 +118,7 @@ def known_functions(path: Path | None) -> int:
 
 
 def seconds_left(done: int, total: int, seconds: float) -> float:
-    """The time (s) that is left if so many functions took so long."""
+    """The time (s) that is left, if this number of functions took this time."""
     return seconds * ((1 + LAST) * total - done) / done
 
 
