@@ -80,8 +80,9 @@ def warm_up(*configs: Config) -> None:
 
     configs : as of ``run`` [all templates]
 
-    On another day nothing has to wait for the compiler. Raises ``ConfigError``, and ``UserError``
-    if compiled code cannot be stored.
+    Later, nothing has to wait for the compiler. A script needs ``if __name__ == "__main__":``,
+    because processes compile, which import it again. Raises ``ConfigError``, ``UserError`` if
+    compiled code cannot be stored, and ``RunError`` if processes cannot work.
     """
     names: Sequence[Config] = configs or tuple(template_configs.templates().values())
     points = [point for config in names for point in with_scenes(config, None)[1]]

@@ -80,11 +80,11 @@ COMPILATION = Compilation()
 
 
 @contextmanager
-def watching(notice: str, total: int) -> Iterator[Callable[[], None]]:
+def watching(notice: str, total: Callable[[], int]) -> Iterator[Callable[[], None]]:
     """Inside, watchers see functions that other processes compile.
 
     notice : what is said if there is no watcher that shows them
-    total : how many there are in all
+    total : how many there are in all, as far as is known at the moment
 
     Gives what counts one more function.
     """
@@ -95,10 +95,11 @@ def watching(notice: str, total: int) -> Iterator[Callable[[], None]]:
         nonlocal done
         with lock:
             done += 1
+            now = max(total(), done + 1)
             for watcher in watchers:
-                watcher(done, max(total, done + 1))
+                watcher(done, now)
 
-    shown = [watcher(0, total) for watcher in watchers]
+    shown = [watcher(0, total()) for watcher in watchers]
     if not any(shown):
         give_notice(notice)
     try:
@@ -117,7 +118,7 @@ def known_functions(path: Path | None) -> int:
 
 
 def seconds_left(done: int, total: int, seconds: float) -> float:
-    """The time (s) that is left if so many functions took so long."""
+    """The time (s) that is left, if this number of functions took this time."""
     return seconds * ((1 + LAST) * total - done) / done
 
 

@@ -79,7 +79,10 @@ def _compile_in_processes(boundaries: list[str], folder: Path) -> None:
     how |= {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     running = [subprocess.Popen([*command, *share], **how) for share in shares if share]
     kernels = [kernel.__name__ for name in boundaries for kernel in kernels_of(name)]
-    total = sum(known_functions(folder / f"{kernel}.functions") for kernel in kernels)
+
+    def total() -> int:  # the first kernel that is compiled tells of the others of its name
+        return sum(known_functions(folder / f"{kernel}.functions") for kernel in kernels)
+
     with ThreadPoolExecutor(len(running)) as pool, watching(NOTICE, total) as count:
         problems = list(pool.map(lambda process: _followed(process, count), running))
     for process, problem in zip(running, problems, strict=True):

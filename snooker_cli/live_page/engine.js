@@ -414,6 +414,13 @@ class Simulation {
 
   // Endings
 
+  /** The program's sentence on balls that are too slow. */
+  restMessage(events, now) {
+    const motion = this.parts["state.frame.motion"], shared = Math.hypot(motion[BALL.U], motion[BALL.V]);
+    if (shared === 0) return phrase`all balls are slower than 2e-154 m/s after ${events}, at ${now} s: ${SQUARES}`;
+    return phrase`all balls are slower than 2e-154 m/s, beside the ${general(shared, 3)} m/s that all share, after ${events}, at ${now} s: ${SQUARES}`;
+  }
+
   /** The program's sentence on what has gone too far. */
   farMessage(events, now) {
     const lost = phrase`places have lost half of their digits`;
@@ -433,7 +440,7 @@ class Simulation {
       [NOTHING_LEFT]: phrase`no further collision can happen after ${after}, at ${now} s`,
       [IDLE]: phrase`no collision in ${searches} searches after ${events}, at ${now} s; give a time to end at`,
       [FAR]: this.farMessage(events, now),
-      [REST]: phrase`all balls are slower than 2e-154 m/s after ${events}, at ${now} s: ${SQUARES}`,
+      [REST]: this.restMessage(events, now),
     };
     const first = Number(counts[COUNTS.FIRST]), second = Number(counts[COUNTS.SECOND]);
     if (reason in messages) {

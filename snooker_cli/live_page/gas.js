@@ -173,7 +173,7 @@ class Gas {
     });
   }
 
-  // The tagged ball's path until now: [time, x, y, velocity after it], … at most so many points.
+  // The tagged ball's path until now: [time, x, y, velocity after it], at most this many points.
   pathUntil(time, most) {
     const path = this.course.filter(([at]) => at <= time).slice(-most), before = path[path.length - 1];
     if (before) path.push([time, ...this.imageOnPath(before, time, this.place(this.tagged, time))]);

@@ -115,7 +115,7 @@ class _Compiling:
 
 
 def compiling_text(done: int, total: int, seconds: float) -> str:
-    """How far a compilation is after so many seconds, with the time that is left."""
+    """How far a compilation is after some seconds, with the time that is left."""
     text = f"compiling, first use on this machine: {done}/{total} functions"
     if done and seconds > SOON:
         text += f", {duration(seconds_left(done, total, seconds))} left"

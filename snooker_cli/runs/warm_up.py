@@ -97,8 +97,7 @@ def compiled_steps(scenes: Sequence[Experiment]) -> Iterator[int]:
             "close other programs, and run the same command again",
         ) from None
     finally:
-        pool.kill()
-        pool.shutdown(wait=False, cancel_futures=True)
+        _end(pool)
 
 
 @contextmanager
@@ -127,9 +126,14 @@ def compiling_beside(scenes: Iterable[Experiment]) -> Iterator[None]:
     finally:
         if wanted:
             COMPILATION.watchers.remove(begin)
-        for pool in pools:
-            pool.kill()
-            pool.shutdown(wait=False, cancel_futures=True)
+        while pools:
+            _end(pools.pop())
+
+
+def _end(pool: Processes) -> None:
+    """End processes, and wait until what they share is gone: an exit would warn of it."""
+    pool.kill()
+    pool.shutdown(cancel_futures=True)
 
 
 def _begin_beside() -> None:

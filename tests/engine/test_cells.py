@@ -8,10 +8,8 @@ import pytest
 from scenes import EVERYONE, NEIGHBOURS, gas, lattice, scene_of
 from test_one_trajectory import assert_same
 
-from snooker_cli.config import parse
 from snooker_cli.containers import SHAPES, Circle
 from snooker_cli.engine import cell_grid, cell_memory, cells, prefetch, simulate
-from snooker_cli.placement.starting_scene import starting_scene
 
 WALLED = {name: shape for name, shape in SHAPES.items() if shape.has_wall}
 
@@ -72,10 +70,7 @@ def test_balls_that_seldom_meet_take_no_memory():
 
 def test_a_call_has_a_bounded_number_of_crossings():
     """Also with rare collisions between them; there are 60,000 collisions to come."""
-    config = "{container: {shape: periodic, width: 30}, cor: 0.9, collisions: 60000, seed: 1}"
-    balls = "balls={count: 40, radius: 0.5, speed: 10.0}"
-    experiment = parse(config, overrides=[balls]).experiment
-    run = NEIGHBOURS([starting_scene(experiment, 0)], experiment.collisions, None, True)
+    run = NEIGHBOURS([gas("periodic", 6, 1e-11)], 60_000, None, True)
     rare = 0
     while rare < 5:
         new, crossings = run.chunk(), run.search.progress[prefetch.CROSSINGS]

@@ -471,3 +471,16 @@ def test_watchers_see_each_function_of_a_kernel(
     seen.clear()
     jit.kernel(twice)(1.0)
     assert seen == []
+
+
+def test_functions_of_other_processes_count_and_their_number_becomes_known(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The total is a guess until kernels are complete, and never less than what is done."""
+    seen: list[tuple[int, int]] = []
+    monkeypatch.setattr(compilation.COMPILATION, "watchers", [lambda *now: not seen.append(now)])
+    totals = iter([130, 130, 3, 1])
+    with compilation.watching("", lambda: next(totals)) as count:
+        for _ in range(3):
+            count()
+    assert seen == [(0, 130), (1, 130), (2, 3), (3, 4), (3, 3)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -72,10 +73,16 @@ def test_balls_that_are_too_slow_end_alike(engine):
 
 def test_cold_balls_have_the_same_frame(engine):
     """They share a rounding, which a frame takes over; energies are those of the laboratory."""
-    text = "container: {shape: periodic, width: 20}\ncor: 0.9\ncollisions: 12000\nseed: 1\n"
+    text = "container: {shape: periodic, width: 20}\ncor: 0.9\ncollisions: 60000\nseed: 1\n"
     scene = starting_scene(parse(text + "balls: {count: 10, radius: 1, speed: 10}\n").experiment, 0)
     answer = engine.answer(f"simulated({scene_of(scene)}, {{ collisions: 12000 }})")
     assert answer == answer_of(simulate(scene, collisions=12_000))
+    cold = engine.answer(f"simulated({scene_of(scene)}, {{ collisions: 60000 }})")
+    last = cold["stop"]["message"]
+    assert "that all share" in last
+    times = re.compile(r"at \S+ s")  # a large one has no point in JavaScript
+    expected = simulate(scene, collisions=60_000).stop.message
+    assert times.sub("", last) == times.sub("", expected)
 
 
 @pytest.mark.parametrize("name", ROUGH)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import logging
 import os
+import subprocess
+import sys
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, ClassVar
@@ -67,7 +69,7 @@ class Pool:
         self.ended = True
 
     def shutdown(self, **how: Any) -> None:
-        assert how == {"wait": False, "cancel_futures": True}
+        assert how == {"cancel_futures": True}
 
 
 @pytest.fixture
@@ -129,3 +131,26 @@ def test_warm_up_needs_a_cache(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(warm_up, "cache_folder", lambda: None)
     with pytest.raises(UserError):
         next(warm_up.compiled_steps([parse(SMALL).experiment]))
+
+
+INTERRUPTED = """
+import os
+from snooker_cli.config import parse
+from snooker_cli.engine.compilation import COMPILATION
+from snooker_cli.runs import warm_up
+
+if __name__ == "__main__":
+    warm_up.processors = lambda: 2
+    with warm_up.compiling_beside([parse({config!r}).experiment]):
+        for watcher in COMPILATION.watchers:
+            watcher(0, 2)
+    os._exit(0)  # as after an interrupt
+"""
+
+
+def test_a_second_process_leaves_nothing_that_an_exit_would_warn_of(tmp_path: Path) -> None:
+    """A command that was interrupted ends without Python's own cleaning."""
+    script = tmp_path / "interrupted.py"
+    script.write_text(INTERRUPTED.format(config=SMALL))
+    ended = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (0, "")
