@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import logging
 import os
+import pkgutil
 import shutil
 import stat
 import sys
@@ -20,6 +22,7 @@ import pytest
 from command_line import output_of
 
 import snooker_cli
+from snooker_cli import engine
 from snooker_cli.engine import compilation, jit, linked_helpers
 from snooker_cli.engine.cell_memory import Margin
 from snooker_cli.engine.kernel_state import Part, Sizes
@@ -124,6 +127,24 @@ def test_kernels_can_call_all_methods(base: type) -> None:
                 len(inspect.signature(its).parameters) for its in (method, vars(owners[0])[name])
             ]
             assert arguments[0] == arguments[1], f"{found.__name__}.{name} has other arguments"
+
+
+def test_no_field_has_the_name_of_such_a_method() -> None:
+    """Numba would take the method for the field, in all named tuples."""
+    bases = [Part, Sizes, Margin]
+    methods = {
+        name
+        for base in (*bases, *(below for above in bases for below in all_below(above)))
+        if not issubclass(base, tuple)
+        for name in vars(base)
+        if not name.startswith("_")
+    }
+    assert {"place", "flight"} <= methods
+    modules = {module.name for module in pkgutil.iter_modules(engine.__path__)}
+    for module in modules - {"webassembly"}:  # the tuples there are for Python alone
+        for found in vars(importlib.import_module(f"{engine.__name__}.{module}")).values():
+            if inspect.isclass(found) and issubclass(found, tuple):
+                assert not methods & {*found._fields}, found.__name__
 
 
 def test_helpers_are_left_out_with_this_version_of_numba() -> None:
