@@ -21,7 +21,7 @@ from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.captions import setting
-from snooker_cli.formatting import printable, with_error
+from snooker_cli.formatting import printable
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report import run_report as module
 from snooker_cli.report.document import unbroken
@@ -213,17 +213,3 @@ def test_the_opening_has_the_energy_that_is_left_if_it_is_far_from_the_counted_c
     )
     assert module._energy_left([left(0.7, 2.9)]) == ""
     assert module._energy_left([]) == ""
-
-
-def test_a_caption_begins_with_the_first_number_of_its_figure(decaying: Run) -> None:
-    energy = FIGURES["energy"].make(decaying, Selection())
-    first, *_, last = energy.numbers["points"]
-    caption = module._with_result(energy).caption
-    ratios = [with_error(row["final_ratio"], row["final_ratio_error"]) for row in (first, last)]
-    begins = f"Final ratio: from {ratios[0]} at cor=0.8 to {ratios[1]} at cor=1.0. {energy.caption}"
-    assert caption == begins
-    one = FIGURES["energy"].make(decaying, Selection({"cor": 0.8}))
-    assert module._with_result(one).caption.startswith(f"Final ratio: {ratios[0]}. ")
-    for name in ("decay-against-cor", "event-decay"):  # they have a sentence
-        figure = FIGURES[name].make(decaying, Selection())
-        assert module._with_result(figure) is figure
