@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 from snooker_cli.analysis.decay import FURTHER
 from snooker_cli.analysis.fitting import LAWS
-from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FEW_REPEATS
+from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FEW_REPEATS, verdict
 from snooker_cli.analysis.predictions import (
     CHI_SQUARE,
     GIVEN,
@@ -16,7 +16,6 @@ from snooker_cli.analysis.predictions import (
 )
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.formatting import (
-    chance,
     point_label,
     probability,
     range_held,
@@ -219,7 +218,7 @@ def finding(fits: Records, compared: Records) -> str:
     if law["model"] == "haff" and beside and beside[-1]["quantity"] == "Haff's α":
         constant = _beside(beside[-1])
     rest = "; ".join([constant, *_reservations([law])])
-    return f"{_holds(law)}; {rest}"
+    return f"{verdict(law)}; {rest}"
 
 
 def _imbalance(compared: Records) -> Iterator[str]:
@@ -288,20 +287,6 @@ def main_comparisons(rows: Records) -> Records:
     beside = (row for row in rows if row["quantity"] in SYMBOLS and row["model"] != NO_THEORY)
     known = {point_label(row["parameters"]): row for row in beside}
     return list(known.values())
-
-
-def _holds(law: dict[str, Any]) -> str:
-    """Until when a law holds, and the probability of a deviation as large in the judged time."""
-    label, p, end = LAWS[law["model"]].label, law["probability"], law["holds_to"]
-    name = label if label[0].isupper() else f"The {label} law"
-    if p is None:
-        return f"{name} is not tested (too few repeats or collisions)"
-    if end == law["judged_from"]:
-        return f"{name} does not hold ({chance(p)})"
-    of, repeats = short(law["judged_to"]), law["judged_repeats"]
-    if end < law["judged_to"]:
-        return f"{name} is refused after {short(end)} of {of} s ({chance(p)})"
-    return f"{name} is not refused up to {of} s by {repeats} repeats ({chance(p)})"
 
 
 def _beside(row: dict[str, Any]) -> str:

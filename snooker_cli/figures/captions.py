@@ -15,6 +15,7 @@ from snooker_cli.analysis.run_analysis import measurement_of
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
+from snooker_cli.figures.declared_result import Result, with_units_of_axes
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
     Array,
@@ -33,7 +34,6 @@ from snooker_cli.figures.figure_data import (
     more_than_a_decade,
     thinned,
 )
-from snooker_cli.figures.results import Result, with_units_of_axes
 from snooker_cli.figures.selection import (
     SCENE_WORDS,
     Selection,

@@ -14,8 +14,8 @@ from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder, Reading, silent
 from snooker_cli.figures.conditions import CONDITIONS, Condition, shows_gas
+from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_data import FigureData
-from snooker_cli.figures.results import Result
 from snooker_cli.figures.selection import (
     MOST_SERIES,
     Gas,

@@ -8,6 +8,7 @@ from snooker_cli.analysis.trend import Trend, trend_of
 from snooker_cli.config import unit_of
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_data import (
     FigureData,
     Line,
@@ -15,7 +16,6 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.results import Result
 from snooker_cli.figures.selection import axis_label, described, swept_number, value_at
 
 

@@ -9,8 +9,8 @@ import pytest
 from figure_runs import ADRIFT, ROUGH, STORED, made, shown
 
 from snooker_cli.figures import FIGURES, FigureData, Selection
+from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.registry import figures_of
-from snooker_cli.figures.results import Result
 from snooker_cli.figures.selection import described
 from snooker_cli.runs import Run
 
