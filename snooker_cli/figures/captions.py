@@ -1,5 +1,6 @@
 """``FigureBuilder`` collects the layers, numbers and caption of a figure of several points."""
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,6 +16,7 @@ from snooker_cli.analysis.run_analysis import measurement_of
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
+from snooker_cli.figures.axis_limits import farthest
 from snooker_cli.figures.declared_result import Result, with_units_of_axes
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
@@ -49,7 +51,7 @@ from snooker_cli.figures.selection import (
     value_at,
     varying,
 )
-from snooker_cli.formatting import counted, with_error
+from snooker_cli.formatting import counted, short, with_error
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
@@ -59,7 +61,8 @@ MEAN_SPREAD = "mean ± standard error of it"  # the same around a mean over the 
 LOG_SPREAD = "mean ± standard deviation of logarithms"  # the same on a logarithmic axis
 FEWEST_STATES = 2  # of a repeat that a figure over time or space can have
 BARS = "Bars: standard errors over the repeats."  # of all markers with errors
-ABOVE_THEORY = "above theory (%)"  # the y label of a panel of residuals
+OVER_THEORY = "ln(result / theory)"  # the y label of a panel of residuals
+FACTOR = 2.0  # a result that is this many times theory, or a half, is no percentage
 
 
 Reading: TypeAlias = Callable[[str], None]
@@ -223,8 +226,19 @@ class FigureBuilder:
         verb, whose = ("ends", "its") if self.brief == 1 else ("end", "their")
         return f"Left out: {number} that {verb} before half of {whose} point's median time."
 
+    def _above(self, high: float | None) -> str:
+        """A sentence on measured values above the upper limit of the y axis, which arrows mark."""
+        top = farthest(self.lines, high)
+        if top is None:
+            return ""
+        *_, unit = ["", *re.findall(r"\((.*?)\)$", self.fields["y_label"])]
+        return (
+            f"Arrows: the axis ends below the highest values, up to {short(top)} {unit}".rstrip()
+            + "."
+        )
+
     def _largest_residual(self) -> dict[str, Any]:
-        """The residual of the panel that is largest in errors, its error, %, and their number.
+        """The deviation from theory that is largest in errors, its error, %, and their number.
 
         Of residuals without errors it is the largest.
         """
@@ -236,14 +250,20 @@ class FigureBuilder:
         sure = np.isfinite(error) & (error > 0)
         at = int(np.argmax(np.where(sure, np.abs(y) / np.where(sure, error, 1.0), -1.0)))
         at = at if np.any(sure) else int(np.argmax(np.abs(y)))
-        return {"residuals": len(y), "largest_residual": y[at], "largest_residual_error": error[at]}
+        with np.errstate(over="ignore"):
+            share, factor = 100 * np.expm1(y[at]), np.exp(y[at])
+        numbers = {"largest_residual": share, "largest_residual_error": 100 * factor * error[at]}
+        return {"residuals": len(y), **numbers}
 
     def _largest_deviation(self) -> str:
         """A sentence on the residuals of the panel, unless the caption has one already."""
         found = self._largest_residual()
         if self.beside_theory or not found:
             return ""
-        value = with_error(found["largest_residual"], found["largest_residual_error"], "%")
+        share, error = found["largest_residual"], found["largest_residual_error"]
+        value = with_error(share, error, "%")
+        if not 100 / FACTOR - 100 < share < 100 * FACTOR - 100:
+            value = f"a factor of {with_error(1 + share / 100, error / 100)}"
         number = found["residuals"]
         if number == 1:
             return f"The deviation from theory is {value}."
@@ -293,11 +313,15 @@ class FigureBuilder:
         self.lines.append(Points(x, mean, errors, label or "simulation", index))
 
     def add_residuals(self, index: int, x: Array, y: Array, error: Array, theory: Array) -> None:
-        """Add markers to the panel below: (y − theory)/theory in %, where both are known."""
-        known = np.isfinite(theory) & np.isfinite(y)
+        """Add markers to the panel below: ln(y/theory), where both are known and have one sign.
+
+        error : standard error of y, or of its difference from theory
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            known = np.isfinite(theory) & np.isfinite(y) & (y / theory > 0)
         x, y, error, theory = (column[known] for column in (x, y, error, theory))
         if len(x):
-            self.panel.append(Points(x, 100 * (y / theory - 1), 100 * error / theory, None, index))
+            self.panel.append(Points(x, np.log(y / theory), error / np.abs(y), None, index))
 
     @property
     def covers_decades(self) -> bool:
@@ -354,7 +378,7 @@ class FigureBuilder:
         layers: list[Any] = [*self.bands, *theories_once(lines), *legend]
         if self.panel:
             panel = (Reference("y", 0.0), *self.panel)
-            others = {"panel": panel, "panel_label": ABOVE_THEORY} | others
+            others = {"panel": panel, "panel_label": OVER_THEORY} | others
         owners = {_owner(layer) for layer in layers} - {NEUTRAL}
         series = [group[0] for group in self.groups] if self.groups[1:] else self.groups[0]
         if owners == set(range(len(series))):
@@ -373,8 +397,9 @@ class FigureBuilder:
             self.shows,
             self._result(numbers or {}),
             caption,
-            self._largest_deviation() if others.get("panel_label") == ABOVE_THEORY else "",
+            self._largest_deviation() if others.get("panel_label") == OVER_THEORY else "",
             "Theory fails where the mean free path exceeds the container." if self.thin else "",
+            self._above(others.get("y_limits", self.fields.get("y_limits", (None, None)))[1]),
             BARS if any(error is not None and np.isfinite(error).any() for error in errors) else "",
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
             self._left_out(),

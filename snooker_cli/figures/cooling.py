@@ -280,7 +280,7 @@ def haff_time(build: FigureBuilder) -> FigureData:
                 line = Line(fine * inverse_time, rate * inverse_rate, name, owner, style)
                 build.lines.append(line)
         if "floor" in curves:
-            above = 100 * (curves["floor"] / curves["theory"] - 1)
+            above = np.log(curves["floor"] / curves["theory"])
             owner = index if several else NEUTRAL
             build.panel.append(Line(fine * inverse_time, above, None, owner, _HAFF["floor"][1]))
         if not several:
