@@ -129,13 +129,13 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
             len(ratios), sharex=True, squeeze=False, gridspec_kw=grid
         ).flat
         scaled = len(data.scale) > MOST_ENTRIES
-        entries = [
-            (neutral, artist, label)
-            for layer, artist in _added(axes, data, data.layers, scaled)
-            if (label := layer.label)
-            and ((neutral := getattr(layer, "series", NEUTRAL) == NEUTRAL) or not scaled)
-        ]
-        entries.sort(key=lambda entry: entry[0])  # first the series, then what is for all
+        named: dict[str, tuple[bool, Any]] = {}  # several series may have limits of one name
+        for layer, artist in _added(axes, data, data.layers, scaled):
+            neutral = getattr(layer, "series", NEUTRAL) == NEUTRAL
+            if layer.label and (neutral or not scaled):
+                named.setdefault(layer.label, (neutral, artist))
+        # First the series, then what is for all.
+        entries = sorted(named.items(), key=lambda entry: entry[1][0])
         _scale(axes, data)
         for panel in panels:
             _added(panel, data, data.panel, scaled)
@@ -149,7 +149,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         axes.set_title("\n".join(title), loc="left", pad=4, parse_math=False)
         if scaled:
             _add_scale(figure, [axes, *panels], data)
-        columns = _legend(figure, [entry[1] for entry in entries], [entry[2] for entry in entries])
+        columns = _legend(figure, [e[1][1] for e in entries], [label for label, _ in entries])
         lines = len(title) - 1 - (-len(entries) // columns)
         height = HEIGHT + PANEL_HEIGHT * len(panels) + LINE_HEIGHT * lines
         figure.set_size_inches(size or (WIDTH, height))

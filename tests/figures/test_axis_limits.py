@@ -31,7 +31,7 @@ def test_error_bars_to_zero_and_a_falling_theory_leave_room_for_the_data() -> No
     falls = Line(np.array([1.0, 3.0]), np.array([1.0, 1e-30]), "law", NEUTRAL, "dashed")
     figure = draw(data(falls, markers(y, np.array([0.1, 0.05, 0.02])), y_log=True))
     low, high = figure.axes[0].get_ylim()
-    assert 0.001 <= low < 0.01 < 1.1 < high < 10
+    assert 0.01 / 12 <= low < 0.01 < 1.1 < high < 2
     (arrows,) = outside((markers(y, np.array([0.1, 0.05, 0.02])),), low, high)
     assert (arrows.x.tolist(), arrows.above) == ([3.0], False)
 

@@ -18,6 +18,7 @@ from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.captions import FigureBuilder, theories_once
 from snooker_cli.figures.drawing import colour
 from snooker_cli.figures.figure_data import NEUTRAL, Line, Points
+from snooker_cli.figures.registry import possible
 from snooker_cli.figures.selection import described, scale
 from snooker_cli.runs import Run
 from snooker_cli.runs.side_by_side import RunsSideBySide
@@ -179,3 +180,30 @@ def test_the_main_result_along_any_number(tmp_path: Path) -> None:
     assert "PV/NT rises from" in found.caption
     with pytest.raises(FigureError, match="sweep a key"):
         shown(run, "swept-key", balls__radius=1.0)
+
+
+ZIPPED = BASE.replace(
+    "cor: 0.9", "cor: 0.9\nsweep: {zip: {cor: [0.7, 0.8, 0.9], balls.radius: [0.8, 0.9, 1]}}"
+)
+
+
+def test_keys_that_change_together_are_one_axis(tmp_path: Path) -> None:
+    """It was listed, and then refused with the advice to run longer."""
+    run = made(tmp_path / "run", text=ZIPPED)
+    assert dict((name, fits) for name, fits, _ in possible(["swept-key"], run.points))["swept-key"]
+    found = shown(run, "swept-key")
+    (points,) = layers(found, Points)
+    assert points.x.tolist() == [0.7, 0.8, 0.9]
+    assert "Along with it changes: ball radius." in found.caption
+    why = why_not(run, "decay-against-cor")
+    assert why == (
+        "balls.radius changes with cor, so that it does not show cor alone; sweep cor without zip"
+    )
+
+
+def test_points_that_leave_a_figure_are_named(decaying: Run) -> None:
+    """A point at CoR 1 does not cool."""
+    found = shown(decaying, "swept-key")
+    assert len(layers(found, Points)[0].x) == 2
+    left_out = "Left out: 1 of 3 points without this result or this theory (CoR 1)."
+    assert left_out in found.caption
