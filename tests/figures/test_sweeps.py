@@ -182,15 +182,14 @@ def test_the_main_result_along_any_number(tmp_path: Path) -> None:
         shown(run, "swept-key", balls__radius=1.0)
 
 
-ZIPPED = BASE.replace(
-    "cor: 0.9", "cor: 0.9\nsweep: {zip: {cor: [0.7, 0.8, 0.9], balls.radius: [0.8, 0.9, 1]}}"
-)
+TOGETHER = "sweep: {zip: {cor: [0.7, 0.8, 0.9], balls.radius: [0.8, 0.9, 1]}}"
+ZIPPED = BASE.replace("\ncor: 0.9", f"\n{TOGETHER}\ncor: 0.9")
 
 
 def test_keys_that_change_together_are_one_axis(tmp_path: Path) -> None:
     """It was listed, and then refused with the advice to run longer."""
     run = made(tmp_path / "run", text=ZIPPED)
-    assert dict((name, fits) for name, fits, _ in possible(["swept-key"], run.points))["swept-key"]
+    assert [fits for _, fits, _ in possible(["swept-key"], run.points)] == [True]
     found = shown(run, "swept-key")
     (points,) = layers(found, Points)
     assert points.x.tolist() == [0.7, 0.8, 0.9]
@@ -205,5 +204,6 @@ def test_points_that_leave_a_figure_are_named(decaying: Run) -> None:
     """A point at CoR 1 does not cool."""
     found = shown(decaying, "swept-key")
     assert len(layers(found, Points)[0].x) == 2
+    assert "sweep more values of it" in why_not(decaying, "swept-key", cor=(0.8, 1.0))
     left_out = "Left out: 1 of 3 points without this result or this theory (CoR 1)."
     assert left_out in found.caption
