@@ -33,7 +33,9 @@ from snooker_cli.figures.figure_data import (
     bands,
     lasting,
     legend_line,
+    mean_of_remaining,
     more_than_a_decade,
+    remaining,
     thinned,
 )
 from snooker_cli.figures.selection import (
@@ -87,7 +89,9 @@ class FigureBuilder:
     places : the point of each record in words
     means : whether lines are means over the repeats and bands their standard errors
     thin : whether theory is left out for a mean free path that exceeds the container
-    brief : number of repeats that a mean course leaves out, because they end early
+    brief : number of repeats that the result of a mean course leaves out, because they end early
+    fewest : of the points with mean courses, the least share of repeats that remain at the end:
+        their number, and that of all
     beside_theory : whether the caption of the figure itself says the result beside theory
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
@@ -108,6 +112,7 @@ class FigureBuilder:
     means: bool = False
     thin: bool = False
     brief: int = 0
+    fewest: tuple[int, int] = (1, 1)
     beside_theory: bool = False
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
@@ -219,12 +224,13 @@ class FigureBuilder:
         return f"{points} The figure uses {number} {noun} of each point.".lstrip()
 
     def _left_out(self) -> str:
-        """A sentence on the repeats that a mean course leaves out."""
+        """A sentence on the repeats that the result of a mean course leaves out."""
         if not self.brief:
             return ""
         number = counted(self.brief, "repeat")
         verb, whose = ("ends", "its") if self.brief == 1 else ("end", "their")
-        return f"Left out: {number} that {verb} before half of {whose} point's median time."
+        half = f"half of {whose} point's median time"
+        return f"The result leaves out {number} that {verb} before {half}."
 
     def _above(self, high: float | None) -> str:
         """A sentence on measured values above the upper limit of the y axis, which arrows mark."""
@@ -287,15 +293,34 @@ class FigureBuilder:
         self.bands += bands(curves, index)
 
     def add_mean_course(self, index: int, point: Point, curves: Sequence[Course]) -> Course:
-        """Add the mean of the repeats' curves, and the band of its error; times and rows of both.
+        """Add the mean of the repeats that remain, and the band of its error.
 
-        Without `lasting` repeats, one that ends at once would leave nothing of the others.
+        Returns times and rows until the first of the `lasting` repeats ends: results are of the
+        same repeats at all times. One that ends at once would leave nothing of the others.
         """
+        times, rows = remaining(curves)
+        mean, deviation, number = mean_of_remaining(rows)
+        few = int(np.argmax(2 * number < len(rows))) or len(times)
+        self.means = True
+        self.lines.append(Line(times[:few], mean[:few], self.label(point), index))
+        if few < len(times):
+            self.lines.append(Line(times[few - 1 :], mean[few - 1 :], None, index, thin=True))
+        if len(rows) > 1:
+            error = deviation / np.sqrt(number)
+            self.bands.append(Band(times, mean - error, mean + error, None, index))
+        left, total = int(number[-1]), len(rows)
+        self.fewest = min(self.fewest, (left, total), key=lambda pair: pair[0] / pair[1])
         kept = lasting(curves)
         self.brief += len(curves) - len(kept)
-        times, rows = at_common_times(kept)
-        self.add_means(index, self.label(point), times, rows)
-        return times, rows
+        return at_common_times(kept)
+
+    def _remaining(self) -> str:
+        """A sentence if the end of a mean course has fewer repeats than its beginning."""
+        left, total = self.fewest
+        thin = "; thin: fewer than half" * (2 * left < total)
+        if left == total:
+            return ""
+        return f"Means go on with the repeats that remain, {left} of {total} at the end{thin}."
 
     def add_means(
         self, index: int, label: str | None, x: Array, rows: Array, style: LineStyle = "series"
@@ -402,6 +427,7 @@ class FigureBuilder:
             self._above(others.get("y_limits", self.fields.get("y_limits", (None, None)))[1]),
             BARS if any(error is not None and np.isfinite(error).any() for error in errors) else "",
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
+            self._remaining(),
             self._left_out(),
             setting(self.run, self.points, self.selection),
             self._choice(),

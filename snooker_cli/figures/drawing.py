@@ -204,7 +204,7 @@ def _artist(
                 y,
                 linestyle=dashes if layer.style == "series" else layer.style,
                 drawstyle="steps-post" if layer.steps else "default",
-                linewidth=2.6 if layer.broad else 0.8 if len(x) > MANY_VERTICES else 1.2,
+                linewidth=_width(layer),
                 alpha=0.45 if layer.broad else None,
                 **common,
             )[0]
@@ -229,6 +229,14 @@ def _artist(
         case Reference(axis, value):
             across = axes.axvline if axis == "x" else axes.axhline
             return across(value, linewidth=0.8, linestyle=layer.style, **common)
+
+
+def _width(line: Line) -> float:
+    if line.broad:
+        return 2.6
+    if line.thin:
+        return 0.4
+    return 0.8 if len(line.x) > MANY_VERTICES else 1.2
 
 
 def _add_scale(figure: Figure, axes: list[Axes], data: FigureData) -> None:

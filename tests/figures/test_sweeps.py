@@ -56,7 +56,7 @@ def test_each_run_is_a_series(runs: tuple[Run, Run], joined: RunsSideBySide) -> 
 
 def test_one_series_for_one_point_of_each_run(joined: RunsSideBySide) -> None:
     found = shown(joined, "energy", cor=0.9)
-    lines = [line for line in layers(found, Line) if len(line.x)]
+    lines = [line for line in layers(found, Line) if len(line.x) and not line.thin]
     assert [line.label for line in lines] == ["A, wall as balls", "B, wall CoR 1"]
     assert "4 to 5 repeats, at most 200 collisions: 1 of 9 repeats ended early" in found.caption
 
