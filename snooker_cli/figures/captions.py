@@ -317,9 +317,10 @@ class FigureBuilder:
     def _remaining(self) -> str:
         """A sentence if the end of a mean course has fewer repeats than its beginning."""
         left, total = self.fewest
-        thin = "; thin: fewer than half" * (2 * left < total)
         if left == total:
             return ""
+        few = any(isinstance(line, Line) and line.thin for line in self.lines)
+        thin = "; thin: fewer than half" * few
         return f"Means go on with the repeats that remain, {left} of {total} at the end{thin}."
 
     def add_means(
