@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli import theory
-from snooker_cli.analysis import observables, predictions, steady_state
+from snooker_cli import facts, theory
+from snooker_cli.analysis import notes as reading
+from snooker_cli.analysis import observables, theories
 from snooker_cli.analysis.decay import (
     Decay,
     Note,
     decays_of,
     early_notes,
 )
+from snooker_cli.analysis.gas import Gas, SpeedLaw
 from snooker_cli.analysis.measurement import (
     LEAST_RELAXING,
     Measurement,
@@ -25,14 +27,9 @@ from snooker_cli.analysis.measurement import (
     relaxing,
     typical_pairs,
 )
-from snooker_cli.analysis.predictions import (
-    CHI_SQUARE,
-    EQUILIBRIUM,
-    NO_THEORY,
-    Row,
-    SpeedLaw,
-)
-from snooker_cli.analysis.quantities import QUANTITIES
+from snooker_cli.analysis.quantities import CHI_SQUARE, CRITICAL_RATIO, QUANTITIES
+from snooker_cli.analysis.steady_state import stationary_part_of
+from snooker_cli.analysis.theories import NO_THEORY, Row
 from snooker_cli.formatting import plain
 from snooker_cli.trace import StopReason, Trace
 
@@ -94,7 +91,7 @@ def comparisons_of(
     """
     ended, scene = Counter(map(StopReason, measurement.endings)), measurement.scene
     notes, total = early_notes(ended), ended.total()
-    if scene.wall_law.gains:
+    if facts.hold(scene, "warm_walls"):
         return _in_steady_state(measurement, notes)
     moved = measurement.collisions > 0
     moving = measurement.chosen(moved)
@@ -106,9 +103,9 @@ def comparisons_of(
     if not used:
         return [], notes
     if scene.number > 1:
-        affected = ", ".join((*EQUILIBRIUM, CHI_SQUARE))
+        affected = ", ".join(one.name for one in QUANTITIES.values() if one.source == "means")
         notes.append(Note(_relaxation(measurement, used - relaxed_count), affected))
-    notes += predictions.notes(scene)
+    notes += [*reading.of_scene(scene), *theories.absences(scene)]
     fitted = {
         (decay.quantity, decay.law): np.array([fit.value for fit in decay.fits])[moved]
         for decay in constants
@@ -116,22 +113,17 @@ def comparisons_of(
     comparisons: list[Comparison] = []
     with np.errstate(divide="ignore", invalid="ignore"):  # rows without a value are left out
         if relaxed_count:
-            for rows in (
-                predictions.pressures,
-                predictions.rates,
-                predictions.speeds,
-                predictions.mixtures,
-                predictions.rotation,
-            ):
-                comparisons += _compared(rows(relaxed), relaxed_count, notes)
+            rows = theories.rows(Gas(relaxed), "means", "curve", "snapshots")
+            comparisons += _compared(rows, relaxed_count, notes)
             counts = relaxed.speeds.sum(axis=0)
-            laws = predictions.speed_laws(scene) if counts.any() else []
-            comparisons += [_chi_square(law, counts, relaxed_count) for law in laws]
-        comparisons += _compared(predictions.cooling(moving, fitted), used, notes)
-    if ratio := theory.critical_ratio(scene, scene.restitution):
-        none = math.nan, math.nan, math.nan, math.nan
-        comparisons.append(Comparison("L/L_c", "critical length", ratio, *none, used))
-        notes.append(Note(f"L/L_c: {theory.CRITICAL}", "L/L_c"))
+            laws = theories.speed_laws(scene).items() if counts.any() else ()
+            comparisons += [_chi_square(*law, counts, relaxed_count) for law in laws]
+        comparisons += _compared(theories.rows(Gas(moving, fitted), "decay"), used, notes)
+    ratio = theories.value_of(scene, CRITICAL_RATIO, theories.CRITICAL)
+    if ratio is not None:
+        none, name = (math.nan, math.nan, math.nan, math.nan), CRITICAL_RATIO.name
+        comparisons.append(Comparison(name, theories.CRITICAL, ratio, *none, used))
+        notes.append(Note(f"{name}: {theory.CRITICAL}", name))
     return _of_repeats(comparisons, measurement), notes
 
 
@@ -152,15 +144,16 @@ def _in_steady_state(
     measurement: Measurement, notes: list[Note]
 ) -> tuple[list[Comparison], list[Note]]:
     """The comparisons of a gas that walls keep warm: in its stationary part, if there is one."""
-    part = steady_state.stationary_part_of(measurement)
+    part = stationary_part_of(measurement)
     notes = [*notes, Note(part.note)]
     if part.first is None:
         return [], notes
     complete = measurement.chosen(measurement.complete)
     with np.errstate(divide="ignore", invalid="ignore"):
-        rows = steady_state.rows(complete, part.first)
+        rows = theories.rows(Gas(complete, first=part.first), "means", "curve", "snapshots")
         comparisons = list(_compared(rows, len(complete.time), notes))
-    notes += steady_state.notes(complete, part.first)
+    notes += reading.of_steady_part(complete, part.first)
+    notes += theories.absences(measurement.scene)
     return _of_repeats(comparisons, measurement), notes
 
 
@@ -179,13 +172,15 @@ def _compared(rows: Iterable[Row], repeats: int, notes: list[Note]) -> Iterator[
         good = values[:, np.all(np.isfinite(needed), axis=0)]
         if not good.size:
             known = bool(np.any(np.isfinite(values[0])))
-            absent = predictions.UNMEASURED.get(quantity, "it could not be measured")
-            why = "the theory has no value here" if known else absent
-            notes.append(Note(f"{quantity} ({model}) is missing: {why}", quantity, model))
+            name, why = quantity.name, quantity.unmeasured
+            if known:
+                why = "the theory has no value here"
+            if why:
+                notes.append(Note(f"{name} ({model}) is missing: {why}", name, model))
             continue
         difference = good[0] - good[1]
         yield Comparison(
-            quantity,
+            quantity.name,
             model,
             *observables.mean_and_error(good[0]),
             predicted=float(good[1].mean()),
@@ -195,7 +190,7 @@ def _compared(rows: Iterable[Row], repeats: int, notes: list[Note]) -> Iterator[
         )
 
 
-def _chi_square(law: SpeedLaw, counts: NDArray[np.int64], repeats: int) -> Comparison:
+def _chi_square(model: str, law: SpeedLaw, counts: NDArray[np.int64], repeats: int) -> Comparison:
     """Pearson's chi-square per degree of freedom of a speed histogram; one if the law holds."""
     samples = int(counts.sum())
     expected = np.diff(law.shares, append=1.0) * samples
@@ -207,4 +202,4 @@ def _chi_square(law: SpeedLaw, counts: NDArray[np.int64], repeats: int) -> Compa
     freedom = len(expected) - 1
     value = float(np.sum((counts - expected) ** 2 / expected)) / freedom
     numbers = math.nan, 1.0, value - 1, math.sqrt(2 / freedom)
-    return Comparison(CHI_SQUARE, law.model, value, *numbers, repeats, samples)
+    return Comparison(CHI_SQUARE.name, model, value, *numbers, repeats, samples)

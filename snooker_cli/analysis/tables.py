@@ -7,14 +7,16 @@ from typing import Any, TypeVar
 from snooker_cli.analysis.decay import FURTHER
 from snooker_cli.analysis.fitting import LAWS
 from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FEW_REPEATS, verdict
-from snooker_cli.analysis.predictions import (
-    CHI_SQUARE,
+from snooker_cli.analysis.quantities import (
     GIVEN,
-    NO_THEORY,
+    HAFF_RATE,
+    QUANTITIES,
+    RATIO,
     SPECIES_RATIO,
     SPIN_RATIO,
 )
 from snooker_cli.analysis.run_analysis import Records
+from snooker_cli.analysis.theories import NO_THEORY, SOURCE_REPORT, START_RATES
 from snooker_cli.formatting import (
     point_label,
     probability,
@@ -25,6 +27,7 @@ from snooker_cli.formatting import (
     with_error,
 )
 from snooker_cli.runs.side_by_side import RUN
+from snooker_cli.theory import IDEAL
 from snooker_cli.two_temperatures import MEAN_FIELD
 
 Item = TypeVar("Item")
@@ -47,7 +50,7 @@ MORE_COMPARED = "--all also has these errors and the formulas of the source repo
 
 def main_rows(rows: Records) -> Records:
     """Rows or notes that are printed without ``--all``."""
-    known = [row for row in rows if not row["model"].startswith("source report")]
+    known = [row for row in rows if not row["model"].startswith(SOURCE_REPORT)]
     return [row for row in known if row["quantity"] not in FURTHER or "amplitude" not in row]
 
 
@@ -64,8 +67,10 @@ def rows_with(rows: Records, field: str, parts: Sequence[str]) -> Records:
 
 def short_name(name: str) -> str:
     """The name of a quantity or a model in tables."""
-    name = name.replace("_amplitude_1", "").replace(CHI_SQUARE, "χ²/dof of speeds")
-    return re.sub(" of a ball| at the (end|start)", "", re.sub("(?<=[a-z])_", " ", name))
+    if name in QUANTITIES:
+        return QUANTITIES[name].words
+    name = name.replace("_amplitude_1", "").replace(" at the start", "")
+    return re.sub("(?<=[a-z])_", " ", name)
 
 
 def table_lines(rows: Records, every: bool, brief: bool = False) -> list[str]:
@@ -191,11 +196,11 @@ def note_lines(notes: Records, points: int) -> Iterator[str]:
 
 # What holds for a point or a run, as a sentence.
 
-IDEAL = "ideal gas law"  # no theory of balls with a size, though the only one for some scenes
 MOST_ERRORS = 3.0  # of the balance of energy in a gas that is called steady
 
-SYMBOLS = {"Haff's α": ("α", "1/s"), "PV/NT": ("PV/NT", ""), SPECIES_RATIO: ("T₁/T₂", "")}
-SYMBOLS |= {SPIN_RATIO: (SPIN_RATIO, "")}
+SYMBOLS = {
+    one.name: (one.symbol, one.unit_text) for one in (RATIO, SPECIES_RATIO, SPIN_RATIO, HAFF_RATE)
+}
 """The comparisons that a finding may have: symbol and unit. The last one of each point counts."""
 
 
@@ -225,7 +230,7 @@ def _imbalance(compared: Records) -> Iterator[str]:
     """A sentence if the walls do not give what collisions take: then a gas is hardly steady."""
     for row in compared:
         errors = row["difference_in_errors"]
-        if row["quantity"] == GIVEN and errors is not None and abs(errors) > MOST_ERRORS:
+        if row["quantity"] == GIVEN.name and errors is not None and abs(errors) > MOST_ERRORS:
             less = "more" if errors > 0 else "less"
             yield f"the walls give {less} than collisions take ({abs(errors):.1f} errors)"
 
@@ -309,5 +314,5 @@ def excess(row: Mapping[str, Any]) -> str:
 
 def theory_name(row: Mapping[str, Any]) -> str:
     """The name of a model as a theory: ``Enskog``, ``theory for hard disks, finite N``."""
-    known = {"Enskog rates at the start": "Enskog", MEAN_FIELD: "mean-field theory"}
+    known = {START_RATES: "Enskog", MEAN_FIELD: "mean-field theory"}
     return known.get(row["model"], f"theory for {row['model']}")

@@ -16,7 +16,6 @@ from snooker_cli.analysis.goodness import (
 )
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.analysis.tables import (
-    IDEAL,
     MOST_ERRORS,
     SYMBOLS,
     excess,
@@ -24,6 +23,7 @@ from snooker_cli.analysis.tables import (
     theory_name,
 )
 from snooker_cli.formatting import chance, point_label, value_text, with_error
+from snooker_cli.theory import IDEAL
 
 Array = NDArray[np.float64]
 

@@ -7,11 +7,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis import predictions
+from snooker_cli.analysis import quantities, theories
 from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_constants
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
+from snooker_cli.analysis.gas import (
+    components,
+    enskog_rates,
+    floors,
+    haff_rate,
+    starting_temperature,
+)
 from snooker_cli.analysis.measurement import Measurement
-from snooker_cli.analysis.observables import mean_and_error, meeting_temperature, standard_errors
+from snooker_cli.analysis.observables import mean_and_error, standard_errors
 from snooker_cli.analysis.tables import finding
 from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.analysis.trend import Trend
@@ -148,8 +155,8 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
             name = "k by the source report"
             build.lines.append(Line(cors, column["report_k"], name, k_series, "dashed"))
         scene = build.start(points[0])
-        rates = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
-        if rates is not None and scene.surface is None:
+        if theories.theory_of(scene, quantities.HAFF_RATE, theories.START_RATES):
+            rates = enskog_rates(scene, starting_temperature(scene))
             # The logarithm has no value at CoR 0.
             grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
             if source:
@@ -204,14 +211,14 @@ def _along_cor(records: Sequence[dict[str, Any]], expected: Array) -> str:
     }
     cors = [row["parameters"]["cor"] for row in records]
     rows = [
-        {"quantity": "Haff's α", "model": "Enskog rates at the start", **record}
+        {"quantity": quantities.HAFF_RATE.name, "model": theories.START_RATES, **record}
         | {name: column[place] for name, column in numbers.items()}
         for place, record in enumerate(records)
     ]
     return Trend("cor", rows, words={cor: f"CoR {cor:g}" for cor in cors}).sentence()
 
 
-_ENSKOG = "α, Enskog rates at the start"
+_ENSKOG = f"α, {theories.START_RATES}"
 
 
 def _constants(build: FigureBuilder, point: Point, source: bool) -> dict[str, Any]:
@@ -325,9 +332,10 @@ def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
     k, alpha = means["exponential"].value, means["haff"].value
     if not (math.isfinite(k) and math.isfinite(alpha)):
         raise FigureError("a point's repeats are too short to be fitted; run longer")
-    floor = float(predictions.floors(measurement).mean())
+    floor = float(floors(measurement).mean())
     laws = {"fitted": (alpha, 0.0)}
-    if (expected := predictions.haff_rate(measurement.scene)) is not None:
+    if theories.theory_of(measurement.scene, quantities.HAFF_RATE, theories.START_RATES):
+        expected = haff_rate(measurement.scene)
         laws["theory"] = (expected, 0.0)
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)
@@ -386,17 +394,18 @@ def event_decay(build: FigureBuilder) -> FigureData:
             raise FigureError("a repeat has no collisions; run longer")
         counts = np.unique(np.linspace(0.0, shortest, COUNTS + 1).round())
         energies, expected, of_heat = _against_counts(measurement, counts)
-        floors = predictions.floors(measurement)[:, np.newaxis]
+        kept_shares = floors(measurement)[:, np.newaxis]
         x, final = counts / scene.number, mean_and_error(energies[:, -1])
         build.add_points(index, build.label(point), x, energies)
-        floor, alone = float(floors.mean()), expected.mean(axis=0)
+        floor, alone = float(kept_shares.mean()), expected.mean(axis=0)
         record = {"collisions_per_ball": x[-1], "floor": floor}
-        if scene.surface is None and not build.too_thin(scene):
+        known = theories.theory_of(scene, quantities.ENERGY_LEFT, theories.BY_COUNT)
+        if known and not build.too_thin(scene):
             record["theory"] = alone[-1]
             build.lines.append(Line(x, alone, None, index, "solid"))
             nearest = alone
             if math.isfinite(floor):
-                nearest = above = (floors + (1 - floors) * of_heat).mean(axis=0)
+                nearest = above = (kept_shares + (1 - kept_shares) * of_heat).mean(axis=0)
                 record["theory_above_floor"] = above[-1]
                 if floor >= FLOOR_MATTERS * final[0]:
                     build.lines.append(Line(x, above, None, index, "dashed"))
@@ -426,7 +435,7 @@ def _against_counts(measurement: Measurement, counts: Array) -> tuple[Array, Arr
         interpolated(counts, curve.events, values)
         for values in (energy, curve.wall_events, curve.pair_events)
     )
-    shared = predictions.components(scene)
+    shared = components(scene)
     free, above = (
         theory.energy_ratio_by_events(
             number, scene.restitution, pairs, scene.wall_restitution, wall

@@ -8,10 +8,10 @@ from typing import Any
 
 import yaml
 
-from snooker_cli import __version__, theory
+from snooker_cli import __version__
 from snooker_cli.analysis import tables
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
-from snooker_cli.analysis.predictions import LEFT
+from snooker_cli.analysis.quantities import CRITICAL_RATIO, ENERGY_LEFT
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
 from snooker_cli.analysis.tables import (
     MOST_ERRORS,
@@ -21,6 +21,7 @@ from snooker_cli.analysis.tables import (
     main_comparisons,
     overview,
 )
+from snooker_cli.analysis.theories import CRITICAL, value_of
 from snooker_cli.analysis.trend import trends
 from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
@@ -166,7 +167,7 @@ def trivial(
     gases = {gas(point) for point in points}
     given = (p.experiment.placed or getattr(p.experiment.balls, "list", ()) for p in points)
     lossy_starts = [scene for scene in starts if scene.restitution < 1]
-    ratios = [theory.critical_ratio(scene, scene.restitution) for scene in lossy_starts]
+    ratios = [value_of(scene, CRITICAL_RATIO, CRITICAL) for scene in lossy_starts]
     clusters = any(ratio is not None and ratio > 1 for ratio in ratios)
     conditions = {
         "always": True,
@@ -213,7 +214,11 @@ def _overview(points: Sequence[Point], fitted: RunAnalysis, compared: RunAnalysi
 
 def _energy_left(compared: Records) -> str:
     """A sentence where the energy at the end is far from that of the counted collisions."""
-    rows = [row for row in compared if row["quantity"] == LEFT and row["difference_in_errors"]]
+    rows = [
+        row
+        for row in compared
+        if row["quantity"] == ENERGY_LEFT.name and row["difference_in_errors"]
+    ]
     if not rows:
         return ""
     row = max(rows, key=lambda row: abs(row["difference_in_errors"]))

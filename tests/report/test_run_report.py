@@ -16,7 +16,7 @@ from figure_runs import made as made_run
 from pypdf import PdfReader
 
 from snooker_cli.analysis.decay import NO_LOSSES
-from snooker_cli.analysis.predictions import LEFT
+from snooker_cli.analysis.quantities import ENERGY_LEFT
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection
@@ -204,7 +204,7 @@ def test_an_unfinished_run_says_so(
 def test_the_opening_has_the_energy_that_is_left_if_it_is_far_from_the_counted_collisions() -> None:
     def left(cor: float, errors: float | None) -> dict[str, Any]:
         numbers = {"difference": 0.3, "predicted": 0.6, "difference_in_errors": errors}
-        return {"quantity": LEFT, "parameters": {"cor": cor}, **numbers}
+        return {"quantity": ENERGY_LEFT.name, "parameters": {"cor": cor}, **numbers}
 
     rows = [left(0.7, 9.2), left(0.8, -4.0), left(0.9, None), {"quantity": "PV/NT"}]
     assert module._energy_left(rows) == (
