@@ -64,6 +64,7 @@ LOG_SPREAD = "mean ± standard deviation of logarithms"  # the same on a logarit
 FEWEST_STATES = 2  # of a repeat that a figure over time or space can have
 BARS = "Bars: standard errors over the repeats."  # of all markers with errors
 OVER_THEORY = "ln(result / theory)"  # the y label of a panel of residuals
+EARLY = 0.8  # share of the median end, before which the end of a repeat is early
 FACTOR = 2.0  # a result that is this many times theory, or a half, is no percentage
 
 
@@ -90,6 +91,8 @@ class FigureBuilder:
     means : whether lines are means over the repeats and bands their standard errors
     thin : whether theory is left out for a mean free path that exceeds the container
     brief : number of repeats that the result of a mean course leaves out, because they end early
+    shortest : of the points whose curves end with their shortest repeat, the least share of the
+        median repeat: where the curves end, the median end, and the unit
     fewest : of the points with mean courses, the least share of repeats that remain at the end:
         their number, and that of all
     beside_theory : whether the caption of the figure itself says the result beside theory
@@ -112,6 +115,7 @@ class FigureBuilder:
     means: bool = False
     thin: bool = False
     brief: int = 0
+    shortest: tuple[float, float, str] = (1.0, 1.0, "")
     fewest: tuple[int, int] = (1, 1)
     beside_theory: bool = False
     total: int = 0
@@ -314,6 +318,27 @@ class FigureBuilder:
         self.brief += len(curves) - len(kept)
         return at_common_times(kept)
 
+    def end_of_all(self, ends: Array, unit: str = "s") -> float:
+        """The end of the shortest repeat, where curves end that need all repeats at each place.
+
+        ends : (*repeats*,), in this unit
+
+        The caption names it if it is far from the end of the others.
+        """
+        found = float(ends.min()), float(np.median(ends)), unit
+        self.shortest = min(self.shortest, found, key=lambda end: end[0] / end[1] if end[1] else 1)
+        return found[0]
+
+    def _shortened(self) -> str:
+        """A sentence if the shortest repeat of a point ends its curve early."""
+        end, median, unit = self.shortest
+        if end >= EARLY * median:
+            return ""
+        return (
+            f"The shortest repeat ends a curve at {short(end)} {unit}; half of the repeats of its "
+            f"point reach {short(median)} {unit}."
+        )
+
     def _remaining(self) -> str:
         """A sentence if the end of a mean course has fewer repeats than its beginning."""
         left, total = self.fewest
@@ -429,6 +454,7 @@ class FigureBuilder:
             BARS if any(error is not None and np.isfinite(error).any() for error in errors) else "",
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
             self._remaining(),
+            self._shortened(),
             self._left_out(),
             setting(self.run, self.points, self.selection),
             self._choice(),

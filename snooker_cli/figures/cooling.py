@@ -328,6 +328,7 @@ def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
     """The local decay of a point. Raises ``FigureError`` if it has too few collisions."""
     measurement = build.measurement(point)
     edges, rates, errors, left = _local_rates(measurement)
+    build.end_of_all(measurement.time)
     means = {decay.law: decay.over_repeats for decay in build.energy_decays(point)}
     k, alpha = means["exponential"].value, means["haff"].value
     if not (math.isfinite(k) and math.isfinite(alpha)):
@@ -389,7 +390,8 @@ def event_decay(build: FigureBuilder) -> FigureData:
     floor_drawn = False
     for index, point in enumerate(build.points):
         measurement = build.measurement(point)
-        scene, shortest = measurement.scene, int(measurement.calm_events.sum(axis=1).min())
+        events = measurement.calm_events.sum(axis=1)
+        scene, shortest = measurement.scene, int(build.end_of_all(events, "collisions"))
         if shortest == 0:
             raise FigureError("a repeat has no collisions; run longer")
         counts = np.unique(np.linspace(0.0, shortest, COUNTS + 1).round())

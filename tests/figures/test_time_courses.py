@@ -90,6 +90,21 @@ def test_means_go_on_with_the_repeats_that_remain(decaying: Run) -> None:
     )
 
 
+def test_a_caption_says_where_the_shortest_repeat_ends_a_curve(tmp_path: Path) -> None:
+    """Curves that need all repeats at each place: one is trapped at the wall early."""
+    overrides = ("balls.rings=1", "cor=0.85", "wall_cor=null", "repeats=8", "seed=8")
+    run = made(tmp_path / "run", *overrides)
+    ends = np.array([trace.stop.time for trace in traces(run, 0)])
+    collisions = np.array([len(trace.events or ()) for trace in traces(run, 0)])
+    assert ends.min() < 0.5 * np.median(ends)
+    sentence = "The shortest repeat ends a curve at {:.3g} {}; half of the repeats of its point"
+    for name in ("haff-time", "a2", "cluster-growth"):
+        assert sentence.format(ends.min(), "s") in shown(run, name).caption, name
+    found = shown(run, "event-decay")
+    assert sentence.format(collisions.min(), "collisions") in found.caption
+    assert "ends a curve" not in shown(run, "energy").caption
+
+
 def test_momentum_is_summed_from_the_states(decaying: Run) -> None:
     component, kind = 1, "momentum-y"
     found = shown(decaying, kind, cor=0.9, repeat=2)
