@@ -196,7 +196,7 @@ def test_keys_that_change_together_are_one_axis(tmp_path: Path) -> None:
     assert "Along with it changes: ball radius." in found.caption
     why = why_not(run, "decay-against-cor")
     assert why == (
-        "balls.radius changes with cor, so that it does not show cor alone; sweep cor without zip"
+        "balls.radius changes with cor, so that it does not show cor alone; run a sweep of cor alone"
     )
 
 
