@@ -9,7 +9,7 @@ import pytest
 from figure_runs import ADRIFT, ROUGH, STORED, made, shown
 
 from snooker_cli.figures import FIGURES, FigureData, Selection
-from snooker_cli.figures.declared_result import Result
+from snooker_cli.figures.declared_result import Result, with_units_of_axes
 from snooker_cli.figures.registry import figures_of
 from snooker_cli.figures.selection import described
 from snooker_cli.runs import Run
@@ -65,6 +65,13 @@ def test_a_result_is_the_least_and_the_largest_of_the_points(decaying: Run, warm
     )
     caption = shown(decaying, "energy").caption
     assert re.search(r"between 0\.\d+ ± 0\.\d+ \(CoR 0\.8\) and 1 \(CoR 1\)\.", caption)
+
+
+def test_units_are_those_of_axes_also_after_a_bracket_or_a_power() -> None:
+    text = "α = (8.9 ± 0.1) × 10⁻² 1/s; k = (1 ± 4 × 10⁻¹⁷) 1/s; P = 2 Pa m, 3 J/s; a 1/sth"
+    assert with_units_of_axes(text) == (
+        "α = (8.9 ± 0.1) × 10⁻² s⁻¹; k = (1 ± 4 × 10⁻¹⁷) s⁻¹; P = 2 Pa·m, 3 W; a 1/sth"
+    )
 
 
 def test_species_count_from_one_and_have_a_record_each(mixture: Run) -> None:
