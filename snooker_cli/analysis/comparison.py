@@ -103,8 +103,9 @@ def comparisons_of(
     if not used:
         return [], notes
     if scene.number > 1:
-        affected = ", ".join(one.name for one in QUANTITIES.values() if one.source == "means")
-        notes.append(Note(_relaxation(measurement, used - relaxed_count), affected))
+        means = (one.quantity for one in theories.holding(scene) if one.quantity.source == "means")
+        affected = dict.fromkeys([*(one.name for one in means), CHI_SQUARE.name])
+        notes.append(Note(_relaxation(measurement, used - relaxed_count), ", ".join(affected)))
     notes += [*reading.of_scene(scene), *theories.absences(scene)]
     fitted = {
         (decay.quantity, decay.law): np.array([fit.value for fit in decay.fits])[moved]
