@@ -480,7 +480,7 @@ def elastic_wall(gas: Traits) -> bool:
     return not gas.walls or (gas.wall_cor == 1 and gas.wall_keeps_slip)
 
 
-@fact("it needs a box or a channel in which only one wall, such as the left one, gives energy")
+@fact("it needs a box or a channel with a wall_temperature or wall_speed of single walls")
 def hot_ends(gas: Traits) -> bool:
     return gas.hot_ends
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,11 @@ from snooker_cli.analysis import theories
 from snooker_cli.analysis.decay import decays_of
 from snooker_cli.analysis.gas import Gas
 from snooker_cli.analysis.measurement import measure
+from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.figures.selection import traits
+from snooker_cli.laws import Constant
 from snooker_cli.runs import Run
 from snooker_cli.theory import FINITE, INFINITE
 from snooker_cli.two_temperatures import EQUAL_RATES, MEAN_FIELD
@@ -71,6 +74,24 @@ def test_each_theory_has_a_source_and_needs_that_are_facts() -> None:
         assert {*one.needs} <= facts.FACTS.keys()
     for spec in FIGURES.values():
         assert {*spec.requires} <= facts.FACTS.keys()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_config_says_of_a_gas_what_its_scene_says(kind: str) -> None:
+    """But for packing, and for the momentum between walls, which no fact asks for."""
+    (point,) = parse(text_of(kind)).points()
+    scene = facts.traits_of(scene_of(kind))
+    unknown = {name: getattr(scene, name) for name in ("packing", "crowding", "published")}
+    config = traits(point)._replace(**unknown)
+    if config.walls:
+        config = config._replace(at_rest=scene.at_rest)
+    assert config == scene
+
+
+def test_one_ball_between_elastic_walls_keeps_its_energy() -> None:
+    scene = replace(scene_of("one ball"), wall_law=Constant(1.0))
+    assert scene.restitution < 1
+    assert facts.gas_type(facts.traits_of(scene)) == "elastic"
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if "rough" in kind or kind == "tc"])

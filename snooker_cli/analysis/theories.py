@@ -32,7 +32,7 @@ Row: TypeAlias = tuple[Quantity, str, Array, Array | float]
 class Theory(NamedTuple):
     """What a theory says about a quantity.
 
-    model : its name in tables; ``NO_THEORY`` where a quantity is shown without one
+    model : its name in tables
     source : where its formula is from; theory.py has the whole citation
     needs : the facts that must be true of a gas, those that choose the type of gas first
     value : of each repeat, or of all alike, in the unit of the quantity
@@ -442,7 +442,7 @@ def absences(scene: Scene) -> Iterator[Note]:
     reasons: dict[str, dict[Quantity, list[str]]] = {}
     for one in THEORIES:
         has_row = one.quantity.measured is not None or one.model == CRITICAL
-        is_known = (one.quantity.name, one.model) in known or one.model == NO_THEORY
+        is_known = (one.quantity.name, one.model) in known
         if is_known or not has_row or one.model.startswith(SOURCE_REPORT):
             continue
         failing = [FACTS[name] for name in one.needs if not FACTS[name].holds(traits)]
