@@ -41,7 +41,7 @@ Flags = NDArray[np.bool_]
 WINDOWS = 20  # windows of time for the local pressure and energy
 
 RELAXING, LEAST_RELAXING = 15, 5
-"""Collisions of a ball while equal speeds relax; the fewest, where a kurtosis of 1.95 is 1.83."""
+"""Collisions per ball while equal speeds relax; the fewest, where a kurtosis of 1.95 is 1.83."""
 
 SPECIES_STATES = 60  # of a repeat, for the temperatures of its species
 
@@ -121,7 +121,10 @@ class Measurement:
 
 
 def relaxing(number: int, of_a_ball: int = RELAXING) -> int:
-    """Ball-ball collisions in which a gas of ``number`` balls relaxes; none for one ball."""
+    """Ball-ball collisions in which a gas of ``number`` balls relaxes; none for one ball.
+
+    of_a_ball : as in `observables.collisions_per_ball`
+    """
     return math.ceil(of_a_ball * number / 2) if number > 1 else 0
 
 

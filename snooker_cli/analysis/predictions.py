@@ -11,7 +11,12 @@ from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import observables, structure
 from snooker_cli.analysis.decay import Note, reported_constants
 from snooker_cli.analysis.measurement import Measurement
-from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic
+from snooker_cli.analysis.observables import (
+    NO_WALLS,
+    collisions_per_ball,
+    drift_energy,
+    elastic,
+)
 from snooker_cli.containers import Container
 from snooker_cli.formatting import listed
 from snooker_cli.laws import Constant, Law, Sides, parts_of, word_of
@@ -433,14 +438,14 @@ def mixtures(measurement: Measurement) -> Iterator[Row]:
 
 
 def temperatures(measurement: Measurement) -> tuple[Array, Array]:
-    """Collisions of a ball at the rows of the curve, and T_tr and T_rot of rough balls there, J.
+    """Collisions per ball at the rows of the curve, and T_tr and T_rot of rough balls there, J.
 
     (*repeats*, *rows*) and (2, *repeats*, *rows*). T_tr is that at which balls meet.
     """
     scene, curve, number = measurement.scene, measurement.curve, measurement.scene.number
     drift = measurement.drift_energy[:, np.newaxis]
     moving = observables.meeting_temperature(curve.kinetic_energy, scene, drift)
-    return 2 * curve.pair_events / number, np.stack([moving, 2 * curve.spin_energy / number])
+    return collisions_per_ball(curve.pair_events, number), np.stack([moving, 2 * curve.spin_energy / number])
 
 
 def cooling_spins(measurement: Measurement) -> Array | None:

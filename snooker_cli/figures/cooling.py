@@ -11,7 +11,12 @@ from snooker_cli.analysis import predictions
 from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_constants
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.measurement import Measurement
-from snooker_cli.analysis.observables import mean_and_error, meeting_temperature, standard_errors
+from snooker_cli.analysis.observables import (
+    collisions_per_ball,
+    mean_and_error,
+    meeting_temperature,
+    standard_errors,
+)
 from snooker_cli.analysis.tables import finding
 from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.analysis.trend import Trend
@@ -380,9 +385,12 @@ def event_decay(build: FigureBuilder) -> FigureData:
         if shortest == 0:
             raise FigureError("a repeat has no collisions; run longer")
         counts = np.unique(np.linspace(0.0, shortest, COUNTS + 1).round())
-        energies, expected, of_heat = _against_counts(measurement, counts)
+        pairs, energies, expected, of_heat = _against_counts(measurement, counts)
         floors = predictions.floors(measurement)[:, np.newaxis]
-        x, final = counts / scene.number, mean_and_error(energies[:, -1])
+        x = collisions_per_ball(pairs, scene.number).mean(axis=0)
+        if x[-1] == 0:
+            raise FigureError("no ball has met another one; run longer")
+        final = mean_and_error(energies[:, -1])
         build.add_points(index, build.label(point), x, energies)
         floor, alone = float(floors.mean()), expected.mean(axis=0)
         record = {"collisions_per_ball": x[-1], "floor": floor}
@@ -410,8 +418,8 @@ def event_decay(build: FigureBuilder) -> FigureData:
     return build.figure(caption)
 
 
-def _against_counts(measurement: Measurement, counts: Array) -> tuple[Array, Array, Array]:
-    """Energy ratios (*repeats*, *n*) after these collisions; the ratios expected from them.
+def _against_counts(measurement: Measurement, counts: Array) -> tuple[Array, Array, Array, Array]:
+    """Collisions between balls (*repeats*, *n*) among these; energy ratios; those expected.
 
     Last, the ratio of the energy above the kept one: in a circle a component less shares it.
     """
@@ -428,7 +436,7 @@ def _against_counts(measurement: Measurement, counts: Array) -> tuple[Array, Arr
         )
         for number in (shared, shared - scene.container.has_wall)
     )
-    return ratio, free, above
+    return pairs, ratio, free, above
 
 
 def _kept(points: Sequence[Point]) -> str:

@@ -9,7 +9,11 @@ from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import observables, predictions, structure
 from snooker_cli.analysis.decay import course
 from snooker_cli.analysis.measurement import Measurement
-from snooker_cli.analysis.observables import mean_and_error, standard_errors
+from snooker_cli.analysis.observables import (
+    collisions_per_ball,
+    mean_and_error,
+    standard_errors,
+)
 from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.config import Point
 from snooker_cli.engine import stored_times
@@ -269,7 +273,8 @@ def species_ratio(build: FigureBuilder) -> FigureData:
     ):
         names = structure.species_names(scene)
         curve = build.measurement(point).curve
-        collisions = 2 * curve.at(times, curve.pair_events).mean(axis=0) / scene.number
+        pairs = curve.at(times, curve.pair_events).mean(axis=0)
+        collisions = collisions_per_ball(pairs, scene.number)
         ratio, error = _ratio(rows)
         build.lines.append(Line(collisions, ratio, build.label(point), index, "solid"))
         if len(rows) > 1:

@@ -17,7 +17,7 @@ from snooker_cli.analysis.structure import Array
 from snooker_cli.engine import replay, series
 from snooker_cli.figures import Line, Reference
 from snooker_cli.figures.captions import MEAN_SPREAD, SPREAD, FigureBuilder
-from snooker_cli.figures.figure_data import Band, at_common_times, courses, lasting
+from snooker_cli.figures.figure_data import Band, Points, at_common_times, courses, lasting
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON, Scene
 
@@ -194,6 +194,13 @@ def test_temperatures_of_motion_and_rotation_are_those_of_the_states(rough: Run)
     assert len(theory_lines) == 2
     assert expected.y[-1] == pytest.approx(two_temperatures.rough_ratio(0.9, 0.5, 0.5), rel=1e-4)
     assert found.y_log
+
+
+def test_collisions_per_ball_are_the_same_in_all_figures(rough: Run) -> None:
+    """Without walls each collision is of two balls."""
+    courses = [line for line in layers(shown(rough, "rotation"), Line) if len(line.x)]
+    (points,) = layers(shown(rough, "event-decay"), Points)
+    assert points.x[-1] == 2 * 1200 / 60 == pytest.approx(courses[0].x[-1], rel=1e-3)
 
 
 def test_rough_balls_have_no_figures_whose_theory_is_of_smooth_ones(tmp_path: Path) -> None:
