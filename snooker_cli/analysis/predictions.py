@@ -445,7 +445,9 @@ def temperatures(measurement: Measurement) -> tuple[Array, Array]:
     scene, curve, number = measurement.scene, measurement.curve, measurement.scene.number
     drift = measurement.drift_energy[:, np.newaxis]
     moving = observables.meeting_temperature(curve.kinetic_energy, scene, drift)
-    return collisions_per_ball(curve.pair_events, number), np.stack([moving, 2 * curve.spin_energy / number])
+    return collisions_per_ball(curve.pair_events, number), np.stack(
+        [moving, 2 * curve.spin_energy / number]
+    )
 
 
 def cooling_spins(measurement: Measurement) -> Array | None:

@@ -33,6 +33,7 @@ from snooker_cli.figures.figure_data import (
     places,
 )
 from snooker_cli.figures.selection import elastic, gas
+from snooker_cli.formatting import listed, short
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import Trace, even_choice
 
@@ -366,14 +367,19 @@ def density_fluctuations(build: FigureBuilder) -> FigureData:
     """Variance over mean of the number of balls in cells, over time."""
     over_time = _over_time(build, structure.density_fluctuation)
     build.lines.append(Reference("y", 1.0))
-    for index, (point, _, times, rows) in enumerate(over_time):
-        later = times > 0
+    limits = dict[str, None]()
+    for index, (point, scene, times, rows) in enumerate(over_time):
+        later, packing = times > 0, scene.packing_fraction
+        if scene.equal_balls and packing <= theory.DENSEST_FLUID:
+            limits[f"{short(theory.structure_at_zero(packing), 2)} at packing {packing:.2g}"] = None
         build.add_means(index, build.label(point), times[later], rows[:, later, 0])
         build.record(point, final=mean_and_error(rows[:, -1, 0]))
     caption = (
         f"Cells have {structure.DENSITY_BALLS:g} balls on average. Independent points have 1 "
         "(Poisson), and a fluid has less."
     )
+    if limits:
+        caption += f" Only far larger cells of elastic balls would have S(0), which is {listed([*limits])}."
     return build.figure(caption, logarithmic=build.covers_decades)
 
 

@@ -340,7 +340,8 @@ def test_the_table_of_rough_balls_is_that_of_the_saved_measurement() -> None:
         limit = two_temperatures.rough_ratio(0.9, beta, 0.5)
         measured = with_error(row["measured"], row["error"])
         kurtosis, correlation = (f"{value:.3f}" for value in ROUGH_MOMENTS[beta])
-        cells = f"{beta:g}", measured, short(row["expected"], 4), short(limit, 4), kurtosis
+        simulated = with_error(row["expected"], row["expected_error"])
+        cells = f"{beta:g}", measured, simulated, short(limit, 4), kurtosis
         line = " | ".join((*cells, correlation)).replace("-", "−")
         assert f"| {line} |" in text
         above = 100 * (limit / row["expected"] - 1)
