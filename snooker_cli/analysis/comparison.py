@@ -29,10 +29,10 @@ from snooker_cli.analysis.predictions import (
     CHI_SQUARE,
     EQUILIBRIUM,
     NO_THEORY,
-    UNITS,
     Row,
     SpeedLaw,
 )
+from snooker_cli.analysis.quantities import QUANTITIES
 from snooker_cli.formatting import plain
 from snooker_cli.trace import StopReason, Trace
 
@@ -72,7 +72,7 @@ class Comparison:
 
     def as_json(self) -> dict[str, Any]:
         """A row of ``compare --json``; what is not a number is null."""
-        row = {"quantity": self.quantity, "unit": UNITS[self.quantity], **vars(self)}
+        row = {"quantity": self.quantity, "unit": QUANTITIES[self.quantity].unit, **vars(self)}
         return dict(plain(row | {"difference_in_errors": self.in_errors}))
 
 

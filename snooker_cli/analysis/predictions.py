@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import theory, two_temperatures
-from snooker_cli.analysis import observables, structure
+from snooker_cli.analysis import observables, quantities, structure
 from snooker_cli.analysis.decay import Note, reported_constants
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
@@ -29,32 +29,21 @@ Array: TypeAlias = NDArray[np.float64]
 Row: TypeAlias = tuple[str, str, Array, Array | float]
 """A quantity and a model; the measured and the predicted values of the repeats, or of all alike."""
 
-EQUILIBRIUM = {"pressure": "Pa m", "temperature": "J", "PV/NT": "1", "PV/NT by the virial": "1"}
-EQUILIBRIUM |= {"wall rate of a ball": "1/s", "ball-ball rate of a ball": "1/s"}
-EQUILIBRIUM |= {"mean free path": "m", "mean speed": "m/s", "kurtosis of speeds": "1"}
-"""Units of the quantities that are measured after the relaxation."""
+EQUILIBRIUM = tuple(
+    one.name
+    for one in (
+        *(quantities.PRESSURE, quantities.TEMPERATURE, quantities.RATIO, quantities.VIRIAL_RATIO),
+        *(quantities.WALL_RATE, quantities.PAIR_RATE, quantities.FREE_PATH),
+        *(quantities.MEAN_SPEED, quantities.KURTOSIS),
+    )
+)
+"""The quantities that are measured after the relaxation."""
 
-GIVEN = "energy from the walls"
-"""The power of the walls; in a steady gas collisions take as much."""
+GIVEN, CHI_SQUARE = quantities.GIVEN.name, quantities.CHI_SQUARE.name
+SPECIES_RATIO, SPIN_RATIO = quantities.SPECIES_RATIO.name, quantities.SPIN_RATIO.name
 
 NO_THEORY = "no theory"
 """The model of a row that has a measured value only."""
-
-CHI_SQUARE = "χ² of the speed distribution, per degree of freedom"
-
-UNITS = dict.fromkeys(("Haff's α", "decay constant of energy", "decay constant of pressure"), "1/s")
-UNITS |= EQUILIBRIUM
-UNITS |= {"pressure by the virial": "Pa m", GIVEN: "J/s"}
-UNITS |= {"energy taken by a collision": "J", CHI_SQUARE: "1"}
-SPECIES_RATIO = "T₁/T₂"
-"""The quantity of `mixtures`."""
-
-SPIN_RATIO = "T_rot/T_tr"
-"""The quantity of `rotation`: twice the mean energy of a spin over that of a ball's motion."""
-
-UNITS |= dict.fromkeys(("energy left at the end", "L/L_c", "T across/T along"), "1")
-UNITS |= {SPECIES_RATIO: "1", SPIN_RATIO: "1"}
-UNITS |= dict.fromkeys((f"energy from the {side} wall" for side in Sides._fields), "J/s")
 
 HEAVY = 1000.0
 """A free container this many times as heavy as the balls keeps their angular momentum."""

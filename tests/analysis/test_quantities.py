@@ -1,0 +1,21 @@
+"""The table of quantities."""
+
+from snooker_cli.analysis.quantities import QUANTITIES, main_quantities
+
+
+def test_each_quantity_has_names_of_its_own() -> None:
+    for field in ("name", "words", "key"):
+        names = [getattr(one, field) for one in QUANTITIES.values()]
+        assert len(set(names)) == len(names)
+    assert all(one.key.isidentifier() and one.unit and one.symbol for one in QUANTITIES.values())
+
+
+def test_each_gas_has_its_main_quantities() -> None:
+    def symbols(*kinds: str) -> list[str]:
+        return [one.symbol for one in main_quantities(*kinds)]  # type: ignore[arg-type]
+
+    assert symbols("elastic") == ["PV/NT"]
+    assert symbols("cooling") == ["α", "PV/NT"]
+    assert symbols("warm") == ["T", "PV/NT"]
+    assert symbols("cooling", "mixture") == ["α", "PV/NT", "T₁/T₂"]
+    assert symbols("rough") == ["T_rot/T_tr"]
