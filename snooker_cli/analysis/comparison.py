@@ -33,6 +33,7 @@ from snooker_cli.analysis.predictions import (
     SpeedLaw,
 )
 from snooker_cli.analysis.quantities import QUANTITIES
+from snooker_cli.analysis.stationarity import stationary_part_of
 from snooker_cli.formatting import plain
 from snooker_cli.trace import StopReason, Trace
 
@@ -152,7 +153,7 @@ def _in_steady_state(
     measurement: Measurement, notes: list[Note]
 ) -> tuple[list[Comparison], list[Note]]:
     """The comparisons of a gas that walls keep warm: in its stationary part, if there is one."""
-    part = steady_state.stationary_part_of(measurement)
+    part = stationary_part_of(measurement)
     notes = [*notes, Note(part.note)]
     if part.first is None:
         return [], notes

@@ -18,7 +18,7 @@ import numpy as np
 from snooker_cli.analysis.comparison import comparisons_of
 from snooker_cli.analysis.decay import QUANTITIES, Decay, Note, decays_of, fit_notes
 from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure, typical_pairs
-from snooker_cli.analysis.steady_state import stationary_part_of
+from snooker_cli.analysis.stationarity import stationary_part_of
 from snooker_cli.config import Point
 from snooker_cli.errors import RunError, UserError, error_text
 from snooker_cli.files import read_text, signature, sources_hash, write_text

@@ -379,7 +379,8 @@ def density_fluctuations(build: FigureBuilder) -> FigureData:
         "(Poisson), and a fluid has less."
     )
     if limits:
-        caption += f" Only far larger cells of elastic balls would have S(0), which is {listed([*limits])}."
+        limit = listed([*limits])
+        caption += f" Only far larger cells of elastic balls would have S(0), which is {limit}."
     return build.figure(caption, logarithmic=build.covers_decades)
 
 

@@ -10,6 +10,7 @@ from snooker_cli import theory
 from snooker_cli.analysis import predictions, steady_state
 from snooker_cli.analysis.measurement import WINDOWS
 from snooker_cli.analysis.observables import mean_and_error, meeting_temperature, standard_errors
+from snooker_cli.analysis.stationarity import stationary_part_of
 from snooker_cli.analysis.time_series import Averages
 from snooker_cli.config import Point
 from snooker_cli.containers import ENDS
@@ -49,7 +50,7 @@ AXES = {
 
 
 class _Steady:
-    """The part of each repeat that counts as steady: that of `steady_state.stationary_part`.
+    """The part of each repeat that counts as steady: that of `stationarity.stationary_part`.
 
     All figures of this module take it from here. A point without such a part, and elastic balls
     that no wall heats, have the second half.
@@ -59,8 +60,7 @@ class _Steady:
         self.build = build
         warm = [point for point in build.points if gas(point) == "warm"]
         self.firsts = {
-            point.index: steady_state.stationary_part_of(build.measurement(point)).first
-            for point in warm
+            point.index: stationary_part_of(build.measurement(point)).first for point in warm
         }
 
     def first(self, point: Point) -> int:

@@ -24,7 +24,8 @@ ROUGH_MOMENTS = {
     0.5: (0.07395, 0.04407),
     0.9: (0.00422, -0.03286),
 }
-"""Excess kurtosis of spins over that of Maxwell's law, and correlation of squares at CoR 0.9 by tangential CoR; errors below 0.006."""
+"""Excess kurtosis of spins over that of Maxwell's law, and correlation of squares, at CoR 0.9
+by tangential CoR; errors below 0.006."""
 
 
 @numba.njit
