@@ -32,9 +32,10 @@ from snooker_cli.analysis.predictions import (
     Row,
     SpeedLaw,
 )
-from snooker_cli.analysis.quantities import QUANTITIES
+from snooker_cli.analysis.quantities import QUANTITIES, GasKind
 from snooker_cli.analysis.stationarity import stationary_part_of
 from snooker_cli.formatting import plain
+from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
 
 LEAST_EXPECTED = 8
@@ -110,6 +111,8 @@ def comparisons_of(
         affected = ", ".join((*EQUILIBRIUM, CHI_SQUARE))
         notes.append(Note(_relaxation(measurement, used - relaxed_count), affected))
     notes += predictions.notes(scene)
+    changes = predictions.ratio_changes(measurement).items()
+    notes += [Note(f"{name}: {one.sentence}", name) for name, one in changes if one.refused]
     fitted = {
         (decay.quantity, decay.law): np.array([fit.value for fit in decay.fits])[moved]
         for decay in constants
@@ -134,6 +137,34 @@ def comparisons_of(
         comparisons.append(Comparison("L/L_c", "critical length", ratio, *none, used))
         notes.append(Note(f"L/L_c: {theory.CRITICAL}", "L/L_c"))
     return _of_repeats(comparisons, measurement), notes
+
+
+def gas_kinds(scene: Scene) -> tuple[GasKind, ...]:
+    """What decides the main quantities of a gas."""
+    base: GasKind = "elastic" if observables.elastic(scene) else "cooling"
+    if scene.wall_law.gains:
+        base = "warm"
+    mixture: tuple[GasKind, ...] = () if scene.equal_balls else ("mixture",)
+    rough: tuple[GasKind, ...] = () if scene.surface is None else ("rough",)
+    return base, *mixture, *rough
+
+
+def state_of(measurement: Measurement) -> dict[str, Any]:
+    """What findings need of a point besides its rows, as JSON.
+
+    ``kinds`` of gas; ``stationary``: of a gas that walls keep warm, whether it has a stationary
+    part, and the sentence on it; ``changes``: those of ratios of temperatures, by quantity
+    """
+    scene, stationary = measurement.scene, None
+    if scene.wall_law.gains:
+        part = stationary_part_of(measurement)
+        stationary = {"found": part.first is not None, "sentence": part.note}
+    changes = predictions.ratio_changes(measurement)
+    return {
+        "kinds": list(gas_kinds(scene)),
+        "stationary": stationary,
+        "changes": {name: one.as_json() for name, one in changes.items()},
+    }
 
 
 def _relaxation(measurement: Measurement, short: int) -> str:

@@ -17,6 +17,7 @@ from snooker_cli.analysis.observables import (
     drift_energy,
     elastic,
 )
+from snooker_cli.analysis.stationarity import Change, change_of
 from snooker_cli.containers import Container
 from snooker_cli.formatting import listed
 from snooker_cli.laws import Constant, Law, Sides, parts_of, word_of
@@ -44,6 +45,9 @@ SPECIES_RATIO, SPIN_RATIO = quantities.SPECIES_RATIO.name, quantities.SPIN_RATIO
 
 NO_THEORY = "no theory"
 """The model of a row that has a measured value only."""
+
+ENSKOG_START = "Enskog rates at the start"
+"""The model of Haff's α by Enskog's rates, `haff_rate`."""
 
 HEAVY = 1000.0
 """A free container this many times as heavy as the balls keeps their angular momentum."""
@@ -306,7 +310,7 @@ def cooling(measurement: Measurement, constants: Mapping[tuple[str, str], Array]
     heat = (measurement.start_energy - drift) / (components(scene) / 2)
     root = np.sqrt(heat / observables.meeting_temperature(scene.kinetic_energy, scene))
     if (expected := haff_rate(scene)) is not None:
-        yield "Haff's α", "Enskog rates at the start", alpha, expected * root
+        yield "Haff's α", ENSKOG_START, alpha, expected * root
     if (expected := finite_haff_rate(scene)) is not None:
         yield "Haff's α", FINITE, alpha, expected * root
     left = measurement.calm_energy / measurement.first_energy
@@ -420,10 +424,20 @@ UNMEASURED = {
 
 
 def mixtures(measurement: Measurement) -> Iterator[Row]:
-    """The ratio of the temperatures of two species, without walls."""
-    if (expected := species_ratio(measurement.scene)) is not None:
-        first, second = measurement.species_shares.T
+    """The ratio of the temperatures of two species; theory is without walls."""
+    scene = measurement.scene
+    if not has_two_temperatures(scene):
+        return
+    expected, (first, second) = species_ratio(scene), measurement.species_shares.T
+    if expected is None:
+        yield SPECIES_RATIO, NO_THEORY, first / second, math.nan
+    else:
         yield SPECIES_RATIO, two_temperatures.EQUAL_RATES, first / second, expected
+
+
+def has_two_temperatures(scene: Scene) -> bool:
+    """Whether T₁/T₂ is a result: theory has it, or two species cool."""
+    return species_ratio(scene) is not None or (structure.is_binary(scene) and not elastic(scene))
 
 
 def temperatures(measurement: Measurement) -> tuple[Array, Array]:
@@ -468,16 +482,44 @@ def rotation(measurement: Measurement) -> Iterator[Row]:
         return
     collisions, both = temperatures(measurement)
     late = collisions >= collisions[:, -1:] / 2
-
-    def ratio(warm: Array) -> Array:
-        """Of the mean shares of both: the mean of ratios would be too large."""
-        share = np.average(warm[1] / warm.sum(axis=0), axis=1, weights=late)
-        return np.asarray(share / (1 - share))
-
+    ratio = _spin_ratio(both, late)
     if (expected := cooling_spins(measurement)) is None:
-        yield SPIN_RATIO, NO_THEORY, ratio(both), math.nan
+        yield SPIN_RATIO, NO_THEORY, ratio, math.nan
     else:
-        yield SPIN_RATIO, two_temperatures.MEAN_FIELD, ratio(both), ratio(expected)
+        yield SPIN_RATIO, two_temperatures.MEAN_FIELD, ratio, _spin_ratio(expected, late)
+
+
+def _spin_ratio(both: Array, rows: NDArray[np.bool_]) -> Array:
+    """T_rot/T_tr of repeats over some rows, of their mean shares: the mean of ratios is too large.
+
+    both : (2, *repeats*, *rows*) as of `temperatures`
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sums = np.sum(rows, axis=1)
+        share = np.sum(np.where(rows, both[1] / both.sum(axis=0), 0.0), axis=1) / sums
+    return np.asarray(share / (1 - share))
+
+
+def ratio_changes(measurement: Measurement) -> dict[str, Change]:
+    """Whether T₁/T₂ and T_rot/T_tr change within the part that their means are over, by name."""
+    complete, changes = measurement.chosen(measurement.complete), dict[str, Change]()
+    if measurement.scene.wall_law.gains:
+        return changes
+    if measurement.scene.surface is not None:
+        collisions, both = temperatures(complete)
+        edges = collisions[:, -1:] * np.linspace(0.5, 1.0, 5)
+        edges[:, -1] += 1.0  # the last row counts
+        quarters = [
+            _spin_ratio(
+                both, (low[:, np.newaxis] <= collisions) & (collisions < high[:, np.newaxis])
+            )
+            for low, high in zip(edges.T[:-1], edges.T[1:], strict=True)
+        ]
+        changes[SPIN_RATIO] = change_of(np.array(quarters).T)
+    if has_two_temperatures(measurement.scene):
+        first, second = np.moveaxis(complete.species_quarters, 2, 0)
+        changes[SPECIES_RATIO] = change_of(first / second)
+    return changes
 
 
 TURNING = (
@@ -525,12 +567,14 @@ def notes(scene: Scene) -> Iterator[Note]:
             missing = f"the law of speeds at fixed energy is missing, because {why}"
             yield Note(missing, "mean speed, kurtosis of speeds, mean free path")
     yield from impulse_notes(scene)
-    if species_ratio(scene) is not None:
+    if has_two_temperatures(scene):
         first, second = structure.species_names(scene)
-        text = (
-            f"T₁/T₂: 1 is {first}, 2 is {second}; a uniform gas with Maxwell's velocities, which "
-            "fails at a small CoR and in clusters"
-        )
+        text = f"T₁/T₂: 1 is {first}, 2 is {second}"
+        if species_ratio(scene) is not None:
+            text += (
+                "; a uniform gas with Maxwell's velocities, which fails at a small CoR and in "
+                "clusters"
+            )
         yield Note(text, SPECIES_RATIO)
     if scene.surface is not None:
         text = (

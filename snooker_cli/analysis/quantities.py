@@ -61,7 +61,7 @@ PAIR_RATE = Quantity("ball-ball rate of a ball", "ω", "1/s", "ball-ball rate", 
 FREE_PATH = Quantity("mean free path", "λ", "m", "mean free path", "mean_free_path", "means")
 MEAN_SPEED = Quantity("mean speed", "⟨v⟩", "m/s", "mean speed", "mean_speed", "means")
 KURTOSIS = Quantity(
-    "kurtosis of speeds", "⟨v⁴⟩/⟨v²⟩²", "1", "kurtosis of speeds", "speed_kurtosis", "means"
+    "kurtosis of speeds", "⟨v⁴⟩/⟨v²⟩²", "1", "kurtosis ⟨v⁴⟩/⟨v²⟩²", "speed_kurtosis", "means"
 )
 CHI_SQUARE = Quantity(
     *("χ² of the speed distribution, per degree of freedom", "χ²/dof", "1"),
@@ -102,7 +102,7 @@ ACROSS = Quantity(
 QUANTITIES: Mapping[str, Quantity] = {
     one.name: one
     for one in (
-        *(TEMPERATURE, HAFF_RATE, RATIO, SPECIES_RATIO, SPIN_RATIO, PRESSURE, VIRIAL_PRESSURE),
+        *(SPECIES_RATIO, SPIN_RATIO, TEMPERATURE, HAFF_RATE, RATIO, PRESSURE, VIRIAL_PRESSURE),
         *(VIRIAL_RATIO, WALL_RATE, PAIR_RATE, FREE_PATH, MEAN_SPEED, KURTOSIS, CHI_SQUARE),
         *(ENERGY_DECAY, PRESSURE_DECAY, ENERGY_LEFT, CRITICAL_RATIO, GIVEN, *SIDES_GIVEN.values()),
         *(COLLISION_LOSS, ACROSS),

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
 from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_constants
+from snooker_cli.analysis.findings import Findings
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
@@ -17,7 +19,8 @@ from snooker_cli.analysis.observables import (
     meeting_temperature,
     standard_errors,
 )
-from snooker_cli.analysis.tables import finding
+from snooker_cli.analysis.predictions import ENSKOG_START
+from snooker_cli.analysis.quantities import HAFF_RATE
 from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.analysis.trend import Trend
 from snooker_cli.config import Point
@@ -36,7 +39,9 @@ from snooker_cli.figures.figure_data import (
     places,
 )
 from snooker_cli.figures.selection import Selection, described
-from snooker_cli.formatting import with_error
+from snooker_cli.formatting import point_label, with_error
+from snooker_cli.laws import Constant
+from snooker_cli.scene import Scene
 
 RATE = "s⁻¹"
 
@@ -57,7 +62,7 @@ _FLOORS = {
 
 _HAFF: dict[str, tuple[str, LineStyle]] = {
     "fitted": ("Haff's law 2α/(1 + αt), α fitted", "solid"),
-    "theory": ("Haff's law, α of kinetic theory", "dashed"),
+    "theory": (f"Haff's law, α of {theory.FINITE}", "dashed"),
     "floor": ("Haff's law above the energy kept by {}", "dashdot"),
 }
 """The forms of Haff's law: in the legend, and their dashes. What is fitted has the law's colour."""
@@ -120,7 +125,8 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     seen = ""
     if quantity == "kinetic_energy":
         asked = {"parameters": point.as_json(), "requested": len(build.repeats(point))}
-        seen = f"{finding([decay.as_json() | asked for decay in fitted], [])}. "
+        found = Findings([decay.as_json() | asked for decay in fitted], [])
+        seen = f"{found.at(point_label(point.as_json()))}. "
     return build.figure(
         f"{seen}Each repeat is fitted; the law has the mean of their constants.",
         numbers=numbers,
@@ -135,7 +141,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     One series has a colour for each constant. Several, of runs side by side, have a colour each.
     """
     names, several = [group[0] for group in build.groups], len(build.groups) > 1
-    caption = ""
+    caption, model = "", ENSKOG_START if source else theory.FINITE
     if source:
         caption = (
             "Dashed: the source report's k = −2 ln(CoR)⟨v⟩/λ, ⟨v⟩ of complete repeats and "
@@ -161,22 +167,22 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
                 name = "k, mean free path after Enskog"
                 build.lines.append(Line(grid, np.array(law), name, k_series, "dotted"))
                 caption += "Dotted: ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ). "
-            expected = _enskog_constants(points[0], rates, np.append(grid, cors))
-            curve, theory_name = expected[: len(grid)], None if several else _ENSKOG
+            expected = _haff_constants(points[0], scene, np.append(grid, cors), model)
+            curve, theory_name = expected[: len(grid)], None if several else f"α, {model}"
             build.lines.append(Line(grid, curve, theory_name, series["haff"], "solid"))
             alpha, error = column["alpha"], column["alpha_error"]
             build.add_residuals(series["haff"], cors, alpha, error, expected[len(grid) :])
             if len(build.groups) <= MOST_SENTENCES:
                 about = f"{build.label(points[0], names)}: " if several else ""
                 build.beside_theory = True
-                caption += f"{about}{_along_cor(records, expected[len(grid) :])}. "
-        for law_name, model in LAWS.items():
-            label: str | None = f"{model.symbol}, {model.label} fitted"
+                caption += f"{about}{_along_cor(records, expected[len(grid) :], model)}. "
+        for law_name, law_model in LAWS.items():
+            label: str | None = f"{law_model.symbol}, {law_model.label} fitted"
             if several:
                 label = build.label(points[0], names) if law_name == "haff" else None
-            filled, errors = not several or law_name == "haff", column[f"{model.key}_error"]
+            filled, errors = not several or law_name == "haff", column[f"{law_model.key}_error"]
             build.lines.append(
-                Points(cors, column[model.key], errors, label, series[law_name], filled)
+                Points(cors, column[law_model.key], errors, label, series[law_name], filled)
             )
     if several:
         empty = np.empty(0)
@@ -184,7 +190,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
             Points(empty, empty, None, f"{m.symbol}, {m.label} fitted", NEUTRAL, law == "haff")
             for law, m in LAWS.items()
         ]
-        build.lines.append(legend_line(_ENSKOG, "solid"))
+        build.lines.append(legend_line(f"α, {model}", "solid"))
     title, walls = build.title, {described(point, "wall_cor") for point in names}
     if names[0].experiment.container.shape_class.has_wall and len(walls) == 1:
         title = f"{title}: {walls.pop()}"
@@ -192,7 +198,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     return build.figure(caption.strip(), numbers={"ended_early": early}, title=title)
 
 
-def _along_cor(records: Sequence[dict[str, Any]], expected: Array) -> str:
+def _along_cor(records: Sequence[dict[str, Any]], expected: Array, model: str) -> str:
     """How the fitted α changes with the CoR, beside its prediction, as a sentence."""
     columns = ("alpha", "alpha_error")
     alpha, error = (np.array([row[name] for row in records]) for name in columns)
@@ -206,14 +212,11 @@ def _along_cor(records: Sequence[dict[str, Any]], expected: Array) -> str:
         "repeats": np.array([row["repeats"] for row in records]),
     }
     rows = [
-        {"quantity": "Haff's α", "model": "Enskog rates at the start", **record}
+        {"quantity": HAFF_RATE.name, "model": model, **record}
         | {name: column[place] for name, column in numbers.items()}
         for place, record in enumerate(records)
     ]
     return Trend("cor", rows).sentence()
-
-
-_ENSKOG = "α, Enskog rates at the start"
 
 
 def _constants(build: FigureBuilder, point: Point, source: bool) -> dict[str, Any]:
@@ -228,14 +231,15 @@ def _constants(build: FigureBuilder, point: Point, source: bool) -> dict[str, An
     return build.records[-1]
 
 
-def _enskog_constants(point: Point, rates: theory.CollisionRates, cors: Array) -> Array:
-    """Haff's α at these CoR, from the rates of collisions at the start; 1/s."""
-    wall = point.experiment.wall_cor
-    losses = (
-        theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
-        for e in cors.tolist()
-    )
-    return np.array([theory.haff_rate(loss) for loss in losses])
+def _haff_constants(point: Point, scene: Scene, cors: Array, model: str) -> Array:
+    """Haff's α of a point with these CoR by a theory, from the state at the start; 1/s."""
+    alpha = predictions.haff_rate if model == ENSKOG_START else predictions.finite_haff_rate
+    follows, rates = point.experiment.wall_cor is None, []
+    for cor in cors.tolist():
+        law = Constant(cor)
+        gas = replace(scene, pair_law=law, wall_law=law if follows else scene.wall_law)
+        rates.append(alpha(gas))
+    return np.array(rates, dtype=np.float64)
 
 
 class _LocalDecay(NamedTuple):
@@ -327,7 +331,7 @@ def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
         raise FigureError("a point's repeats are too short to be fitted; run longer")
     floor = float(predictions.floors(measurement).mean())
     laws = {"fitted": (alpha, 0.0)}
-    if (expected := predictions.haff_rate(measurement.scene)) is not None:
+    if (expected := predictions.finite_haff_rate(measurement.scene)) is not None:
         laws["theory"] = (expected, 0.0)
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)

@@ -50,15 +50,15 @@ def against_key(build: FigureBuilder) -> FigureData:
         raise FigureError(f"fewer than two points have a result along {key}; run longer")
     first = drawn[0]
     build.lines += [legend_line(name, "dashed") for name in {t.theory for t in drawn} if name]
-    unit = f" ({first.unit.replace('1/s', 's⁻¹')})" if first.unit else ""
+    unit, symbol = first.quantity.unit_text, first.quantity.symbol
     build.beside_theory = len(drawn) == 1
     seen = f"{first.sentence()}." if build.beside_theory else ""
     values = np.concatenate([trend.column("measured") for trend in drawn])
     return build.figure(
         seen,
-        numbers={"units": dict.fromkeys(("value", "theory", "difference"), first.unit)},
-        title=f"{first.symbol} against {key}",
+        numbers={"units": dict.fromkeys(("value", "theory", "difference"), unit)},
+        title=f"{symbol} against {key}",
         x_label=f"{key} ({key_unit})" if key_unit else key,
-        y_label=f"{first.symbol}{unit}",
+        y_label=f"{symbol} ({unit.replace('1/s', 's⁻¹')})" if unit else symbol,
         logarithmic=more_than_a_decade([values]) and bool(values.min() > 0),
     )
