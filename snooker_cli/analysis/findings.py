@@ -19,7 +19,13 @@ from snooker_cli.analysis.goodness import (
     LEAST_PROBABILITY,
     joint_probability,
 )
-from snooker_cli.analysis.predictions import ENSKOG_START, NO_THEORY
+from snooker_cli.analysis.predictions import (
+    ABOVE_DRIFT,
+    ABOVE_ROTATION,
+    ENSKOG_START,
+    EVENT_COUNT,
+    NO_THEORY,
+)
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.formatting import chance, counted, listed, point_label, rough, short, with_error
@@ -56,7 +62,9 @@ def theory_name(row: Row) -> str:
 _THEORIES = {
     ENSKOG_START: "Enskog",
     MEAN_FIELD: "mean-field theory",
-    "by event count": "what the counted collisions would leave in a uniform gas",
+    EVENT_COUNT: "what the counted collisions of a uniform gas would leave",
+    ABOVE_ROTATION: "what the counted collisions would leave above the energy of rotation L²/2I",
+    ABOVE_DRIFT: "what the counted collisions would leave above the energy of the drift p²/2M",
     "taken by collisions": "what collisions take",
     "temperature of the wall": "the temperature of the wall",
     "balance of energy": "the balance of energy",
@@ -73,7 +81,8 @@ def distance(row: Row) -> str:
     """How far a result is from its prediction: ``4 % below``, ``43 times``."""
     measured, predicted = row["measured"], row["predicted"]
     if predicted == 0 or measured / predicted < 0:
-        return f"{short(row['difference'], 2)} {row.get('unit', '')}".rstrip() + " from"
+        unit = QUANTITIES[row["quantity"]].unit_text
+        return f"{short(row['difference'], 2)} {unit}".rstrip() + " from"
     factor = measured / predicted
     if factor >= LARGE_FACTOR or factor <= 1 / LARGE_FACTOR:
         return f"{rough(factor) if factor >= 1 else short(factor, 2)} times"
@@ -340,22 +349,19 @@ class Findings:
             return
         worst = max(known, key=lambda row: abs(row["difference_in_errors"]))
         theory, differing = theory_name(worst), [row for row in known if _differs(row)]
-        if one in CHECKS:
-            if differing:
-                place = f", most at {_place(worst)}" if differing[1:] else ""
-                yield f"{_differing(worst)} {_at(differing, known)}{place}"
-            return
         number = f"{abs(worst['difference_in_errors']):.1f} errors"
+        name = one.symbol if one in MAIN else f"the {one.name}"
         if differing:
             value = with_error(worst["measured"], worst["error"], one.unit_text)
-            at = _at(differing, known, named=False) + (", most" if known[1:] else "")
-            if known[1:]:
-                at += f" at {_place(worst)}"
+            at = _at(differing, known, named=False)
+            at += f", most at {_place(worst)}" if known[1:] else ""
             far = f"{value} is {distance(worst)} it ({number})"
-            yield f"{one.symbol} differs from {theory} {at}: {far}"
-        else:
+            yield f"{name} differs from {theory} {at}: {far}"
+        if one in CHECKS:
+            return
+        if not differing:
             yield (
-                f"{one.symbol} agrees with {theory} at {_all(known)} (at most {number}, at "
+                f"{name} agrees with {theory} at {_all(known)} (at most {number}, at "
                 f"{_place(worst)}: {distance(worst)})"
             )
             yield from _jointly(known, theory)
@@ -431,7 +437,7 @@ def _places(rows: Sequence[Row]) -> str:
     labels = list(dict.fromkeys(map(_place, rows)))
     if len(labels) > MOST_NAMED:
         labels = [*labels[:MOST_NAMED], f"{len(labels) - MOST_NAMED} more"]
-    return listed(labels)
+    return "; ".join(labels) if any(", " in label for label in labels) else listed(labels)
 
 
 def _reason(states: Sequence[Row]) -> str:
@@ -454,10 +460,10 @@ def _range_of(one: Quantity, rows: Records) -> str:
 def _jointly(known: Records, theory: str) -> Iterator[str]:
     """Whether all points together agree with theory, by χ² of enough repeats at each."""
     enough = all(row["repeats"] >= ENOUGH_REPEATS for row in known)
-    if len(known) > 2 and enough:
+    if len(known) > 1 and enough:
         p = joint_probability(np.array([row["difference_in_errors"] for row in known]))
-        if p < LEAST_PROBABILITY:
-            yield f"the {len(known)} points together differ from {theory} (χ², {chance(p)})"
+        verdict = f"differ from {theory}" if p < LEAST_PROBABILITY else "do not refuse it"
+        yield f"the {len(known)} points together {verdict} (χ², {chance(p)})"
 
 
 def _reservations(rows: Sequence[Row]) -> Iterator[str]:

@@ -49,6 +49,14 @@ NO_THEORY = "no theory"
 ENSKOG_START = "Enskog rates at the start"
 """The model of Haff's α by Enskog's rates, `haff_rate`."""
 
+LEFT = quantities.ENERGY_LEFT.name
+
+EVENT_COUNT = "by event count"
+"""The model of `theory.energy_ratio_by_events`."""
+
+ABOVE_ROTATION, ABOVE_DRIFT = f"{EVENT_COUNT}, above L²/2I", f"{EVENT_COUNT}, above p²/2M"
+"""The same for the energy above that which conservation laws keep, see `floors`."""
+
 HEAVY = 1000.0
 """A free container this many times as heavy as the balls keeps their angular momentum."""
 
@@ -317,7 +325,11 @@ def cooling(measurement: Measurement, constants: Mapping[tuple[str, str], Array]
     walls, pairs = (events.astype(np.float64) for events in measurement.calm_events.T)
     shares = scene.restitution, pairs, scene.wall_restitution, walls
     by_events = theory.energy_ratio_by_events(components(scene), *shares)
-    yield "energy left at the end", "by event count", left, by_events
+    yield LEFT, EVENT_COUNT, left, by_events
+    kept, walls_too = floors(measurement), scene.container.has_wall
+    if walls_too or not at_rest(scene):
+        above = theory.energy_ratio_by_events(components(scene) - walls_too, *shares)
+        yield LEFT, ABOVE_ROTATION if walls_too else ABOVE_DRIFT, left, kept + (1 - kept) * above
 
 
 def _slower_cooling(measurement: Measurement) -> Iterator[Row]:
@@ -343,7 +355,7 @@ def _slower_cooling(measurement: Measurement) -> Iterator[Row]:
     left = theory.cooled_temperature(first, measurement.time, rate) / first
     kept = drift / measurement.first_energy
     ratio = measurement.calm_energy / measurement.first_energy
-    yield "energy left at the end", "Enskog rates, e(v)", ratio, kept + (1 - kept) * left
+    yield LEFT, "Enskog rates, e(v)", ratio, kept + (1 - kept) * left
 
 
 def _unknown_loss(scene: Scene) -> Law | None:
@@ -544,8 +556,6 @@ def impulse_notes(scene: Scene) -> Iterator[Note]:
         )
         yield Note(text, about)
 
-
-LEFT = "energy left at the end"
 
 EQUAL_SPEEDS = (
     "Haff's α: theory is for mixed speeds; equal speeds lose less at first "

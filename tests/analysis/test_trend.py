@@ -87,18 +87,6 @@ def test_a_trend_has_the_quantity_of_most_points() -> None:
     assert not trends(named, "run")
 
 
-def test_all_points_together_are_tested_once() -> None:
-    """Three differences of 1.5 errors: χ² is 6.75 with three degrees of freedom, p = 0.080."""
-    rows = [row(cor, 1.015 - cor, 1.0 - cor) | {"repeats": 40} for cor in (0.1, 0.3, 0.5)]
-    assert sentence(*rows).endswith(
-        "the 3 points together do not refuse this theory (χ², p = 0.08)"
-    )
-    rows = [row(cor, 1.03 - cor, 1.0 - cor) | {"repeats": 40} for cor in (0.1, 0.3, 0.5)]
-    assert "the 3 points together differ from this theory (χ², p <0.001)" in sentence(*rows)
-    few = [*rows[:2], rows[2] | {"repeats": 19}]
-    assert "together" not in sentence(*few)
-
-
 def test_a_point_without_an_error_is_not_counted() -> None:
     unknown = {"difference_in_errors": None, "difference_error": None, "error": None}
     rows = [row(0.1, 1.0, 1.02), row(0.2, 0.9, 0.91), row(0.3, 0.5, 0.8) | unknown]
