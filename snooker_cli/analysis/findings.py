@@ -18,6 +18,7 @@ from snooker_cli.analysis.goodness import (
     FEW_REPEATS,
     LEAST_PROBABILITY,
     joint_probability,
+    verdict,
 )
 from snooker_cli.analysis.predictions import (
     ABOVE_DRIFT,
@@ -187,20 +188,6 @@ def _is_refused(law: Row) -> bool:
     return bool(law["holds_to"] < law["judged_to"])
 
 
-def _law_holds(law: Row) -> str:
-    """Until when a law holds, and the probability of a deviation as large in the judged time."""
-    label, p, end = LAWS[law["model"]].label, law["probability"], law["holds_to"]
-    name = label if label[0].isupper() else f"The {label} law"
-    if p is None:
-        return f"{name} is not tested (too few repeats or collisions)"
-    if end == law["judged_from"]:
-        return f"{name} does not hold ({chance(p)})"
-    of, repeats = short(law["judged_to"]), law["judged_repeats"]
-    if _is_refused(law):
-        return f"{name} is refused after {short(end)} of {of} s ({chance(p)})"
-    return f"{name} is not refused up to {of} s by {repeats} repeats ({chance(p)})"
-
-
 class Findings:
     """What holds at points: of each point by its label, and of all together.
 
@@ -263,7 +250,7 @@ class Findings:
         if law["value"] is None:
             yield "The energy has no fit"
             return
-        yield _law_holds(law)
+        yield verdict(law)
         if law["model"] != "haff" or quantities.HAFF_RATE.name not in compared:
             yield f"{LAWS[law['model']].symbol} = {with_error(law['value'], law['error'], '1/s')}"
 

@@ -1,15 +1,16 @@
 """Whether a law describes the repeats of a point: Hotelling's tests of means over repeats."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.analysis.fitting import MODELS, MOST_STEPS, FitModel, FitResult
+from snooker_cli.analysis.fitting import LAWS, MODELS, MOST_STEPS, FitModel, FitResult
+from snooker_cli.formatting import chance, short, with_error
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -25,6 +26,10 @@ not refuse it, of groups of 20 a third do not, of groups of 40 none.
 
 FEW_REPEATS = f"Fewer than {ENOUGH_REPEATS} repeats refuse only a law that is far off."
 """What a reader of a law that few repeats do not refuse has to know."""
+
+FAR = 2.0
+"""A factor between a quantity at the end and its law from which on few repeats cannot test the law:
+their errors are so large that they do not refuse it, and yet it does not describe them."""
 
 MOST_WINDOWS = 20  # windows of a test at most, and ends of a range that are tried
 
@@ -55,6 +60,34 @@ class Goodness:
     holds_to: float = math.nan
     end_over_fit: float = math.nan
     end_over_fit_error: float = math.nan
+
+
+def verdict(law: Mapping[str, Any]) -> str:
+    """Until when a law of the energy holds, with p, and how far it is from the energy at the end.
+
+    law : a row of ``snooker fit --json``
+
+    ``Haff's law is not refused up to 6.1 s by 5 repeats (p = 0.23; the energy at the end is 1.64 ±
+    0.34 times the law's)``
+    """
+    label, p, end = LAWS[law["model"]].label, law["probability"], law["holds_to"]
+    name = label if label[0].isupper() else f"the {label} law"
+    begun = f"{name[0].upper()}{name[1:]}"
+    if p is None:
+        return f"{begun} is not tested (too few repeats or collisions)"
+    factor, repeats, of = law.get("end_over_fit"), law["judged_repeats"], short(law["judged_to"])
+    size, far, tested = "", False, chance(p)
+    if factor is not None:
+        times = with_error(factor, law["end_over_fit_error"])
+        size, far = f"the energy at the end is {times} times the law's", not 1 / FAR < factor < FAR
+        tested = f"{tested}; {size}"
+    if end < law["judged_to"]:
+        begins = end == law["judged_from"]
+        until = "does not hold" if begins else f"is refused after {short(end)} of {of} s"
+        return f"{begun} {until} ({tested})"
+    if far and repeats < ENOUGH_REPEATS:
+        return f"{repeats} repeats cannot test {name} ({chance(p)}): {size}"
+    return f"{begun} is not refused up to {of} s by {repeats} repeats ({tested})"
 
 
 def joint_probability(in_errors: Array) -> float:

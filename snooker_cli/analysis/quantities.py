@@ -99,13 +99,61 @@ ACROSS = Quantity(
     "T across/T along", "T across/T along", "1", "T across/T along", "across_ratio", "snapshots"
 )
 
+OF_FIGURES = (
+    Quantity("largest overlap", "δ", "m", "largest overlap", "largest_overlap", "curve"),
+    Quantity(
+        *("change of the momentum", "|Δp|/p", "1", "largest change of the momentum"),
+        *("momentum_change", "curve"),
+    ),
+    Quantity("NT/PV", "NT/PV", "1", "NT/PV", "inverse_ideal_gas_ratio", "means"),
+    Quantity(
+        *("van der Waals' b", "b", "areas of a disk", "van der Waals' constant"),
+        *("excluded_disks", "means"),
+    ),
+    Quantity(
+        *("distance from the law of speeds", "D", "1", "largest difference of cumulative shares"),
+        *("distance_from_law", "means"),
+    ),
+    Quantity(
+        "length of the way", "d", "m", "distance from the start to the end", "distance", "curve"
+    ),
+    Quantity(
+        *("diffusion coefficient", "D", "m²/s", "diffusion coefficient"),
+        *("diffusion_coefficient", "curve"),
+    ),
+    Quantity(
+        *("pair correlation at contact", "g(σ⁺)", "1", "pair correlation at contact"),
+        *("contact_value", "snapshots"),
+    ),
+    Quantity("hexatic order", "|ψ₆|", "1", "hexatic order", "hexatic_order", "snapshots"),
+    Quantity("a₂", "a₂", "1", "a₂", "sonine_coefficient", "curve"),
+    Quantity(
+        *("energy without the flow", "E_th/E", "1", "share of the energy without the flow"),
+        *("thermal_share", "snapshots"),
+    ),
+    Quantity("heat flux", "q", "J/(m s)", "heat flux", "heat_flux", "means"),
+    Quantity(
+        *("structure factor", "S", "1", "structure factor of the longest waves"),
+        *("structure_factor", "snapshots"),
+    ),
+    Quantity(
+        *("balls in a ball's cluster", "N_c", "1", "mean number of balls in a ball's cluster"),
+        *("cluster_size", "snapshots"),
+    ),
+    Quantity(
+        *("variance over mean in cells", "Var(n)/⟨n⟩", "1", "variance over mean in a cell"),
+        *("density_fluctuation", "snapshots"),
+    ),
+)
+"""The results of figures that no table has."""
+
 QUANTITIES: Mapping[str, Quantity] = {
     one.name: one
     for one in (
         *(SPECIES_RATIO, SPIN_RATIO, TEMPERATURE, HAFF_RATE, RATIO, PRESSURE, VIRIAL_PRESSURE),
         *(VIRIAL_RATIO, WALL_RATE, PAIR_RATE, FREE_PATH, MEAN_SPEED, KURTOSIS, CHI_SQUARE),
         *(ENERGY_DECAY, PRESSURE_DECAY, ENERGY_LEFT, CRITICAL_RATIO, GIVEN, *SIDES_GIVEN.values()),
-        *(COLLISION_LOSS, ACROSS),
+        *(COLLISION_LOSS, ACROSS, *OF_FIGURES),
     )
 }
 """Every quantity by its name; main ones first, in the order in which sentences have them."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from snooker_cli.formatting import point_label, value_text, with_error
 
 Array = NDArray[np.float64]
 
+FALLS, RISES = "falls", "rises"
 SURE = 2.0  # errors by which two neighbours differ, so that a change has a direction
 
 
@@ -30,11 +31,13 @@ class Trend:
 
     key, key_unit : the swept key, and the unit of its values; empty for a number
     rows : a comparison of each point, in the order of the key
+    words : the values of the key as a sentence has them; without them they are those of a config
     """
 
     key: str
     rows: Sequence[Mapping[str, Any]]
     key_unit: str = ""
+    words: Mapping[float, str] = field(default_factory=dict)
 
     def column(self, name: str) -> Array:
         """A number of each row, (*points*,); nan where it is not known."""
@@ -63,31 +66,32 @@ class Trend:
     @property
     def change(self) -> str:
         """How the result changes, and whether as steeply as in theory; without a full stop."""
+        verb, ends = self._verb(), (self.rows[0], self.rows[-1])
+        if verb not in (FALLS, RISES):
+            ends = min(self.rows, key=_measured), max(self.rows, key=_measured)
         unit = self.quantity.unit_text
-        first, last = (with_error(row["measured"], row["error"], unit) for row in self._ends())
-        at = [self._place(row) for row in self._ends()]
-        change = (
-            f"{self.quantity.symbol} {self._verb()} from {first} at {at[0]} to {last} at {at[1]}"
+        low, high = (
+            f"{with_error(row['measured'], row['error'], unit)} at {self._place(row)}"
+            for row in ends
         )
-        return change + (self._beside_theory() if self.theory else "")
-
-    def _ends(self) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
-        return self.rows[0], self.rows[-1]
+        beside = self._beside_theory() if self.theory else ""
+        return f"{self.quantity.symbol} {verb} from {low} to {high}{beside}"
 
     def _place(self, row: Mapping[str, Any]) -> str:
         """The value of the key at a point: ``balls.radius = 1.2 m``."""
-        return f"{self.key} = {value_text(row['parameters'][self.key])} {self.key_unit}".rstrip()
+        value = row["parameters"][self.key]
+        return self.words.get(value) or f"{self.key} = {value_text(value)} {self.key_unit}".rstrip()
 
     def _verb(self) -> str:
-        """``falls`` or ``rises`` where no step is the other way beyond its error."""
+        """`FALLS` or `RISES` where no step is the other way beyond its error; else a range."""
         values, errors = self.column("measured"), self.column("error")
         steps = np.diff(values)
         of_steps = SURE * np.nan_to_num(np.hypot(errors[1:], errors[:-1]))
         if np.all(steps <= of_steps) and np.any(steps < -of_steps):
-            return "falls"
+            return FALLS
         if np.all(steps >= -of_steps) and np.any(steps > of_steps):
-            return "rises"
-        return "changes, not in one direction," if np.any(np.abs(steps) > of_steps) else "goes"
+            return RISES
+        return "changes, not in one direction," if np.any(np.abs(steps) > of_steps) else "ranges"
 
     def _beside_theory(self) -> str:
         """Whether the change is steeper than that of theory, if the ends tell it.
@@ -118,6 +122,10 @@ class Trend:
         return f"it is {distance(row)} theory at {self._place(row)} ({most})"
 
 
+def _measured(row: Mapping[str, Any]) -> float:
+    return float(row["measured"])
+
+
 def trends(compared: Sequence[Mapping[str, Any]], key: str, unit: str = "") -> dict[str, Trend]:
     """Trends along a key, by the values of the other keys (empty if there is none).
 
@@ -134,10 +142,14 @@ def trends(compared: Sequence[Mapping[str, Any]], key: str, unit: str = "") -> d
     return {label: trend for label, trend in along.items() if trend is not None}
 
 
-def trend_of(compared: Records, key: str, unit: str = "") -> Trend | None:
+def trend_of(
+    compared: Records, key: str, unit: str = "", words: Mapping[float, str] | None = None
+) -> Trend | None:
     """The trend of points with a number of this key each; ``None`` of fewer than two.
+
+    unit, words : of the key's values, as of ``Trend``
 
     It is of the main quantity beside one theory, see `main_result`.
     """
     rows = sorted(main_result(compared), key=lambda row: float(row["parameters"][key]))
-    return Trend(key, rows, unit) if len(rows) > 1 else None
+    return Trend(key, rows, unit, words or {}) if len(rows) > 1 else None

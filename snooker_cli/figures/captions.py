@@ -15,6 +15,7 @@ from snooker_cli.analysis.run_analysis import measurement_of
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
+from snooker_cli.figures.declared_result import Result, with_units_of_axes
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
     Array,
@@ -76,13 +77,15 @@ class FigureBuilder:
     groups : points along the x axis, a list for each series; or one list, of a series each
     fields : fields of ``FigureData`` that do not depend on the run
     shows : the sentence that begins the caption
+    result : what the figure has as its result, if any; the caption says it next
     lines, bands : layers; bands are behind lines
     panel : layers of the panel below
     records : the numbers of each point, as JSON
+    places : the point of each record in words
     means : whether lines are means over the repeats and bands their standard errors
     thin : whether theory is left out for a mean free path that exceeds the container
     brief : number of repeats that a mean course leaves out, because they end early
-    beside_theory : whether the caption says how the results differ from theory
+    beside_theory : whether the caption of the figure itself says the result beside theory
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
     reading : is called for each repeat that is read
@@ -93,10 +96,12 @@ class FigureBuilder:
     groups: Sequence[Sequence[Point]]
     fields: Mapping[str, Any]
     shows: str = ""
+    result: Result | None = None
     lines: list[Layer] = field(default_factory=list)
     bands: list[Band] = field(default_factory=list)
     panel: list[Layer] = field(default_factory=list)
     records: list[dict[str, Any]] = field(default_factory=list)
+    places: list[str] = field(default_factory=list)
     means: bool = False
     thin: bool = False
     brief: int = 0
@@ -183,13 +188,22 @@ class FigureBuilder:
         return _joined(point, of_label(points or self.points)) or None
 
     def record(self, point: Point, **numbers: Any) -> None:
-        """Add the numbers of a point; a pair is a value and its error."""
+        """Add the numbers of a point, or of a species of it; a pair is a value and its error."""
         row = {"parameters": point.as_json(), "repeats": len(self.repeats(point))}
         for name, value in numbers.items():
             if isinstance(value, tuple):
                 value, row[f"{name}_error"] = value
             row[name] = value
         self.records.append(row)
+        self.places.append(", ".join(filter(None, [self.label(point), numbers.get("species")])))
+
+    def _result(self, numbers: Mapping[str, Any]) -> str:
+        """The sentence on the result, unless the caption has one already."""
+        if self.result is None or self.beside_theory:
+            return ""
+        if self.result.number in numbers:
+            return self.result.sentence([numbers], [""])
+        return self.result.sentence(self.records, self.places)
 
     def _choice(self) -> str:
         """Sentences if there are more points or repeats than the figure uses."""
@@ -357,6 +371,7 @@ class FigureBuilder:
         errors = [layer.y_error for layer in layers if isinstance(layer, Points)]
         sentences = [
             self.shows,
+            self._result(numbers or {}),
             caption,
             self._largest_deviation() if others.get("panel_label") == ABOVE_THEORY else "",
             "Theory fails where the mean free path exceeds the container." if self.thin else "",
@@ -368,12 +383,13 @@ class FigureBuilder:
         ]
         return FigureData(
             layers=tuple(layers),
-            caption=" ".join(filter(None, sentences)),
+            caption=with_units_of_axes(" ".join(filter(None, sentences))),
             numbers={
                 **(numbers or {}),
                 **self._largest_residual(),
                 **({"points": self.records} if self.records else {}),
             },
+            result=self.result.as_json() if self.result else {},
             **{**self.fields, "title": self.title, **others},
         )
 

@@ -211,12 +211,13 @@ def _along_cor(records: Sequence[dict[str, Any]], expected: Array, model: str) -
         "difference_in_errors": (alpha - expected) / error,
         "repeats": np.array([row["repeats"] for row in records]),
     }
+    cors = [row["parameters"]["cor"] for row in records]
     rows = [
         {"quantity": HAFF_RATE.name, "model": model, **record}
         | {name: column[place] for name, column in numbers.items()}
         for place, record in enumerate(records)
     ]
-    return Trend("cor", rows).sentence()
+    return Trend("cor", rows, words={cor: f"CoR {cor:g}" for cor in cors}).sentence()
 
 
 def _constants(build: FigureBuilder, point: Point, source: bool) -> dict[str, Any]:
@@ -248,6 +249,7 @@ class _LocalDecay(NamedTuple):
     edges : (*w*, 2), s
     rates, errors : −d ln E/dt and its standard error; (*w*,), s⁻¹
     k : constant of the fitted exponential, s⁻¹
+    alpha_error : standard error of the fitted α, s⁻¹
     floor : energy that the balls keep, over that at the start
     laws : α (s⁻¹) and floor of each form in ``_HAFF``
     """
@@ -256,6 +258,7 @@ class _LocalDecay(NamedTuple):
     rates: Array
     errors: Array
     k: float
+    alpha_error: float
     floor: float
     laws: dict[str, tuple[float, float]]
 
@@ -301,7 +304,7 @@ def haff_time(build: FigureBuilder) -> FigureData:
         means = {law: _mean_haff_rates(one.edges, *one.laws[law]) for law in one.laws}
         record: dict[str, Any] = {"k": one.k, "floor": one.floor, "windows": len(one.rates)}
         record |= {f"{law}_last_rate": float(mean[-1]) for law, mean in means.items()}
-        record["alpha"] = one.laws["fitted"][0]
+        record["alpha"] = one.laws["fitted"][0], one.alpha_error
         if "theory" in one.laws:
             record["theory_alpha"] = one.laws["theory"][0]
             build.add_residuals(index, x, one.rates, one.errors, means["theory"])
@@ -325,8 +328,8 @@ def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
     """The local decay of a point. Raises ``FigureError`` if it has too few collisions."""
     measurement = build.measurement(point)
     edges, rates, errors, left = _local_rates(measurement)
-    rate = {decay.law: decay.over_repeats.value for decay in build.energy_decays(point)}
-    k, alpha = rate["exponential"], rate["haff"]
+    means = {decay.law: decay.over_repeats for decay in build.energy_decays(point)}
+    k, alpha = means["exponential"].value, means["haff"].value
     if not (math.isfinite(k) and math.isfinite(alpha)):
         raise FigureError("a point's repeats are too short to be fitted; run longer")
     floor = float(predictions.floors(measurement).mean())
@@ -335,7 +338,7 @@ def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
         laws["theory"] = (expected, 0.0)
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)
-    return _LocalDecay(edges, rates, errors, k, floor, laws)
+    return _LocalDecay(edges, rates, errors, k, means["haff"].error, floor, laws)
 
 
 def _haff_rate(time: Array, alpha: float, floor: float) -> Array:

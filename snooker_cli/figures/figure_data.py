@@ -120,7 +120,6 @@ UNITS = {
     **dict.fromkeys(("time", "theory_relaxation_time"), "s"),
     **dict.fromkeys(("temperature", "mean_temperature", "final_temperature"), "J"),
     **dict.fromkeys(("first_temperature", "last_temperature"), "J"),
-    **{f"temperature_{species}": "J" for species in range(6)},
     **{f"jump_{word}{side}": "J" for word in ("", "theory_") for side in (0, 1)},
     **dict.fromkeys(("k", "alpha", "theory_alpha", "report_k", "repeat_k", "repeat_alpha"), "s⁻¹"),
     **{f"{law}_last_rate": "s⁻¹" for law in ("fitted", "theory", "floor")},
@@ -136,7 +135,7 @@ UNITS = {
     "momentum_at_start": "kg m/s",
     "largest_residual": "%",
 }
-"""Units of the numbers of figures, by their names; others are no quantities with a unit."""
+"""Units of the numbers of figures but the result, by their names; others have no unit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,8 +146,9 @@ class FigureData:
     title, x_label, y_label : with units
     layers : from the back to the front
     caption : at most five lines
-    numbers : the key numbers, as JSON has them: what is not finite is ``None``; ``units`` has those
-        of names that have another unit than in `UNITS`
+    numbers : the key numbers, as JSON has them: what is not finite is ``None``
+    result : the quantity of the result, its unit, and the names of its number and of the theory's;
+        empty without one
     x_limits, y_limits : (low, high); ``None`` fits the data
     equal_axes : whether a metre is as long in y as in x
     shades : the rank of each series in a sequential palette, from 0 to 1; empty: other colours
@@ -167,6 +167,7 @@ class FigureData:
     layers: tuple[Layer, ...]
     caption: str
     numbers: dict[str, Any] = field(default_factory=dict)
+    result: dict[str, str] = field(default_factory=dict)
     x_log: bool = False
     y_log: bool = False
     x_limits: Sequence[float | None] = (None, None)
@@ -185,7 +186,9 @@ class FigureData:
 
     def unit(self, name: str) -> str:
         """The unit of a number; empty without one."""
-        return str({**UNITS, **self.numbers.get("units", {})}.get(name, ""))
+        if name in (self.result.get("number"), self.result.get("theory")):
+            return self.result["unit"]
+        return UNITS.get(name, "")
 
     @property
     def alt(self) -> str:

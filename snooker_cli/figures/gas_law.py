@@ -91,7 +91,7 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
         if first.scene.equal_balls:
             expected = np.array([state.expected for state in states])
             build.add_residuals(index, x, y, y_error, expected)
-        ratios = [float(state.over_ideal.mean()) for state in states]
+        ratios = [mean_and_error(state.over_ideal) for state in states]
         for state, pressure, ratio in zip(states, means, ratios, strict=True):
             build.record(state.point, **state.conditions, pressure=pressure, over_ideal=ratio)
     build.lines.append(legend_line(THEORY, "dotted"))
@@ -213,8 +213,7 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
     ]
     which = "mean (filled) or final (open)" if lossy else "mean"
     return build.figure(
-        f"A marker is the mean pressure of a repeat over the ideal gas's at its {which} "
-        "temperature.",
+        f"A marker is a repeat at its {which} temperature.",
         numbers={"ended_early": ended_early},
         y_log=highest > 20,
     )

@@ -14,6 +14,7 @@ from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder, Reading, silent
 from snooker_cli.figures.conditions import CONDITIONS, Condition, shows_gas
+from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_data import FigureData
 from snooker_cli.figures.selection import (
     MOST_SERIES,
@@ -50,6 +51,7 @@ class FigureSpec:
     needs: str
     draw: Callable[[FigureBuilder], FigureData]
     axes: Mapping[str, Any]
+    result: Result | None
     shows: str = ""
     report_figures: Sequence[int] = ()
     requires: Sequence[str] = ()
@@ -115,9 +117,8 @@ class FigureSpec:
             )
         fields = {"kind": self.name, "title": self.title, **self.axes}
         groups = self.groups(points)
-        build = FigureBuilder(
-            run, selection, groups, fields, self.shows, total=total, reading=reading
-        )
+        words = self.shows, self.result
+        build = FigureBuilder(run, selection, groups, fields, *words, total=total, reading=reading)
         for point in build.points if self.sample else ():
             collisions = [status.collisions for status in build.statuses(point)]
             build.limit(point, MOST_COLLISIONS // len(build.points) // max(1, *collisions))
@@ -126,7 +127,7 @@ class FigureSpec:
 
 def _read() -> dict[str, FigureSpec]:
     text = (files("snooker_cli.figures") / "registry.yaml").read_text(encoding="utf-8")
-    fields = FigureData.__dataclass_fields__.keys() - {"title"}
+    fields = FigureData.__dataclass_fields__.keys() - {"title", "result"}
     specs = {}
     for name, entry in yaml.safe_load(text).items():
         axes = {key: entry.pop(key) for key in fields if key in entry}
@@ -134,7 +135,9 @@ def _read() -> dict[str, FigureSpec]:
         draw = getattr(import_module(f"snooker_cli.figures.{module}"), function)
         if "of" in entry:
             draw = partial(draw, entry.pop("of"))
-        specs[name] = FigureSpec(name=name, draw=draw, axes=axes, **entry)
+        result = entry.pop("result")  # of a figure without one it is null
+        of = None if result is None else Result(**result)
+        specs[name] = FigureSpec(name=name, draw=draw, axes=axes, result=of, **entry)
     return specs
 
 

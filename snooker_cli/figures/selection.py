@@ -12,9 +12,11 @@ from snooker_cli import theory
 from snooker_cli.config import Point, unit_of
 from snooker_cli.config.models import Model
 from snooker_cli.config.points import single_values
+from snooker_cli.config.problems import key_path
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError, KeyAbsentError
 from snooker_cli.formatting import listed, short, value_text
+from snooker_cli.laws import Sides
 from snooker_cli.runs import RepeatState, RepeatStatus, Run
 from snooker_cli.runs.run import point_and_repeats
 from snooker_cli.runs.side_by_side import RUN
@@ -308,7 +310,9 @@ SCENE_WORDS = {  # of the keys whose common values a caption prints
     "container.radius": "R = {} m",
     "container.packing": "packing {}",
     "cor": "CoR {}",
+    "cor_speed": "as at {} m/s",
     "wall_cor": "wall CoR {}",
+    "wall_cor_speed": "wall CoR as at {} m/s",
     "tangential_cor": "β = {}",
     "friction": "μ = {}",
     "wall_tangential_cor": "wall β = {}",
@@ -323,6 +327,23 @@ _WORDS = SCENE_WORDS | {
     "collisions": "{} collisions",
     "time": "{} s",
 }
+
+AXES = {
+    "cor": "coefficient of restitution",
+    "wall_cor": "coefficient of restitution of the wall",
+    "balls.rings": "rings of balls",
+    "balls.count": "number of balls",
+    "balls.radius": "ball radius (m)",
+    "balls.speed": "speed at the start (m/s)",
+    "balls.packing": "packing fraction",
+    "container.packing": "packing fraction",
+    "container.radius": "radius of the container (m)",
+    "tangential_cor": "tangential restitution β",
+    "friction": "friction μ",
+    "wall_speed": "speed V of the wall (m/s)",
+    "wall_temperature": "temperature of the wall (J)",
+}
+"""Labels of an x axis, by the swept key."""
 
 _ABSENT = {"wall_cor": "wall as balls", "container.mass": "fixed wall"}
 """The meaning of a key that is null or infinite."""
@@ -339,7 +360,7 @@ def described(point: Point, key: str) -> str:
     if key in _ABSENT and value in (None, math.inf):
         return _ABSENT[key]
     if value is None:
-        return "" if RUN in dict(point.parameters) else f"{key} {value_text(value)}"
+        return "" if RUN in dict(point.parameters) else f"{_name(key)} {value_text(value)}"
     return _words(point, key).format(_shown(point, key))
 
 
@@ -354,13 +375,37 @@ def scale(points: Sequence[Point]) -> tuple[str, tuple[str, ...]]:
     (key,) = keys
     name, unit = (part.strip(" =") for part in _words(points[0], key).split("{}"))
     if name in ("", "wall at"):
-        name = key.rpartition(".")[2].replace("_", " ")
+        name = _name(key)
     label = f"{name} ({unit})" if unit and unit != name else name
     return label, tuple(_shown(point, key) for point in points)
 
 
+def axis_label(point: Point, key: str) -> str:
+    """The label of an axis of a swept key, with its unit: ``ball radius (m)``."""
+    unit = unit_of(point.experiment, key)
+    return AXES.get(key) or (f"{_name(key)} ({unit})" if unit else _name(key))
+
+
 def _words(point: Point, key: str) -> str:
-    return _WORDS.get(key) or f"{key} = {{}} {unit_of(point.experiment, key)}".rstrip()
+    """Words of a key with a place for its value; without words of its own its name is one."""
+    wall, _, side = key.rpartition(".")
+    if side in Sides._fields:
+        return f"{side} {_WORDS[wall]}"
+    return _WORDS.get(key) or f"{_name(key)} {{}} {unit_of(point.experiment, key)}".rstrip()
+
+
+def _name(key: str) -> str:
+    """The last name of a key as words, and the wall, species (from 1) or ball that it is of."""
+    *path, last = key_path(key)
+    words = str(last).replace("_", " ")
+    match path:
+        case [*_, str(wall)] if last in Sides._fields:
+            return f"{wall.replace('_', ' ')}, {words}"
+        case ["balls", int(species)]:
+            return f"{words} of species {species + 1}"
+        case ["balls", "list", int(ball)]:
+            return f"{words} of ball {ball}"
+    return words
 
 
 def _shown(point: Point, key: str) -> str:

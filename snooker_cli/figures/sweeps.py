@@ -8,6 +8,7 @@ from snooker_cli.analysis.trend import Trend, trend_of
 from snooker_cli.config import unit_of
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_data import (
     FigureData,
     Line,
@@ -15,7 +16,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import swept_number
+from snooker_cli.figures.selection import axis_label, described, swept_number, value_at
 
 
 def against_key(build: FigureBuilder) -> FigureData:
@@ -29,7 +30,8 @@ def against_key(build: FigureBuilder) -> FigureData:
             measurement = build.measurement(point)
             compared, _ = comparisons_of(measurement, decays_of(measurement))
             rows += [{"parameters": point.as_json(), **row.as_json()} for row in compared]
-        for trend in filter(None, [trend_of(rows, key, key_unit)]):
+        words = {float(value_at(point, key)): described(point, key) for point in group}
+        for trend in filter(None, [trend_of(rows, key, key_unit, words)]):
             drawn.append(trend)
             x, y, error = trend.x, trend.column("measured"), trend.column("error")
             label = build.label(group[0], names) or "simulation"
@@ -50,15 +52,20 @@ def against_key(build: FigureBuilder) -> FigureData:
         raise FigureError(f"fewer than two points have a result along {key}; run longer")
     first = drawn[0]
     build.lines += [legend_line(name, "dashed") for name in {t.theory for t in drawn} if name]
-    unit, symbol = first.quantity.unit_text, first.quantity.symbol
+    symbol = first.quantity.symbol
+    build.result = Result(first.rows[0]["quantity"], "value", theory="theory")
+    unit = f" ({build.result.unit})" if build.result.unit else ""
     build.beside_theory = len(drawn) == 1
     seen = f"{first.sentence()}." if build.beside_theory else ""
+    build.shows = (
+        f"{build.result.name} of each point{', and ' + first.theory if first.theory else ''}."
+    )
+    x_label = axis_label(build.points[0], key)
     values = np.concatenate([trend.column("measured") for trend in drawn])
     return build.figure(
         seen,
-        numbers={"units": dict.fromkeys(("value", "theory", "difference"), unit)},
-        title=f"{symbol} against {key}",
-        x_label=f"{key} ({key_unit})" if key_unit else key,
-        y_label=f"{symbol} ({unit.replace('1/s', 's⁻¹')})" if unit else symbol,
+        title=f"{symbol} against {x_label.partition(' (')[0]}",
+        x_label=x_label,
+        y_label=f"{symbol}{unit}",
         logarithmic=more_than_a_decade([values]) and bool(values.min() > 0),
     )

@@ -254,15 +254,14 @@ def a2(build: FigureBuilder) -> FigureData:
 def species_temperature(build: FigureBuilder) -> FigureData:
     """Mean kinetic energy of each species over time."""
     kept = gas(build.points[0]) != "cooling"  # the temperatures of one instant vary
+    if build.result is not None:
+        build.result = build.result._replace(when="in the second half" if kept else "at the end")
     for point, scene, times, rows in _over_time(build, structure.species_temperature):
         names, start = structure.species_names(scene), len(times) // 2 if kept else -1
         means = rows[:, start:].mean(axis=1)
         for index, name in enumerate(names):
             build.add_means(index, name, times, rows[..., index])
-        first, last = means[:, 0], means[:, -1]
-        ratio = mean_and_error(first / last) if np.all(last > 0) else None
-        temperatures = {f"temperature_{k}": mean_and_error(row) for k, row in enumerate(means.T)}
-        build.record(point, species=names, **temperatures, ratio=ratio)
+            build.record(point, species=name, temperature=mean_and_error(means[:, index]))
     return build.figure(logarithmic=build.covers_decades)
 
 

@@ -27,7 +27,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import gas, swept_numbers, value_at
+from snooker_cli.figures.selection import axis_label, gas, swept_numbers, value_at
 from snooker_cli.formatting import counted
 from snooker_cli.laws import Law, Sides, Thermal
 from snooker_cli.scene import Scene
@@ -39,14 +39,8 @@ BATCH = 2**18  # balls times states at once: arrays of this size stay in the cac
 TIMES = 200  # times at which repeats are compared
 CURVE = 100  # vertices of a curve of theory
 
-AXES = {
-    "wall_speed": "speed V of the wall (m/s)",
-    "wall_temperature": "temperature of the wall (J)",
-    "balls.count": "number of balls",
-    "balls.radius": "ball radius (m)",
-    "cor": "coefficient of restitution",
-}
-"""Labels of the x axis, by the swept key."""
+SWEPT = "wall_speed", "wall_temperature", "balls.count", "balls.radius", "cor"
+"""The keys that the temperature is shown along; the first one that has several values."""
 
 
 class _Steady:
@@ -93,7 +87,7 @@ class _Steady:
 def stationary(build: FigureBuilder) -> FigureData:
     """Temperature against a swept key, a series for each CoR, with the balance of energy."""
     numbers = swept_numbers(build.groups[0])  # of runs side by side not their names
-    key = next(key for key in AXES if key in numbers)
+    key = next(key for key in SWEPT if key in numbers)
     names, steady = [group[0] for group in build.groups], _Steady(build)
     for index, group in enumerate(build.groups):
         rows, expected = [], []
@@ -114,9 +108,11 @@ def stationary(build: FigureBuilder) -> FigureData:
         build.lines.append(legend_line("balance of energy, uniform gas", "dotted"))
         caption += " Dotted: balance of energy in a uniform gas (Kumaran 1998)."
     log = more_than_a_decade(line.y for line in build.lines if isinstance(line, Points))
-    units = {"units": {"theory": "J"}}
     return build.figure(
-        caption, numbers=units, logarithmic=log, x_label=AXES[key], x_log=key == "wall_speed"
+        caption,
+        logarithmic=log,
+        x_label=axis_label(build.points[0], key),
+        x_log=key == "wall_speed",
     )
 
 

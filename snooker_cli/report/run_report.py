@@ -3,7 +3,6 @@
 import math
 import shlex
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
 from snooker_cli.figures.selection import gas, spread, swept_number
 from snooker_cli.files import write_text
-from snooker_cli.formatting import point_label, printable, with_error
+from snooker_cli.formatting import point_label, printable
 from snooker_cli.report.document import Pages, packaged
 from snooker_cli.runs import Run
 from snooker_cli.runs.progress import counting
@@ -34,7 +33,6 @@ RELEVANCE: dict[str, dict[str, str]] = yaml.safe_load(packaged("relevance.yaml")
 
 MOST_TRENDS = 3  # sentences on how a result changes along the swept key
 MOST_TOGETHER = 6  # figures that show several runs
-WITH_SENTENCE = {"energy-fit", "decay-against-cor", "swept-key"}  # on their result
 KEY_FIGURES = 2  # figures before all others, on the first page
 MOST_POINTS = 30  # points in tables
 DENSE = 0.5  # packing from which neighbours have an order that a figure shows
@@ -98,7 +96,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     for name, future in drawings.items():
         if isinstance(picture := future.result(), FigureData):
             files.append(f"{number}-{name}")
-            pages.add_figure(files[-1], _with_result(picture), known=scene)
+            pages.add_figure(files[-1], picture, known=scene)
         else:
             left_out[name] = picture
     of_point = {row["point"]: row for row in status["ledger"]}
@@ -129,23 +127,6 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     }
 
 
-def _with_result(picture: FigureData) -> FigureData:
-    """A figure whose caption has its first number, unless it has a sentence on its result."""
-    rows: Sequence[dict[str, Any]] = picture.numbers.get("points", ())
-    numbers = [name for row in rows[:1] for name in row if isinstance(row[name], float)]
-    names = [name for name in numbers if not name.endswith("_error")]
-    if not names or picture.kind in WITH_SENTENCE or "largest_residual" in picture.numbers:
-        return picture
-    name = names[0]
-    unit = picture.unit(name)
-    ends = rows[0], rows[-1]
-    texts = [with_error(row.get(name), row.get(f"{name}_error"), unit) for row in ends]
-    labels = [point_label(row["parameters"]) for row in ends]
-    seen = f"from {texts[0]} at {labels[0]} to {texts[1]} at {labels[1]}" if rows[1:] else texts[0]
-    words = name.replace("_", " ").capitalize()
-    return replace(picture, caption=f"{words}: {seen}. {picture.caption}")
-
-
 def _side_by_side(runs: Sequence[Run], pages: Pages) -> dict[str, Any]:
     """What templates/run.md.j2 prints of runs side by side: figures that show several, and results.
 
@@ -162,7 +143,7 @@ def _side_by_side(runs: Sequence[Run], pages: Pages) -> dict[str, Any]:
             shown = {row["parameters"][RUN] for row in picture.numbers.get("points", ())}
             if len(shown) > 1:
                 files.append(f"together-{name}")
-                pages.add_figure(files[-1], _with_result(picture), known=scene)
+                pages.add_figure(files[-1], picture, known=scene)
     rows = main_rows(comparisons(joined, counting=counting).rows)
     cells = [(point_label(row["parameters"]), tables.compare_cells(row)) for row in rows]
     return {"figures": files, "rows": cells[:MOST_POINTS], "scene": scene}

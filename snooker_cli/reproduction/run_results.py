@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import Repeat, Run, Scene, theory
-from snooker_cli.analysis.predictions import ENSKOG_START
 from snooker_cli.figures import FigureData
 from snooker_cli.formatting import plain
 from snooker_cli.reproduction.source_values import COEFFICIENTS
@@ -26,7 +25,7 @@ WINDOWS = 8
 SETTLED = 0.75
 """Time from which the mean pressure since the start falls, s; before, it is that of a few hits."""
 
-ENSKOG, FINITE = ENSKOG_START, theory.FINITE
+ENSKOG, FINITE = "Enskog rates at the start", theory.FINITE
 """Models of Haff's α in the rows of ``Run.compare``."""
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import pytest
-
 from snooker_cli.analysis.findings import Findings, distance, few_repeats, main_result
 from snooker_cli.analysis.goodness import ENOUGH_REPEATS
 from snooker_cli.formatting import point_label
@@ -145,21 +143,6 @@ def test_walls_that_do_not_give_what_collisions_take_are_named() -> None:
     assert (
         less == f"{first}; the energy from the walls is 5 % below what collisions take (3.9 errors)"
     )
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"holds_to": 1.5, "probability": 1e-7}, "is refused after 1.5 of 3 s (p <0.001)"),
-        ({"holds_to": 0.01, "probability": 0.002}, "does not hold (p = 0.002)"),
-        (
-            {"probability": None, "holds_to": None},
-            "is not tested (too few repeats or collisions)",
-        ),
-    ],
-)
-def test_a_law_holds_as_far_as_the_test_says(changes: dict[str, Any], words: str) -> None:
-    assert at([law(**changes)], []).startswith(f"Haff's law {words}; α = ")
 
 
 def test_few_repeats_do_not_show_that_a_law_holds() -> None:

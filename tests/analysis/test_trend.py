@@ -54,9 +54,10 @@ def test_the_direction_needs_steps_beyond_their_errors() -> None:
     ups = [row(0.1, 1.0, 1.0), row(0.2, 0.99, 1.0), row(0.3, 1.2, 1.0)]  # 0.7 errors down
     assert sentence(*ups).startswith("α rises from")
     turns = [row(0.1, 1.0, 1.0), row(0.2, 0.8, 1.0), row(0.3, 1.2, 1.0)]
-    assert sentence(*turns).startswith("α changes, not in one direction, from")
+    least = "α changes, not in one direction, from 0.800 ± 0.010 1/s at cor = 0.2 to 1.200"
+    assert sentence(*turns).startswith(least)
     flat = [row(0.1, 1.0, 1.0), row(0.2, 1.02, 1.0)]  # 1.4 errors
-    assert sentence(*flat).startswith("α goes from")
+    assert sentence(*flat).startswith("α ranges from")
 
 
 def test_a_step_that_is_as_large_as_its_error_has_no_direction() -> None:

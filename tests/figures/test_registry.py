@@ -13,7 +13,7 @@ from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Points, Reference, Selection
 from snooker_cli.figures.registry import MOST_ALONG, possible
-from snooker_cli.figures.warm_gas import AXES
+from snooker_cli.figures.selection import AXES
 from snooker_cli.runs import Run
 
 
@@ -117,6 +117,7 @@ RATIOS = (
     "collisions per",
 )
 RATIOS += ("packing fraction", "coefficient of restitution", "reduced", "k times", "density")
+RATIOS += ("rings of balls", "tangential restitution", "friction")
 """Words of the labels of axes that are numbers without a unit."""
 
 

@@ -102,12 +102,12 @@ def test_runs_with_other_keys_of_balls_are_drawn_together(tmp_path: Path) -> Non
 def test_a_swept_key_has_its_unit(tmp_path: Path) -> None:
     """On the axis, in the caption and in legends."""
     found = shown(made(tmp_path / "run", "balls.radius=0.5,1.0"), "swept-key")
-    assert found.x_label == "balls.radius (m)"
-    assert found.unit("value") == "1/s"
-    assert "at balls.radius = 0.5 m to" in found.caption
+    assert found.x_label == "ball radius (m)"
+    assert found.unit("value") == "s⁻¹"
+    assert "s⁻¹ at r = 0.5 m to" in found.caption
     speeds = parse(BASE, overrides=["wall_cor=0.9", "wall_cor_speed=1.0,2.0"]).points()
-    assert described(speeds[0], "wall_cor_speed") == "wall_cor_speed = 1 m/s"
-    assert scale(speeds) == ("wall_cor_speed (m/s)", ("1", "2"))
+    assert described(speeds[0], "wall_cor_speed") == "wall CoR as at 1 m/s"
+    assert scale(speeds) == ("wall CoR as at (m/s)", ("1", "2"))
 
 
 def test_the_steady_temperature_is_along_a_value_of_each_run(tmp_path: Path) -> None:

@@ -16,12 +16,11 @@ from figure_runs import made as made_run
 from pypdf import PdfReader
 
 from snooker_cli.analysis.decay import NO_LOSSES
-from snooker_cli.analysis.predictions import LEFT
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.captions import setting
-from snooker_cli.formatting import printable, with_error
+from snooker_cli.formatting import printable
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report import run_report as module
 from snooker_cli.report.document import unbroken
@@ -199,31 +198,3 @@ def test_an_unfinished_run_says_so(
         path.unlink()
     with pytest.raises(FigureError, match="no repeat is there yet"):
         made(tmp_path / "report", open_run(copy))
-
-
-def test_the_opening_has_the_energy_that_is_left_if_it_is_far_from_the_counted_collisions() -> None:
-    def left(cor: float, errors: float | None) -> dict[str, Any]:
-        numbers = {"difference": 0.3, "predicted": 0.6, "difference_in_errors": errors}
-        return {"quantity": LEFT, "parameters": {"cor": cor}, **numbers}
-
-    rows = [left(0.7, 9.2), left(0.8, -4.0), left(0.9, None), {"quantity": "PV/NT"}]
-    assert module._energy_left(rows) == (
-        "The energy left at the end at cor=0.7 is 50 % above what the counted collisions of a "
-        "uniform gas would leave (9.2 errors, the most of 2 points)."
-    )
-    assert module._energy_left([left(0.7, 2.9)]) == ""
-    assert module._energy_left([]) == ""
-
-
-def test_a_caption_begins_with_the_first_number_of_its_figure(decaying: Run) -> None:
-    energy = FIGURES["energy"].make(decaying, Selection())
-    first, *_, last = energy.numbers["points"]
-    caption = module._with_result(energy).caption
-    ratios = [with_error(row["final_ratio"], row["final_ratio_error"]) for row in (first, last)]
-    begins = f"Final ratio: from {ratios[0]} at cor=0.8 to {ratios[1]} at cor=1.0. {energy.caption}"
-    assert caption == begins
-    one = FIGURES["energy"].make(decaying, Selection({"cor": 0.8}))
-    assert module._with_result(one).caption.startswith(f"Final ratio: {ratios[0]}. ")
-    for name in ("decay-against-cor", "event-decay"):  # they have a sentence
-        figure = FIGURES[name].make(decaying, Selection())
-        assert module._with_result(figure) is figure

@@ -1,0 +1,86 @@
+"""The result of each figure, as its caption says it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from figure_runs import ADRIFT, ROUGH, STORED, made, shown
+
+from snooker_cli.figures import FIGURES, FigureData, Selection
+from snooker_cli.figures.declared_result import Result
+from snooker_cli.figures.registry import figures_of
+from snooker_cli.figures.selection import described
+from snooker_cli.runs import Run
+
+GASES = "decaying", "warm", "box", "periodic", "mixture", "heated", "driven"
+FURTHER = {"rough": ROUGH, "stored": STORED, "adrift": ADRIFT}
+
+SYMBOLS = "T_rot", "T_tr", "E_th", "k_P", "N_c", "v_x"
+"""With an index; names of JSON have longer words around it."""
+
+
+@pytest.mark.parametrize("gas", [*GASES, *FURTHER])
+def test_captions_say_the_result_with_its_unit(
+    gas: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    """Of every figure that a gas gives: no name of JSON or of a config, no unit that is missing."""
+    if gas in FURTHER:
+        run = made(tmp_path / "run", text=FURTHER[gas])
+    else:
+        run = request.getfixturevalue(gas)
+    figures = [figure for _, _, figure in figures_of(run, FIGURES, Selection(), most=2)]
+    drawn = [figure for figure in figures if isinstance(figure, FigureData)]
+    assert len(drawn) > 9
+    for figure in drawn:
+        caption = figure.caption
+        for symbol in SYMBOLS:
+            caption = caption.replace(symbol, "")
+        for wrong in (r"\w_\w", r"[a-z]\.[a-z]", r"\w+=", ": from", " at all to ", "nan", "None"):
+            assert not re.search(wrong, caption), (figure.kind, figure.caption)
+        rows = figure.numbers.get("points", [])
+        for name in {*figure.numbers, *(name for row in rows for name in row)} - {"theory"}:
+            assert f"{name.replace('_', ' ').capitalize()}:" not in caption, figure.kind
+        declared = FIGURES[figure.kind].result
+        sentences = figure.caption.split(". ") if declared and declared.unit else []
+        for sentence in sentences:
+            if declared and re.match(f"{re.escape(declared.name)}( .*)? (=|is) ", sentence):
+                values = 1 + (" is between " in sentence)
+                assert sentence.count(f" {declared.unit}") >= values, (figure.kind, sentence)
+
+
+def test_a_result_is_the_least_and_the_largest_of_the_points(decaying: Run, warm: Run) -> None:
+    """Not the first and the last. Errors of rounding are none."""
+    least = Result("temperature", "mean", "in the second half")
+    rows = [{"mean": mean, "mean_error": 0.01} for mean in (2.0, 1.0, 4.0, 3.0)]
+    assert least.sentence([*rows, {"mean": None}], list("abcde")) == (
+        "Temperature T in the second half is between 1.000 ± 0.010 J (b) and 4.000 ± 0.010 J (c); "
+        "1 of 5 points have none."
+    )
+    assert least.sentence(rows[:1], ["a"]) == "Temperature T in the second half = 2.000 ± 0.010 J."
+    assert least.sentence([{"mean": None}], ["a"]) == ""
+    assert "Energy left E/E₀ at the end is 1 at all 6 points." in shown(warm, "energy").caption
+    caption = shown(decaying, "energy").caption
+    assert re.search(r"between 0\.\d+ ± 0\.\d+ \(CoR 0\.8\) and 1 \(CoR 1\)\.", caption)
+
+
+def test_species_count_from_one_and_have_a_record_each(mixture: Run) -> None:
+    found = shown(mixture, "species-temperature")
+    first, second = (record["temperature"] for record in found.numbers["points"])
+    assert found.caption.count("J (r = 0.") == 2
+    ratio = shown(mixture, "species-ratio")
+    assert ratio.result["quantity"] == "T₁/T₂"
+    assert "(theory: 1.381)" in ratio.caption
+    assert 1.0 < first / second < 2.0
+
+
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [
+        ("wall_temperature.right", "right wall at 50 J"),
+        ("wall_temperature", "wall at left 50, right 50 J"),
+    ],
+)
+def test_keys_of_a_config_have_words(heated: Run, key: str, words: str) -> None:
+    assert described(heated.points[0], key) == words
