@@ -1,7 +1,7 @@
 """Fits of a decay, decay constants against the CoR, the decay rate over time, energy by events."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -167,7 +167,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
                 name = "k, mean free path after Enskog"
                 build.lines.append(Line(grid, np.array(law), name, k_series, "dotted"))
                 caption += "Dotted: ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ). "
-            expected = _haff_constants(points[0], scene, np.append(grid, cors), model)
+            expected = _haff_constants(points[0], scene, np.append(grid, cors), source)
             curve, theory_name = expected[: len(grid)], None if several else f"α, {model}"
             build.lines.append(Line(grid, curve, theory_name, series["haff"], "solid"))
             alpha, error = column["alpha"], column["alpha_error"]
@@ -232,14 +232,18 @@ def _constants(build: FigureBuilder, point: Point, source: bool) -> dict[str, An
     return build.records[-1]
 
 
-def _haff_constants(point: Point, scene: Scene, cors: Array, model: str) -> Array:
-    """Haff's α of a point with these CoR by a theory, from the state at the start; 1/s."""
-    alpha = predictions.haff_rate if model == ENSKOG_START else predictions.finite_haff_rate
+def _theory_of(source: bool) -> Callable[[Scene], float | None]:
+    """The theory of Haff's α: that of the tables, or in the reproduction that of its text."""
+    return predictions.haff_rate if source else predictions.finite_haff_rate
+
+
+def _haff_constants(point: Point, scene: Scene, cors: Array, source: bool) -> Array:
+    """Haff's α of a point with these CoR by theory, from the state at the start; 1/s."""
     follows, rates = point.experiment.wall_cor is None, []
     for cor in cors.tolist():
         law = Constant(cor)
         gas = replace(scene, pair_law=law, wall_law=law if follows else scene.wall_law)
-        rates.append(alpha(gas))
+        rates.append(_theory_of(source)(gas))
     return np.array(rates, dtype=np.float64)
 
 
@@ -263,12 +267,12 @@ class _LocalDecay(NamedTuple):
     laws: dict[str, tuple[float, float]]
 
 
-def haff_time(build: FigureBuilder) -> FigureData:
+def haff_time(build: FigureBuilder, source: bool = False) -> FigureData:
     """The local decay rate −d ln E/dt against time, with Haff's law and, of one point, a constant.
 
     Haff's laws of several points are one curve, with times in units of 1/α and rates of 2α.
     """
-    found = [_local_decay(build, point) for point in build.points]
+    found = [_local_decay(build, point, source) for point in build.points]
     several, kept, ends = len(found) > 1, _kept(build.points), []
     drawn = {law for one in found for law in one.laws}
     common = "theory" if all("theory" in one.laws for one in found) else "fitted"
@@ -324,7 +328,7 @@ def haff_time(build: FigureBuilder) -> FigureData:
     return build.figure(caption + (_FLOORS[kept] if "floor" in drawn else ""), **labels)
 
 
-def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
+def _local_decay(build: FigureBuilder, point: Point, source: bool) -> _LocalDecay:
     """The local decay of a point. Raises ``FigureError`` if it has too few collisions."""
     measurement = build.measurement(point)
     edges, rates, errors, left = _local_rates(measurement)
@@ -334,7 +338,7 @@ def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
         raise FigureError("a point's repeats are too short to be fitted; run longer")
     floor = float(predictions.floors(measurement).mean())
     laws = {"fitted": (alpha, 0.0)}
-    if (expected := predictions.finite_haff_rate(measurement.scene)) is not None:
+    if (expected := _theory_of(source)(measurement.scene)) is not None:
         laws["theory"] = (expected, 0.0)
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)

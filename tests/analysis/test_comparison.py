@@ -497,7 +497,7 @@ def test_without_a_theory_the_ratio_of_species_is_measured(old: str, new: str) -
         assert row is None
         assert not any(text.startswith("T₁/T₂") for text in notes)
     else:
-        assert row.model == NO_THEORY
+        assert row.model == predictions.NO_THEORY
         assert math.isnan(row.predicted)
 
 
