@@ -29,7 +29,7 @@ from snooker_cli.analysis.predictions import (
 )
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity
 from snooker_cli.analysis.run_analysis import Records
-from snooker_cli.formatting import chance, counted, listed, point_label, rough, short, with_error
+from snooker_cli.formatting import chance, counted, listed, point_label, ratio, short, with_error
 from snooker_cli.theory import IDEAL
 from snooker_cli.two_temperatures import MEAN_FIELD
 
@@ -79,16 +79,26 @@ def errors_of(row: Row) -> float | None:
 
 
 def distance(row: Row) -> str:
-    """How far a result is from its prediction: ``4 % below``, ``43 times``."""
+    """How far a result is from its prediction: ``4.0 ± 1.9 % below``, ``43 ± 21 times``.
+
+    The error is that of the difference, which is taken in each repeat.
+    """
     measured, predicted = row["measured"], row["predicted"]
     if predicted == 0 or measured / predicted < 0:
         unit = QUANTITIES[row["quantity"]].unit_text
         return f"{short(row['difference'], 2)} {unit}".rstrip() + " from"
-    factor = measured / predicted
+    factor, error = measured / predicted, row.get("difference_error")
+    error = None if error is None else error / abs(predicted)
     if factor >= LARGE_FACTOR or factor <= 1 / LARGE_FACTOR:
-        return f"{rough(factor) if factor >= 1 else short(factor, 2)} times"
-    share = 100 * row["difference"] / predicted
-    return f"{short(abs(share), 2)} % {'below' if share < 0 else 'above'}"
+        return f"{_number(factor, error)} times"
+    share = factor - 1
+    percent = _number(100 * abs(share), None if error is None else 100 * error)
+    return f"{percent} % {'below' if share < 0 else 'above'}"
+
+
+def _number(value: float, error: float | None) -> str:
+    """A number with its error if that is known, else to two digits."""
+    return with_error(value, error) if error else ratio(value)
 
 
 def value_of(row: Row) -> str:
@@ -212,10 +222,14 @@ class Findings:
         rows, laws = self._rows(label), self._laws(label)
         ratios = [row for row in rows if row["quantity"] in RATIOS]
         others = [row for row in rows if row not in ratios]
-        known = [f"{beside(row)}{self._change(label, row)}" for row in ratios]
+        known = [text for row in ratios for text in (beside(row), *self._change(label, row))]
         known += self._law_of_decay(laws, {row["quantity"] for row in rows})
         known += self._stationary(label)
-        known += [beside(row) for row in others if self._is_new(row, rows)]
+        when = " after the relaxation" if "cooling" in self._kinds(label) else ""
+        for row in others:
+            if self._is_new(row, rows):
+                relaxed = when * (row["quantity"] == quantities.RATIO.name)
+                known.append(beside(row).replace(" =", f"{relaxed} =", 1))
         known += self._differing_checks(label)
         about = laws[:1] if laws else rows[-1:]
         return "; ".join([*known, *_reservations(about)] if known else [])
@@ -260,10 +274,15 @@ class Findings:
         if stationary is not None:
             yield stationary["sentence"]
 
-    def _change(self, label: str, row: Row) -> str:
+    def _kinds(self, label: str) -> list[str]:
+        """What decides the main quantities of a point; empty if it is not known."""
+        return list(self.states.get(label, {}).get("kinds", ()))
+
+    def _change(self, label: str, row: Row) -> Iterator[str]:
         """A remark on a ratio of temperatures that still changes, or was not tested."""
         change = self.states.get(label, {}).get("changes", {}).get(row["quantity"])
-        return f" ({change['sentence']})" if change else ""
+        if change:
+            yield change["sentence"]
 
     def _is_new(self, row: Row, rows: Records) -> bool:
         """PV/NT beside an ideal gas says little where another main quantity has a theory."""
@@ -289,14 +308,19 @@ class Findings:
     @cached_property
     def overview(self) -> str:
         """What holds for all points together, without a full stop; empty if nothing is known."""
-        parts = [*self._laws_together(), *self._stationary_together()]
-        for one in (*MAIN, *CHECKS):
-            rows = self._of(one)
-            if rows:
-                parts += self._together(one, rows)
-        parts += self._changes_together()
+        ratios = [one for one in MAIN if one.name in RATIOS]
+        others = [one for one in (*MAIN, *CHECKS) if one not in ratios]
+        parts = [*self._each_together(ratios), *self._changes_together()]
+        parts += [*self._laws_together(), *self._stationary_together()]
+        parts += self._each_together(others)
         haff = [row for row in self.fits if cools(row) and row["model"] == "haff"]
         return "; ".join([*parts, *_reservations([*haff, *main_rows(self.compared)])])
+
+    def _each_together(self, chosen: Iterable[Quantity]) -> Iterator[str]:
+        """What holds of these quantities, of those that have rows."""
+        for one in chosen:
+            if rows := self._of(one):
+                yield from self._together(one, rows)
 
     def _laws_together(self) -> Iterator[str]:
         """At how many points Haff's law is refused."""
@@ -340,8 +364,8 @@ class Findings:
         name = one.symbol if one in MAIN else f"the {one.name}"
         if differing:
             value = with_error(worst["measured"], worst["error"], one.unit_text)
-            at = _at(differing, known, named=False)
-            at += f", most at {_place(worst)}" if known[1:] else ""
+            at = _at(differing, known, named=not differing[1:])
+            at += f", most in errors at {_place(worst)}" if differing[1:] else ""
             far = f"{value} is {distance(worst)} it ({number})"
             yield f"{name} differs from {theory} {at}: {far}"
         if one in CHECKS:

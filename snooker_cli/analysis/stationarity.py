@@ -47,12 +47,13 @@ class Change(NamedTuple):
         """What a reader of the mean has to know, without its subject."""
         if math.isnan(self.probability):
             if self.repeats < LEAST_REPEATS:
-                return "too few repeats to test whether it still changes"
+                return "too few repeats to test whether it changes in this mean"
             return "the repeats differ by rounding alone, so that no change can be tested"
         if self.refused:
             ends = " to ".join(with_error(*end) for end in (self.first, self.last))
-            return f"it still changes, from {ends} in its mean ({chance(self.probability)})"
-        return f"no change is found ({chance(self.probability)}; one {self.findable} would be)"
+            return f"it still changes in this mean, from {ends} ({chance(self.probability)})"
+        what = f"{chance(self.probability)}; one {self.findable} would be"
+        return f"no change in this mean is found ({what})"
 
     @property
     def findable(self) -> str:

@@ -122,6 +122,8 @@ def test_far_from_theory_a_factor_says_more_than_a_percentage() -> None:
     above = left | {"model": "by event count, above L²/2I", "measured": 13.0, "difference": 3.0}
     assert distance(left) == "570 times"
     assert distance(left | {"measured": 4.0}) == "0.4 times"
+    assert distance(left | {"difference_error": 420.0}) == "571 ± 42 times"
+    assert distance(above | {"difference_error": 0.25}) == "30.0 ± 2.5 % above"
     assert distance(above) == "30 % above"
     assert distance(left | {"measured": -1.0, "difference": -11.0}) == "−11 from"
     # Where theory knows the rotation, it is that one that counts.
@@ -201,7 +203,7 @@ def test_the_worst_disagreement_is_named_and_not_the_best_or_the_first() -> None
     """A sweep whose elastic gas agrees within 1.3 errors, and which is 21 % off at CoR 0.6."""
     rows = [ratio(0.6, -0.21, -17.6), ratio(0.8, -0.05, -4.4), ratio(1.0)]
     assert Findings([], rows).overview == (
-        f"PV/NT differs from theory for {FINITE} at 2 of 3 points, most at cor=0.6: "
+        f"PV/NT differs from theory for {FINITE} at 2 of 3 points, most in errors at cor=0.6: "
         "7.90 ± 0.10 is 21 % below it (17.6 errors)"
     )
     assert Findings([], [*rows[2:], ratio(0.9, -0.02, -2.0)]).overview == (
@@ -281,7 +283,7 @@ def test_a_ratio_that_still_changes_says_so() -> None:
     change = {"changes": {"T₁/T₂": {"refused": True, "sentence": sentence}}}
     row = beside("T₁/T₂", "equal cooling rates", 0.01, 0.5)
     states = [state(0.8, "cooling", "mixture", **change), state(0.9, "cooling", "mixture")]
-    assert at([], [row], states[0]).endswith(f"({sentence})")
+    assert at([], [row], states[0]).endswith(f"; {sentence}")
     found = Findings([], [row, row | {"parameters": {"cor": 0.9}}], states)
     assert "T₁/T₂ still changes at cor=0.8, and its mean is not steady" in found.overview
     assert found.lines[0].startswith("2 points: ")

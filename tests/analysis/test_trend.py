@@ -34,7 +34,7 @@ def test_a_result_that_falls_as_theory_does() -> None:
     found = sentence(row(0.8, 1.39, 1.4), row(0.9, 0.7, 0.72), row(0.95, 0.3, 0.3))
     assert found == (
         "α falls from 1.390 ± 0.010 1/s at cor = 0.8 to 0.300 ± 0.010 1/s at cor = 0.95, as "
-        "steeply as Enskog (within 3 standard errors); it is 2.8 % below theory at cor = 0.9 "
+        "steeply as Enskog (within 3 standard errors); it is 2.8 ± 1.4 % below theory at cor = 0.9 "
         "(2.0 errors, the most of 3 points)"
     )
 
