@@ -272,7 +272,7 @@ class Findings:
         """Whether a gas that walls keep warm is stationary, where it was compared."""
         stationary = self.states.get(label, {}).get("stationary")
         if stationary is not None:
-            yield stationary["sentence"]
+            yield _about_the_gas(stationary["sentence"])
 
     def _kinds(self, label: str) -> list[str]:
         """What decides the main quantities of a point; empty if it is not known."""
@@ -341,8 +341,12 @@ class Findings:
         warm = [one for one in self.states.values() if one["stationary"]]
         lacking = [one for one in warm if not one["stationary"]["found"]]
         if warm:
-            found = f"not refused as stationary at {len(warm) - len(lacking)} of {len(warm)} points"
-            yield "not refused as stationary at any point" if not lacking else found
+            found = (
+                f"at {len(warm) - len(lacking)} of {len(warm)} points"
+                if lacking
+                else (f"at {_all(warm)}")
+            )
+            yield f"The gas is not refused as stationary {found}"
         if lacking:
             yield f"left out: {_places(lacking)} ({_reason(lacking)})"
 
@@ -412,7 +416,12 @@ class Findings:
                 yield f"{name} still changes {_at(refused, tested)}, and its mean is not steady"
 
 
-# Points as words.
+# Points and gases as words.
+
+
+def _about_the_gas(sentence: str) -> str:
+    """A sentence on its stationary part with a subject."""
+    return f"The gas is {sentence}" if sentence.startswith("not ") else sentence
 
 
 def _differs(row: Row) -> bool:

@@ -97,10 +97,12 @@ class StationaryPart(NamedTuple):
 
     first : its first window of ``WINDOWS``; ``None`` if there is no such part
     note : a sentence for a reader
+    changes : whether the test refuses all parts
     """
 
     first: int | None
     note: str
+    changes: bool = False
 
 
 def stationary_part(energies: Array, time: Array) -> StationaryPart:
@@ -134,7 +136,8 @@ def stationary_part(energies: Array, time: Array) -> StationaryPart:
     why = f"the parts of the second half differ ({chance(tested)})"
     if math.isnan(tested):
         why = "the repeats differ by rounding alone, so that nothing can be tested"
-    return StationaryPart(None, f"not stationary: {why}; make the run longer")
+    changes = not math.isnan(tested)
+    return StationaryPart(None, f"not stationary: {why}; make the run longer", changes)
 
 
 def stationary_part_of(measurement: Measurement) -> StationaryPart:

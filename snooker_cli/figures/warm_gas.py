@@ -53,9 +53,9 @@ class _Steady:
     def __init__(self, build: FigureBuilder) -> None:
         self.build = build
         warm = [point for point in build.points if gas(point) == "warm"]
-        self.firsts = {
-            point.index: stationary_part_of(build.measurement(point)).first for point in warm
-        }
+        parts = {point.index: stationary_part_of(build.measurement(point)) for point in warm}
+        self.firsts = {index: part.first for index, part in parts.items()}
+        self.changing = {index for index, part in parts.items() if part.changes}
 
     def first(self, point: Point) -> int:
         """The first window of ``WINDOWS`` that counts."""
@@ -92,18 +92,26 @@ def stationary(build: FigureBuilder) -> FigureData:
     for index, group in enumerate(build.groups):
         rows, expected = [], []
         for point in group:
-            rows.append(mean_and_error(steady.temperatures(point)))
+            mean, error = mean_and_error(steady.temperatures(point))
+            rows.append((mean, error))
+            changes = point.index in steady.changing
             theories = steady_state.expected_temperatures(build.start(point))
             law = next(iter(theories.values()), None)
             expected.append(math.nan if law is None else law)
-            build.record(point, temperature=rows[-1], theory=law)
+            found = {"changing_temperature": mean} if changes else {"temperature": (mean, error)}
+            build.record(point, **found, theory=law)
         x = np.array([float(value_at(point, key)) for point in group])
         y, errors = np.array(rows).T
         if np.isfinite(expected).any():
             build.lines.append(Line(x, np.array(expected), None, index, "dotted"))
         label = build.label(group[0], names) or "simulation"
-        build.lines.append(Points(x, y, errors, label, index))
+        settled = np.array([point.index not in steady.changing for point in group])
+        build.lines.append(Points(x[settled], y[settled], errors[settled], label, index))
+        if not settled.all():  # an error would say that this is the mean of a steady gas
+            build.lines.append(Points(x[~settled], y[~settled], None, None, index, filled=False))
     caption = steady.text
+    if steady.changing:
+        caption += " Open: the gas still changes."
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line("balance of energy, uniform gas", "dotted"))
         caption += " Dotted: balance of energy in a uniform gas (Kumaran 1998)."

@@ -82,8 +82,10 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     points, shown = selected(run, Selection()), spread(run.points, MOST_POINTS)
     starts = {p.index: run.read(p, there[0]).start for p in shown if (there := run.present(p))}
     left_out = trivial(points, starts.values(), asked)
-    cooling = [point for point in points if gas(point) != "elastic"] or points
-    single = cooling[len(cooling) // 2]  # figures of one point and the film show it
+    lively = [point for point in points if gas(point) != "elastic"] or points
+    compared = comparisons(run, counting=counting) if gas(lively[0]) == "warm" else None
+    steady = _settled(lively, compared.states if compared else []) or lively
+    single = steady[len(steady) // 2]  # figures of one point and the film show it
     # The other process makes figures while this one makes the analyses.
     drawings = {
         name: pages.other.submit(_figure, run, name, single)
@@ -91,7 +93,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         if name not in left_out
     }
     status, fitted = run_status(run), fits(run, counting=counting)
-    compared = comparisons(run, counting=counting)
+    compared = compared or comparisons(run, counting=counting)
     scene, files = setting(run, points, Selection()), list[str]()
     for name, future in drawings.items():
         if isinstance(picture := future.result(), FigureData):
@@ -185,6 +187,14 @@ def _figure(run: Run, name: str, single: Point) -> FigureData | str:
         return FIGURES[name].make(run, Selection(dict(where)))
     except FigureError as error:
         return str(error)
+
+
+def _settled(points: Sequence[Point], states: Records) -> list[Point]:
+    """The points without those that walls keep warm and that have no stationary part."""
+    changing = [
+        one["parameters"] for one in states if one["stationary"] and not one["stationary"]["found"]
+    ]
+    return [point for point in points if point.as_json() not in changing]
 
 
 def _overview(points: Sequence[Point], found: Findings) -> str:

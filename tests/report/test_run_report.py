@@ -151,6 +151,17 @@ def test_two_runs_have_chapters_and_what_is_left_out_has_a_reason(small: Path, b
         assert numbers == list(range(1, len(numbers) + 1))
 
 
+def test_figures_of_one_point_show_a_gas_that_is_stationary() -> None:
+    points = parse(BASE, overrides=["cor=0.8,0.9", "container.mass=.inf", "wall_speed=1"]).points()
+    found = [{"found": True, "sentence": ""}, {"found": False, "sentence": ""}]
+    states = [
+        {"parameters": point.as_json(), "stationary": one}
+        for point, one in zip(points, found, strict=True)
+    ]
+    assert module._settled(points, states) == [points[0]]
+    assert module._settled(points, []) == [*points]
+
+
 def no_figures(*_: Any) -> dict[str, str]:
     return dict.fromkeys(FIGURES, "none are made in this test")
 
