@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli.containers import LEAST_AMOUNT, MOST_AMOUNT, MOST_SPEED, Container
 from snooker_cli.errors import SceneError
-from snooker_cli.laws import Constant, Law, Surface, WallLaw
+from snooker_cli.laws import Law, Surface, WallLaw
 from snooker_cli.neighbours import near_pairs
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -85,18 +85,15 @@ class Scene:
         return self.wall_law.cor
 
     @property
-    def constant_laws(self) -> bool:
-        """Whether balls are smooth, and both laws have one CoR at all speeds.
-
-        Theories of cooling need it.
-        """
-        constant = isinstance(self.pair_law, Constant) and isinstance(self.wall_law, Constant)
-        return constant and self.surface is None
-
-    @property
     def kinetic_energy(self) -> float:
         """Kinetic energy of the balls' motion, without that of their spins, J."""
         return float(0.5 * np.sum(self.masses * np.sum(self.velocities**2, axis=1)))
+
+    @property
+    def drift_energy(self) -> float:
+        """Kinetic energy of the balls' centre of mass, p²/(2 Σm), J; a periodic box keeps it."""
+        momentum = self.masses @ self.velocities
+        return float(np.sum(momentum**2) / (2 * np.sum(self.masses)))
 
     @property
     def spin_energy(self) -> float:

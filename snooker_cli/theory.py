@@ -33,7 +33,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from snooker_cli.containers import AccessibleRegion, Container
-from snooker_cli.laws import Constant, Driven, Law, Surface, Thermal, Viscoelastic, word_of
+from snooker_cli.laws import Constant, Driven, Law, Thermal, Viscoelastic, word_of
 from snooker_cli.scene import Scene
 
 Real = TypeVar("Real", float, NDArray[np.float64])  # a float, or an array of floats
@@ -537,22 +537,6 @@ def starting_rates(scene: Scene) -> tuple[float, float]:
 # collision and (1 − e_w²)T at the wall; at fixed energy they lose less, see `share_in_collision`.
 
 
-def elastic(
-    restitution: float,
-    wall_restitution: float,
-    container: Container | type[Container],
-    surface: Surface | None = None,
-) -> bool:
-    """Whether no collision loses energy; a periodic box has none with a wall.
-
-    surface : of rough balls
-    """
-    kept = restitution == 1.0 and (wall_restitution == 1.0 or not container.has_wall)
-    if surface is None or not kept:
-        return kept
-    return surface.elastic_pairs and (surface.elastic_wall or not container.has_wall)
-
-
 def source_decay_constant(restitution: float, mean_free_path: float, mean_speed: Real) -> Real:
     """Decay constant of the energy by the source report (s⁻¹): k = −2 ln(e) ⟨v⟩/λ (eqs 6, 7).
 
@@ -623,15 +607,11 @@ CRITICAL = "container over critical length; vortices, then clusters grow above 1
 """What a reader of L/L_c has to know."""
 
 
-def critical_ratio(scene: Scene, restitution: float) -> float | None:
-    """L/L_c: vortices and clusters grow above 1. ``None`` if nothing cools or without a theory.
+def critical_ratio(scene: Scene, restitution: float) -> float:
+    """L/L_c: vortices and clusters grow above 1.
 
     L is the container's `longest_wave`, L_c is the `critical_length`.
     """
-    fluid = scene.number > 2 and scene.packing_fraction <= DENSEST_FLUID
-    suits = fluid and scene.equal_balls and scene.constant_laws
-    if restitution == 1 or not suits or scene.kinetic_energy == 0:
-        return None
     size = scene.number, float(scene.radii[0]), scene.container
     return scene.container.longest_wave / critical_length(restitution, *size)
 
@@ -751,6 +731,10 @@ def rotation_energy(angular_momentum: float, moment_of_inertia: float) -> float:
 # Warm gases: balls between walls that give energy.
 
 
+BALANCED = Thermal, Driven, Constant
+"""Laws of walls that `balance_temperature` knows."""
+
+
 def balance_temperature(
     number: int,
     ball_radius: float,
@@ -785,7 +769,7 @@ def balance_temperature(
     """
     from scipy.optimize import brentq  # takes time to load
 
-    if not all(isinstance(law, Thermal | Driven | Constant) for law, _ in walls):
+    if not all(isinstance(law, BALANCED) for law, _ in walls):
         raise ValueError("there is no balance of energy with this law of a wall")
     if restitution == 1 and all(law.cor == 1 for law, _ in walls):
         return math.inf

@@ -19,7 +19,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 # come earlier in the table. So data flows in one direction and there are no circles.
 SIMULATING = ("containers", "errors", "files", "laws", "memory", "neighbours", "scene", "trace")
 RUNNING = (
-    *("config", "engine", "formatting", "placement", "runs", "signals", "store", "theory"),
+    *("config", "engine", "facts", "formatting", "placement", "runs", "signals", "store", "theory"),
     *("two_temperatures", *SIMULATING),
 )
 PARTS: dict[str, tuple[str, ...]] = {
@@ -37,6 +37,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "config": ("containers", "errors", "formatting", "laws"),
     "scene": ("containers", "errors", "laws", "neighbours"),
     "theory": ("containers", "laws", "scene"),
+    "facts": ("containers", "laws", "scene", "theory"),
     "trace": ("scene",),
     "two_temperatures": (),
     # From a config to stored repeats

@@ -15,7 +15,7 @@ from scenes import gas, scene_of
 
 import snooker_cli
 from snooker_cli import laws, store
-from snooker_cli.analysis.predictions import speed_laws
+from snooker_cli.analysis import quantities, theories
 from snooker_cli.config import ConfigError
 from snooker_cli.engine import collision, jit, restitution
 from snooker_cli.engine import kernel_state as ks
@@ -26,7 +26,7 @@ from snooker_cli.laws import Constant, Driven, LawError, Sides, Thermal, Viscoel
 from snooker_cli.runs import Run, open_run
 from snooker_cli.runs.run import RepeatState
 from snooker_cli.runs.verification import verify
-from snooker_cli.theory import critical_ratio, mean_loss
+from snooker_cli.theory import mean_loss
 
 
 class Damped(NamedTuple):
@@ -221,6 +221,7 @@ def test_theories_of_cooling_need_a_constant_law(damped: Damped) -> None:
     scene = gas("circle", 19, 0.2, cor=0.9)
     for law, known in ((Constant(0.9), True), (damped, False)):
         changed = replace(scene, pair_law=law)
-        assert (critical_ratio(changed, 0.9) is not None) == known
-        names = [law.model for law in speed_laws(changed)]
+        critical = quantities.CRITICAL_RATIO, theories.CRITICAL
+        assert (theories.value_of(changed, *critical) is not None) == known
+        names = [*theories.speed_laws(changed)]
         assert ("homogeneous cooling, a2" in names) == known

@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli import theory
-from snooker_cli.analysis import observables, predictions, steady_state
+from snooker_cli import facts, theory
+from snooker_cli.analysis import notes as reading
+from snooker_cli.analysis import observables, theories
 from snooker_cli.analysis.decay import (
     Decay,
     Note,
     decays_of,
     early_notes,
 )
+from snooker_cli.analysis.gas import Gas, SpeedLaw, late_quarters
 from snooker_cli.analysis.measurement import (
     LEAST_RELAXING,
     Measurement,
@@ -25,15 +27,16 @@ from snooker_cli.analysis.measurement import (
     relaxing,
     typical_pairs,
 )
-from snooker_cli.analysis.predictions import (
+from snooker_cli.analysis.quantities import (
     CHI_SQUARE,
-    EQUILIBRIUM,
-    NO_THEORY,
-    Row,
-    SpeedLaw,
+    CRITICAL_RATIO,
+    QUANTITIES,
+    SPECIES_RATIO,
+    SPIN_RATIO,
+    GasKind,
 )
-from snooker_cli.analysis.quantities import QUANTITIES, GasKind
-from snooker_cli.analysis.stationarity import stationary_part_of
+from snooker_cli.analysis.stationarity import Change, change_of, stationary_part_of
+from snooker_cli.analysis.theories import NO_THEORY, Row
 from snooker_cli.formatting import plain
 from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
@@ -96,7 +99,7 @@ def comparisons_of(
     """
     ended, scene = Counter(map(StopReason, measurement.endings)), measurement.scene
     notes, total = early_notes(ended), ended.total()
-    if scene.wall_law.gains:
+    if facts.hold(scene, "warm_walls"):
         return _in_steady_state(measurement, notes)
     moved = measurement.collisions > 0
     moving = measurement.chosen(moved)
@@ -108,10 +111,10 @@ def comparisons_of(
     if not used:
         return [], notes
     if scene.number > 1:
-        affected = ", ".join((*EQUILIBRIUM, CHI_SQUARE))
+        affected = ", ".join(one.name for one in QUANTITIES.values() if one.source == "means")
         notes.append(Note(_relaxation(measurement, used - relaxed_count), affected))
-    notes += predictions.notes(scene)
-    changes = predictions.ratio_changes(measurement).items()
+    notes += [*reading.of_scene(scene), *theories.absences(scene)]
+    changes = ratio_changes(measurement).items()
     notes += [Note(f"{name}: {one.sentence}", name) for name, one in changes if one.refused]
     fitted = {
         (decay.quantity, decay.law): np.array([fit.value for fit in decay.fits])[moved]
@@ -120,33 +123,41 @@ def comparisons_of(
     comparisons: list[Comparison] = []
     with np.errstate(divide="ignore", invalid="ignore"):  # rows without a value are left out
         if relaxed_count:
-            for rows in (
-                predictions.pressures,
-                predictions.rates,
-                predictions.speeds,
-                predictions.mixtures,
-                predictions.rotation,
-            ):
-                comparisons += _compared(rows(relaxed), relaxed_count, notes)
+            rows = theories.rows(Gas(relaxed), "means", "curve", "snapshots")
+            comparisons += _compared(rows, relaxed_count, notes)
             counts = relaxed.speeds.sum(axis=0)
-            laws = predictions.speed_laws(scene) if counts.any() else []
-            comparisons += [_chi_square(law, counts, relaxed_count) for law in laws]
-        comparisons += _compared(predictions.cooling(moving, fitted), used, notes)
-    if ratio := theory.critical_ratio(scene, scene.restitution):
-        none = math.nan, math.nan, math.nan, math.nan
-        comparisons.append(Comparison("L/L_c", "critical length", ratio, *none, used))
-        notes.append(Note(f"L/L_c: {theory.CRITICAL}", "L/L_c"))
+            laws = theories.speed_laws(scene).items() if counts.any() else ()
+            comparisons += [_chi_square(*law, counts, relaxed_count) for law in laws]
+        comparisons += _compared(theories.rows(Gas(moving, fitted), "decay"), used, notes)
+    ratio = theories.value_of(scene, CRITICAL_RATIO, theories.CRITICAL)
+    if ratio is not None:
+        none, name = (math.nan, math.nan, math.nan, math.nan), CRITICAL_RATIO.name
+        comparisons.append(Comparison(name, theories.CRITICAL, ratio, *none, used))
+        notes.append(Note(f"{name}: {theory.CRITICAL}", name))
     return _of_repeats(comparisons, measurement), notes
+
+
+def ratio_changes(measurement: Measurement) -> dict[str, Change]:
+    """Whether T₁/T₂ and T_rot/T_tr of a gas that no wall heats change within their means."""
+    complete, changes = measurement.chosen(measurement.complete), dict[str, Change]()
+    names = {one.quantity.name for one in theories.holding(measurement.scene)}
+    if facts.hold(measurement.scene, "warm_walls"):
+        return changes
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if SPIN_RATIO.name in names:
+            changes[SPIN_RATIO.name] = change_of(late_quarters(complete))
+        if SPECIES_RATIO.name in names:
+            first, second = np.moveaxis(complete.species_quarters, 2, 0)
+            changes[SPECIES_RATIO.name] = change_of(first / second)
+    return changes
 
 
 def gas_kinds(scene: Scene) -> tuple[GasKind, ...]:
     """What decides the main quantities of a gas."""
-    base: GasKind = "elastic" if observables.elastic(scene) else "cooling"
-    if scene.wall_law.gains:
-        base = "warm"
-    mixture: tuple[GasKind, ...] = () if scene.equal_balls else ("mixture",)
-    rough: tuple[GasKind, ...] = () if scene.surface is None else ("rough",)
-    return base, *mixture, *rough
+    traits = facts.traits_of(scene)
+    mixture: tuple[GasKind, ...] = () if facts.hold(traits, "equal_balls") else ("mixture",)
+    rough: tuple[GasKind, ...] = ("rough",) if facts.hold(traits, "rough") else ()
+    return facts.gas_type(traits), *mixture, *rough
 
 
 def state_of(measurement: Measurement) -> dict[str, Any]:
@@ -156,10 +167,10 @@ def state_of(measurement: Measurement) -> dict[str, Any]:
     part, and the sentence on it; ``changes``: those of ratios of temperatures, by quantity
     """
     scene, stationary = measurement.scene, None
-    if scene.wall_law.gains:
+    if facts.hold(scene, "warm_walls"):
         part = stationary_part_of(measurement)
         stationary = {"found": part.first is not None, "sentence": part.note}
-    changes = predictions.ratio_changes(measurement)
+    changes = ratio_changes(measurement)
     return {
         "kinds": list(gas_kinds(scene)),
         "stationary": stationary,
@@ -190,9 +201,10 @@ def _in_steady_state(
         return [], notes
     complete = measurement.chosen(measurement.complete)
     with np.errstate(divide="ignore", invalid="ignore"):
-        rows = steady_state.rows(complete, part.first)
+        rows = theories.rows(Gas(complete, first=part.first), "means", "curve", "snapshots")
         comparisons = list(_compared(rows, len(complete.time), notes))
-    notes += steady_state.notes(complete, part.first)
+    notes += reading.of_steady_part(complete, part.first)
+    notes += theories.absences(measurement.scene)
     return _of_repeats(comparisons, measurement), notes
 
 
@@ -211,13 +223,15 @@ def _compared(rows: Iterable[Row], repeats: int, notes: list[Note]) -> Iterator[
         good = values[:, np.all(np.isfinite(needed), axis=0)]
         if not good.size:
             known = bool(np.any(np.isfinite(values[0])))
-            absent = predictions.UNMEASURED.get(quantity, "it could not be measured")
-            why = "the theory has no value here" if known else absent
-            notes.append(Note(f"{quantity} ({model}) is missing: {why}", quantity, model))
+            name, why = quantity.name, quantity.unmeasured
+            if known:
+                why = "the theory has no value here"
+            if why:
+                notes.append(Note(f"{name} ({model}) is missing: {why}", name, model))
             continue
         difference = good[0] - good[1]
         yield Comparison(
-            quantity,
+            quantity.name,
             model,
             *observables.mean_and_error(good[0]),
             predicted=float(good[1].mean()),
@@ -227,7 +241,7 @@ def _compared(rows: Iterable[Row], repeats: int, notes: list[Note]) -> Iterator[
         )
 
 
-def _chi_square(law: SpeedLaw, counts: NDArray[np.int64], repeats: int) -> Comparison:
+def _chi_square(model: str, law: SpeedLaw, counts: NDArray[np.int64], repeats: int) -> Comparison:
     """Pearson's chi-square per degree of freedom of a speed histogram; one if the law holds."""
     samples = int(counts.sum())
     expected = np.diff(law.shares, append=1.0) * samples
@@ -239,4 +253,4 @@ def _chi_square(law: SpeedLaw, counts: NDArray[np.int64], repeats: int) -> Compa
     freedom = len(expected) - 1
     value = float(np.sum((counts - expected) ** 2 / expected)) / freedom
     numbers = math.nan, 1.0, value - 1, math.sqrt(2 / freedom)
-    return Comparison(CHI_SQUARE, law.model, value, *numbers, repeats, samples)
+    return Comparison(CHI_SQUARE.name, model, value, *numbers, repeats, samples)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli import theory
+from snooker_cli import facts, theory
 from snooker_cli.analysis import observables
 from snooker_cli.analysis.fitting import (
     LAWS,
@@ -33,10 +33,10 @@ from snooker_cli.analysis.goodness import (
     ranges,
 )
 from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure
-from snooker_cli.analysis.observables import elastic
 from snooker_cli.analysis.time_series import ROWS
+from snooker_cli.facts import traits_of
 from snooker_cli.formatting import listed, plain
-from snooker_cli.scene import EPSILON, Scene
+from snooker_cli.scene import EPSILON
 from snooker_cli.trace import StopReason, Trace
 
 Array = NDArray[np.float64]
@@ -191,10 +191,10 @@ class Decay:
 def reported_constants(measurement: Measurement) -> Array:
     """The source report's decay constants of the energy, 1/s, by its equations 6 and 7.
 
-    The speed is ``Measurement.collision_speed``. nan also at CoR 0, and for unequal balls.
+    The speed is ``Measurement.collision_speed``. nan also at CoR 0, and for unequal or rough balls.
     """
     scene, speeds = measurement.scene, measurement.collision_speed
-    if scene.restitution == 0 or not (scene.equal_balls and scene.constant_laws):
+    if not facts.hold(scene, "bouncing", "equal_balls", "one_cor", "one_wall_cor", "smooth"):
         return np.full_like(speeds, math.nan)
     density = scene.number / scene.container.area
     path = theory.source_mean_free_path(density, float(scene.radii[0]))
@@ -224,6 +224,8 @@ def decays_of(
 ) -> list[Decay]:
     """`decays` of repeats that are measured between the same times."""
     scene, complete = measurement.scene, measurement.complete
+    traits = traits_of(scene)
+    cools = facts.hold(traits, "cooling")
     judged = complete if np.count_nonzero(complete) > 2 else np.ones_like(complete)
     ended = Counter(StopReason(ending) for ending in measurement.endings)
     result: list[Decay] = []
@@ -231,10 +233,10 @@ def decays_of(
     for name in quantities:
         quantity, falling = QUANTITIES[name], course(measurement, name, since, until)
         held = quantity.starts_at_one and since == 0
-        judging = cache(partial(_ranges, falling, quantity.is_judged & judged, scene))
+        judging = cache(partial(_ranges, falling, quantity.is_judged & cools & judged))
         for law in quantity.laws:
             fit = partial(_fits, measurement, quantity=quantity, law=law, held=held)
-            if name in LOCAL and not elastic(scene) and not scene.wall_law.gains:
+            if name in LOCAL and cools:
                 begun = energies[law] if law in energies else fit(falling=falling)
                 fits = _fits_of_windows(falling, law, begun, fit)
             else:
@@ -249,8 +251,8 @@ def decays_of(
                     over_repeats=mean_over_repeats(fits),
                     ended=ended,
                     walls=scene.container.has_wall,
-                    elastic=elastic(scene),
-                    warm=scene.wall_law.gains,
+                    elastic=facts.hold(traits, "elastic"),
+                    warm=facts.hold(traits, "warm_walls"),
                     fits=tuple(fits),
                     ranges=judging,  # for all laws once
                     judged=tuple(compress(fits, judged)),
@@ -337,9 +339,9 @@ def _at_means(falling: Course, law: str, fits: Sequence[FitResult]) -> Course:
     return falling._replace(points=falling.points._replace(time=times), origin=origin)
 
 
-def _ranges(falling: Course, judged: "NDArray[np.bool_]", scene: Scene) -> list[Range]:
-    """The ranges in which laws are judged on some repeats; none where nothing decays."""
-    if elastic(scene) or scene.wall_law.gains or not judged.any():
+def _ranges(falling: Course, judged: "NDArray[np.bool_]") -> list[Range]:
+    """The ranges in which laws are judged on some repeats."""
+    if not judged.any():
         return []
     with np.errstate(divide="ignore", invalid="ignore"):
         logarithm = np.log(falling.value[judged])
@@ -353,8 +355,8 @@ def _fits(
 ) -> list[FitResult]:
     """The fits of a law to the repeats; a mean since the start has its mean model."""
     model, scene = LAWS[law], measurement.scene
-    if elastic(scene) or scene.wall_law.gains:
-        why = WARM if scene.wall_law.gains else NO_LOSSES
+    if absent := facts.missing(traits_of(scene), ("cold", "cooling")):
+        why = WARM if absent.name == "cold" else NO_LOSSES
         return [FitResult(law, False, why, n, math.nan) for n in falling.points.numbers]
     name = (quantity.is_mean and model.mean_model) or law
     origin = np.zeros_like(falling.origin) if model.power else falling.origin

@@ -20,18 +20,20 @@ from snooker_cli.analysis.goodness import (
     joint_probability,
     verdict,
 )
-from snooker_cli.analysis.predictions import (
-    ABOVE_DRIFT,
-    ABOVE_ROTATION,
-    ENSKOG_START,
-    EVENT_COUNT,
-    NO_THEORY,
-)
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity
 from snooker_cli.analysis.run_analysis import Records
+from snooker_cli.analysis.theories import (
+    ABOVE_DRIFT,
+    ABOVE_ROTATION,
+    BALANCE,
+    BY_COUNT,
+    NO_THEORY,
+    START_RATES,
+    WALLS,
+)
 from snooker_cli.formatting import chance, counted, listed, point_label, ratio, short, with_error
 from snooker_cli.theory import IDEAL
-from snooker_cli.two_temperatures import MEAN_FIELD
+from snooker_cli.two_temperatures import EQUAL_RATES, MEAN_FIELD
 
 MOST_ERRORS = 3.0
 """Standard errors up to which a result agrees with theory."""
@@ -61,15 +63,15 @@ def theory_name(row: Row) -> str:
 
 
 _THEORIES = {
-    ENSKOG_START: "Enskog",
+    START_RATES: "Enskog",
     MEAN_FIELD: "mean-field theory",
-    EVENT_COUNT: "what the counted collisions of a uniform gas would leave",
+    BY_COUNT: "what the counted collisions of a uniform gas would leave",
     ABOVE_ROTATION: "what the counted collisions would leave above the energy of rotation L²/2I",
     ABOVE_DRIFT: "what the counted collisions would leave above the energy of the drift p²/2M",
     "taken by collisions": "what collisions take",
-    "temperature of the wall": "the temperature of the wall",
-    "balance of energy": "the balance of energy",
-    "equal cooling rates": "the theory of equal cooling rates",
+    WALLS: "the temperature of the wall",
+    BALANCE: "the balance of energy",
+    EQUAL_RATES: "the theory of equal cooling rates",
 }
 
 

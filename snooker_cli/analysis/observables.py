@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli import theory
 from snooker_cli.engine import States, replay, replayed
 from snooker_cli.engine.replay import Replay
 from snooker_cli.laws import Sides
@@ -116,11 +115,6 @@ def total_angular_momentum(scene: Scene) -> float:
     return total
 
 
-def drift_energy(scene: Scene) -> float:
-    """Kinetic energy of the balls' centre of mass, p^2/(2 sum m), J; a periodic box keeps it."""
-    return float(np.sum((scene.masses @ scene.velocities) ** 2) / (2 * np.sum(scene.masses)))
-
-
 def meeting_temperature(
     kinetic_energy: Real, scene: Scene, drift: Real | float | None = None
 ) -> Real:
@@ -132,21 +126,8 @@ def meeting_temperature(
     """
     if scene.container.has_wall or scene.number == 1:
         return kinetic_energy / scene.number
-    moving = drift_energy(scene) if drift is None else drift
+    moving = scene.drift_energy if drift is None else drift
     return (kinetic_energy - moving) / (scene.number - 1)
-
-
-def elastic(scene: Scene) -> bool:
-    """Whether no collision of a scene loses or gives energy."""
-    gains = scene.pair_law.gains or (scene.container.has_wall and scene.wall_law.gains)
-    walls = scene.wall_restitution, scene.container, scene.surface
-    return theory.elastic(scene.restitution, *walls) and not gains
-
-
-def elastic_pairs(scene: Scene) -> bool:
-    """Whether collisions between balls take no energy."""
-    surface = scene.surface
-    return scene.restitution == 1 and (surface is None or surface.elastic_pairs)
 
 
 def standard_errors(rows: Array) -> Array:

@@ -1,15 +1,22 @@
 """Every quantity that is compared with theory, or that a report or a figure has as its result."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Literal, NamedTuple, TypeAlias
+
+import numpy as np
+
+from snooker_cli.analysis import gas as of
+from snooker_cli.analysis.gas import Array, Gas
+from snooker_cli.laws import Sides
 
 GasKind: TypeAlias = Literal["elastic", "cooling", "warm", "mixture", "rough"]
 """A gas whose collisions keep the energy, or take some, or whose walls give some; of unequal balls
 and of rough ones in addition."""
 
-Source: TypeAlias = Literal["means", "fits", "curve", "snapshots"]
+Source: TypeAlias = Literal["means", "decay", "curve", "snapshots"]
 """What a quantity is measured from: means after the relaxation (of a gas that walls keep warm, over
-its steady part), fits of the decay, the course of a repeat, or stored states of the balls."""
+its steady part), the decay from the start to the end, the course of a repeat, or stored states."""
 
 
 class Quantity(NamedTuple):
@@ -22,6 +29,8 @@ class Quantity(NamedTuple):
     key : its name in JSON of figures and findings, and for Python
     source : what it is measured from
     main_of : the gases that it tells most about
+    measured : its value in each repeat; ``None`` of one that has no value in each
+    unmeasured : why it has no value in any repeat; empty if nobody would expect one
     """
 
     name: str
@@ -31,6 +40,8 @@ class Quantity(NamedTuple):
     key: str
     source: Source
     main_of: tuple[GasKind, ...] = ()
+    measured: Callable[[Gas], Array] | None = None
+    unmeasured: str = "it could not be measured"
 
     @property
     def unit_text(self) -> str:
@@ -38,65 +49,170 @@ class Quantity(NamedTuple):
         return "" if self.unit == "1" else self.unit
 
 
-TEMPERATURE = Quantity("temperature", "T", "J", "temperature", "temperature", "means", ("warm",))
-HAFF_RATE = Quantity("Haff's α", "α", "1/s", "Haff's α", "alpha", "fits", ("cooling",))
-RATIO = Quantity(
-    "PV/NT", "PV/NT", "1", "PV/NT", "ideal_gas_ratio", "means", ("elastic", "cooling", "warm")
+# How quantities are measured that are more than a mean.
+
+
+def _virial_pressure(gas: Gas) -> Array:
+    virial = gas.means.pair_virial / gas.means.length
+    return gas.ideal_pressure + virial / (2 * gas.container.area)
+
+
+def _virial_ratio(gas: Gas) -> Array:
+    """1 + ΣJd/(2 N T t)."""
+    virial = gas.means.pair_virial / gas.means.length
+    return 1 + gas.ratio(virial, 2 * gas.means.kinetic_energy)
+
+
+def _kurtosis(gas: Gas) -> Array:
+    if gas.first is None:
+        return gas.means.energy_moment
+    energy = gas.means.kinetic_energy
+    square = energy.mean() * (2 * energy - energy.mean())  # to first order, E² of the mean E
+    return of.pooled_ratio(gas.means.squares, square)
+
+
+def _species_ratio(gas: Gas) -> Array:
+    first, second = gas.measurement.species_shares.T
+    return np.asarray(first / second)
+
+
+def _spin_ratio(gas: Gas) -> Array:
+    """In the second half of the collisions, or over the steady part."""
+    if gas.first is None:
+        return of.late_ratio(*of.temperatures(gas.measurement))
+    return of.pooled_ratio(2 * gas.means.spin_energy, gas.means.kinetic_energy)
+
+
+def _given_by(side: str, gas: Gas) -> Array:
+    """The power of a side; nan without it, or without events."""
+    if side not in gas.container.sides:
+        return np.full_like(gas.means.length, np.nan)
+    given = gas.measurement.by_side[:, gas.first :, gas.container.sides.index(side)]
+    return np.asarray(given.sum(axis=1) / gas.means.length)
+
+
+def _across(gas: Gas) -> Array:
+    across = gas.measurement.across[:, gas.first :].mean(axis=1)
+    return gas.ratio(across, 1 - across)
+
+
+def _energy_left(gas: Gas) -> Array:
+    return gas.measurement.calm_energy / gas.measurement.first_energy
+
+
+TEMPERATURE = Quantity(
+    *("temperature", "T", "J", "temperature", "temperature", "means", ("warm",)),
+    lambda g: g.temperature,
 )
-SPECIES_RATIO = Quantity("T₁/T₂", "T₁/T₂", "1", "T₁/T₂", "species_ratio", "snapshots", ("mixture",))
+HAFF_RATE = Quantity(
+    *("Haff's α", "α", "1/s", "Haff's α", "alpha", "decay", ("cooling",)),
+    lambda g: g.constants["kinetic_energy", "haff"],
+)
+RATIO = Quantity(
+    *("PV/NT", "PV/NT", "1", "PV/NT", "ideal_gas_ratio", "means", ("elastic", "cooling", "warm")),
+    lambda g: g.ratio(g.pressure, g.ideal_pressure),
+)
+SPECIES_RATIO = Quantity(
+    *("T₁/T₂", "T₁/T₂", "1", "T₁/T₂", "species_ratio", "snapshots", ("mixture",)),
+    _species_ratio,
+    unmeasured="no state of the balls after the relaxation is stored; run the config with "
+    "`record: events` or `snapshots`",
+)
 SPIN_RATIO = Quantity(
-    "T_rot/T_tr", "T_rot/T_tr", "1", "T_rot/T_tr", "spin_ratio", "curve", ("rough",)
+    *("T_rot/T_tr", "T_rot/T_tr", "1", "T_rot/T_tr", "spin_ratio", "curve", ("rough",)),
+    _spin_ratio,
 )
 """Twice the mean energy of a spin over that of a ball's motion."""
 
-PRESSURE = Quantity("pressure", "P", "Pa m", "pressure", "pressure", "means")
+PRESSURE = Quantity(
+    *("pressure", "P", "Pa m", "pressure", "pressure", "means"), (), lambda g: g.pressure
+)
 VIRIAL_PRESSURE = Quantity(
-    "pressure by the virial", "P", "Pa m", "pressure by the virial", "virial_pressure", "means"
+    *("pressure by the virial", "P", "Pa m", "pressure by the virial", "virial_pressure"),
+    *("means", (), _virial_pressure),
 )
 VIRIAL_RATIO = Quantity(
-    "PV/NT by the virial", "PV/NT", "1", "PV/NT by the virial", "virial_ratio", "means"
+    *("PV/NT by the virial", "PV/NT", "1", "PV/NT by the virial", "virial_ratio"),
+    *("means", (), _virial_ratio),
 )
-WALL_RATE = Quantity("wall rate of a ball", "ν_w", "1/s", "wall rate", "wall_rate", "means")
-PAIR_RATE = Quantity("ball-ball rate of a ball", "ω", "1/s", "ball-ball rate", "pair_rate", "means")
-FREE_PATH = Quantity("mean free path", "λ", "m", "mean free path", "mean_free_path", "means")
-MEAN_SPEED = Quantity("mean speed", "⟨v⟩", "m/s", "mean speed", "mean_speed", "means")
+WALL_RATE = Quantity(
+    *("wall rate of a ball", "ν_w", "1/s", "wall rate", "wall_rate", "means", ()),
+    lambda g: g.wall_rate,
+)
+PAIR_RATE = Quantity(
+    *("ball-ball rate of a ball", "ω", "1/s", "ball-ball rate", "pair_rate", "means", ()),
+    lambda g: g.pair_rate,
+)
+FREE_PATH = Quantity(
+    *("mean free path", "λ", "m", "mean free path", "mean_free_path", "means", ()),
+    lambda g: g.ratio(g.means.mean_speed, g.pair_rate),
+)
+MEAN_SPEED = Quantity(
+    *("mean speed", "⟨v⟩", "m/s", "mean speed", "mean_speed", "means", ()),
+    lambda g: g.means.mean_speed,
+)
 KURTOSIS = Quantity(
-    "kurtosis of speeds", "⟨v⁴⟩/⟨v²⟩²", "1", "kurtosis ⟨v⁴⟩/⟨v²⟩²", "speed_kurtosis", "means"
+    *("kurtosis of speeds", "⟨v⁴⟩/⟨v²⟩²", "1", "kurtosis ⟨v⁴⟩/⟨v²⟩²", "speed_kurtosis"),
+    *("means", (), _kurtosis),
 )
 CHI_SQUARE = Quantity(
     *("χ² of the speed distribution, per degree of freedom", "χ²/dof", "1"),
     *("χ²/dof of speeds", "speed_chi_square", "means"),
 )
 ENERGY_DECAY = Quantity(
-    "decay constant of energy", "k", "1/s", "decay constant of energy", "k", "fits"
+    *("decay constant of energy", "k", "1/s", "decay constant of energy", "k", "decay", ()),
+    lambda g: g.constants["kinetic_energy", "exponential"],
 )
 PRESSURE_DECAY = Quantity(
-    "decay constant of pressure", "k_P", "1/s", "decay constant of pressure", "pressure_k", "fits"
+    *("decay constant of pressure", "k_P", "1/s", "decay constant of pressure", "pressure_k"),
+    *("decay", ()),
+    lambda g: g.constants["pressure", "exponential"],
 )
-ENERGY_LEFT = Quantity("energy left at the end", "E/E₀", "1", "energy left", "energy_left", "curve")
-CRITICAL_RATIO = Quantity("L/L_c", "L/L_c", "1", "L/L_c", "critical_ratio", "curve")
+ENERGY_LEFT = Quantity(
+    *("energy left at the end", "E/E₀", "1", "energy left", "energy_left", "decay", ()),
+    _energy_left,
+)
+CRITICAL_RATIO = Quantity("L/L_c", "L/L_c", "1", "L/L_c", "critical_ratio", "decay")
 GIVEN = Quantity(
-    "energy from the walls", "dE/dt", "J/s", "energy from the walls", "given_power", "means"
+    *("energy from the walls", "dE/dt", "J/s", "energy from the walls", "given_power"),
+    *("means", ()),
+    lambda g: g.means.wall_energy / g.means.length,
 )
 """The power of the walls; in a steady gas collisions take as much."""
 
 SIDES_GIVEN = {
     side: Quantity(
-        f"energy from the {side} wall",
-        "dE/dt",
-        "J/s",
-        f"energy from the {side} wall",
-        f"{side}_given_power",
-        "means",
+        *(f"energy from the {side} wall", "dE/dt", "J/s", f"energy from the {side} wall"),
+        *(f"{side}_given_power", "means", (), partial(_given_by, side)),
+        unmeasured="",
     )
-    for side in ("left", "right", "bottom", "top")
+    for side in Sides._fields
 }
 COLLISION_LOSS = Quantity(
     *("energy taken by a collision", "ΔE", "J", "energy taken by a collision"),
-    *("collision_loss", "means"),
+    *("collision_loss", "means", ()),
+    lambda g: g.ratio(g.means.lost_energy, g.means.pair_events),
 )
 ACROSS = Quantity(
-    "T across/T along", "T across/T along", "1", "T across/T along", "across_ratio", "snapshots"
+    *("T across/T along", "T across/T along", "1", "T across/T along", "across_ratio"),
+    *("snapshots", (), _across),
+    unmeasured="it needs `record: events`",
+)
+
+# Results of figures that no table has.
+
+CONTACT = Quantity(
+    *("pair correlation at contact", "g(σ⁺)", "1", "pair correlation at contact"),
+    *("contact_value", "snapshots"),
+)
+SONINE = Quantity("a₂", "a₂", "1", "a₂", "sonine_coefficient", "curve")
+STRUCTURE = Quantity(
+    *("structure factor", "S", "1", "structure factor of the longest waves"),
+    *("structure_factor", "snapshots"),
+)
+DIFFUSION = Quantity(
+    *("diffusion coefficient", "D", "m²/s", "diffusion coefficient"),
+    *("diffusion_coefficient", "curve"),
 )
 
 OF_FIGURES = (
@@ -117,25 +233,16 @@ OF_FIGURES = (
     Quantity(
         "length of the way", "d", "m", "distance from the start to the end", "distance", "curve"
     ),
-    Quantity(
-        *("diffusion coefficient", "D", "m²/s", "diffusion coefficient"),
-        *("diffusion_coefficient", "curve"),
-    ),
-    Quantity(
-        *("pair correlation at contact", "g(σ⁺)", "1", "pair correlation at contact"),
-        *("contact_value", "snapshots"),
-    ),
+    DIFFUSION,
+    CONTACT,
     Quantity("hexatic order", "|ψ₆|", "1", "hexatic order", "hexatic_order", "snapshots"),
-    Quantity("a₂", "a₂", "1", "a₂", "sonine_coefficient", "curve"),
+    SONINE,
     Quantity(
         *("energy without the flow", "E_th/E", "1", "share of the energy without the flow"),
         *("thermal_share", "snapshots"),
     ),
     Quantity("heat flux", "q", "J/(m s)", "heat flux", "heat_flux", "means"),
-    Quantity(
-        *("structure factor", "S", "1", "structure factor of the longest waves"),
-        *("structure_factor", "snapshots"),
-    ),
+    STRUCTURE,
     Quantity(
         *("balls in a ball's cluster", "N_c", "1", "mean number of balls in a ball's cluster"),
         *("cluster_size", "snapshots"),

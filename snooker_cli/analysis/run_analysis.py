@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from snooker_cli import facts
 from snooker_cli.analysis.comparison import comparisons_of, state_of
 from snooker_cli.analysis.decay import QUANTITIES, Decay, Note, decays_of, fit_notes
 from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure, typical_pairs
@@ -281,7 +282,8 @@ def _columns(measurement: Measurement, constants: Sequence[Decay]) -> dict[str, 
     with np.errstate(invalid="ignore"):  # nothing may move at all
         ratio = measurement.last_energy / measurement.first_energy
     begins = np.full_like(whole.length, math.nan)
-    if scene.wall_law.gains and (first := stationary_part_of(measurement).first) is not None:
+    is_warm = facts.hold(scene, "warm_walls")
+    if is_warm and (first := stationary_part_of(measurement).first) is not None:
         begins[measurement.complete] = first / WINDOWS * measurement.time[measurement.complete]
     columns = {
         "ending": [ending(StopReason(name)) for name in measurement.endings],
@@ -300,6 +302,6 @@ def _columns(measurement: Measurement, constants: Sequence[Decay]) -> dict[str, 
         "lost_energy": whole.lost_energy,
         "stationary_from": begins,
     }
-    if scene.surface is not None:
+    if facts.hold(scene, "rough"):
         columns["rotational_temperature"] = 2 * whole.spin_energy / scene.number
     return dict(plain(columns))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import engine
-from snooker_cli.analysis.observables import INSTANT, drift_energy
+from snooker_cli.analysis.observables import INSTANT
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Series, Trace
 
@@ -187,7 +187,7 @@ class TimeSeries:
         scene = traces[0].start
         self.time, self.columns, self.starts, self.held = time, columns, starts, held
         self.gains, self.rough = scene.wall_law.gains, scene.surface is not None
-        self.drift = np.array([drift_energy(trace.start) for trace in traces])
+        self.drift = np.array([trace.start.drift_energy for trace in traces])
         self.walls = scene.container.has_wall or scene.number == 1
         self.free = scene.number - (not self.walls)
         self.all_held = bool(np.all(held))

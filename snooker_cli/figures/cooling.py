@@ -1,26 +1,31 @@
 """Fits of a decay, decay constants against the CoR, the decay rate over time, energy by events."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis import predictions
+from snooker_cli.analysis import quantities, theories
 from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_constants
 from snooker_cli.analysis.findings import Findings
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
+from snooker_cli.analysis.gas import (
+    components,
+    enskog_rates,
+    finite_haff_rate,
+    floors,
+    haff_rate,
+    starting_temperature,
+)
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
     collisions_per_ball,
     mean_and_error,
-    meeting_temperature,
     standard_errors,
 )
-from snooker_cli.analysis.predictions import ENSKOG_START
-from snooker_cli.analysis.quantities import HAFF_RATE
 from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.analysis.trend import Trend
 from snooker_cli.config import Point
@@ -141,7 +146,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     One series has a colour for each constant. Several, of runs side by side, have a colour each.
     """
     names, several = [group[0] for group in build.groups], len(build.groups) > 1
-    caption, model = "", ENSKOG_START if source else theory.FINITE
+    caption, model = "", _model(source)
     if source:
         caption = (
             "Dashed: the source report's k = −2 ln(CoR)⟨v⟩/λ, ⟨v⟩ of complete repeats and "
@@ -157,8 +162,8 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
             name = "k by the source report"
             build.lines.append(Line(cors, column["report_k"], name, k_series, "dashed"))
         scene = build.start(points[0])
-        rates = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
-        if rates is not None and scene.surface is None:
+        if theories.theory_of(scene, quantities.HAFF_RATE, model):
+            rates = enskog_rates(scene, starting_temperature(scene))
             # The logarithm has no value at CoR 0.
             grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
             if source:
@@ -213,7 +218,7 @@ def _along_cor(records: Sequence[dict[str, Any]], expected: Array, model: str) -
     }
     cors = [row["parameters"]["cor"] for row in records]
     rows = [
-        {"quantity": HAFF_RATE.name, "model": model, **record}
+        {"quantity": quantities.HAFF_RATE.name, "model": model, **record}
         | {name: column[place] for name, column in numbers.items()}
         for place, record in enumerate(records)
     ]
@@ -232,19 +237,20 @@ def _constants(build: FigureBuilder, point: Point, source: bool) -> dict[str, An
     return build.records[-1]
 
 
-def _theory_of(source: bool) -> Callable[[Scene], float | None]:
-    """The theory of Haff's α: that of the tables, or in the reproduction that of its text."""
-    return predictions.haff_rate if source else predictions.finite_haff_rate
+def _model(source: bool) -> str:
+    """The theory of Haff's α: that of findings, or in the reproduction that of its text."""
+    return theories.START_RATES if source else theory.FINITE
 
 
 def _haff_constants(point: Point, scene: Scene, cors: Array, source: bool) -> Array:
     """Haff's α of a point with these CoR by theory, from the state at the start; 1/s."""
+    rate = haff_rate if source else finite_haff_rate
     follows, rates = point.experiment.wall_cor is None, []
     for cor in cors.tolist():
         law = Constant(cor)
         gas = replace(scene, pair_law=law, wall_law=law if follows else scene.wall_law)
-        rates.append(_theory_of(source)(gas))
-    return np.array(rates, dtype=np.float64)
+        rates.append(rate(gas))
+    return np.array(rates)
 
 
 class _LocalDecay(NamedTuple):
@@ -336,9 +342,10 @@ def _local_decay(build: FigureBuilder, point: Point, source: bool) -> _LocalDeca
     k, alpha = means["exponential"].value, means["haff"].value
     if not (math.isfinite(k) and math.isfinite(alpha)):
         raise FigureError("a point's repeats are too short to be fitted; run longer")
-    floor = float(predictions.floors(measurement).mean())
+    floor = float(floors(measurement).mean())
     laws = {"fitted": (alpha, 0.0)}
-    if (expected := _theory_of(source)(measurement.scene)) is not None:
+    rate = theories.value_of(measurement.scene, quantities.HAFF_RATE, _model(source))
+    if (expected := rate) is not None:
         laws["theory"] = (expected, 0.0)
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)
@@ -397,20 +404,21 @@ def event_decay(build: FigureBuilder) -> FigureData:
             raise FigureError("a repeat has no collisions; run longer")
         counts = np.unique(np.linspace(0.0, shortest, COUNTS + 1).round())
         pairs, energies, expected, of_heat = _against_counts(measurement, counts)
-        floors = predictions.floors(measurement)[:, np.newaxis]
+        kept_shares = floors(measurement)[:, np.newaxis]
         x = collisions_per_ball(pairs, scene.number).mean(axis=0)
         if x[-1] == 0:
             raise FigureError("no ball has met another one; run longer")
         final = mean_and_error(energies[:, -1])
         build.add_points(index, build.label(point), x, energies)
-        floor, alone = float(floors.mean()), expected.mean(axis=0)
+        floor, alone = float(kept_shares.mean()), expected.mean(axis=0)
         record = {"collisions_per_ball": x[-1], "floor": floor}
-        if scene.surface is None and not build.too_thin(scene):
+        known = theories.theory_of(scene, quantities.ENERGY_LEFT, theories.BY_COUNT)
+        if known and not build.too_thin(scene):
             record["theory"] = alone[-1]
             build.lines.append(Line(x, alone, None, index, "solid"))
             nearest = alone
             if math.isfinite(floor):
-                nearest = above = (floors + (1 - floors) * of_heat).mean(axis=0)
+                nearest = above = (kept_shares + (1 - kept_shares) * of_heat).mean(axis=0)
                 record["theory_above_floor"] = above[-1]
                 if floor >= FLOOR_MATTERS * final[0]:
                     build.lines.append(Line(x, above, None, index, "dashed"))
@@ -440,7 +448,7 @@ def _against_counts(measurement: Measurement, counts: Array) -> tuple[Array, Arr
         interpolated(counts, curve.events, values)
         for values in (energy, curve.wall_events, curve.pair_events)
     )
-    shared = predictions.components(scene)
+    shared = components(scene)
     free, above = (
         theory.energy_ratio_by_events(
             number, scene.restitution, pairs, scene.wall_restitution, wall

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from snooker_cli import theory
-from snooker_cli.analysis import predictions, structure
+from snooker_cli import facts, theory
+from snooker_cli.analysis import quantities, structure, theories
+from snooker_cli.analysis.gas import independent_velocities
 from snooker_cli.analysis.observables import (
     at_collisions,
     at_equal_steps,
@@ -166,17 +167,15 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         g = partial(structure.pair_correlation, edges=edges)
         rows = np.array([_mean(g, trace, parts) for trace in build.traces(point)])
         build.add_means(index, build.label(point), (edges[1:] + edges[:-1]) / 2 / diameter, rows)
-        state = predictions.scene_state(scene, 1.0)
-        if state is None:
+        if not facts.hold(scene, *theories.FINITE_FLUID):
             build.record(point, contact=None, theory=None)
             continue
         first = int(np.argmin(np.abs(edges - diameter)))
         beside, contact = rows[:, first : first + 2], None
         if beside.shape[1] == 2:  # on a straight line through two bins
             contact = mean_and_error(beside @ (1.5, -0.5))
-        expected = None
-        if elastic(point):
-            expected = theory.contact_value(state.bulk_packing)
+        expected = theories.value_of(scene, quantities.CONTACT, theories.CHI)
+        if expected is not None:
             name = None if any(isinstance(layer, Points) for layer in build.lines) else "theory, χ"
             marker = Points(np.ones(1), np.array([expected]), None, name, index, filled=False)
             build.lines.append(marker)
@@ -240,10 +239,8 @@ def structure_factor(build: FigureBuilder) -> FigureData:
         build.add_means(index, build.label(point), x, np.array(rows))
         if cools:
             build.lines.append(Line(x, np.mean(begins, axis=0), None, index, "dashed"))
-        expected = None
-        state = predictions.scene_state(scene, 1.0)
-        if state is not None and elastic(point):
-            expected = theory.structure_at_zero(scene.packing_fraction)
+        expected = theories.value_of(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
+        if expected is not None:
             name = (
                 None
                 if any(isinstance(layer, Reference) and layer.label for layer in build.lines)
@@ -280,10 +277,12 @@ def speeds(build: FigureBuilder) -> FigureData:
     in_metres = all(map(elastic, build.points)) and all(scene.equal_balls for scene in starts)
     edges = np.arange(SPEED_BINS + 1, dtype=np.float64) * SPEED_BIN
     laws: dict[tuple[int | None, float], None] = {}
-    fixed = all(predictions.independent_velocities(scene) is not None for scene in starts)
+    known = [theories.speed_laws(scene) for scene in starts]
+    fixed = all(theories.FIXED in laws for laws in known)
     panel: list[Layer] = [Reference("y", 0.0)]
     fastest = 3.0
-    for index, (point, scene) in enumerate(zip(build.points, starts, strict=True)):
+    of_points = zip(build.points, starts, known, strict=True)
+    for index, (point, scene, of_scene) in enumerate(of_points):
         rows = build.measurement(point).speeds
         counts, total = rows.sum(axis=0), float(rows.sum())
         if total < LEAST_SPEEDS:
@@ -303,7 +302,7 @@ def speeds(build: FigureBuilder) -> FigureData:
         shares = rows - counts / total * rows.sum(axis=1, keepdims=True)
         errors = len(rows) * standard_errors(shares)[:used] / (total * width)
         build.add_histogram(index, point, edges[: used + 1] * unit, heights, errors)
-        free = predictions.independent_velocities(scene)
+        free = independent_velocities(scene) if theories.FIXED in of_scene else None
         laws[free, unit] = None
         # The largest difference of cumulative shares, at the bins' edges.
         law = maxwell = theory.maxwell_speed_cdf(edges, REDUCED_TEMPERATURE)

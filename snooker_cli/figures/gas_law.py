@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from snooker_cli import theory
-from snooker_cli.analysis import predictions
+from snooker_cli import facts, theory
+from snooker_cli.analysis import theories
 from snooker_cli.analysis.fitting import attraction, excluded_area
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import mean_and_error
@@ -42,6 +42,7 @@ class _GasState(NamedTuple):
 
     point: Point
     scene: Scene
+    traits: facts.Traits
     radius: float
     number: float
     temperature: float
@@ -58,8 +59,10 @@ class _GasState(NamedTuple):
     def expected(self) -> float:
         """Pressure of hard disks in a container of this shape, Pa·m; nan if they are solid."""
         container = self.scene.container.scaled(math.sqrt(self.area / self.scene.container.area))
-        state = predictions.fluid(self.number, self.temperature, self.radius, container)
-        return math.nan if state is None else state.pressure
+        size = self.number, self.radius, container
+        if not facts.hold(facts.resized(self.traits, *size), *theories.FINITE_DISKS):
+            return math.nan
+        return theory.fluid_state(self.number, self.temperature, *size[1:]).pressure
 
     @property
     def conditions(self) -> dict[str, float]:
@@ -81,14 +84,14 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
         if index == 0:  # it is the same for every radius
             ideal = np.array([state.ideal_pressure for state in curve])
             build.lines.append(Line(grid, ideal, IDEAL, NEUTRAL, "dashed"))
-        if first.scene.equal_balls:
+        if facts.hold(first.traits, "equal_balls"):
             values = np.array([state.expected for state in curve])
             build.lines.append(Line(grid, values, None, index, "dotted"))
         name = build.label(group[0], [points[0] for points in build.groups])
         means = [mean_and_error(state.pressures) for state in states]
         y, y_error = np.array(means).T
         build.lines.append(Points(x, y, y_error, name or "simulation", index))
-        if first.scene.equal_balls:
+        if facts.hold(first.traits, "equal_balls"):
             expected = np.array([state.expected for state in states])
             build.add_residuals(index, x, y, y_error, expected)
         ratios = [mean_and_error(state.over_ideal) for state in states]
@@ -129,7 +132,7 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     temperatures = np.array([state.temperature for state in states])
     if not any(np.ptp(value) > SAME * np.max(value) for value in (densities, temperatures)):
         raise FigureError("it needs points at two or more areas, numbers or temperatures")
-    if any(not state.scene.equal_balls or state.radius != radius for state in states):
+    if any(state.traits.species > 1 or state.radius != radius for state in states):
         raise FigureError("it needs balls of one radius; choose it by balls.radius with --where")
     ratios, errors = np.array([mean_and_error(state.over_ideal) for state in states]).T
     # A fit weighs by errors, and those of few repeats are poor: pooled, they share a scale.
@@ -233,5 +236,7 @@ def _gas_state(build: FigureBuilder, point: Point) -> _GasState:
     if not np.all(pressures > 0):
         raise FigureError("a repeat has no collisions with the wall, so no pressure; run longer")
     scene = measurement.scene
-    size, area = float(scene.radii[0]), scene.container.area
-    return _GasState(point, scene, size, scene.number, warm.mean(), area, pressures, over_ideal)
+    area = scene.container.area
+    size, traits = float(scene.radii[0]), facts.traits_of(scene)
+    heat = warm.mean()
+    return _GasState(point, scene, traits, size, scene.number, heat, area, pressures, over_ideal)

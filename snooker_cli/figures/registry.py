@@ -10,15 +10,14 @@ from typing import Any
 
 import yaml
 
+from snooker_cli import facts
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder, Reading, silent
-from snooker_cli.figures.conditions import CONDITIONS, Condition, shows_gas
 from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_data import FigureData
 from snooker_cli.figures.selection import (
     MOST_SERIES,
-    Gas,
     Selection,
     along,
     evenly,
@@ -26,6 +25,7 @@ from snooker_cli.figures.selection import (
     selected,
     spread,
     swept_number,
+    traits,
     varying,
     with_runs,
 )
@@ -55,7 +55,6 @@ class FigureSpec:
     shows: str = ""
     report_figures: Sequence[int] = ()
     requires: Sequence[str] = ()
-    gases: Sequence[Gas] = ()
     along: Sequence[str] | str = ()
     by: str | None = None
     alike: str | None = None
@@ -63,24 +62,18 @@ class FigureSpec:
     each_point: bool = False
     sample: bool = False
 
-    @property
-    def conditions(self) -> list[Condition]:
-        """What a point must have."""
-        of_gas = [shows_gas(*self.gases)] if self.gases else []
-        return [*of_gas, *(CONDITIONS[name] for name in self.requires)]
-
     def fitting(self, points: Sequence[Point]) -> tuple[list[Point], Counter[str]]:
         """The points that the figure can show by their config; why it cannot show the others.
 
         It may still lack collisions. The reasons count the points; the last one is that of the
         points that nearly fit.
         """
-        fitting, reasons = list(points), Counter[str]()
-        for condition in self.conditions:
-            judged = [(point, condition(point)) for point in fitting]
-            fitting = [point for point, reason in judged if not reason]
-            reasons.update(reason for _, reason in judged if reason)
-        return fitting, reasons
+        fitting, reasons = [(point, traits(point)) for point in points], Counter[str]()
+        for name in self.requires:
+            fact = facts.FACTS[name]
+            reasons.update(fact.reason(of) for _, of in fitting if not fact.holds(of))
+            fitting = [(point, of) for point, of in fitting if fact.holds(of)]
+        return [point for point, _ in fitting], reasons
 
     def groups(self, points: Sequence[Point]) -> list[list[Point]]:
         """Points that fit, as ``FigureBuilder`` has them. Raises ``FigureError``."""

@@ -6,15 +6,15 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
-from typing import Any, Literal, TypeAlias, TypeVar
+from typing import Any, TypeVar
 
-from snooker_cli import theory
 from snooker_cli.config import Point, unit_of
 from snooker_cli.config.models import Model
 from snooker_cli.config.points import single_values
 from snooker_cli.config.problems import key_path
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError, KeyAbsentError
+from snooker_cli.facts import GasType, Traits, gas_type, traits_of_rules
 from snooker_cli.formatting import listed, short, value_text
 from snooker_cli.laws import Sides
 from snooker_cli.runs import RepeatState, RepeatStatus, Run
@@ -23,7 +23,6 @@ from snooker_cli.runs.side_by_side import RUN
 from snooker_cli.trace import even_choice
 
 Item = TypeVar("Item")
-Gas: TypeAlias = Literal["cooling", "elastic", "warm"]
 
 MOST_DIFFERENCES = 2  # between runs side by side, that a legend names
 MOST_SERIES = 16  # a figure with more series than this is unreadable
@@ -276,13 +275,33 @@ def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[li
     return [[point for point in ordered if value_at(point, by) == value] for value in values]
 
 
-def gas(point: Point) -> Gas:
+def traits(point: Point) -> Traits:
+    """What a point's config says about its gas: the packing is not known."""
+    case, balls = point.experiment, point.experiment.balls
+    given: Any = balls if isinstance(balls, tuple) else getattr(balls, "list", [balls])
+    moves = (getattr(group, "speed", 0) or any(getattr(group, "velocity", ())) for group in given)
+    rules = case.container.shape_class, case.pair_law, case.wall_law, case.surface
+    return Traits(
+        number=case.number,
+        species=len({(group.radius, group.mass) for group in given}),
+        masses=len({group.mass for group in given}),
+        packing=math.nan,
+        crowding=math.nan,
+        published="",
+        free=math.isfinite(case.container.mass),
+        contact_duration=case.contact_duration,
+        elastic_below=case.elastic_below,
+        moves=any(moves),
+        at_rest=bool(case.species and not case.placed),
+        events=case.keeps_events,
+        states=bool(case.keeps_events or case.stored_times),
+        **traits_of_rules(*rules),
+    )
+
+
+def gas(point: Point) -> GasType:
     """Whether walls give energy to a point's gas; else whether collisions take some."""
-    case, shape = point.experiment, point.experiment.container.shape_class
-    if shape.has_wall and case.wall_law.gains:
-        return "warm"
-    kept = theory.elastic(case.cor, case.effective_wall_cor, shape, case.surface)
-    return "elastic" if kept else "cooling"
+    return gas_type(traits(point))
 
 
 def elastic(point: Point) -> bool:

@@ -9,8 +9,8 @@ import numpy as np
 from snooker_cli.analysis import structure
 from snooker_cli.engine import state_at
 from snooker_cli.errors import FigureError
+from snooker_cli.facts import MOST_SPECIES
 from snooker_cli.figures.captions import FigureBuilder
-from snooker_cli.figures.conditions import MOST_SPECIES
 from snooker_cli.figures.figure_data import Array, FigureData, Picture, Pictures
 from snooker_cli.formatting import listed, short
 from snooker_cli.scene import Scene

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from snooker_cli import theory, two_temperatures
-from snooker_cli.analysis import observables, predictions, structure
+from snooker_cli import facts, theory, two_temperatures
+from snooker_cli.analysis import observables, quantities, structure, theories
 from snooker_cli.analysis.decay import course
+from snooker_cli.analysis.gas import cooling_spins, fluid_state, temperatures
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
     collisions_per_ball,
@@ -91,14 +92,14 @@ def momentum_component(name: str, build: FigureBuilder) -> FigureData:
 def pressure(build: FigureBuilder) -> FigureData:
     """The mean pressure since the start."""
     expected: list[float] = []
-    for scene in (build.start(point) for point in build.points if elastic(point)):
-        if scene.surface is not None:  # their temperature changes: spins take a part of the energy
+    for scene in map(build.start, build.points):
+        if not facts.hold(scene, "elastic", "moves", *theories.FINITE_DISKS):
             continue
         # Without walls balls meet at a temperature of their own.
         met = observables.meeting_temperature(scene.kinetic_energy, scene)
         drift = scene.number * (scene.kinetic_energy / scene.number - met)
-        state = predictions.scene_state(scene, met)
-        if state and (value := state.pressure + drift / scene.container.area) not in expected:
+        value = fluid_state(scene, met).pressure + drift / scene.container.area
+        if value not in expected:
             name = None if expected else f"{theory.FINITE}, CoR 1"
             build.lines.append(Reference("y", value, name, "dotted"))
             expected.append(value)
@@ -229,11 +230,9 @@ def a2(build: FigureBuilder) -> FigureData:
     """a2 over time, with theory for balls of one type; of a mixture for each species."""
     for point, scene, times, rows in _a2(build):
         names = [None] if scene.equal_balls else structure.species_names(scene)
-        expected, known = None, not build.too_thin(scene)
-        if known and scene.equal_balls and scene.constant_laws and 0 < scene.restitution < 1:
-            expected = theory.sonine_coefficient(scene.restitution)
-        elif known and elastic(point) and (free := predictions.independent_velocities(scene)):
-            expected = theory.fixed_energy_kurtosis(free) / 2 - 1
+        models = () if build.too_thin(scene) else (theories.FIXED, theories.COOLING)
+        known = theories.values_of(scene, quantities.SONINE, *models)
+        expected = next(iter(known.values()), None)
         for column, name in zip(np.moveaxis(rows, 2, 0), names, strict=True):
             if not np.isfinite(column).any():
                 continue
@@ -280,7 +279,7 @@ def species_ratio(build: FigureBuilder) -> FigureData:
         if len(rows) > 1:
             band = Band(collisions, ratio - error, ratio + error, None, index)
             build.bands.append(band)
-        expected = predictions.species_ratio(scene)
+        expected = theories.value_of(scene, quantities.SPECIES_RATIO, two_temperatures.EQUAL_RATES)
         if expected is not None:
             flat = np.array([expected, expected])
             build.lines.append(Line(collisions[[0, -1]], flat, None, index, "dotted"))
@@ -301,7 +300,7 @@ def rotation(build: FigureBuilder) -> FigureData:
     build.means, below, known = True, list[Layer](), False
     for index, point in enumerate(build.points):
         measurement = build.measurement(point)
-        collisions, both = predictions.temperatures(measurement)
+        collisions, both = temperatures(measurement)
         x = places(0.0, float(collisions[:, -1].min()), TIMES)[1:]
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = interpolated(x, collisions, both[1] / both[0])
@@ -312,8 +311,9 @@ def rotation(build: FigureBuilder) -> FigureData:
         below.append(Line(x, mean, None, index, "solid"))
         if len(ratio) > 1:
             below.insert(0, Band(x, mean - error, mean + error, None, index))
-        expected = predictions.cooling_spins(measurement)
-        if expected is not None:
+        expected, spins = None, (quantities.SPIN_RATIO, two_temperatures.MEAN_FIELD)
+        if gas(point) != "warm" and theories.theory_of(measurement.scene, *spins):
+            expected = cooling_spins(measurement)
             later = collisions[0] > 0
             known, since, first = True, collisions[0, later], expected[:, 0, later] / both[0, 0, 0]
             build.lines += [Line(since, row, None, index, "dotted") for row in first]

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from snooker_cli import theory
-from snooker_cli.analysis import predictions, steady_state
+from snooker_cli import facts, theory
+from snooker_cli.analysis import quantities, theories
+from snooker_cli.analysis.gas import finite_ratio
 from snooker_cli.analysis.measurement import WINDOWS
 from snooker_cli.analysis.observables import mean_and_error, meeting_temperature, standard_errors
 from snooker_cli.analysis.stationarity import stationary_part_of
@@ -89,14 +90,17 @@ def stationary(build: FigureBuilder) -> FigureData:
     numbers = swept_numbers(build.groups[0])  # of runs side by side not their names
     key = next(key for key in SWEPT if key in numbers)
     names, steady = [group[0] for group in build.groups], _Steady(build)
+    drawn = dict[str, float]()
     for index, group in enumerate(build.groups):
         rows, expected = [], []
         for point in group:
             mean, error = mean_and_error(steady.temperatures(point))
             rows.append((mean, error))
             changes = point.index in steady.changing
-            theories = steady_state.expected_temperatures(build.start(point))
-            law = next(iter(theories.values()), None)
+            models = theories.WALLS, theories.BALANCE
+            known = theories.values_of(build.start(point), quantities.TEMPERATURE, *models)
+            law = next(iter(known.values()), None)
+            drawn |= known
             expected.append(math.nan if law is None else law)
             found = {"changing_temperature": mean} if changes else {"temperature": (mean, error)}
             build.record(point, **found, theory=law)
@@ -112,8 +116,9 @@ def stationary(build: FigureBuilder) -> FigureData:
     caption = steady.text
     if steady.changing:
         caption += " Open: the gas still changes."
-    if any(record["theory"] is not None for record in build.records):
-        build.lines.append(legend_line("balance of energy, uniform gas", "dotted"))
+    if drawn:
+        build.lines.append(legend_line(", ".join(drawn), "dotted"))
+    if theories.BALANCE in drawn:
         caption += " Dotted: balance of energy in a uniform gas (Kumaran 1998)."
     log = more_than_a_decade(line.y for line in build.lines if isinstance(line, Points))
     return build.figure(
@@ -320,14 +325,14 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
             part, warm = steady.averages(point), mean_and_error(steady.temperatures(point))
             inner = mean_and_error(part.virial_ratio)
             outer = mean_and_error(part.ideal_gas_ratio(scene))
-            packing, disks = scene.packing_fraction, predictions.disk_ratios(scene)
+            packing, disks = scene.packing_fraction, theories.disk_ratios(scene)
             # Without walls balls meet at a temperature of their own.
             met = meeting_temperature(scene.kinetic_energy, scene) * scene.number
             share = met / scene.kinetic_energy * packing
             rows.append((packing, (inner[0] - 1) / share, inner[1] / share))
-            theories = {"theory": theory.INFINITE, "theory_here": theory.FINITE}
+            keys = {"theory": theory.INFINITE, "theory_here": theory.FINITE}
             numbers: dict[str, Any] = {
-                key: disks[name].virial for key, name in theories.items() if name in disks
+                key: disks[name].virial for key, name in keys.items() if name in disks
             }
             numbers |= {"temperature": warm, "virial": inner, "wall": outer}
             build.record(point, packing=packing, **numbers)
@@ -335,7 +340,7 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
         packings, added, errors = np.array(rows).T
         label = build.label(group[0], names) or "simulation"
         build.lines.append(Points(packings, added, errors, label, index))
-        if theory.INFINITE in predictions.disk_ratios(first):
+        if theory.INFINITE in theories.disk_ratios(first):
             grid = np.linspace(packings.max() / CURVE, packings.max(), CURVE)
             large = theory.granular_compressibility(grid, first.restitution)
             build.lines.append(Line(grid, (large - 1) / grid, None, index, "dotted"))
@@ -352,5 +357,7 @@ def _of_scene(scene: Scene, packing: float) -> float:
     """PV/NT by the virial of as many balls in the container at another packing; nan without it."""
     container, number = scene.container, scene.number
     radius = container.ball_radius(packing, number)
-    found = predictions.finite_ratio(number, radius, container, scene.restitution)
-    return math.nan if found is None else found.virial
+    resized = facts.resized(facts.traits_of(scene), number, radius, container)
+    if not facts.hold(resized, *theories.FINITE_DISKS):
+        return math.nan
+    return finite_ratio(number, radius, container, scene.restitution).virial

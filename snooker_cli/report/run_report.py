@@ -8,11 +8,13 @@ from typing import Any
 
 import yaml
 
-from snooker_cli import __version__, theory
+from snooker_cli import __version__
 from snooker_cli.analysis import tables
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.findings import Findings, few_repeats, main_rows
+from snooker_cli.analysis.quantities import CRITICAL_RATIO
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
+from snooker_cli.analysis.theories import CRITICAL, value_of
 from snooker_cli.analysis.trend import trends
 from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
@@ -158,7 +160,7 @@ def trivial(
     gases = {gas(point) for point in points}
     given = (p.experiment.placed or getattr(p.experiment.balls, "list", ()) for p in points)
     lossy_starts = [scene for scene in starts if scene.restitution < 1]
-    ratios = [theory.critical_ratio(scene, scene.restitution) for scene in lossy_starts]
+    ratios = [value_of(scene, CRITICAL_RATIO, CRITICAL) for scene in lossy_starts]
     clusters = any(ratio is not None and ratio > 1 for ratio in ratios)
     conditions = {
         "always": True,

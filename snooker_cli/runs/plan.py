@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from snooker_cli import store, theory
+from snooker_cli import facts, store, theory
 from snooker_cli.config import BallList, Experiment, Loaded, Point
 from snooker_cli.containers import Container
 from snooker_cli.engine import specialisation
@@ -119,11 +119,13 @@ def scene_classes(
             raise SceneError(wrong, f"{error}{where}") from None
         models["events"] = experiment.keeps_events
         models |= {"snapshots": True} if experiment.stored_times else {}
-        rates = theory.starting_rates(scene)
+        rates, traits = theory.starting_rates(scene), facts.traits_of(scene)
         for point in same:
             needed = models | _loss_models(point.experiment)
             key = type(scene.container), tuple(needed.items())
-            ratio = theory.critical_ratio(scene, point.experiment.cor)
+            cor, ratio = point.experiment.cor, None
+            if facts.missing(traits._replace(cor=cor), facts.VORTICES) is None:
+                ratio = theory.critical_ratio(scene, cor)
             groups.setdefault(key, []).append((point, scene.number, ratio, rates))
     classes = []
     for (shape, modelled), members in groups.items():

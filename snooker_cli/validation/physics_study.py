@@ -10,8 +10,9 @@ from functools import partial
 import numpy as np
 
 from snooker_cli import theory
+from snooker_cli.analysis import quantities, theories
+from snooker_cli.analysis.gas import pooled_ratio
 from snooker_cli.analysis.observables import mean_and_error
-from snooker_cli.analysis.steady_state import expected_temperatures, pooled_ratio
 from snooker_cli.containers import SHAPES
 from snooker_cli.engine import series
 from snooker_cli.laws import Viscoelastic
@@ -169,7 +170,9 @@ DRIVEN = "a gas that its wall drives"
 
 def driven_rows(gas: GasSample) -> Iterator[Record]:
     """The temperature of a dilute, nearly elastic gas whose wall is driven."""
-    (expected,) = expected_temperatures(gas.start()).values()
+    start = gas.start()
+    expected = theories.value_of(start, quantities.TEMPERATURE, theories.BALANCE)
+    assert expected is not None
     measured = mean_and_error(gas.samples(averages, summary=True)["energy"])
     yield known_value(
         *(DRIVEN, "temperature, J", gas, measured, expected),

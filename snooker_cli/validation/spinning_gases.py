@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from snooker_cli import two_temperatures
+from snooker_cli.analysis.gas import pooled_ratio
 from snooker_cli.analysis.observables import mean_and_error, total_angular_momentum, total_energy
-from snooker_cli.analysis.steady_state import pooled_ratio
 from snooker_cli.engine import series, simulate
 from snooker_cli.neighbours import Floats
 from snooker_cli.scene import EPSILON

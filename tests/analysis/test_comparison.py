@@ -10,11 +10,13 @@ import pytest
 from scenes import gas
 
 from snooker_cli import containers, theory, two_temperatures
-from snooker_cli.analysis import comparison, decay, predictions, steady_state
+from snooker_cli.analysis import comparison, decay, notes, observables, theories
 from snooker_cli.analysis.comparison import Comparison
+from snooker_cli.analysis.gas import floors
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import mean_and_error, reduced_speed_counts
-from snooker_cli.analysis.predictions import CHI_SQUARE
+from snooker_cli.analysis.quantities import CHI_SQUARE as CHI
+from snooker_cli.analysis.quantities import SPECIES_RATIO, SPIN_RATIO, TEMPERATURE
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
 from snooker_cli.engine.simulation import simulate_batch
@@ -22,6 +24,8 @@ from snooker_cli.laws import Viscoelastic
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events, Stop, StopReason, Trace
+
+CHI_SQUARE = CHI.name
 
 SCENE = """\
 container: {radius: 10.0, mass: .inf}
@@ -104,7 +108,7 @@ def test_equilibrium_is_measured_after_the_gas_has_relaxed(elastic: list[Trace])
         assert (row.repeats, row.samples) == (6, None)
     note, turning = found[1]
     assert f"skip the first {skipped} ball-ball collisions of each repeat" in note
-    assert turning == predictions.TURNING
+    assert turning == notes.TURNING
     # Elastic balls in a fixed container keep their temperature: it has no error.
     warm = row_of(found, "temperature", "ideal gas law, PV/N")
     assert warm.measured == pytest.approx(50, rel=1e-12)
@@ -159,9 +163,9 @@ def test_a_repeat_that_ended_early_needs_five_collisions_of_a_ball(elastic: list
 
 def test_cooling_is_compared_with_the_reports_own_constant(cooling: list[Trace]) -> None:
     found = compare(cooling)
-    assert predictions.EQUAL_SPEEDS in found[1]
+    assert notes.EQUAL_SPEEDS in found[1]
     mixed = simulate(gas("circle", 19, 0.2, cor=0.9), collisions=200)  # with a Maxwellian's speeds
-    assert predictions.EQUAL_SPEEDS not in compare([mixed])[1]
+    assert notes.EQUAL_SPEEDS not in compare([mixed])[1]
     reported = decay.reported_constants(measure(cooling)).mean()
     energy = row_of(found, "decay constant of energy", "source report, −2 ln e/τ")
     pressure = row_of(found, "decay constant of pressure", "source report, −ln e/τ")
@@ -300,7 +304,7 @@ def test_a_periodic_gas_has_the_bulk_s_pressure_and_rates() -> None:
     # There are no walls, and the virial's PV/NT is PV/NT itself.
     assert not {"wall rate of a ball", "PV/NT by the virial"} & quantities(found)
     assert "accessible area" not in models(found, "pressure")
-    assert predictions.NO_WALLS in found[1]
+    assert observables.NO_WALLS in found[1]
     # One velocity less is free.
     kurtosis = row_of(found, "kurtosis of speeds", "fixed energy")
     assert kurtosis.predicted == theory.fixed_energy_kurtosis(255)
@@ -362,7 +366,7 @@ def test_a_periodic_gas_cools_by_haff_s_law() -> None:
     assert alphas["local_pressure"] == pytest.approx(alphas["local_energy"], rel=0.03)
     assert alphas["pressure"] == pytest.approx(alphas["kinetic_energy"], rel=0.1)
     walls, clusters = notes
-    assert walls.note == predictions.NO_WALLS
+    assert walls.note == observables.NO_WALLS
     assert ("without clusters" in clusters.note, clusters.model) == (True, "haff")
 
 
@@ -371,7 +375,7 @@ def test_a_periodic_gas_cools_by_haff_s_law() -> None:
 
 def test_floors_are_of_what_the_shape_conserves() -> None:
     def floor(scene: Scene) -> float:
-        return float(predictions.floors(measure([simulate(scene, collisions=0, time=0.0)]))[0])
+        return float(floors(measure([simulate(scene, collisions=0, time=0.0)]))[0])
 
     scene = gas("periodic", 64, 0.3)
     assert floor(scene) == pytest.approx(0, abs=1e-12)
@@ -427,7 +431,7 @@ def test_a_gas_whose_restitution_depends_on_speed_cools_as_predicted() -> None:
 def test_the_note_on_rings_is_for_balls_that_start_on_them(start: str, said: bool) -> None:
     text = f"container: {{radius: 10}}\nballs: {start}\ncor: 1\ncollisions: 1\n"
     scene = starting_scene(parse(text).experiment, 0)
-    assert (predictions.TURNING in {note.note for note in predictions.notes(scene)}) is said
+    assert (notes.TURNING in {note.note for note in notes.of_scene(scene)}) is said
 
 
 MIXED = """\
@@ -454,7 +458,7 @@ def row_and_notes(text: str, quantity: str) -> tuple[Comparison, list[str]]:
 
 
 def species_row(text: str) -> tuple[Comparison, list[str]]:
-    return row_and_notes(text, predictions.SPECIES_RATIO)
+    return row_and_notes(text, SPECIES_RATIO.name)
 
 
 def test_two_species_have_the_temperatures_of_equal_cooling_rates() -> None:
@@ -498,7 +502,7 @@ def test_without_a_theory_the_ratio_of_species_is_measured(old: str, new: str) -
         assert row is None
         assert not any(text.startswith("T₁/T₂") for text in notes)
     else:
-        assert row.model == predictions.NO_THEORY
+        assert row.model == theories.NO_THEORY
         assert math.isnan(row.predicted)
 
 
@@ -525,7 +529,7 @@ def spin_row(*changes: tuple[str, str]) -> tuple[Comparison, list[str]]:
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)
-    return row_and_notes(text, predictions.SPIN_RATIO)
+    return row_and_notes(text, SPIN_RATIO.name)
 
 
 def test_perfectly_rough_elastic_balls_share_the_energy_evenly() -> None:
@@ -568,7 +572,7 @@ def test_a_ratio_that_still_changes_in_its_mean_says_so() -> None:
 )
 def test_other_rough_balls_have_a_ratio_without_theory(change: tuple[str, str]) -> None:
     row, _ = spin_row(change, ("repeats: 30", "repeats: 2"))
-    assert row.model == predictions.NO_THEORY
+    assert row.model == theories.NO_THEORY
     assert 0.1 < row.measured < 2
     assert math.isnan(row.predicted)
 
@@ -592,7 +596,9 @@ def test_a_gas_is_as_warm_as_the_only_walls_that_change_its_energy(wall: int, kn
     text = ROUGH.replace("shape: periodic, packing: 0.01", "shape: box, width: 180, height: 180")
     text = f"{text}wall_tangential_cor: {wall}\nwall_temperature: {{left: 20, right: 20}}\n"
     scene = starting_scene(parse(text).points()[0].experiment, 0)
-    assert steady_state.expected_temperatures(scene) == ({steady_state.WALLS: 20} if known else {})
+    assert theories.values_of(scene, TEMPERATURE, theories.WALLS) == (
+        {theories.WALLS: 20} if known else {}
+    )
 
 
 @pytest.mark.parametrize(("right", "known"), [(20, True), (40, False)])

@@ -11,17 +11,18 @@ import pytest
 from scenes import gas
 from scipy import stats
 
-from snooker_cli.analysis import stationarity, steady_state
+from snooker_cli.analysis import stationarity
 from snooker_cli.analysis.comparison import Comparison, compare
 from snooker_cli.analysis.decay import WARM, decays, fit_notes
 from snooker_cli.analysis.goodness import equal_means
 from snooker_cli.analysis.measurement import WINDOWS, measure
 from snooker_cli.analysis.observables import wall_energies
-from snooker_cli.analysis.predictions import NO_THEORY
-from snooker_cli.analysis.steady_state import expected_temperatures
+from snooker_cli.analysis.quantities import TEMPERATURE
+from snooker_cli.analysis.theories import BALANCE, NO_THEORY, WALLS, values_of
 from snooker_cli.containers import Box
 from snooker_cli.engine import replay, series
 from snooker_cli.engine.simulation import simulate_batch
+from snooker_cli.facts import traits_of
 from snooker_cli.formatting import with_error
 from snooker_cli.laws import Constant, Driven, Sides, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
@@ -115,8 +116,8 @@ def test_a_thermal_wall_sets_the_temperature(thermal: list[Trace]) -> None:
 
 def test_a_driven_wall_sets_the_temperature_of_the_balance(driven: list[Trace]) -> None:
     rows, _ = compare(driven)
-    (warm,) = steady_state.expected_temperatures(driven[0].start).values()
-    assert row(rows, "temperature", steady_state.BALANCE).predicted == pytest.approx(warm)
+    (warm,) = values_of(driven[0].start, TEMPERATURE, WALLS, BALANCE).values()
+    assert row(rows, "temperature", BALANCE).predicted == pytest.approx(warm)
 
 
 # Rows
@@ -206,7 +207,9 @@ def test_a_wall_with_one_temperature_on_some_sides() -> None:
         (Sides(warm, Thermal(50.0), elastic, elastic), None),
         (Driven(1.0, 2.0), None),
     ):
-        assert steady_state.wall_temperature(replace(scene, wall_law=law, wall_key=0)) == wanted
+        assert traits_of(replace(scene, wall_law=law, wall_key=0)).wall_temperature == (
+            wanted or 0.0
+        )
 
 
 # Other analyses
@@ -224,5 +227,5 @@ def test_longer_driven_walls_keep_a_gas_warmer() -> None:
     for width, height in ((30.0, 10.0), (10.0, 30.0)):
         law = Sides(Driven(0.9, 5.0), Driven(0.9, 5.0), Constant(1.0), Constant(1.0))
         scene = replace(gas("box", 30, 0.1, cor=0.9), container=Box(width, height), wall_law=law)
-        found.append(next(iter(expected_temperatures(scene).values())))
+        found.append(next(iter(values_of(scene, TEMPERATURE, WALLS, BALANCE).values())))
     assert found[1] > 1.5 * found[0]

@@ -12,7 +12,7 @@ import pytest
 from figure_runs import around, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
-from snooker_cli.analysis import predictions
+from snooker_cli.analysis import gas
 from snooker_cli.analysis.decay import course, decays
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.measurement import measure
@@ -91,7 +91,7 @@ def test_decay_against_cor(decaying: Run) -> None:
             (over,) = (decay.over_repeats for decay in fitted if decay.law == law)
             assert (points.y[index], points.y_error[index]) == (over.value, over.error)
     (kinetic_theory,) = layers(found, Line)
-    expected = predictions.finite_haff_rate(traces(decaying, 1)[0].start)
+    expected = gas.finite_haff_rate(traces(decaying, 1)[0].start)
     assert kinetic_theory.y[-1] == pytest.approx(expected, rel=1e-12)
     assert "hard disks, finite N" in kinetic_theory.label
     _, residuals = found.panel
@@ -138,7 +138,7 @@ def test_local_rates_and_the_forms_of_haffs_law(decaying: Run) -> None:
     assert fitted.y[0] == 2 * alpha
     assert fitted.y[-1] == pytest.approx(2 * alpha / (1 + alpha * fitted.x[-1]))
     assert constant.y.tolist() == [record["k"]] * 2
-    alpha = predictions.finite_haff_rate(traces(decaying, 0)[0].start)
+    alpha = gas.finite_haff_rate(traces(decaying, 0)[0].start)
     assert of_theory.y[0] == pytest.approx(2 * alpha, rel=1e-12)
     floor = np.mean([floor_of(trace) for trace in traces(decaying, 0)])
     assert record["floor"] == pytest.approx(floor, rel=1e-12)

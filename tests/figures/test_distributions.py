@@ -10,7 +10,7 @@ import pytest
 from figure_runs import ADRIFT, BASE, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
-from snooker_cli.analysis import predictions
+from snooker_cli.analysis.gas import fluid_state
 from snooker_cli.analysis.measurement import measure, pairs_of
 from snooker_cli.config import parse
 from snooker_cli.engine import replay
@@ -121,8 +121,7 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: Run) -> None:
     """Its last points are elastic: a packing of 0.12, where χ = 1.2."""
     found = shown(periodic, "pair-correlation", cor=1.0)
     (record,) = found.numbers["points"]
-    state = predictions.scene_state(traces(periodic, 2)[0].start, 1.0)
-    assert state is not None
+    state = fluid_state(traces(periodic, 2)[0].start)
     assert record["theory"] == pytest.approx(theory.contact_value(state.bulk_packing), rel=1e-5)
     # Pairs of a bin at contact in the 3 × 40 states; those of a repeat are not independent.
     assert abs(record["contact"] - record["theory"]) < 0.3

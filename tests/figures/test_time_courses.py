@@ -10,7 +10,7 @@ import pytest
 from figure_runs import ROUGH, STORED, around, in_circle, layers, made, shown, traces, why_not
 
 from snooker_cli import two_temperatures
-from snooker_cli.analysis import predictions, structure
+from snooker_cli.analysis import gas, structure
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.analysis.structure import Array
@@ -155,7 +155,7 @@ def test_the_ratio_of_species_is_that_of_their_temperatures(mixture: Run) -> Non
     first, second = np.mean(shares, axis=0)
     assert line.y[0] == pytest.approx(first / second, rel=1e-12)
     assert theory_line.y.tolist() == [record["theory"]] * 2
-    assert record["theory"] == predictions.species_ratio(repeats[0].start)
+    assert record["theory"] == gas.species_ratio(repeats[0].start)
     assert record["theory"] > 1
     assert entry.label == "theory, equal cooling rates"
     assert "1: r = 0.6 m, m = 4 kg; 2: r = 0.4 m, m = 1 kg." in found.caption

@@ -15,7 +15,8 @@ from scenes import gas
 import snooker_cli as snooker
 from snooker_cli import config as configs
 from snooker_cli import theory
-from snooker_cli.analysis import observables, predictions
+from snooker_cli.analysis import observables
+from snooker_cli.analysis.gas import finite_haff_rate
 from snooker_cli.containers import Box, Channel, Circle, Container, PeriodicBox
 from snooker_cli.engine.page_kernels import SEARCHES
 from snooker_cli.live_page.page import presets, stored_start
@@ -69,7 +70,7 @@ def test_haffs_rate_is_that_of_theory(javascript: LiveScripts) -> None:
             "wallCor": scene.wall_restitution,
         }
         found = javascript.value("fluid.haffRate(given)", given=given)
-        assert found == pytest.approx(predictions.finite_haff_rate(scene), rel=1e-12)
+        assert found == pytest.approx(finite_haff_rate(scene), rel=1e-12)
 
 
 def test_laws_of_speed_are_those_of_theory(javascript: LiveScripts) -> None:

@@ -1,0 +1,406 @@
+"""A gas as theories see it: numbers of its scene, and means over the repeats of a point.
+
+No function here asks whether a theory holds: `theories` does, by the facts that it needs.
+"""
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snooker_cli import theory, two_temperatures
+from snooker_cli.analysis import observables, structure
+from snooker_cli.analysis.measurement import Measurement
+from snooker_cli.analysis.time_series import Averages
+from snooker_cli.containers import Container
+from snooker_cli.laws import Law, Sides
+from snooker_cli.scene import Scene
+from snooker_cli.trace import SPEED_BIN, SPEED_BINS
+
+Array: TypeAlias = NDArray[np.float64]
+
+HEAVY = 1000.0
+"""A free container this many times as heavy as the balls keeps their angular momentum."""
+
+
+# Numbers of a scene.
+
+
+def fluid_state(scene: Scene, temperature: float = 1.0) -> theory.FluidState:
+    """The state of equal balls at a temperature, J. Raises ValueError if they are no fluid."""
+    return theory.fluid_state(scene.number, temperature, float(scene.radii[0]), scene.container)
+
+
+def enskog_rates(scene: Scene, temperature: float = 1.0) -> theory.CollisionRates:
+    """Enskog's collision rates of equal balls at a temperature, J. Raises ValueError likewise."""
+    radius, mass = float(scene.radii[0]), float(scene.masses[0])
+    walls = scene.container, mass, scene.container_mass
+    return theory.collision_rates(scene.number, temperature, radius, *walls)
+
+
+def starting_temperature(scene: Scene) -> float:
+    """The temperature at which balls meet at the start, J."""
+    return observables.meeting_temperature(scene.kinetic_energy, scene)
+
+
+def components(scene: Scene) -> int:
+    """Components of the velocities that share the energy: momentum is kept along axes of images."""
+    return 2 * scene.number - sum(scene.container.periodic)
+
+
+def independent_velocities(scene: Scene) -> int:
+    """Number of independent velocities of balls that share a fixed energy.
+
+    With walls all of them. Without walls one less, because total momentum is kept.
+    """
+    return scene.number - (not scene.container.has_wall)
+
+
+class DiskRatio(NamedTuple):
+    """PV/NT of equal hard disks by a theory: at the walls, and by the virial of the balls.
+
+    Without walls T is the temperature at which balls meet, and the two are the same.
+    """
+
+    pressure: float
+    virial: float
+
+
+def large_ratio(scene: Scene) -> DiskRatio:
+    """PV/NT of a very large gas of equal balls."""
+    large = theory.granular_compressibility(scene.packing_fraction, scene.restitution)
+    return DiskRatio(large, large)
+
+
+def finite_ratio(
+    number: float, radius: float, container: Container, restitution: float
+) -> DiskRatio:
+    """PV/NT of N equal hard disks in a container. Raises ValueError if they are no fluid."""
+    state = theory.fluid_state(number, 1.0, radius, container).inelastic(restitution)
+    return DiskRatio(state.pressure * container.area / number, state.virial_ratio)
+
+
+def haff_rate(scene: Scene) -> float:
+    """Haff's α by Enskog's rates at the start of a scene, 1/s."""
+    rates = enskog_rates(scene, starting_temperature(scene))
+    return _haff_rate(scene, rates.ball_ball, rates.wall)
+
+
+def finite_haff_rate(scene: Scene) -> float:
+    """Haff's α at the start for exactly N balls in this container at fixed energy, 1/s.
+
+    The rates are those of `Gas.finite_pair_rate`. A collision takes `theory.share_in_collision`
+    instead of 1/N of the energy.
+    """
+    warm = starting_temperature(scene)
+    between = finite_pair_rate(scene, warm)
+    share = scene.number * theory.share_in_collision(2 * (components(scene) // 2))
+    return share * _haff_rate(scene, between, enskog_rates(scene, warm).wall)
+
+
+def finite_pair_rate(scene: Scene, temperature: float = 1.0) -> float:
+    """Ball-ball collisions of one ball for exactly N balls at fixed energy, 1/s."""
+    ratio = fluid_state(scene, temperature).virial_ratio
+    balls = float(scene.radii[0]), components(scene) // 2, float(scene.masses[0])
+    return theory.ball_ball_rate_from_virial(ratio, temperature, *balls)
+
+
+def _haff_rate(scene: Scene, ball_ball: float, wall: float) -> float:
+    losses = scene.restitution, ball_ball, scene.wall_restitution, wall
+    return theory.haff_rate(theory.cooling_rate(*losses))
+
+
+def walls_of(scene: Scene) -> list[tuple[Law, float]]:
+    """The law and the length (m) of each wall, as the centres of the balls see them."""
+    law, container = scene.wall_law, scene.container
+    radius = float(np.mean(scene.radii))
+    if not isinstance(law, Sides):
+        return [(law, container.accessible(radius).edge)]
+    sides = container.side_lengths(radius).items()
+    return [(getattr(law, side), length) for side, length in sides]
+
+
+def balance_temperature(scene: Scene) -> float:
+    """T at which walls give what collisions take, J; see `theory.balance_temperature`."""
+    balls = scene.number, float(scene.radii[0]), float(scene.masses[0]), scene.restitution
+    return theory.balance_temperature(*balls, scene.container, walls_of(scene))
+
+
+def species_ratio(scene: Scene) -> float:
+    """T₁/T₂ of two species in the homogeneous cooling state.
+
+    The balls' momentum is zero, see `two_temperatures.temperatures_at_rest`.
+    """
+    groups = structure.species(scene)
+    numbers = np.array([float(len(balls)) for balls in groups])
+    masses, radii = (
+        np.array([column[balls[0]] for balls in groups]) for column in (scene.masses, scene.radii)
+    )
+    densities = numbers / scene.container.area
+    ratio = two_temperatures.species_ratio(densities, masses, radii, scene.restitution)
+    first, second = two_temperatures.temperatures_at_rest(np.array([ratio, 1.0]), numbers, masses)
+    return float(first / second)
+
+
+def heated_ratio(scene: Scene) -> float:
+    """T_rot/T_tr of rough balls whose walls heat the motion alone."""
+    assert scene.surface is not None
+    return two_temperatures.heated_ratio(scene.surface.tangential_cor, scene.surface.inertia)
+
+
+# Laws of the speeds: of a ball with m = 1 at T = 1/2, whose speed is v √(m/2T).
+
+EDGES = np.linspace(0.0, (SPEED_BINS - 1) * SPEED_BIN, SPEED_BINS)
+HEAT = 0.5
+
+
+class SpeedLaw(NamedTuple):
+    """A distribution of speeds: its kurtosis, and the share of speeds below each histogram bin."""
+
+    kurtosis: float
+    shares: Array
+
+
+def maxwell_law(_scene: Scene) -> SpeedLaw:
+    """Maxwell's law."""
+    return SpeedLaw(2.0, theory.maxwell_speed_cdf(EDGES, HEAT))
+
+
+def fixed_energy_law(scene: Scene) -> SpeedLaw:
+    """The law of balls that share a fixed energy."""
+    free = independent_velocities(scene)
+    shares = theory.fixed_energy_speed_cdf(EDGES, free, HEAT)
+    return SpeedLaw(theory.fixed_energy_kurtosis(free), shares)
+
+
+def cooling_law(scene: Scene) -> SpeedLaw:
+    """The law of a gas that cools, of a large one."""
+    a2 = theory.sonine_coefficient(scene.restitution)
+    return SpeedLaw(2.0 * (1 + a2), theory.sonine_speed_cdf(EDGES, HEAT, a2))
+
+
+def finite_cooling_law(scene: Scene) -> SpeedLaw:
+    """The same, with the kurtosis of balls that share the energy of the moment."""
+    law, a2 = cooling_law(scene), theory.sonine_coefficient(scene.restitution)
+    kurtosis = theory.fixed_energy_kurtosis(independent_velocities(scene)) * (1 + a2)
+    return law._replace(kurtosis=kurtosis)
+
+
+# What repeats keep, and how warm they are over time.
+
+
+def floors(measurement: Measurement) -> Array:
+    """Energy that conservation laws keep in each repeat, over that at the start.
+
+    A circle keeps the balls' angular momentum about its centre. This needs at least the energy of a
+    rigid rotation, here with the places of the balls in the end. A periodic box keeps their
+    momentum. nan where nothing is kept (a box, a light circle), and at rest.
+    """
+    scene, container = measurement.scene, measurement.scene.container
+    kept = np.full_like(measurement.start_energy, math.nan)
+    if not container.has_wall:
+        kept = measurement.drift_energy
+    elif container.keeps_rotation and is_heavy(scene):
+        kept = measurement.rotation_energy
+    with np.errstate(invalid="ignore"):
+        return kept / measurement.start_energy
+
+
+def is_heavy(scene: Scene) -> bool:
+    """Whether the container is fixed, or too heavy to take much angular momentum."""
+    return scene.container_mass >= HEAVY * float(np.sum(scene.masses))
+
+
+def temperatures(measurement: Measurement) -> tuple[Array, Array]:
+    """Collisions per ball at the rows of the curve, and T_tr and T_rot of rough balls there, J.
+
+    (*repeats*, *rows*) and (2, *repeats*, *rows*). T_tr is that at which balls meet.
+    """
+    scene, curve, number = measurement.scene, measurement.curve, measurement.scene.number
+    drift = measurement.drift_energy[:, np.newaxis]
+    moving = observables.meeting_temperature(curve.kinetic_energy, scene, drift)
+    collisions = observables.collisions_per_ball(curve.pair_events, number)
+    return collisions, np.stack([moving, 2 * curve.spin_energy / number])
+
+
+def cooling_spins(measurement: Measurement) -> Array:
+    """What theory has for `temperatures`, from the first row on, J."""
+    surface, cor = measurement.scene.surface, measurement.scene.restitution
+    assert surface is not None
+    collisions, both = temperatures(measurement)
+    values = cor, surface.tangential_cor, surface.inertia
+    courses = [
+        two_temperatures.rough_temperatures(since, start, *values)
+        for since, start in zip(collisions - collisions[:, :1], both[:, :, 0].T, strict=True)
+    ]
+    return np.stack(courses, axis=1)
+
+
+def late_ratio(collisions: Array, both: Array) -> Array:
+    """T_rot/T_tr in the second half of the collisions, as of `temperatures`; (*repeats*,).
+
+    Of the mean shares of both: the mean of ratios would be too large.
+    """
+    return _mean_ratio(both, collisions >= collisions[:, -1:] / 2)
+
+
+def late_quarters(measurement: Measurement) -> Array:
+    """The same in the quarters of the second half of the collisions, (*repeats*, 4)."""
+    collisions, both = temperatures(measurement)
+    edges = collisions[:, -1:] * np.linspace(0.5, 1.0, 5)
+    edges[:, -1] = math.inf  # the last row counts
+    since, until = edges[:, :-1, np.newaxis], edges[:, 1:, np.newaxis]
+    rows = (since <= collisions[:, np.newaxis]) & (collisions[:, np.newaxis] < until)
+    return np.stack([_mean_ratio(both, rows[:, place]) for place in range(4)], axis=1)
+
+
+def _mean_ratio(both: Array, rows: NDArray[np.bool_]) -> Array:
+    """T_rot/T_tr of repeats over some rows; nan without one."""
+    shares = np.where(rows, both[1] / both.sum(axis=0), 0.0)
+    share = np.sum(shares, axis=1) / np.sum(rows, axis=1)
+    return np.asarray(share / (1 - share))
+
+
+def pooled_ratio(above: Array, below: Array) -> Array:
+    """Values of repeats with the mean of `above` over that of `below`, and its standard error.
+
+    The mean of single ratios would be biased by the fluctuations of a short repeat.
+    """
+    ratio = above.mean() / below.mean()
+    return np.asarray(ratio + (above - ratio * below) / below.mean())
+
+
+class Gas:
+    """The repeats of a point, and what several theories need of them.
+
+    repeats : the measurement, or a scene for values that need no more
+    constants : the fitted constants of the repeats, 1/s, by quantity and law
+    first : the window in which the steady part begins, of a gas that walls keep warm
+    """
+
+    def __init__(
+        self,
+        repeats: Measurement | Scene,
+        constants: Mapping[tuple[str, str], Array] | None = None,
+        first: int | None = None,
+    ) -> None:
+        self._repeats = None if isinstance(repeats, Scene) else repeats
+        self.scene = repeats if isinstance(repeats, Scene) else repeats.scene
+        self.constants, self.first = constants or {}, first
+        self.number, self.container = self.scene.number, self.scene.container
+        self.radius, self.mass = float(self.scene.radii[0]), float(self.scene.masses[0])
+        self.density = self.number / self.container.area
+
+    @property
+    def measurement(self) -> Measurement:
+        """Of these repeats."""
+        assert self._repeats is not None
+        return self._repeats
+
+    @cached_property
+    def means(self) -> Averages:
+        """Over the part after the relaxation, or over the steady part."""
+        if self.first is None:
+            return self.measurement.relaxed
+        return self.measurement.windows.from_window(self.first)
+
+    def ratio(self, above: Array, below: Array) -> Array:
+        """A ratio in each repeat; of a steady part that of the means, see `pooled_ratio`."""
+        return above / below if self.first is None else pooled_ratio(above, below)
+
+    @property
+    def temperature(self) -> Array:
+        """The mean energy of a ball, J."""
+        return self.means.kinetic_energy / self.number
+
+    @property
+    def root(self) -> Array:
+        """The mean of √T, √J."""
+        return self.means.root_energy / math.sqrt(self.number)
+
+    @property
+    def met(self) -> Array:
+        """The temperature at which balls meet over that of all motion: 1 with walls."""
+        return self.means.meeting / self.temperature
+
+    @property
+    def pressure(self) -> Array:
+        """Pa m."""
+        return self.means.pressure(self.scene)
+
+    @property
+    def ideal_pressure(self) -> Array:
+        """N T/V, Pa m."""
+        return self.density * self.temperature
+
+    @property
+    def wall_rate(self) -> Array:
+        """Hits of the wall by one ball, 1/s."""
+        return self.means.wall_events / (self.number * self.means.length)
+
+    @property
+    def pair_rate(self) -> Array:
+        """Collisions of one ball with others, 1/s."""
+        return 2 * self.means.pair_events / (self.number * self.means.length)
+
+    @property
+    def fixed_speed(self) -> Array:
+        """The mean speed of balls that share the energy of the moment, m/s."""
+        free = components(self.scene) // 2
+        return theory.fixed_energy_mean_speed(free, 1.0, self.mass) * self.root
+
+    @property
+    def starting_root(self) -> Array:
+        """√ of the temperature at which each repeat starts over that of the scene."""
+        return np.sqrt(self.starting_heat / starting_temperature(self.scene))
+
+    @property
+    def starting_heat(self) -> Array:
+        """The energy at the start of each of the components that share it, times two, J."""
+        return (self.measurement.start_energy - self.drift) / (components(self.scene) / 2)
+
+    @property
+    def drift(self) -> Array | float:
+        """Energy of the balls' common motion without walls, which stays, J."""
+        return 0.0 if self.container.has_wall else self.measurement.drift_energy
+
+    def left_by_rates(self) -> Array:
+        """Energy left at the end over that at the start where the CoR depends on the speed.
+
+        At the wall ½mv² of the normal speed has the density that T s has between balls of 2m.
+        """
+        scene, enskog = self.scene, enskog_rates(self.scene)
+        assert not isinstance(scene.wall_law, Sides)
+        wall_law = scene.wall_law
+
+        def rate(warm: Array) -> Array:
+            """ζ at temperatures."""
+            between = theory.mean_loss(scene.pair_law, warm, self.mass) * enskog.ball_ball / 2
+            wall = theory.mean_loss(wall_law, warm, 2 * self.mass) * enskog.wall
+            return np.asarray((between + wall) * np.sqrt(warm))
+
+        first = self.starting_heat
+        left = theory.cooled_temperature(first, self.measurement.time, rate) / first
+        kept = self.drift / self.measurement.first_energy
+        return kept + (1 - kept) * left
+
+    def left_by_count(self, fewer: int = 0) -> Array:
+        """Energy left at the end over that at the start, by the number of collisions.
+
+        fewer : components of the velocities that do not share it
+        """
+        scene, events = self.scene, self.measurement.calm_events.astype(np.float64)
+        walls, pairs = events.T
+        shares = scene.restitution, pairs, scene.wall_restitution, walls
+        return theory.energy_ratio_by_events(components(scene) - fewer, *shares)
+
+    def left_above_floor(self) -> Array:
+        """The same for the energy above that which conservation laws keep, see `floors`.
+
+        In a circle a component less shares it. Where nothing is kept it is `left_by_count`.
+        """
+        kept, above = floors(self.measurement), self.left_by_count(int(self.container.has_wall))
+        return np.where(np.isfinite(kept), kept + (1 - kept) * above, self.left_by_count())

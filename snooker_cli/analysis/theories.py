@@ -1,0 +1,516 @@
+"""Every theory that results are compared with: what it says, and what must be true of a gas.
+
+A row of `snooker compare` is a theory whose needs the gas meets. Of several entries with one
+quantity and one model the first counts that holds.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from snooker_cli import facts, theory, two_temperatures
+from snooker_cli.analysis import diffusion
+from snooker_cli.analysis import gas as of
+from snooker_cli.analysis import quantities as q
+from snooker_cli.analysis.decay import Note, reported_constants
+from snooker_cli.analysis.gas import Array, DiskRatio, Gas, SpeedLaw
+from snooker_cli.analysis.quantities import Quantity, Source
+from snooker_cli.facts import FACTS, Traits
+from snooker_cli.formatting import listed
+from snooker_cli.scene import Scene
+from snooker_cli.theory import FINITE, IDEAL, INFINITE
+
+Value: TypeAlias = Callable[[Gas], Array | float]
+
+Row: TypeAlias = tuple[Quantity, str, Array, Array | float]
+"""A quantity and a model; the measured and the predicted values of the repeats, or of all alike."""
+
+
+class Theory(NamedTuple):
+    """What a theory says about a quantity.
+
+    model : its name in tables; ``NO_THEORY`` where a quantity is shown without one
+    source : where its formula is from
+    needs : the facts that must be true of a gas, those that choose the type of gas first
+    value : of each repeat, or of all alike, in the unit of the quantity
+    """
+
+    quantity: Quantity
+    model: str
+    source: str
+    needs: tuple[str, ...]
+    value: Value
+
+
+NO_THEORY = "no theory"
+"""The model of a row that has a measured value only."""
+
+WALLS, BALANCE = "temperature of the wall", "balance of energy"
+BOLTZMANN, ENSKOG, START_RATES = "Boltzmann", "Enskog", "Enskog rates at the start"
+MAXWELL, FIXED, COOLING = "Maxwell-Boltzmann", "fixed energy", "homogeneous cooling, a2"
+CRITICAL, BY_COUNT = "critical length", "by event count"
+ABOVE_ROTATION, ABOVE_DRIFT = f"{BY_COUNT}, above L²/2I", f"{BY_COUNT}, above p²/2M"
+CHI, COMPRESSIBILITY = "contact value χ", "compressibility, k → 0"
+SOURCE_REPORT = "source report"
+"""How models of the source report begin, which only --all prints."""
+
+# What several theories need.
+
+EQUAL = "several", "equal_balls"
+FLUID = *EQUAL, "fluid"
+LARGE = *FLUID, "no_common_drift", "one_cor"
+FINITE_FLUID = *FLUID, "closed", "room"
+FINITE_DISKS = *FINITE_FLUID, "one_cor", "smooth"
+SPEEDS = "cold", "several", "equal_or_elastic"
+FIXED_ENERGY = *SPEEDS, "smooth", "closed", "three_or_walls", "one_mass_or_walls", "at_rest"
+DECAYS = "cooling", *EQUAL, "smooth"
+ONE_COR = *DECAYS, "one_cor", "one_wall_cor"
+EQUILIBRIUM = "warm_walls", "one_wall_temperature", "elastic_pairs"
+PUBLISHED = "no_walls", "equal_balls", "elastic"
+
+
+def _disk_ratio(model: str) -> Callable[[Scene], DiskRatio]:
+    """PV/NT of hard disks of a scene by a theory."""
+    if model == INFINITE:
+        return of.large_ratio
+    return lambda s: of.finite_ratio(s.number, float(s.radii[0]), s.container, s.restitution)
+
+
+def _ratio(gas: Gas, model: str) -> Array:
+    """PV/NT by a theory; without walls balls meet at a temperature of their own."""
+    return 1 + (_disk_ratio(model)(gas.scene).pressure - 1) * gas.met
+
+
+def _van_der_waals(gas: Gas) -> Array:
+    size = gas.container.area, gas.radius
+    excluded = theory.van_der_waals_pressure(gas.number, 1.0, *size) / gas.density
+    return np.asarray((1 + (excluded - 1) * gas.met) * gas.ideal_pressure)
+
+
+def _accessible(gas: Gas) -> Array:
+    size = gas.radius, gas.container
+    return theory.accessible_wall_pressure(gas.number, 1.0, *size) * gas.temperature
+
+
+def _published(gas: Gas) -> Array:
+    known = theory.published_ratio(gas.scene.packing_fraction)
+    assert known is not None
+    return 1 + (known.ratio - 1) * gas.met
+
+
+def _ideal_wall_rate(gas: Gas) -> Array:
+    speed = gas.fixed_speed * theory.wall_speed_ratio(gas.mass, gas.scene.container_mass)
+    return theory.wall_rate(speed, gas.container.accessible(gas.radius))
+
+
+def _warm_wall_rate(gas: Gas) -> Array:
+    speed = theory.maxwell_mean_speed(1.0, gas.mass)
+    return theory.wall_rate(speed, gas.container.accessible(gas.radius)) * gas.root
+
+
+def _contact(gas: Gas, model: str) -> float:
+    """χ of a theory of rates."""
+    return 1.0 if model == BOLTZMANN else float(theory.contact_value(gas.scene.packing_fraction))
+
+
+def _pair_rate(model: str, gas: Gas) -> Array:
+    rate = theory.ball_ball_rate(gas.density, gas.radius, 1.0, _contact(gas, model), gas.mass)
+    return rate * gas.means.root_meeting
+
+
+def _path(model: str, gas: Gas) -> float:
+    return theory.mean_free_path(gas.density, gas.radius, _contact(gas, model))
+
+
+def _finite_pair_rate(gas: Gas) -> Array:
+    return of.finite_pair_rate(gas.scene) * gas.means.root_meeting
+
+
+def _maxwell_speed(gas: Gas) -> float:
+    """At T = 1 J."""
+    return theory.maxwell_mean_speed(1.0, gas.mass)
+
+
+def _fixed_speed(gas: Gas) -> Array:
+    free = of.independent_velocities(gas.scene)
+    return theory.fixed_energy_mean_speed(free, 1.0, gas.mass) * gas.root
+
+
+def _wall_temperature(scene: Scene) -> float:
+    return facts.traits_of(scene).wall_temperature
+
+
+def _kurtosis(law: Callable[[Scene], SpeedLaw], gas: Gas) -> float:
+    return law(gas.scene).kurtosis
+
+
+def _collision_loss(gas: Gas) -> Array:
+    warm = gas.temperature
+    share = theory.mean_loss(gas.scene.pair_law, float(warm.mean()), gas.mass)
+    return share * warm
+
+
+def _cooling_spins(gas: Gas) -> Array:
+    return of.late_ratio(of.temperatures(gas.measurement)[0], of.cooling_spins(gas.measurement))
+
+
+DISKS = "J. Chem. Phys. 34, 1037 (1961); Phys. Rev. 122, 1675 (1961); Phys. Fluids 28, 3485 (1985)"
+VIRIALS = "J. Stat. Phys. 122, 15 (2006); Phys. Fluids 28, 3485 (1985)"
+KINETIC = "Chapman & Cowling, The Mathematical Theory of Non-Uniform Gases (1970)"
+ROTATION = "Phys. Rev. E 56, R6275 (1997); Phys. Rev. E 58, 3416 (1998)"
+
+SPEED_LAWS: tuple[tuple[str, tuple[str, ...], Callable[[Scene], SpeedLaw], str], ...] = (
+    (MAXWELL, SPEEDS, of.maxwell_law, KINETIC),
+    (FIXED, FIXED_ENERGY, of.fixed_energy_law, "exact"),
+    (
+        COOLING,
+        (*FIXED_ENERGY, *ONE_COR, "lossy_cor", "bouncing"),
+        of.finite_cooling_law,
+        "van Noije & Ernst 1998",
+    ),
+    (
+        COOLING,
+        (*SPEEDS, *ONE_COR, "lossy_cor", "bouncing"),
+        of.cooling_law,
+        "van Noije & Ernst 1998",
+    ),
+)
+"""Laws of the speeds after the relaxation: model, needs, the law of a scene, and its source."""
+
+
+def _alone(quantity: Quantity, *needs: str) -> Theory:
+    """A quantity that is shown where no theory has it."""
+    return Theory(quantity, NO_THEORY, "", needs, lambda g: math.nan)
+
+
+THEORIES: tuple[Theory, ...] = (
+    Theory(q.TEMPERATURE, WALLS, "equilibrium", EQUILIBRIUM, lambda g: _wall_temperature(g.scene)),
+    Theory(
+        *(q.TEMPERATURE, BALANCE, "Kumaran, J. Fluid Mech. 364, 163 (1998)"),
+        (
+            *("warm_walls", "no_equilibrium", "one_hot_law", *FLUID, "one_cor", "smooth"),
+            *("balanced_walls", "lossy", "room"),
+        ),
+        lambda g: of.balance_temperature(g.scene),
+    ),
+    _alone(q.TEMPERATURE, "warm_walls"),
+    Theory(q.PRESSURE, IDEAL, "N T/V", (), lambda g: g.ideal_pressure),
+    Theory(q.TEMPERATURE, f"{IDEAL}, PV/N", "N T/V", ("cold",), lambda g: g.pressure / g.density),
+    Theory(q.RATIO, IDEAL, "N T/V", (), lambda g: 1.0),
+    Theory(
+        *(q.PRESSURE, "accessible area", "exact"), ("cold", "walls", "equal_balls"), _accessible
+    ),
+    Theory(
+        *(q.PRESSURE, "van der Waals", "second virial coefficient"),
+        ("cold", *FLUID, "closed"),
+        _van_der_waals,
+    ),
+    Theory(
+        *(q.PRESSURE, INFINITE, VIRIALS, LARGE),
+        lambda g: _ratio(g, INFINITE) * g.ideal_pressure,
+    ),
+    Theory(
+        *(q.PRESSURE, FINITE, DISKS, FINITE_DISKS),
+        lambda g: _ratio(g, FINITE) * g.ideal_pressure,
+    ),
+    Theory(
+        *(q.VIRIAL_PRESSURE, INFINITE, VIRIALS, ("warm_walls", *LARGE)),
+        lambda g: _disk_ratio(INFINITE)(g.scene).virial * g.ideal_pressure,
+    ),
+    Theory(
+        *(q.VIRIAL_PRESSURE, FINITE, DISKS, ("warm_walls", *FINITE_DISKS)),
+        lambda g: _disk_ratio(FINITE)(g.scene).virial * g.ideal_pressure,
+    ),
+    _alone(q.VIRIAL_PRESSURE, "warm_walls", "several"),
+    Theory(q.RATIO, INFINITE, VIRIALS, LARGE, lambda g: _ratio(g, INFINITE)),
+    Theory(q.RATIO, FINITE, DISKS, FINITE_DISKS, lambda g: _ratio(g, FINITE)),
+    Theory(
+        *(q.VIRIAL_RATIO, INFINITE, VIRIALS, ("walls", *LARGE)),
+        lambda g: _disk_ratio(INFINITE)(g.scene).virial,
+    ),
+    Theory(
+        *(q.VIRIAL_RATIO, FINITE, DISKS, ("walls", *FINITE_DISKS)),
+        lambda g: _disk_ratio(FINITE)(g.scene).virial,
+    ),
+    _alone(q.VIRIAL_RATIO, "warm_walls", "several"),
+    Theory(
+        *(q.RATIO, "Erpenbeck & Luban 1985", "Phys. Rev. A 32, 2920 (1985)"),
+        (*PUBLISHED, "published_1985"),
+        _published,
+    ),
+    Theory(
+        *(q.RATIO, "Engel et al. 2013", "Phys. Rev. E 87, 042134 (2013)"),
+        (*PUBLISHED, "published_2013"),
+        _published,
+    ),
+    Theory(
+        *(q.WALL_RATE, "ideal gas", KINETIC),
+        ("cold", "walls", "equal_balls", "shared_speed"),
+        _ideal_wall_rate,
+    ),
+    Theory(q.WALL_RATE, "ideal gas", KINETIC, ("warm_walls", "equal_balls"), _warm_wall_rate),
+    *(
+        Theory(
+            *(q.WALL_RATE, FINITE, DISKS, needs),
+            lambda g: of.enskog_rates(g.scene).wall * g.root,
+        )
+        for needs in (("cold", "walls", *FINITE_FLUID, "smooth"), (*EQUILIBRIUM, *FINITE_FLUID))
+    ),
+    _alone(q.WALL_RATE, "warm_walls"),
+    *(
+        Theory(q.PAIR_RATE, model, KINETIC, needs, partial(_pair_rate, model))
+        for model, needs in (
+            (BOLTZMANN, ("cold", *FLUID, "closed")),
+            (BOLTZMANN, ("warm_walls", *EQUAL)),
+            (ENSKOG, ("cold", *FLUID, "closed")),
+            (ENSKOG, ("warm_walls", *FLUID)),
+        )
+    ),
+    Theory(*(q.PAIR_RATE, FINITE, DISKS), ("cold", *FINITE_FLUID, "smooth"), _finite_pair_rate),
+    _alone(q.PAIR_RATE, "warm_walls", "several"),
+    *(
+        Theory(q.FREE_PATH, model, KINETIC, needs, partial(_path, model))
+        for model, needs in (
+            (BOLTZMANN, ("cold", *FLUID, "closed")),
+            (BOLTZMANN, ("warm_walls", *EQUAL)),
+            (ENSKOG, ("cold", *FLUID, "closed")),
+            (ENSKOG, ("warm_walls", *FLUID)),
+        )
+    ),
+    Theory(
+        *(q.FREE_PATH, FINITE, DISKS, ("cold", *FINITE_FLUID, "at_rest", "smooth")),
+        lambda g: g.fixed_speed / _finite_pair_rate(g),
+    ),
+    Theory(
+        *(q.FREE_PATH, f"{SOURCE_REPORT}, 1/(√2 n 2πr)", "source report, equation 7"),
+        ("cold", *FLUID, "closed"),
+        lambda g: theory.source_mean_free_path(g.density, g.radius),
+    ),
+    _alone(q.FREE_PATH, "warm_walls", "several"),
+    Theory(
+        *(q.SPECIES_RATIO, two_temperatures.EQUAL_RATES, "Phys. Rev. E 60, 5706 (1999)"),
+        (
+            *("two_species", "no_walls", "cold", "every_loss", "one_cor", "one_wall_cor"),
+            *("smooth", "at_rest", "fluid", "moves"),
+        ),
+        lambda g: of.species_ratio(g.scene),
+    ),
+    _alone(q.SPECIES_RATIO, "two_species", "cooling"),
+    Theory(
+        *(q.SPIN_RATIO, two_temperatures.MEAN_FIELD, ROTATION),
+        (
+            *("rough", "cold", *EQUAL, "one_cor", "no_friction", "every_loss"),
+            *("smooth_wall", "elastic_wall"),
+        ),
+        _cooling_spins,
+    ),
+    Theory(
+        *(q.SPIN_RATIO, two_temperatures.MEAN_FIELD, ROTATION),
+        (
+            *("rough", "warm_walls", "equal_balls", "one_hot_law", "no_friction"),
+            *("smooth_wall", "rubbing_pairs"),
+        ),
+        lambda g: of.heated_ratio(g.scene),
+    ),
+    _alone(q.SPIN_RATIO, "rough"),
+    Theory(
+        *(q.GIVEN, "taken by collisions", "conservation of energy"),
+        ("warm_walls", "several", "lossy_pairs"),
+        lambda g: g.means.lost_energy / g.means.length,
+    ),
+    Theory(
+        *(q.COLLISION_LOSS, MAXWELL, "Haff 1983"),
+        ("warm_walls", "several", "lossy_pairs", "equal_balls", "smooth", "known_losses"),
+        _collision_loss,
+    ),
+    _alone(q.COLLISION_LOSS, "warm_walls", "several", "lossy_pairs"),
+    Theory(
+        *(q.MEAN_SPEED, MAXWELL, KINETIC, (*SPEEDS, "one_mass")),
+        lambda g: _maxwell_speed(g) * g.root,
+    ),
+    Theory(
+        *(q.MEAN_SPEED, MAXWELL, KINETIC, (*EQUILIBRIUM, "one_mass")),
+        lambda g: _maxwell_speed(g) * math.sqrt(_wall_temperature(g.scene)),
+    ),
+    Theory(
+        *(q.MEAN_SPEED, MAXWELL, KINETIC, ("warm_walls", "one_mass")),
+        lambda g: _maxwell_speed(g) * np.sqrt(g.temperature),
+    ),
+    Theory(q.MEAN_SPEED, FIXED, "exact", (*FIXED_ENERGY, "one_mass"), _fixed_speed),
+    *(
+        Theory(q.KURTOSIS, model, source, needs, partial(_kurtosis, law))
+        for model, needs, law, source in SPEED_LAWS
+    ),
+    Theory(q.KURTOSIS, MAXWELL, KINETIC, ("warm_walls", "one_mass"), lambda g: 2.0),
+    *(_alone(side, "warm_walls", "different_walls") for side in q.SIDES_GIVEN.values()),
+    Theory(q.ACROSS, "equal parts", "equipartition", ("warm_walls", "across"), lambda g: 1.0),
+    Theory(
+        *(q.ENERGY_DECAY, f"{SOURCE_REPORT}, −2 ln e/τ", "source report, equation 6", ONE_COR),
+        lambda g: reported_constants(g.measurement),
+    ),
+    Theory(
+        *(q.PRESSURE_DECAY, f"{SOURCE_REPORT}, −ln e/τ", "source report, equation 9", ONE_COR),
+        lambda g: reported_constants(g.measurement) / 2,
+    ),
+    Theory(
+        *(q.HAFF_RATE, START_RATES, "Haff 1983", (*ONE_COR, *FINITE_FLUID, "moves")),
+        lambda g: of.haff_rate(g.scene) * g.starting_root,
+    ),
+    Theory(
+        *(q.HAFF_RATE, FINITE, DISKS, (*ONE_COR, *FINITE_FLUID, "moves")),
+        lambda g: of.finite_haff_rate(g.scene) * g.starting_root,
+    ),
+    Theory(
+        *(q.ENERGY_LEFT, BY_COUNT, "exact for independent collisions"),
+        (*DECAYS, "constant_cor"),
+        Gas.left_by_count,
+    ),
+    *(
+        Theory(
+            *(q.ENERGY_LEFT, model, "exact for independent collisions"),
+            (*DECAYS, "constant_cor", *kept),
+            Gas.left_above_floor,
+        )
+        for model, kept in (
+            (ABOVE_ROTATION, ("circle",)),
+            (ABOVE_DRIFT, ("no_walls", "has_momentum")),
+        )
+    ),
+    Theory(
+        *(q.ENERGY_LEFT, "Enskog rates, e(v)", KINETIC),
+        (*DECAYS, "cor_by_speed", *FINITE_FLUID, "one_wall_law", "known_losses"),
+        Gas.left_by_rates,
+    ),
+    Theory(
+        *(q.CRITICAL_RATIO, CRITICAL, "Brito & Ernst 1998", facts.VORTICES),
+        lambda g: theory.critical_ratio(g.scene, g.scene.restitution),
+    ),
+    Theory(
+        *(q.SONINE, FIXED, "exact"),
+        ("elastic", "smooth", "closed", "three_or_walls", "one_mass_or_walls", "at_rest"),
+        lambda g: theory.fixed_energy_kurtosis(of.independent_velocities(g.scene)) / 2 - 1,
+    ),
+    Theory(
+        *(q.SONINE, COOLING, "van Noije & Ernst 1998"),
+        ("equal_balls", "one_cor", "one_wall_cor", "smooth", "lossy_cor", "bouncing"),
+        lambda g: theory.sonine_coefficient(g.scene.restitution),
+    ),
+    Theory(
+        *(q.CONTACT, CHI, VIRIALS, ("elastic", *FINITE_FLUID)),
+        lambda g: theory.contact_value(of.fluid_state(g.scene).bulk_packing),
+    ),
+    Theory(
+        *(q.STRUCTURE, COMPRESSIBILITY, VIRIALS, ("elastic", *FINITE_FLUID)),
+        lambda g: theory.structure_at_zero(g.scene.packing_fraction),
+    ),
+    Theory(
+        *(q.DIFFUSION, ENSKOG, KINETIC, ("elastic", "smooth", "several", "moves")),
+        lambda g: diffusion.expected(g.scene, 0).coefficient,
+    ),
+)
+"""Every theory, in the order of the rows of `snooker compare`."""
+
+
+def holding(gas: Traits | Scene) -> Iterator[Theory]:
+    """The theories that hold for a gas, one for each quantity and model.
+
+    Those without a model are left out where another has the quantity.
+    """
+    traits = gas if isinstance(gas, Traits) else facts.traits_of(gas)
+    known = set[tuple[str, str]]()
+    for one in THEORIES:
+        quantity = one.quantity.name
+        names = [name for name, _ in known] if one.model == NO_THEORY else known
+        if (quantity if one.model == NO_THEORY else (quantity, one.model)) in names:
+            continue
+        if facts.missing(traits, one.needs) is None:
+            known.add((quantity, one.model))
+            yield one
+
+
+def theory_of(gas: Traits | Scene, quantity: Quantity, model: str) -> Theory | None:
+    """The theory of a quantity with this name, if it holds for a gas."""
+    wanted = quantity, model
+    return next((one for one in holding(gas) if (one.quantity, one.model) == wanted), None)
+
+
+def known_models(gas: Traits | Scene, quantity: Quantity) -> list[str]:
+    """The models that have a quantity of a gas, without ``NO_THEORY``."""
+    found = (one for one in holding(gas) if one.quantity == quantity)
+    return [one.model for one in found if one.model != NO_THEORY]
+
+
+def rows(gas: Gas, *sources: Source) -> Iterator[Row]:
+    """The rows of quantities that are measured from one of these."""
+    for one in holding(gas.scene):
+        if one.quantity.measured is not None and one.quantity.source in sources:
+            yield one.quantity, one.model, one.quantity.measured(gas), one.value(gas)
+
+
+def absences(scene: Scene) -> Iterator[Note]:
+    """Why theories say nothing about a gas: the first need of each that fails, in its words.
+
+    Theories of other types of gas, and those of the source report, are left out.
+    """
+    traits = facts.traits_of(scene)
+    known = {(one.quantity.name, one.model) for one in holding(traits)}
+    shown = {name for name, _ in known}
+    reasons: dict[str, dict[Quantity, list[str]]] = {}
+    for one in THEORIES:
+        has_row = one.quantity.measured is not None or one.model == CRITICAL
+        is_known = (one.quantity.name, one.model) in known or one.model == NO_THEORY
+        if is_known or not has_row or one.model.startswith(SOURCE_REPORT):
+            continue
+        failing = [FACTS[name] for name in one.needs if not FACTS[name].holds(traits)]
+        if any(fact.of_type for fact in failing):
+            continue
+        lacking = reasons.setdefault(failing[0].words(traits), {})
+        lacking.setdefault(one.quantity, []).append(one.model)
+    for why, lacking in reasons.items():
+        rows = [
+            one.words + (f" ({_models(models)})" if one.name in shown else "")
+            for one, models in lacking.items()
+        ]
+        are = "this row is" if len(rows) == 1 else "these rows are"
+        about = ", ".join(quantity.name for quantity in lacking)
+        yield Note(f"{why}, so {are} missing: {listed(rows)}", about)
+
+
+def _models(models: Sequence[str]) -> str:
+    """Models in a sentence; both theories of hard disks have one name."""
+    names = dict.fromkeys(models)
+    if INFINITE in names and FINITE in names:
+        names = dict.fromkeys("hard disks" if one in (INFINITE, FINITE) else one for one in names)
+    return listed([*names])
+
+
+# What figures and reports draw of a scene; ``None`` or nothing where no theory holds.
+
+
+def values_of(scene: Scene, quantity: Quantity, *models: str) -> dict[str, float]:
+    """What theories say that need a scene alone, by their names."""
+    found = (one for one in holding(scene) if one.quantity == quantity and one.model in models)
+    return {one.model: float(one.value(Gas(scene))) for one in found}
+
+
+def value_of(scene: Scene, quantity: Quantity, model: str) -> float | None:
+    """What one such theory says."""
+    return values_of(scene, quantity, model).get(model)
+
+
+def disk_ratios(scene: Scene) -> dict[str, DiskRatio]:
+    """PV/NT of hard disks by the name of the theory."""
+    models = known_models(scene, q.RATIO)
+    return {model: _disk_ratio(model)(scene) for model in (INFINITE, FINITE) if model in models}
+
+
+def speed_laws(scene: Scene) -> dict[str, SpeedLaw]:
+    """The laws of the speeds after the relaxation, by their names."""
+    traits, laws = facts.traits_of(scene), dict[str, SpeedLaw]()
+    for model, needs, law, _ in SPEED_LAWS:
+        if model not in laws and facts.missing(traits, needs) is None:
+            laws[model] = law(scene)
+    return laws
