@@ -242,14 +242,18 @@ def _model(source: bool) -> str:
     return theories.START_RATES if source else theory.FINITE
 
 
+def _rate(source: bool) -> Callable[[Scene], float]:
+    """Haff's α of a scene by the theory of `_model`, 1/s."""
+    return haff_rate if source else finite_haff_rate
+
+
 def _haff_constants(point: Point, scene: Scene, cors: Array, source: bool) -> Array:
     """Haff's α of a point with these CoR by theory, from the state at the start; 1/s."""
-    rate = haff_rate if source else finite_haff_rate
     follows, rates = point.experiment.wall_cor is None, []
     for cor in cors.tolist():
         law = Constant(cor)
         gas = replace(scene, pair_law=law, wall_law=law if follows else scene.wall_law)
-        rates.append(rate(gas))
+        rates.append(_rate(source)(gas))
     return np.array(rates)
 
 
@@ -344,8 +348,8 @@ def _local_decay(build: FigureBuilder, point: Point, source: bool) -> _LocalDeca
         raise FigureError("a point's repeats are too short to be fitted; run longer")
     floor = float(floors(measurement).mean())
     laws = {"fitted": (alpha, 0.0)}
-    rate = theories.value_of(measurement.scene, quantities.HAFF_RATE, _model(source))
-    if (expected := rate) is not None:
+    if theories.theory_of(measurement.scene, quantities.HAFF_RATE, _model(source)):
+        expected = _rate(source)(measurement.scene)
         laws["theory"] = (expected, 0.0)
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)
