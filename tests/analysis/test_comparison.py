@@ -226,7 +226,7 @@ def test_one_ball_has_no_ball_ball_rows() -> None:
         found = compare(runs(3, "balls.rings=0", f"cor={cor}"))
         assert quantities(found) == {"pressure", "temperature", "PV/NT", "wall rate of a ball"}
         assert set(models(found, "pressure")) == {"ideal gas law", "accessible area"}
-        assert found[1][-1].startswith("one ball meets no other")
+        assert any(note.startswith("one ball meets no other") for note in found[1])
 
 
 def test_one_ball_in_a_channel_has_no_theory_of_rates() -> None:
@@ -236,7 +236,7 @@ def test_one_ball_in_a_channel_has_no_theory_of_rates() -> None:
     for trace in traces:
         found = compare([trace] * 3)
         assert "wall rate of a ball" not in quantities(found)
-        assert found[1][-1].startswith("one ball meets no other")
+        assert any(note.startswith("one ball meets no other") for note in found[1])
 
 
 @pytest.mark.parametrize(
@@ -244,7 +244,7 @@ def test_one_ball_in_a_channel_has_no_theory_of_rates() -> None:
     [
         ("radii", 1.0, "mean free path"),
         ("masses", 1.0, "mean speed"),
-        ("radii", 0.9, "energy left"),
+        ("radii", 0.9, "mean speed and kurtosis of speeds"),
     ],
 )
 def test_what_does_not_hold_for_unequal_balls_is_noted(
@@ -548,7 +548,7 @@ def test_cooling_rough_balls_have_the_ratio_of_the_mean_field() -> None:
     assert row.predicted == pytest.approx(two_temperatures.rough_ratio(0.9, 0.0, 0.5), rel=0.01)
     assert -0.05 * row.predicted - 4 * row.difference_error < row.difference
     assert row.difference < 4 * row.difference_error < 0.1
-    assert any("decay constants and energy left at the end" in text for text in notes)
+    assert any("Haff's α, energy left" in text for text in notes)
 
 
 def test_a_ratio_that_still_changes_in_its_mean_says_so() -> None:
