@@ -1,7 +1,7 @@
 """Fits of a decay, decay constants against the CoR, the decay rate over time, energy by events."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 

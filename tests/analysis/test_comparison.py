@@ -244,7 +244,7 @@ def test_one_ball_in_a_channel_has_no_theory_of_rates() -> None:
     [
         ("radii", 1.0, "mean free path"),
         ("masses", 1.0, "mean speed"),
-        ("radii", 0.9, "mean speed and kurtosis of speeds"),
+        ("radii", 0.9, "mean speed and kurtosis ⟨v⁴⟩/⟨v²⟩²"),
     ],
 )
 def test_what_does_not_hold_for_unequal_balls_is_noted(
