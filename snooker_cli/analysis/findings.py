@@ -226,15 +226,15 @@ class Findings:
         others = [row for row in rows if row not in ratios]
         known = [text for row in ratios for text in (beside(row), *self._change(label, row))]
         known += self._law_of_decay(laws, {row["quantity"] for row in rows})
-        known += self._stationary(label)
         when = " after the relaxation" if "cooling" in self._kinds(label) else ""
         for row in others:
             if self._is_new(row, rows):
                 relaxed = when * (row["quantity"] == quantities.RATIO.name)
                 known.append(beside(row).replace(" =", f"{relaxed} =", 1))
         known += self._differing_checks(label)
+        known += self._stationary(label)
         about = laws[:1] if laws else rows[-1:]
-        return "; ".join([*known, *_reservations(about)] if known else [])
+        return _sentence([*known, *_reservations(about)] if known else [])
 
     @property
     def lines(self) -> list[str]:
@@ -313,10 +313,10 @@ class Findings:
         ratios = [one for one in MAIN if one.name in RATIOS]
         others = [one for one in (*MAIN, *CHECKS) if one not in ratios]
         parts = [*self._each_together(ratios), *self._changes_together()]
-        parts += [*self._laws_together(), *self._stationary_together()]
-        parts += self._each_together(others)
+        parts += [*self._laws_together(), *self._each_together(others)]
+        parts += self._stationary_together()
         haff = [row for row in self.fits if cools(row) and row["model"] == "haff"]
-        return "; ".join([*parts, *_reservations([*haff, *main_rows(self.compared)])])
+        return _sentence([*parts, *_reservations([*haff, *main_rows(self.compared)])])
 
     def _each_together(self, chosen: Iterable[Quantity]) -> Iterator[str]:
         """What holds of these quantities, of those that have rows."""
@@ -342,13 +342,10 @@ class Findings:
         """Which gases that walls keep warm have a stationary part."""
         warm = [one for one in self.states.values() if one["stationary"]]
         lacking = [one for one in warm if not one["stationary"]["found"]]
+        settled = [one for one in warm if one not in lacking]
         if warm:
-            found = (
-                f"at {len(warm) - len(lacking)} of {len(warm)} points"
-                if lacking
-                else (f"at {_all(warm)}")
-            )
-            yield f"The gas is not refused as stationary {found}"
+            found = _at(settled, warm, named=False) if settled else "at no point"
+            yield f"the gas is not refused as stationary {found}"
         if lacking:
             yield f"left out: {_places(lacking)} ({_reason(lacking)})"
 
@@ -377,10 +374,10 @@ class Findings:
         if one in CHECKS:
             return
         if not differing:
-            yield (
-                f"{name} agrees with {theory} at {_all(known)} (at most {number}, at "
-                f"{_place(worst)}: {distance(worst)})"
-            )
+            most = f"at most {number}, at {_place(worst)}: {distance(worst)}"
+            if not known[1:]:
+                most = f"{_from(worst)}{number}"
+            yield f"{name} agrees with {theory} {_at(known, known)} ({most})"
             yield from _jointly(known, theory)
         yield from self._left_out(one, known)
 
@@ -421,9 +418,15 @@ class Findings:
 # Points and gases as words.
 
 
+def _sentence(parts: Sequence[str]) -> str:
+    """Parts as one sentence without a full stop."""
+    text = "; ".join(parts)
+    return f"T{text[1:]}" if text.startswith("the ") else text
+
+
 def _about_the_gas(sentence: str) -> str:
     """A sentence on its stationary part with a subject."""
-    return f"The gas is {sentence}" if sentence.startswith("not ") else sentence
+    return f"the gas is {sentence}" if sentence.startswith("not ") else sentence
 
 
 def _differs(row: Row) -> bool:
@@ -437,16 +440,12 @@ def _differing(row: Row) -> str:
     return f"the {row['quantity']} is {distance(row)} {theory_name(row)} ({number})"
 
 
-def _all(rows: Sequence[Row]) -> str:
-    return f"all {len(rows)} points" if rows[1:] else "the only point"
-
-
 def _at(some: Sequence[Row], every: Sequence[Row], named: bool = True) -> str:
     """``at all 4 points``, ``at 2 of 4 points (cor=0.6 and cor=0.7)``, ``at any of 4 points``."""
     if not some:
         return f"at any of {len(every)} points" if every[1:] else f"at {_place(every[0])}"
     if len(some) == len(every):
-        return f"at {_all(every)}" if every[1:] else f"at {_place(every[0])}"
+        return f"at all {len(every)} points" if every[1:] else f"at {_place(every[0])}"
     return f"at {len(some)} of {len(every)} points{f' ({_places(some)})' * named}"
 
 
