@@ -111,7 +111,8 @@ def comparisons_of(
     if not used:
         return [], notes
     if scene.number > 1:
-        affected = ", ".join(one.name for one in QUANTITIES.values() if one.source == "means")
+        shown = dict.fromkeys(one.quantity for one in theories.holding(scene))
+        affected = ", ".join(one.name for one in shown if one.source == "means")
         notes.append(Note(_relaxation(measurement, used - relaxed_count), affected))
     notes += [*reading.of_scene(scene), *theories.absences(scene)]
     changes = ratio_changes(measurement).items()

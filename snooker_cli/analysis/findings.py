@@ -445,7 +445,8 @@ def _at(some: Sequence[Row], every: Sequence[Row], named: bool = True) -> str:
     if not some:
         return f"at any of {len(every)} points" if every[1:] else f"at {_place(every[0])}"
     if len(some) == len(every):
-        return f"at all {len(every)} points" if every[1:] else f"at {_place(every[0])}"
+        every_point = "both" if len(every) == 2 else f"all {len(every)}"
+        return f"at {every_point} points" if every[1:] else f"at {_place(every[0])}"
     return f"at {len(some)} of {len(every)} points{f' ({_places(some)})' * named}"
 
 

@@ -375,8 +375,8 @@ THEORIES: tuple[Theory, ...] = (
             Gas.left_above_floor,
         )
         for model, kept in (
-            (ABOVE_ROTATION, ("circle",)),
-            (ABOVE_DRIFT, ("no_walls", "has_momentum")),
+            (ABOVE_ROTATION, ("keeps_turning",)),
+            (ABOVE_DRIFT, ("drifts",)),
         )
     ),
     Theory(

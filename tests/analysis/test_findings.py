@@ -207,7 +207,7 @@ def test_the_worst_disagreement_is_named_and_not_the_best_or_the_first() -> None
         "7.90 ± 0.10 is 21 % below it (17.6 errors)"
     )
     assert Findings([], [*rows[2:], ratio(0.9, -0.02, -2.0)]).overview == (
-        f"PV/NT agrees with theory for {FINITE} at all 2 points "
+        f"PV/NT agrees with theory for {FINITE} at both points "
         "(at most 2.0 errors, at cor=0.9: 2 % below); "
         "the 2 points together do not refuse it (χ², p = 0.058)"
     )
