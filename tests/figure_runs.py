@@ -149,14 +149,17 @@ def why_not(run: Run, name: str, repeat: int | None = None, **where: Any) -> str
 def around(band: Band, curves: list[tuple[Any, Any]], logarithmic: bool = False) -> None:
     """Assert that a band is the mean ± standard deviation of curves, straight between points.
 
+    It goes on as long as two of them remain.
+
     logarithmic : whether these are of the logarithm
     """
     if logarithmic:
         band = replace(band, low=np.log(band.low), high=np.log(band.high))
     assert band.x[0] == max(time[0] for time, _ in curves)
-    assert band.x[-1] == min(time[-1] for time, _ in curves)
-    for k in (0, 100, 299):
-        values = [float(np.interp(band.x[k], time, column)) for time, column in curves]
+    assert band.x[-1] == sorted(time[-1] for time, _ in curves)[-2]
+    for k in (0, 100, len(band.x) - 1):
+        there = [pair for pair in curves if band.x[k] <= pair[0][-1]]
+        values = [float(np.interp(band.x[k], time, column)) for time, column in there]
         values = np.log(values) if logarithmic else values
         mean, deviation = np.mean(values), np.std(values, ddof=1)
         # The mean of the ratios to a start of one is 1 there but for rounding.

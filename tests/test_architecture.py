@@ -52,8 +52,8 @@ PARTS: dict[str, tuple[str, ...]] = {
     # Pages
     "pages": (),
     "live_page": (
-        *("config", "containers", "engine", "errors", "laws", "pages", "placement", "scene"),
-        "theory",
+        *("analysis", "config", "containers", "engine", "errors", "facts", "laws", "pages"),
+        *("placement", "scene", "theory"),
     ),
     "animation": (
         *(*SIMULATING, "analysis", "engine", "figures", "formatting", "live_page", "pages"),

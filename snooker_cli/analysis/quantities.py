@@ -233,16 +233,12 @@ OF_FIGURES = (
     Quantity(
         "length of the way", "d", "m", "distance from the start to the end", "distance", "curve"
     ),
-    DIFFUSION,
-    CONTACT,
     Quantity("hexatic order", "|ψ₆|", "1", "hexatic order", "hexatic_order", "snapshots"),
-    SONINE,
     Quantity(
         *("energy without the flow", "E_th/E", "1", "share of the energy without the flow"),
         *("thermal_share", "snapshots"),
     ),
     Quantity("heat flux", "q", "J/(m s)", "heat flux", "heat_flux", "means"),
-    STRUCTURE,
     Quantity(
         *("balls in a ball's cluster", "N_c", "1", "mean number of balls in a ball's cluster"),
         *("cluster_size", "snapshots"),
@@ -252,7 +248,7 @@ OF_FIGURES = (
         *("density_fluctuation", "snapshots"),
     ),
 )
-"""The results of figures that no table has."""
+"""Further results of figures, which no theory and no table has."""
 
 QUANTITIES: Mapping[str, Quantity] = {
     one.name: one
@@ -260,7 +256,7 @@ QUANTITIES: Mapping[str, Quantity] = {
         *(SPECIES_RATIO, SPIN_RATIO, TEMPERATURE, HAFF_RATE, RATIO, PRESSURE, VIRIAL_PRESSURE),
         *(VIRIAL_RATIO, WALL_RATE, PAIR_RATE, FREE_PATH, MEAN_SPEED, KURTOSIS, CHI_SQUARE),
         *(ENERGY_DECAY, PRESSURE_DECAY, ENERGY_LEFT, CRITICAL_RATIO, GIVEN, *SIDES_GIVEN.values()),
-        *(COLLISION_LOSS, ACROSS, *OF_FIGURES),
+        *(COLLISION_LOSS, ACROSS, CONTACT, SONINE, STRUCTURE, DIFFUSION, *OF_FIGURES),
     )
 }
 """Every quantity by its name; main ones first, in the order in which sentences have them."""

@@ -8,6 +8,7 @@ from snooker_cli.analysis.decay import FURTHER
 from snooker_cli.analysis.findings import Findings, few_repeats
 from snooker_cli.analysis.quantities import QUANTITIES
 from snooker_cli.analysis.run_analysis import Records
+from snooker_cli.analysis.theories import SOURCE_REPORT
 from snooker_cli.formatting import (
     point_label,
     probability,
@@ -39,7 +40,7 @@ MORE_COMPARED = "--all also has these errors and the formulas of the source repo
 
 def main_rows(rows: Records) -> Records:
     """Rows or notes that are printed without ``--all``."""
-    known = [row for row in rows if not row["model"].startswith("source report")]
+    known = [row for row in rows if not row["model"].startswith(SOURCE_REPORT)]
     return [row for row in known if row["quantity"] not in FURTHER or "amplitude" not in row]
 
 
@@ -58,8 +59,8 @@ def short_name(name: str) -> str:
     """The name of a quantity or a model in tables."""
     if name in QUANTITIES:
         return QUANTITIES[name].words
-    name = name.replace("_amplitude_1", "")
-    return re.sub(" of a ball| at the (end|start)", "", re.sub("(?<=[a-z])_", " ", name))
+    name = name.replace("_amplitude_1", "").replace(" at the start", "")
+    return re.sub("(?<=[a-z])_", " ", name)
 
 
 def table_lines(

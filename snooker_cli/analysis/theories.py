@@ -66,8 +66,10 @@ FINITE_FLUID = *FLUID, "closed", "room"
 FINITE_DISKS = *FINITE_FLUID, "one_cor", "smooth"
 SPEEDS = "cold", "several", "equal_or_elastic"
 FIXED_ENERGY = *SPEEDS, "smooth", "closed", "three_or_walls", "one_mass_or_walls", "at_rest"
+COOLING_LAW = "cooling", "equal_balls", "one_cor", "one_wall_cor", "lossy_cor", "bouncing"
 DECAYS = "cooling", *EQUAL, "smooth"
 ONE_COR = *DECAYS, "one_cor", "one_wall_cor"
+COOLING_FLUID = *ONE_COR, "fluid", "closed", "room", "moves"
 EQUILIBRIUM = "warm_walls", "one_wall_temperature", "elastic_pairs"
 PUBLISHED = "no_walls", "equal_balls", "elastic"
 
@@ -167,13 +169,13 @@ SPEED_LAWS: tuple[tuple[str, tuple[str, ...], Callable[[Scene], SpeedLaw], str],
     (FIXED, FIXED_ENERGY, of.fixed_energy_law, "exact"),
     (
         COOLING,
-        (*FIXED_ENERGY, *ONE_COR, "lossy_cor", "bouncing"),
+        (*FIXED_ENERGY, *COOLING_LAW),
         of.finite_cooling_law,
         "van Noije & Ernst 1998",
     ),
     (
         COOLING,
-        (*SPEEDS, *ONE_COR, "lossy_cor", "bouncing"),
+        (*SPEEDS, "smooth", *COOLING_LAW),
         of.cooling_law,
         "van Noije & Ernst 1998",
     ),
@@ -356,11 +358,11 @@ THEORIES: tuple[Theory, ...] = (
         lambda g: reported_constants(g.measurement) / 2,
     ),
     Theory(
-        *(q.HAFF_RATE, START_RATES, "Haff 1983", (*ONE_COR, *FINITE_FLUID, "moves")),
+        *(q.HAFF_RATE, START_RATES, "Haff 1983", COOLING_FLUID),
         lambda g: of.haff_rate(g.scene) * g.starting_root,
     ),
     Theory(
-        *(q.HAFF_RATE, FINITE, DISKS, (*ONE_COR, *FINITE_FLUID, "moves")),
+        *(q.HAFF_RATE, FINITE, DISKS, COOLING_FLUID),
         lambda g: of.finite_haff_rate(g.scene) * g.starting_root,
     ),
     Theory(

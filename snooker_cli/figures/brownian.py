@@ -61,7 +61,7 @@ def tagged_path(build: FigureBuilder) -> FigureData:
 
 def mean_squared_displacement(build: FigureBuilder) -> FigureData:
     """The mean squared displacement, its ballistic and its diffusive limit."""
-    walls = ""
+    walls, limits = "", dict[float, str]()
     for index, point in enumerate(build.points):
         theory, scene = _theory(build, point), build.start(point)
         tau, slope = theory.relaxation_time, np.multiply(SLOPE, theory.relaxation_time)
@@ -75,14 +75,14 @@ def mean_squared_displacement(build: FigureBuilder) -> FigureData:
             Line(diffusive, 4 * theory.coefficient * diffusive, None, index, "dotted"),
         ]
         if scene.container.period is None:
-            most = diffusion.farthest(scene, BALL)
-            where = f"random places in the {scene.container.title}"
-            build.lines.append(Reference("y", most, where))
+            name = f"random places in the {scene.container.title}"
+            limits[diffusion.farthest(scene, BALL)] = name
             walls = " With walls the displacement has a limit."
         low, high = -SHORTEST, OF_TWO - SHORTEST
         rises = (rows[:, high] - rows[:, low]) / (4 * (lags[high] - lags[low]))
         _add(build, point, index, lags, rows, rises)
     build.lines += [
+        *(Reference("y", most, name) for most, name in limits.items()),
         legend_line("ballistic, ⟨v²⟩t²", "dashed"),
         legend_line("diffusive, 4Dt with Enskog's D", "dotted"),
     ]

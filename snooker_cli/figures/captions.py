@@ -1,5 +1,6 @@
 """``FigureBuilder`` collects the layers, numbers and caption of a figure of several points."""
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,6 +16,7 @@ from snooker_cli.analysis.run_analysis import measurement_of
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
+from snooker_cli.figures.axis_limits import farthest
 from snooker_cli.figures.declared_result import Result, with_units_of_axes
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
@@ -31,7 +33,9 @@ from snooker_cli.figures.figure_data import (
     bands,
     lasting,
     legend_line,
+    mean_of_remaining,
     more_than_a_decade,
+    remaining,
     thinned,
 )
 from snooker_cli.figures.selection import (
@@ -49,7 +53,7 @@ from snooker_cli.figures.selection import (
     value_at,
     varying,
 )
-from snooker_cli.formatting import counted, with_error
+from snooker_cli.formatting import counted, short, with_error
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
@@ -59,7 +63,9 @@ MEAN_SPREAD = "mean ± standard error of it"  # the same around a mean over the 
 LOG_SPREAD = "mean ± standard deviation of logarithms"  # the same on a logarithmic axis
 FEWEST_STATES = 2  # of a repeat that a figure over time or space can have
 BARS = "Bars: standard errors over the repeats."  # of all markers with errors
-ABOVE_THEORY = "above theory (%)"  # the y label of a panel of residuals
+OVER_THEORY = "ln(result / theory)"  # the y label of a panel of residuals
+EARLY = 0.8  # share of the median end, before which the end of a repeat is early
+FACTOR = 2.0  # a result that is this many times theory, or a half, is no percentage
 
 
 Reading: TypeAlias = Callable[[str], None]
@@ -84,7 +90,11 @@ class FigureBuilder:
     places : the point of each record in words
     means : whether lines are means over the repeats and bands their standard errors
     thin : whether theory is left out for a mean free path that exceeds the container
-    brief : number of repeats that a mean course leaves out, because they end early
+    brief : number of repeats that the result of a mean course leaves out, because they end early
+    shortest : of the points whose curves end with their shortest repeat, the least share of the
+        median repeat: where the curves end, the median end, and the unit
+    fewest : of the points with mean courses, the least share of repeats that remain at the end:
+        their number, and that of all
     beside_theory : whether the caption of the figure itself says the result beside theory
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
@@ -105,6 +115,8 @@ class FigureBuilder:
     means: bool = False
     thin: bool = False
     brief: int = 0
+    shortest: tuple[float, float, str] = (1.0, 1.0, "")
+    fewest: tuple[int, int] = (1, 1)
     beside_theory: bool = False
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
@@ -216,15 +228,27 @@ class FigureBuilder:
         return f"{points} The figure uses {number} {noun} of each point.".lstrip()
 
     def _left_out(self) -> str:
-        """A sentence on the repeats that a mean course leaves out."""
+        """A sentence on the repeats that the result of a mean course leaves out."""
         if not self.brief:
             return ""
         number = counted(self.brief, "repeat")
         verb, whose = ("ends", "its") if self.brief == 1 else ("end", "their")
-        return f"Left out: {number} that {verb} before half of {whose} point's median time."
+        half = f"half of {whose} point's median time"
+        return f"The result leaves out {number} that {verb} before {half}."
+
+    def _above(self, high: float | None) -> str:
+        """A sentence on measured values above the upper limit of the y axis, which arrows mark."""
+        top = farthest(self.lines, high)
+        if top is None:
+            return ""
+        *_, unit = ["", *re.findall(r"\((.*?)\)$", self.fields["y_label"])]
+        return (
+            f"Arrows: the axis ends below the highest values, up to {short(top)} {unit}".rstrip()
+            + "."
+        )
 
     def _largest_residual(self) -> dict[str, Any]:
-        """The residual of the panel that is largest in errors, its error, %, and their number.
+        """The deviation from theory that is largest in errors, its error, %, and their number.
 
         Of residuals without errors it is the largest.
         """
@@ -236,14 +260,20 @@ class FigureBuilder:
         sure = np.isfinite(error) & (error > 0)
         at = int(np.argmax(np.where(sure, np.abs(y) / np.where(sure, error, 1.0), -1.0)))
         at = at if np.any(sure) else int(np.argmax(np.abs(y)))
-        return {"residuals": len(y), "largest_residual": y[at], "largest_residual_error": error[at]}
+        with np.errstate(over="ignore"):
+            share, factor = 100 * np.expm1(y[at]), np.exp(y[at])
+        numbers = {"largest_residual": share, "largest_residual_error": 100 * factor * error[at]}
+        return {"residuals": len(y), **numbers}
 
     def _largest_deviation(self) -> str:
         """A sentence on the residuals of the panel, unless the caption has one already."""
         found = self._largest_residual()
         if self.beside_theory or not found:
             return ""
-        value = with_error(found["largest_residual"], found["largest_residual_error"], "%")
+        share, error = found["largest_residual"], found["largest_residual_error"]
+        value = with_error(share, error, "%")
+        if not 100 / FACTOR - 100 < share < 100 * FACTOR - 100:
+            value = f"a factor of {with_error(1 + share / 100, error / 100)}"
         number = found["residuals"]
         if number == 1:
             return f"The deviation from theory is {value}."
@@ -267,15 +297,56 @@ class FigureBuilder:
         self.bands += bands(curves, index)
 
     def add_mean_course(self, index: int, point: Point, curves: Sequence[Course]) -> Course:
-        """Add the mean of the repeats' curves, and the band of its error; times and rows of both.
+        """Add the mean of the repeats that remain, and the band of its error.
 
-        Without `lasting` repeats, one that ends at once would leave nothing of the others.
+        Returns times and rows until the first of the `lasting` repeats ends: results are of the
+        same repeats at all times. One that ends at once would leave nothing of the others.
         """
+        times, rows = remaining(curves)
+        mean, deviation, number = mean_of_remaining(rows)
+        few = int(np.argmax(2 * number < len(rows))) or len(times)
+        self.means = True
+        self.lines.append(Line(times[:few], mean[:few], self.label(point), index))
+        if few < len(times):
+            self.lines.append(Line(times[few - 1 :], mean[few - 1 :], None, index, thin=True))
+        if len(rows) > 1:
+            error = deviation / np.sqrt(number)
+            self.bands.append(Band(times, mean - error, mean + error, None, index))
+        left, total = int(number[-1]), len(rows)
+        self.fewest = min(self.fewest, (left, total), key=lambda pair: pair[0] / pair[1])
         kept = lasting(curves)
         self.brief += len(curves) - len(kept)
-        times, rows = at_common_times(kept)
-        self.add_means(index, self.label(point), times, rows)
-        return times, rows
+        return at_common_times(kept)
+
+    def end_of_all(self, ends: Array, unit: str = "s") -> float:
+        """The end of the shortest repeat, where curves end that need all repeats at each place.
+
+        ends : (*repeats*,), in this unit
+
+        The caption names it if it is far from the end of the others.
+        """
+        found = float(ends.min()), float(np.median(ends)), unit
+        self.shortest = min(self.shortest, found, key=lambda end: end[0] / end[1] if end[1] else 1)
+        return found[0]
+
+    def _shortened(self) -> str:
+        """A sentence if the shortest repeat of a point ends its curve early."""
+        end, median, unit = self.shortest
+        if end >= EARLY * median:
+            return ""
+        return (
+            f"The shortest repeat ends a curve at {short(end)} {unit}; half of the repeats of its "
+            f"point reach {short(median)} {unit}."
+        )
+
+    def _remaining(self) -> str:
+        """A sentence if the end of a mean course has fewer repeats than its beginning."""
+        left, total = self.fewest
+        if left == total:
+            return ""
+        few = any(isinstance(line, Line) and line.thin for line in self.lines)
+        thin = "; thin: fewer than half" * few
+        return f"Means go on with the repeats that remain, {left} of {total} at the end{thin}."
 
     def add_means(
         self, index: int, label: str | None, x: Array, rows: Array, style: LineStyle = "series"
@@ -293,11 +364,15 @@ class FigureBuilder:
         self.lines.append(Points(x, mean, errors, label or "simulation", index))
 
     def add_residuals(self, index: int, x: Array, y: Array, error: Array, theory: Array) -> None:
-        """Add markers to the panel below: (y − theory)/theory in %, where both are known."""
-        known = np.isfinite(theory) & np.isfinite(y)
+        """Add markers to the panel below: ln(y/theory), where both are known and have one sign.
+
+        error : standard error of y, or of its difference from theory
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            known = np.isfinite(theory) & np.isfinite(y) & (y / theory > 0)
         x, y, error, theory = (column[known] for column in (x, y, error, theory))
         if len(x):
-            self.panel.append(Points(x, 100 * (y / theory - 1), 100 * error / theory, None, index))
+            self.panel.append(Points(x, np.log(y / theory), error / np.abs(y), None, index))
 
     @property
     def covers_decades(self) -> bool:
@@ -354,7 +429,7 @@ class FigureBuilder:
         layers: list[Any] = [*self.bands, *theories_once(lines), *legend]
         if self.panel:
             panel = (Reference("y", 0.0), *self.panel)
-            others = {"panel": panel, "panel_label": ABOVE_THEORY} | others
+            others = {"panel": panel, "panel_label": OVER_THEORY} | others
         owners = {_owner(layer) for layer in layers} - {NEUTRAL}
         series = [group[0] for group in self.groups] if self.groups[1:] else self.groups[0]
         if owners == set(range(len(series))):
@@ -373,10 +448,13 @@ class FigureBuilder:
             self.shows,
             self._result(numbers or {}),
             caption,
-            self._largest_deviation() if others.get("panel_label") == ABOVE_THEORY else "",
+            self._largest_deviation() if others.get("panel_label") == OVER_THEORY else "",
             "Theory fails where the mean free path exceeds the container." if self.thin else "",
+            self._above(others.get("y_limits", self.fields.get("y_limits", (None, None)))[1]),
             BARS if any(error is not None and np.isfinite(error).any() for error in errors) else "",
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
+            self._remaining(),
+            self._shortened(),
             self._left_out(),
             setting(self.run, self.points, self.selection),
             self._choice(),

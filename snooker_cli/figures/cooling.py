@@ -104,6 +104,8 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     label = f"simulation, repeat {number}"
     if build.bands and not chosen:
         (band,) = build.bands
+        left = sum(bool(pair[0][-1] >= band.x[-1]) for pair in started)
+        build.fewest = left, len(started)
         value = np.sqrt(band.low * band.high) if log else (band.low + band.high) / 2
         time, label = band.x, f"simulation, mean of {len(started)} repeats"
     build.lines.append(Line(time, value, label, broad=True))
@@ -303,7 +305,7 @@ def haff_time(build: FigureBuilder, source: bool = False) -> FigureData:
                 line = Line(fine * inverse_time, rate * inverse_rate, name, owner, style)
                 build.lines.append(line)
         if "floor" in curves:
-            above = 100 * (curves["floor"] / curves["theory"] - 1)
+            above = np.log(curves["floor"] / curves["theory"])
             owner = index if several else NEUTRAL
             build.panel.append(Line(fine * inverse_time, above, None, owner, _HAFF["floor"][1]))
         if not several:
@@ -342,6 +344,7 @@ def _local_decay(build: FigureBuilder, point: Point, source: bool) -> _LocalDeca
     """The local decay of a point. Raises ``FigureError`` if it has too few collisions."""
     measurement = build.measurement(point)
     edges, rates, errors, left = _local_rates(measurement)
+    build.end_of_all(measurement.time)
     means = {decay.law: decay.over_repeats for decay in build.energy_decays(point)}
     k, alpha = means["exponential"].value, means["haff"].value
     if not (math.isfinite(k) and math.isfinite(alpha)):
@@ -403,7 +406,8 @@ def event_decay(build: FigureBuilder) -> FigureData:
     floor_drawn = False
     for index, point in enumerate(build.points):
         measurement = build.measurement(point)
-        scene, shortest = measurement.scene, int(measurement.calm_events.sum(axis=1).min())
+        events = measurement.calm_events.sum(axis=1)
+        scene, shortest = measurement.scene, int(build.end_of_all(events, "collisions"))
         if shortest == 0:
             raise FigureError("a repeat has no collisions; run longer")
         counts = np.unique(np.linspace(0.0, shortest, COUNTS + 1).round())

@@ -372,7 +372,7 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
     when = f"States of the second half of each repeat. {least}"
     if mixed:
         when += " T is that of each species."
-    return build.figure(when, panel_label="above Maxwell's law (%)")
+    return build.figure(when, panel_label="ln(density / law)")
 
 
 def _add_tail(

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from snooker_cli.figures.axis_limits import outside, reach
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
     Band,
@@ -42,7 +43,7 @@ PANEL_SHARE = 0.4  # height of a panel over that of the axes above
 LINE_HEIGHT = 0.14  # height of a further line of text, inches
 
 # How many characters fit: of the bold title, of a y label, of a panel's, of the x axis's numbers.
-TITLE_WIDTH, LABEL_WIDTH, PANEL_LABEL_WIDTH, TICKS_WIDTH = 42, 31, 14, 50
+TITLE_WIDTH, LABEL_WIDTH, PANEL_LABEL_WIDTH, TICKS_WIDTH = 40, 31, 14, 50
 
 PALEST = 0.6  # share of white in the palest series of a run
 MOST_ENTRIES = 5  # series in a legend; more shades are a colour scale
@@ -128,17 +129,18 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
             len(ratios), sharex=True, squeeze=False, gridspec_kw=grid
         ).flat
         scaled = len(data.scale) > MOST_ENTRIES
-        entries = [
-            (neutral, artist, label)
-            for layer, artist in _added(axes, data, data.layers, scaled)
-            if (label := layer.label)
-            and ((neutral := getattr(layer, "series", NEUTRAL) == NEUTRAL) or not scaled)
-        ]
-        entries.sort(key=lambda entry: entry[0])  # first the series, then what is for all
+        named: dict[str, tuple[bool, Any]] = {}  # several series may have limits of one name
+        for layer, artist in _added(axes, data, data.layers, scaled):
+            neutral = getattr(layer, "series", NEUTRAL) == NEUTRAL
+            if layer.label and (neutral or not scaled):
+                named.setdefault(layer.label, (neutral, artist))
+        # First the series, then what is for all.
+        entries = sorted(named.items(), key=lambda entry: entry[1][0])
         _scale(axes, data)
         for panel in panels:
             _added(panel, data, data.panel, scaled)
             panel.set_ylabel(textwrap.fill(data.panel_label, PANEL_LABEL_WIDTH), parse_math=False)
+            _clip(panel, data, data.panel, (None, None), logarithmic=False)
             panel.locator_params("y", nbins=PANEL_TICKS)
             panel.set_xlim(axes.get_xlim())  # `_scale` may have changed the view of one axis alone
         [axes, *panels][-1].set_xlabel(data.x_label, parse_math=False)
@@ -147,7 +149,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         axes.set_title("\n".join(title), loc="left", pad=4, parse_math=False)
         if scaled:
             _add_scale(figure, [axes, *panels], data)
-        columns = _legend(figure, [entry[1] for entry in entries], [entry[2] for entry in entries])
+        columns = _legend(figure, [e[1][1] for e in entries], [label for label, _ in entries])
         lines = len(title) - 1 - (-len(entries) // columns)
         height = HEIGHT + PANEL_HEIGHT * len(panels) + LINE_HEIGHT * lines
         figure.set_size_inches(size or (WIDTH, height))
@@ -202,7 +204,7 @@ def _artist(
                 y,
                 linestyle=dashes if layer.style == "series" else layer.style,
                 drawstyle="steps-post" if layer.steps else "default",
-                linewidth=2.6 if layer.broad else 0.8 if len(x) > MANY_VERTICES else 1.2,
+                linewidth=_width(layer),
                 alpha=0.45 if layer.broad else None,
                 **common,
             )[0]
@@ -227,6 +229,14 @@ def _artist(
         case Reference(axis, value):
             across = axes.axvline if axis == "x" else axes.axhline
             return across(value, linewidth=0.8, linestyle=layer.style, **common)
+
+
+def _width(line: Line) -> float:
+    if line.broad:
+        return 2.6
+    if line.thin:
+        return 0.4
+    return 0.8 if len(line.x) > MANY_VERTICES else 1.2
 
 
 def _add_scale(figure: Figure, axes: list[Axes], data: FigureData) -> None:
@@ -257,6 +267,8 @@ def _scale(axes: Axes, data: FigureData) -> None:
             # Matplotlib's margin is a share of the data's span, which may be nothing.
             high = highest + MARGIN * (highest - least)
             axis.set_view_interval(least, high, ignore=True)
+    _clip(axes, data, data.layers, data.y_limits, logarithmic=data.y_log)
+    for axis in (axes.xaxis, axes.yaxis):
         if axis.get_scale() == "log":
             low, high = axis.get_view_interval()
             few = ticker.LogLocator(subs=(1, 2, 5))
@@ -267,6 +279,34 @@ def _scale(axes: Axes, data: FigureData) -> None:
             axis.set_minor_formatter(ticker.NullFormatter())
             if PLAIN[0] <= low and high < PLAIN[1]:
                 axis.set_major_formatter("{x:g}")
+
+
+def _clip(
+    axes: Axes,
+    data: FigureData,
+    layers: Sequence[Layer],
+    limits: Sequence[float | None],
+    *,
+    logarithmic: bool,
+) -> None:
+    """Let the y axis reach no farther than its data need; arrows mark what is outside."""
+    low, high = axes.get_ylim()
+    least, most = reach(layers, logarithmic)
+    bottom = max(low, least) if limits[0] is None else low
+    top = min(high, most) if limits[1] is None else high
+    if (bottom, top) != (low, high):
+        axes.set_ylim(bottom, top)
+    for one in outside(layers, bottom, top):
+        axes.plot(
+            one.x,
+            np.full(len(one.x), top if one.above else bottom),
+            linestyle="none",
+            marker=rf"$\{'up' if one.above else 'down'}arrow$",
+            color=colour(one.series, data.shades, data.hues),
+            clip_on=False,
+            in_layout=False,
+            zorder=5,
+        )
 
 
 def _legend(figure: Figure, artists: list[Any], labels: list[str]) -> int:
@@ -297,18 +337,20 @@ def save(
     formats: Sequence[str] = ("svg", "png"),
     size: tuple[float, float] | None = None,
     dpi: float | None = None,
+    outlines: bool = False,
 ) -> list[Path]:
     """Write the image as ``stem.svg`` and so on, and ``stem.json``; the folder is made if need be.
 
     formats : of ``METADATA``
     size : width and height, inches; None is a column of a page
     dpi : pixels per inch of a PNG; None is that of the style
+    outlines : whether letters of an SVG are outlines, for a document that may lack the font
 
     Title and caption are also in the metadata of the images.
     """
     # Not with_suffix: a stem may have a point, as in `energy-fit-cor-0.8`.
     paths = [stem.with_name(f"{stem.name}.{ending}") for ending in (*formats, "json")]
-    with styled():
+    with styled(), matplotlib.rc_context({"svg.fonttype": "path" if outlines else "none"}):
         figure = draw(data, size)
         figure.draw_without_rendering()
         figure.set_layout_engine("none")  # texts and axes have their places for all formats

@@ -1,5 +1,6 @@
 """A figure as plain data: layers of numbers with their meaning, nothing drawn."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, TypeAlias
@@ -30,6 +31,7 @@ class Line:
     series : the number of its series, from 0; it decides the colour
     steps : whether y stays as it is until the next x
     broad : whether it is drawn wide and pale, so that lines on it leave it visible
+    thin : whether it is drawn thin, as a mean of the few repeats that remain
     """
 
     x: Array
@@ -39,6 +41,7 @@ class Line:
     style: LineStyle = "series"
     steps: bool = False
     broad: bool = False
+    thin: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,6 +284,32 @@ def at_common_times(curves: Sequence[Course]) -> Course:
     return times, np.array([np.interp(times, time, values) for time, values in curves])
 
 
+def remaining(curves: Sequence[Course]) -> Course:
+    """Times (*t*,) from the latest start until two curves remain, and the curves there (*n*, *t*).
+
+    A curve is nan after its end. One curve has an even choice of its own times.
+    """
+    if len(curves) == 1:
+        return at_common_times(curves)
+    first = max(float(time[0]) for time, _ in curves)
+    last = sorted(float(time[-1]) for time, _ in curves)[-2]
+    times = places(first, max(first, last), COMMON_TIMES)
+    rows = [np.interp(times, time, values, right=math.nan) for time, values in curves]
+    return times, np.array(rows)
+
+
+def mean_of_remaining(rows: Array) -> tuple[Array, Array, NDArray[np.intp]]:
+    """Means of rows (*n*, *t*) with nan, their standard deviations, and how many are known.
+
+    Two or more are known at each time, unless there is one row.
+    """
+    known = np.isfinite(rows)
+    number = known.sum(axis=0)
+    mean = np.where(known, rows, 0.0).sum(axis=0) / number
+    squares = np.where(known, (rows - mean) ** 2, 0.0).sum(axis=0)
+    return mean, np.sqrt(squares / np.maximum(number - 1, 1)), number
+
+
 def bands(
     curves: Sequence[Course],
     series: int,
@@ -288,15 +317,14 @@ def bands(
     *,
     logarithmic: bool = False,
 ) -> list[Band]:
-    """The band mean ± standard deviation of curves; none of one, or without a span of time.
+    """The band mean ± standard deviation of curves, as long as two remain; none without a span.
 
     logarithmic : whether mean and deviation are those of ln y, which needs y > 0
     """
-    times, rows = at_common_times(curves)
+    times, rows = remaining(curves)
     if len(rows) < 2 or not times[-1] > times[0]:
         return []
-    rows = np.log(rows) if logarithmic else rows
-    mean, deviation = rows.mean(axis=0), rows.std(axis=0, ddof=1)
+    mean, deviation, _ = mean_of_remaining(np.log(rows) if logarithmic else rows)
     low, high = mean - deviation, mean + deviation
     low, high = (np.exp(low), np.exp(high)) if logarithmic else (low, high)
     return [Band(times, low, high, label, series)]

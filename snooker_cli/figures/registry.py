@@ -20,6 +20,7 @@ from snooker_cli.figures.selection import (
     MOST_SERIES,
     Selection,
     along,
+    changing_with,
     evenly,
     file_stem,
     selected,
@@ -85,8 +86,10 @@ class FigureSpec:
         xs, by = self.along, self.by
         if xs == ANY:
             xs = [swept_number(points)]
-            by = next((key for key in varying(points) if key not in (RUN, *xs)), None)
-        return [spread(group, MOST_ALONG) for group in along(points, xs, by)]
+            linked = changing_with(points, *xs)
+            by = next((key for key in varying(points) if key not in (RUN, *xs, *linked)), None)
+        groups = along(points, xs, by, together=self.along == ANY)
+        return [spread(group, MOST_ALONG) for group in groups]
 
     def make(
         self, run: Run, selection: Selection, *, first: bool = False, reading: Reading = silent

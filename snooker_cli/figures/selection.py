@@ -245,11 +245,29 @@ def shades_of_runs(points: Sequence[Point]) -> tuple[tuple[float, ...], tuple[in
     return tuple(shade[p.index] for p in points), tuple(hue[p.index] for p in points)
 
 
-def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[list[Point]]:
+def changing_with(points: Sequence[Point], x: str) -> list[str]:
+    """The keys that have one value for each value of another key, as those of ``sweep.zip``."""
+    values = distinct(points, x)
+    return [
+        key
+        for key in varying(points)
+        if key not in (x, RUN)
+        and all(
+            len(distinct([p for p in points if value_at(p, x) == value], key)) == 1
+            for value in values
+        )
+    ]
+
+
+def along(
+    points: Sequence[Point], xs: Sequence[str], by: str | None, *, together: bool = False
+) -> list[list[Point]]:
     """Points in order of one of the keys ``xs``, a list for each value of the key ``by``.
 
+    together : whether other keys may change with this key
+
     Runs side by side have lists of their own, if ``xs`` vary in a run. Other keys have their middle
-    value. Raises ``FigureError`` if each of ``xs`` has one value only.
+    value. Raises ``FigureError`` if each of ``xs`` has one value only, or if others change with it.
     """
     keys, numbers = varying(points), swept_numbers(points)
     x = next((key for key in xs if key in numbers), None)
@@ -260,13 +278,19 @@ def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[li
     if RUN in keys:
         swept = [run for run in by_run(points) if x in varying(run)]
         if swept:
-            return [group for run in swept for group in along(run, [x], by)]
+            return [group for run in swept for group in along(run, [x], by, together=together)]
         keys.remove(RUN)  # a value of x from each run
         if len(distinct(points, x)) < len(points):
             raise FigureError(f"it needs one value of {x} from each run; choose it with --where")
     points = at_middle(points, [key for key in keys if key not in (x, by)])
     keys = [key for key in varying(points) if key != RUN]
-    if others := [key for key in keys if key not in (x, by)]:
+    linked = [key for key in changing_with(points, x) if key != by]
+    if linked and not together:
+        raise FigureError(
+            f"{listed(linked)} {'change' if linked[1:] else 'changes'} with {x}, so that it does "
+            f"not show {x} alone; sweep {x} without zip"
+        )
+    if others := [key for key in keys if key not in (x, by, *linked)]:
         raise FigureError(f"it needs one value of {listed(others)}; choose it with --where")
     ordered = sorted(points, key=lambda point: float(value_at(point, x)))
     if by is None or by == x or by not in keys:
@@ -379,7 +403,7 @@ def described(point: Point, key: str) -> str:
     if key in _ABSENT and value in (None, math.inf):
         return _ABSENT[key]
     if value is None:
-        return "" if RUN in dict(point.parameters) else f"{_name(key)} {value_text(value)}"
+        return "" if RUN in dict(point.parameters) else f"no {_name(key)}"
     return _words(point, key).format(_shown(point, key))
 
 
@@ -410,7 +434,7 @@ def _words(point: Point, key: str) -> str:
     wall, _, side = key.rpartition(".")
     if side in Sides._fields:
         return f"{side} {_WORDS[wall]}"
-    return _WORDS.get(key) or f"{_name(key)} {{}} {unit_of(point.experiment, key)}".rstrip()
+    return _WORDS.get(key) or f"{_name(key)} = {{}} {unit_of(point.experiment, key)}".rstrip()
 
 
 def _name(key: str) -> str:

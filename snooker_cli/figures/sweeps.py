@@ -16,7 +16,16 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import axis_label, described, swept_number, value_at
+from snooker_cli.figures.selection import (
+    axis_label,
+    changing_with,
+    described,
+    swept_number,
+    value_at,
+)
+from snooker_cli.formatting import counted
+
+MOST_NAMED = 3  # points that a caption names
 
 
 def against_key(build: FigureBuilder) -> FigureData:
@@ -49,7 +58,10 @@ def against_key(build: FigureBuilder) -> FigureData:
                     difference=(row["difference"], row["difference_error"]),
                 )
     if not drawn:
-        raise FigureError(f"fewer than two points have a result along {key}; run longer")
+        raise FigureError(
+            f"no two points along {key} have the same main result and theory; sweep more values of "
+            "it, or run longer"
+        )
     first = drawn[0]
     build.lines += [legend_line(name, "dashed") for name in {t.theory for t in drawn} if name]
     symbol = first.quantity.symbol
@@ -62,10 +74,25 @@ def against_key(build: FigureBuilder) -> FigureData:
     )
     x_label = axis_label(build.points[0], key)
     values = np.concatenate([trend.column("measured") for trend in drawn])
+    linked = [axis_label(build.points[0], name) for name in changing_with(build.points, key)]
+    others = ", ".join(label.partition(" (")[0] for label in linked)
+    also = f"Along with it changes: {others}." if linked else ""
     return build.figure(
-        seen,
+        " ".join(filter(None, [seen, also, _left_out(build)])),
         title=f"{symbol} against {x_label.partition(' (')[0]}",
         x_label=x_label,
         y_label=f"{symbol}{unit}",
         logarithmic=more_than_a_decade([values]) and bool(values.min() > 0),
     )
+
+
+def _left_out(build: FigureBuilder) -> str:
+    """A sentence on the points that have another main result than the others, or none."""
+    shown = [record["parameters"] for record in build.records]
+    missing = [build.label(p) or "" for p in build.points if p.as_json() not in shown]
+    if not missing:
+        return ""
+    number = f"{len(missing)} of {counted(len(build.points), 'point')}"
+    named = missing if len(missing) <= MOST_NAMED else [*missing[:MOST_NAMED], "others"]
+    reason = "without this result or this theory"
+    return f"Left out: {number} {reason} ({'; '.join(named)})."

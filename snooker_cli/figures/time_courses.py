@@ -188,7 +188,7 @@ def _common_times(
             continue
         measurement = build.measurement(point)
         time, events = measurement.curve.time[0], measurement.curve.events[0]
-        end = float(measurement.time.min())
+        end = build.end_of_all(measurement.time)
         # The curve has its times between collisions: at one, two balls touch.
         numbers = np.floor(np.linspace(0, np.interp(end, time, events) - 1, count))
         between = np.minimum(np.interp(numbers[1:], events, time), end)
@@ -301,7 +301,8 @@ def rotation(build: FigureBuilder) -> FigureData:
     for index, point in enumerate(build.points):
         measurement = build.measurement(point)
         collisions, both = temperatures(measurement)
-        x = places(0.0, float(collisions[:, -1].min()), TIMES)[1:]
+        end = build.end_of_all(collisions[:, -1], "collisions per ball")
+        x = places(0.0, end, TIMES)[1:]
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = interpolated(x, collisions, both[1] / both[0])
             moving = np.exp(interpolated(x, collisions, np.log(both[0] / both[0, :, :1])))

@@ -245,7 +245,7 @@ def energy_balance(build: FigureBuilder) -> FigureData:
     for index, point in enumerate(build.points):
         measurement, lossy = build.measurement(point), point.experiment.cor < 1
         curve, part = measurement.curve, steady.averages(point)
-        times = np.linspace(0.0, measurement.time.min(), TIMES)
+        times = np.linspace(0.0, build.end_of_all(measurement.time), TIMES)
         given = curve.at(times, curve.wall_energy)
         taken = curve.at(times, curve.lost_energy) * lossy  # else only rounding is left
         build.add_means(index, build.label(point), times, given, "solid")

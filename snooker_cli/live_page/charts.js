@@ -76,10 +76,10 @@ class GasCharts extends Panels {
     return wallEvents + pairEvents - from.wallEvents - from.pairEvents;
   }
 
-  // The energy of a gas of smooth balls as warm as the wall, J; 0 for a wall without a temperature, and for rough balls.
+  // The energy of a gas that is as warm as its wall, J; 0 for another gas.
   get wallEnergy() {
-    const { number, scene } = this.gas;
-    return scene.surface ? 0 : number * (scene.wallLaw.temperature ?? 0);
+    const traits = traitsOf(this.gas.scene);
+    return applies("temperature", traits) ? traits.number * traits.wallTemperature : 0;
   }
 
   scaleEnergy(panel, courses) {
@@ -123,19 +123,18 @@ class GasCharts extends Panels {
   pressures(gas, rows) {
     const all = [], { scene, from } = gas;
     const { pairLaw, container } = scene, N = gas.number, drift = driftEnergy(scene);
-    const ratio = isEqual(scene) && !scene.surface && pairLaw.word === "constant"
-      ? this.fluid.ratio(N, scene.radii[0], container, pairLaw.cor) : null;
+    const disk = applies("ratio", traitsOf(scene)) ? this.fluid.ratio(N, scene.radii[0], container, pairLaw.cor) : null;
     const add = (name, colour, dash) => all.push({ name, colour, dash, values: [] }) && all[all.length - 1].values;
     const wall = hasWalls(scene.container) ? add(phrase`at the wall`, "third") : null;
     const virial = gas.number > 1 && !(wall && (this.isBrief || this.several)) ? add(phrase`by the virial`, "first") : null;
     const ideal = this.several ? null : add(THEORY.ideal, "soft", DOTS);
-    const disks = this.several || ratio === null ? null : add(THEORY.finite, "ink", DASHES);
+    const disks = this.several || disk === null ? null : add(THEORY.finite, "ink", DASHES);
     for (const row of rows) {
       const means = row.time > from.time ? gas.meter.means(from, row) : null;
       wall?.push(means?.wall);
       virial?.push(means?.virial);
       ideal?.push(means?.ideal);
-      disks?.push(means ? means.ideal * asMet(ratio, { ...means, N, container, drift }) : undefined);
+      disks?.push(means ? means.ideal * asMet(disk, { ...means, N, container, drift }) : undefined);
     }
     return all;
   }
@@ -175,8 +174,7 @@ class GasCharts extends Panels {
     pen.lineWidth = 1.4;
     pen.strokeStyle = paint("ink");
     this.density(pen, panel, maxwellDensity);
-    const { gas } = this, { scene } = gas, known = energyKept(scene) && isEqual(scene) && !scene.surface && !this.several;
-    const fixed = gas.number > 1 && known && !keepsDrift(scene.container);
+    const { gas } = this, fixed = !this.several && applies("speeds", traitsOf(gas.scene));
     if (fixed) {
       pen.setLineDash(DOTS.line);
       pen.strokeStyle = paint("first");

@@ -344,7 +344,7 @@ class Gas {
   // the energy does not fall, or is known too shortly.
   decay() {
     const { time: from, energy } = this.from, rows = this.rows().filter(({ time }) => time >= from && time <= this.time);
-    if (rows.length < 10 || !(energy > 0) || energyKept(this.scene) || isWarm(this.scene)) return null;
+    if (rows.length < 10 || !(energy > 0) || !FACTS.cooling(traitsOf(this.scene))) return null;
     const times = [0, ...rows.map(({ time }) => time - from)];
     const values = [1, ...rows.map((row) => row.energy / energy)];
     const k = decayRate(times, values, 0), alpha = decayRate(times, values, 2);

@@ -8,19 +8,6 @@ const MOST_STEPS = 100; // of the search for a decay constant
 // Ball-ball collisions in which a gas relaxes; none for one ball.
 const relaxing = (number, ofABall = RELAXING) => (number > 1 ? Math.ceil((ofABall * number) / 2) : 0);
 
-const WITH_ONE_COR = ["constant", "driven", "thermal", "sides"]; // laws with one CoR at all speeds
-
-const keepsSlip = (cor, friction) => cor === -1 || friction === 0 || (cor === 1 && friction === null);
-
-const energyKept = ({ pairLaw, wallLaw, container, positions, surface }) => {
-  if (surface && !(keepsSlip(surface.tangential_cor, surface.friction) && keepsSlip(surface.wall_tangential_cor, surface.wall_friction))) return false;
-  const alone = positions.length === 2;
-  const laws = [...(alone ? [] : [pairLaw]), ...(hasWalls(container) ? [wallLaw] : [])];
-  return laws.every((law) => law.word === "constant" && law.cor === 1);
-};
-
-const isWarm = ({ wallLaw, container }) => hasWalls(container) && givesEnergy(wallLaw);
-
 // Follows a simulation, event by event: its energies and what has added up since the start.
 class Meter {
   constructor(scene, simulation) {
@@ -151,14 +138,14 @@ function measureScene(scene, { collisions, time }) {
     }
   }
   const end = stop.time, collapses = stop.reason === COLLAPSE && times.length > 1;
-  const decay = energies.map((energy) => energy / energies[0]), cools = !energyKept(scene) && !isWarm(scene);
+  const decay = energies.map((energy) => energy / energies[0]), traits = traitsOf(scene), cools = FACTS.cooling(traits);
   const rows = collapses ? sums.slice(0, -1) : sums; // without its collisions, which are all at the end
   const whole = { ...rows[rows.length - 1], time: end };
   if (!collapses) whole.energyTime += meter.energy * (end - meter.time);
   return {
     whole,
     pairs: simulation.pairEvents,
-    starts: isWarm(scene) ? [rows.findLast((row) => row.time <= end / 2)] : relaxedRows(rows, scene.radii.length),
+    starts: FACTS.warm_walls(traits) ? [rows.findLast((row) => row.time <= end / 2)] : relaxedRows(rows, scene.radii.length),
     k: cools ? decayRate(times, decay, 0) : NaN,
     alpha: cools ? decayRate(times, decay, 2) : NaN,
     early: [WALL_TRAP, COLLAPSE].includes(stop.reason),
@@ -191,7 +178,7 @@ function relaxation(number, results) {
 // of its time; nan if it is too short. One that ended early needs 5 more collisions of each ball.
 function meansOf(scene, skipped, { whole, starts, complete }) {
   const number = scene.radii.length, least = relaxing(number, LEAST_RELAXING), none = {};
-  if (isWarm(scene)) return windowMeans(scene, starts[0], whole);
+  if (FACTS.warm_walls(traitsOf(scene))) return windowMeans(scene, starts[0], whole);
   if (skipped === null || whole.pairEvents < skipped + (complete ? 0 : least)) return none;
   const from = starts[skipped - least];
   return from.time < whole.time ? windowMeans(scene, from, whole) : none;
@@ -212,10 +199,10 @@ function tableRow(config, results, scene = startingScene(config, 0)) {
   const [width] = scene.container.size, number = scene.radii.length;
   const skipped = relaxation(number, results);
   const law = hasWalls(scene.container) ? scene.wallLaw : {}; // one with a temperature has no CoR
-  const hasOneCor = [scene.pairLaw, law].every(({ word = "constant" }) => WITH_ONE_COR.includes(word));
+  const traits = traitsOf(scene);
   const row = {
     title: config.title ?? null, starts: results.length, early: results.filter(({ early }) => early).length,
-    short: !isWarm(scene) && skipped === null ? 2 * relaxing(number, LEAST_RELAXING) : 0,
+    short: !FACTS.warm_walls(traits) && skipped === null ? 2 * relaxing(number, LEAST_RELAXING) : 0,
     N: number, r: scene.radii[scene.radii.length - 1], mass: scene.masses[scene.radii.length - 1],
     R: scene.container.shape === "circle" ? width / 2 : null, width: scene.container.shape === "circle" ? null : width,
     cor: config.cor, wallCor: law.cor ?? null, container: scene.container,
@@ -225,9 +212,7 @@ function tableRow(config, results, scene = startingScene(config, 0)) {
     ...Object.fromEntries(SIDES.flatMap((side) => [
       [`${side}Temperature`, law[side]?.temperature ?? null], [`${side}Speed`, law[side]?.speed ?? null],
     ])),
-    containerMass: scene.containerMass, drift: driftEnergy(scene),
-    hasDisks: isEqual(scene) && !scene.surface && scene.pairLaw.word === "constant",
-    hasHaff: isEqual(scene) && hasOneCor && !scene.surface && !isWarm(scene) && !energyKept(scene),
+    containerMass: scene.containerMass, drift: driftEnergy(scene), traits,
   };
   const values = results.map((result) => ({ ...result, ...meansOf(scene, skipped, result) }));
   for (const name of MEASURED) {
@@ -239,12 +224,12 @@ function tableRow(config, results, scene = startingScene(config, 0)) {
   return row;
 }
 
-const isEqual = ({ radii, masses }) =>
-  radii.every((radius) => radius === radii[0]) && masses.every((mass) => mass === masses[0]);
-
 // The energy of the centre of mass, J, if there are no walls: then it moves on for ever.
-function driftEnergy({ velocities, masses, container }) {
-  if (hasWalls(container) || masses.length === 1) return 0;
+function driftEnergy(scene) {
+  return hasWalls(scene.container) || scene.masses.length === 1 ? 0 : centreEnergy(scene);
+}
+
+function centreEnergy({ velocities, masses }) {
   let mass = 0, across = 0, along = 0;
   masses.forEach((m, i) => {
     mass += m;

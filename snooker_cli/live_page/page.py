@@ -30,6 +30,7 @@ from snooker_cli.laws import (
     parts_of,
     word_of,
 )
+from snooker_cli.live_page.page_facts import facts_source
 from snooker_cli.pages.html_page import (
     PAGES,
     SHARED,
@@ -196,10 +197,10 @@ def _translated(scene: dict[str, Any], words: Words) -> dict[str, Any]:
 
 
 def engine_source(*more: str) -> str:
-    """The scripts of the engine and more, in strict mode; compiled modules are not in them."""
+    """The facts of a gas, the engine and more scripts, in strict mode; not the compiled modules."""
     layout = script_data(webassembly.description())
     code = script_of(LIVE, *ENGINE_SCRIPTS, *more)
-    return f'"use strict";\nconst ENGINE = {layout};\n{code}'
+    return f'"use strict";\nconst ENGINE = {layout};\n{facts_source()}{code}'
 
 
 def packed_modules(boundaries: Set[str]) -> dict[str, Any]:
@@ -223,7 +224,6 @@ def theory_numbers() -> dict[str, Any]:
     return {
         "contact": theory.PADE_CONTACT.tolist(),
         "denominator": theory.PADE_DENOMINATOR.tolist(),
-        "densest": theory.DENSEST_FLUID,
     }
 
 

@@ -35,14 +35,18 @@ const ALONE = 9; // px: half of the line of a theory that is known at one row on
 // The theories of a column: name, colour, dashes, and the value for a row, null where there is none.
 function theoriesOf(key, fluid) {
   const ideal = (row) => (row.N * row.temperature) / areaOf(row.container);
-  const disks = (row) => (row.hasDisks ? asMet(fluid.ratio(row.N, row.r, row.container, row.cor), row) : null);
+  const traits = ({ N, r, cor, container, traits: measured }) => {
+    const packing = packingOf({ container, radii: Array(N).fill(r) });
+    return { ...measured, number: N, cor, ...fullness(packing, r, container) };
+  };
+  const disks = (row) => (applies("ratio", traits(row)) ? asMet(fluid.ratio(row.N, row.r, row.container, row.cor), row) : null);
   return {
     pressure: [
       [THEORY.ideal, "soft", DOTS, ideal],
       [THEORY.finite, "ink", DASHES, (row) => (disks(row) === null ? null : disks(row) * ideal(row))],
     ],
     ratio: [[THEORY.ideal, "soft", DOTS, () => 1], [THEORY.finite, "ink", DASHES, disks]],
-    alpha: [[THEORY.finite, "ink", DASHES, (row) => (row.hasHaff ? fluid.haffRate({
+    alpha: [[THEORY.finite, "ink", DASHES, (row) => (applies("alpha", traits(row)) ? fluid.haffRate({
       ...row, number: row.N, radius: row.r, temperature: row.startTemperature,
     }) : null)]],
   }[key] ?? [];

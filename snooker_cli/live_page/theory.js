@@ -1,6 +1,6 @@
-// The formulas of theory.py and analysis/predictions.py that the page needs, with the same symbols;
-// their sources are there. A container is { shape, size: [width, height] }, m; its area and the length
-// of its wall are in scene.js.
+// The formulas of theory.py and analysis/gas.py that the page needs, with the same symbols; their sources
+// are there. A container is { shape, size: [width, height] }, m; its area and the length of its wall are
+// in scene.js. Whether a theory holds is asked by `applies`: FACTS and NEEDS are those of the program.
 
 // The names that theories have in `snooker compare`, too.
 const THEORY = {
@@ -19,6 +19,36 @@ function accessible(container, radius) {
   return { area: width * height, edge, spreading: repeats.includes(true) ? 0 : 8 };
 }
 
+// The traits of a scene that FACTS ask for, see `Traits` of facts.py.
+function traitsOf({ container, radii, masses, velocities, pairLaw, wallLaw, surface }) {
+  const walls = hasWalls(container), laws = walls ? lawsOfWall(wallLaw) : [], number = radii.length;
+  const balls = Array.from(radii, (radius, k) => `${radius} ${masses[k]}`), cor = (law) => law.cor ?? 0;
+  const hot = laws.filter(givesEnergy), changing = laws.filter((law) => givesEnergy(law) || cor(law) < 1);
+  const wallKeepsSlip = !walls || !surface || keepsSlip(surface.wall_tangential_cor, surface.wall_friction);
+  const temperatures = new Set(wallKeepsSlip ? changing.map(({ temperature = 0 }) => temperature) : []);
+  const energy = sum(Array.from(masses, (mass, k) => (mass * (velocities[2 * k] ** 2 + velocities[2 * k + 1] ** 2)) / 2));
+  return {
+    number, species: new Set(balls).size, masses: new Set(masses).size, walls, keepsDrift: keepsDrift(container),
+    ...fullness(packingOf({ container, radii }), sum(Array.from(radii)) / number, container),
+    cor: pairLaw.cor, pairLaw: pairLaw.word, wallCor: walls ? Math.min(...laws.map(cor)) : 1,
+    wallLaw: walls ? wallLaw.word : "", hotLaws: new Set(hot.map((law) => JSON.stringify(law))).size,
+    wallTemperature: temperatures.size === 1 ? [...temperatures][0] : 0,
+    rough: Boolean(surface), pairsKeepSlip: !surface || keepsSlip(surface.tangential_cor, surface.friction), wallKeepsSlip,
+    moves: energy > 0, atRest: centreEnergy({ velocities, masses }) <= 1e-12 * energy,
+  };
+}
+
+// How full a container is: the packing, and the area of balls over the most that a fluid can have.
+function fullness(packing, radius, container) {
+  const { area, edge } = accessible(container, radius);
+  return { packing, crowding: (packing * areaOf(container)) / (area + edge * radius) };
+}
+
+// Whether contacts take no energy along the tangent.
+const keepsSlip = (cor, friction) => cor === -1 || friction === 0 || (cor === 1 && friction === null);
+
+const applies = (theory, traits) => NEEDS[theory].every((need) => FACTS[need](traits));
+
 // Polynomials by their coefficients, the constant first.
 const valueAt = (polynomial, x) => polynomial.reduceRight((sum, factor) => sum * x + factor, 0);
 const derivative = (polynomial) => polynomial.map((factor, power) => power * factor).slice(1);
@@ -31,9 +61,9 @@ function productOf(first, second) {
 
 // The hard-disk fluid with the numbers of theory.py.
 class Fluid {
-  // contact, denominator: coefficients of the Padé approximant; densest: packing of the densest fluid
-  constructor({ contact, denominator, densest }) {
-    Object.assign(this, { contact, below: denominator, densest });
+  // contact, denominator: coefficients of the Padé approximant
+  constructor({ contact, denominator }) {
+    Object.assign(this, { contact, below: denominator });
     const above = [0, ...denominator];
     contact.forEach((factor, power) => { above[power + 2] = (above[power + 2] ?? 0) + factor; });
     const rising = productOf(derivative(above), denominator), falling = productOf(above, derivative(denominator));
@@ -54,13 +84,10 @@ class Fluid {
     return 2 * (relative(this.slope) - 2 * relative(this.below));
   }
 
-  // PV/NT of N equal balls at the wall, or without walls in the box, and by the virial; null without
-  // a theory: for one ball, in a channel, or for a packing that is no fluid.
+  // PV/NT of N equal balls at the wall, or without walls in the box, and by the virial.
   state(number, radius, container) {
     const covered = number * Math.PI * radius ** 2, whole = areaOf(container);
-    if (number < 2 || keepsDrift(container) || covered / whole > this.densest) return null;
     const { area, edge, spreading } = accessible(container, radius);
-    if (!(edge >= 0 && covered < area + edge * radius)) return null;
     const linear = area - covered, quadratic = area + 2 * radius * edge;
     const packing = (2 * covered) / (linear + Math.sqrt(linear ** 2 + 4 * quadratic * covered));
     const density = packing / (Math.PI * radius ** 2);
@@ -82,16 +109,14 @@ class Fluid {
   // the temperature at which they meet each other.
   ratio(number, radius, container, cor) {
     const state = this.state(number, radius, container);
-    if (!state) return null;
     const { area, edge } = accessible(container, radius);
     const alone = hasWalls(container) ? ((edge / area) * areaOf(container)) / wallLengthOf(container) : 1;
     return alone + ((1 + cor) / 2) * (state.ratio - alone);
   }
 
-  // Haff's α of N equal balls at fixed energy that begin at a temperature, 1/s; null without a theory.
+  // Haff's α of N equal balls at fixed energy that begin at a temperature, 1/s.
   haffRate({ number, radius, mass, container, containerMass, temperature, cor, wallCor }) {
     const state = this.state(number, radius, container), walls = hasWalls(container);
-    if (!state) return null;
     const components = walls ? 2 * number : 2 * number - 2, factor = fixedEnergyFactor(components / 2);
     const pairs = (factor * 2 * (state.virialRatio - 1) * Math.sqrt(temperature / (Math.PI * mass))) / radius;
     let wall = 0;
@@ -119,6 +144,5 @@ const fixedEnergyDensity = (number) => (v) =>
 
 // PV/NT with the temperature of all motion instead of that at which balls meet each other.
 function asMet(ratio, { N, temperature, container, drift }) {
-  if (ratio === null) return null;
   return 1 + ((ratio - 1) * meetingTemperature(N * temperature, N, container, drift)) / temperature;
 }

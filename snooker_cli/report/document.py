@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager
+from functools import partial
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
@@ -235,7 +236,8 @@ class Pages(AbstractContextManager["Pages"]):
         label = label or f"Figure {len(self.figures) + 1}"
         caption = unbroken(" ".join(picture.caption.replace(known, "").split()))
         self.figures[file] = {"label": label, "caption": caption, "alt": picture.alt}
-        self._drawing.append(self.other.submit(save, picture, self.out / "figures" / file))
+        drawing = partial(save, outlines=True)  # Typst and browsers may lack the font
+        self._drawing.append(self.other.submit(drawing, picture, self.out / "figures" / file))
         return picture
 
     def add_player(self, run: Run, point: Point) -> str:

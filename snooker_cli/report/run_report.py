@@ -31,7 +31,9 @@ from snooker_cli.runs.status import early_warning, ended, run_status
 from snooker_cli.scene import Scene
 
 RELEVANCE: dict[str, dict[str, str]] = yaml.safe_load(packaged("relevance.yaml"))
-"""All figures by relevance; relevance.yaml explains their conditions."""
+"""Figures by relevance; relevance.yaml explains their conditions. Others come last."""
+
+ORDER = (*RELEVANCE, *(name for name in FIGURES if name not in RELEVANCE))
 
 MOST_TRENDS = 3  # sentences on how a result changes along the swept key
 MOST_TOGETHER = 6  # figures that show several runs
@@ -91,7 +93,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     # The other process makes figures while this one makes the analyses.
     drawings = {
         name: pages.other.submit(_figure, run, name, single)
-        for name in RELEVANCE
+        for name in ORDER
         if name not in left_out
     }
     status, fitted = run_status(run), fits(run, counting=counting)
@@ -139,7 +141,7 @@ def _side_by_side(runs: Sequence[Run], pages: Pages) -> dict[str, Any]:
     joined = RunsSideBySide.of(runs)
     points = selected(joined, Selection())
     left_out = trivial(points, [joined.read(p, joined.present(p)[0]).start for p in points], ())
-    names = [name for name in RELEVANCE if name not in left_out and not FIGURES[name].each_point]
+    names = [name for name in ORDER if name not in left_out and not FIGURES[name].each_point]
     files, scene = list[str](), setting(joined, points, Selection())
     for name in names:
         picture = _figure(joined, name, points[0])

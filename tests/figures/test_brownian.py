@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from figure_runs import layers, made, shown, traces
 
 from snooker_cli.analysis import diffusion
 from snooker_cli.figures import Line, Points, Reference
+from snooker_cli.figures.drawing import draw
 from snooker_cli.runs import Run
 
 TEXT = """\
@@ -70,3 +72,15 @@ def test_walls_limit_the_displacement(tmp_path: Path) -> None:
     (limit,) = layers(shown(run, "mean-squared-displacement"), Reference)
     assert limit.value == pytest.approx((6 - 0.8) ** 2, rel=1e-4)
     assert limit.label == "random places in the circle"
+
+
+def test_a_limit_is_drawn_once_and_each_name_of_a_legend_is_there_once(tmp_path: Path) -> None:
+    """Each point had a line and an entry of its own, at one place and with one name."""
+    circle = "container={radius: 6}"
+    run = made(tmp_path / "run", circle, "balls[1].speed=10,20", "repeats=1", text=TEXT)
+    found = shown(run, "mean-squared-displacement")
+    assert len(layers(found, Reference)) == 1
+    two = replace(found, layers=(*found.layers, Reference("y", 1.0, "random places in the circle")))
+    (legend,) = draw(two).legends
+    names = [text.get_text() for text in legend.get_texts()]
+    assert len(names) == len(set(names)) == 5

@@ -321,3 +321,14 @@ def test_the_densest_balls_are_darkest_on_white() -> None:
     sparse, dense, slow, fast = lightness
     assert (dense, sparse) == (slow, fast)
     assert dense < sparse
+
+
+def test_letters_of_images_are_letters(tmp_path: Path) -> None:
+    """PDF with TrueType fonts, which journals take, and SVG with text, which can be searched."""
+    pdf, svg, _ = save(EVERYTHING, tmp_path / "a", ("pdf", "svg"))
+    content = pdf.read_bytes()
+    assert b"/Type3" not in content
+    assert b"/CIDFontType2" in content
+    assert f">{EVERYTHING.x_label}</text>" in svg.read_text(encoding="utf-8")
+    outlined, _ = save(EVERYTHING, tmp_path / "b", ("svg",), outlines=True)
+    assert "<text" not in outlined.read_text(encoding="utf-8")

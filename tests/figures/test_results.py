@@ -60,7 +60,9 @@ def test_a_result_is_the_least_and_the_largest_of_the_points(decaying: Run, warm
     )
     assert least.sentence(rows[:1], ["a"]) == "Temperature T in the second half = 2.000 ± 0.010 J."
     assert least.sentence([{"mean": None}], ["a"]) == ""
-    assert "Energy left E/E₀ at the end is 1 at all 6 points." in shown(warm, "energy").caption
+    assert (
+        "at the end of the shortest repeat is 1 at all 6 points." in shown(warm, "energy").caption
+    )
     caption = shown(decaying, "energy").caption
     assert re.search(r"between 0\.\d+ ± 0\.\d+ \(CoR 0\.8\) and 1 \(CoR 1\)\.", caption)
 

@@ -18,6 +18,7 @@ from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.captions import FigureBuilder, theories_once
 from snooker_cli.figures.drawing import colour
 from snooker_cli.figures.figure_data import NEUTRAL, Line, Points
+from snooker_cli.figures.registry import possible
 from snooker_cli.figures.selection import described, scale
 from snooker_cli.runs import Run
 from snooker_cli.runs.side_by_side import RunsSideBySide
@@ -55,7 +56,7 @@ def test_each_run_is_a_series(runs: tuple[Run, Run], joined: RunsSideBySide) -> 
 
 def test_one_series_for_one_point_of_each_run(joined: RunsSideBySide) -> None:
     found = shown(joined, "energy", cor=0.9)
-    lines = [line for line in layers(found, Line) if len(line.x)]
+    lines = [line for line in layers(found, Line) if len(line.x) and not line.thin]
     assert [line.label for line in lines] == ["A, wall as balls", "B, wall CoR 1"]
     assert "4 to 5 repeats, at most 200 collisions: 1 of 9 repeats ended early" in found.caption
 
@@ -179,3 +180,30 @@ def test_the_main_result_along_any_number(tmp_path: Path) -> None:
     assert "PV/NT rises from" in found.caption
     with pytest.raises(FigureError, match="sweep a key"):
         shown(run, "swept-key", balls__radius=1.0)
+
+
+TOGETHER = "sweep: {zip: {cor: [0.7, 0.8, 0.9], balls.radius: [0.8, 0.9, 1]}}"
+ZIPPED = BASE.replace("\ncor: 0.9", f"\n{TOGETHER}\ncor: 0.9")
+
+
+def test_keys_that_change_together_are_one_axis(tmp_path: Path) -> None:
+    """It was listed, and then refused with the advice to run longer."""
+    run = made(tmp_path / "run", text=ZIPPED)
+    assert [fits for _, fits, _ in possible(["swept-key"], run.points)] == [True]
+    found = shown(run, "swept-key")
+    (points,) = layers(found, Points)
+    assert points.x.tolist() == [0.7, 0.8, 0.9]
+    assert "Along with it changes: ball radius." in found.caption
+    why = why_not(run, "decay-against-cor")
+    assert why == (
+        "balls.radius changes with cor, so that it does not show cor alone; sweep cor without zip"
+    )
+
+
+def test_points_that_leave_a_figure_are_named(decaying: Run) -> None:
+    """A point at CoR 1 does not cool."""
+    found = shown(decaying, "swept-key")
+    assert len(layers(found, Points)[0].x) == 2
+    assert "sweep more values of it" in why_not(decaying, "swept-key", cor=(0.8, 1.0))
+    left_out = "Left out: 1 of 3 points without this result or this theory (CoR 1)."
+    assert left_out in found.caption

@@ -18,6 +18,7 @@ from snooker_cli.engine import replay, series
 from snooker_cli.figures import Line, Reference
 from snooker_cli.figures.captions import MEAN_SPREAD, SPREAD, FigureBuilder
 from snooker_cli.figures.figure_data import Band, Points, at_common_times, courses, lasting
+from snooker_cli.figures.selection import Selection
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON, Scene
 
@@ -33,14 +34,19 @@ def test_energy_is_a_mean_over_the_repeats(decaying: Run) -> None:
         curve = measure(traces(decaying, index)).curve
         curves = courses(curve.time, curve.energy / curve.energy[:, :1])
         end = min(time[-1] for time, _ in curves)
-        rows = np.array([np.interp(line.x, *pair) for pair in curves])
-        assert (line.x[0], line.x[-1], band.series) == (0.0, end, index)
-        assert np.allclose(line.y, rows.mean(axis=0), rtol=1e-14)
-        assert np.allclose((band.high - band.low) / 2, standard_errors(rows), atol=1e-15)
-        record = records[index]
-        assert (record["time"], record["final_ratio"]) == (end, line.y[-1])
+        longer = sorted(time[-1] for time, _ in curves)[-2]
+        assert (line.x[0], line.x[-1], band.series) == (0.0, longer, index)
+        all_there = line.x <= end
+        rows = np.array([np.interp(line.x[all_there], *pair) for pair in curves])
+        assert np.allclose(line.y[all_there], rows.mean(axis=0), rtol=1e-14)
+        widths = (band.high - band.low)[all_there] / 2
+        assert np.allclose(widths, standard_errors(rows), atol=1e-15)
+        lasts = [pair for pair in curves if pair[0][-1] >= longer]
+        assert line.y[-1] == pytest.approx(np.mean([np.interp(longer, *pair) for pair in lasts]))
+        record, last = records[index], np.array([[np.interp(end, *pair)] for pair in curves])
+        assert (record["time"], record["final_ratio"]) == (end, pytest.approx(last.mean()))
         if index < 2:
-            assert record["final_ratio_error"] == standard_errors(rows)[-1]
+            assert record["final_ratio_error"] == pytest.approx(standard_errors(last)[0])
         worst = max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves)
         assert (record["largest_deviation"], record["repeats"]) == (worst, 3)
     # Each energy is a sum over 19 balls, rounded at each.
@@ -58,7 +64,45 @@ def test_repeats_that_end_early_do_not_shorten_a_mean_course() -> None:
     assert [time[-1] for time, _ in lasting(curves)] == ends[1:]
     assert at_common_times(lasting(curves))[0][-1] == 8.0
     build = FigureBuilder(None, None, [[None]], {}, brief=1)  # type: ignore[list-item,arg-type]
-    assert build._left_out().startswith("Left out: 1 repeat that ends before half")
+    assert build._left_out().startswith("The result leaves out 1 repeat that ends before half")
+
+
+def test_means_go_on_with_the_repeats_that_remain(decaying: Run) -> None:
+    """One of many that is trapped at once does not end the mean of the others."""
+    (point, *_), ends = decaying.points, [0.5, 8.0, 9.0, 10.0, 11.0, 900.0]
+    curves = [(np.array([0.0, end]), np.array([k, k], float)) for k, end in enumerate(ends)]
+    build = FigureBuilder(decaying, Selection(), [[point]], {"title": "x", "kind": "x"})
+    times, rows = build.add_mean_course(0, point, curves)
+    assert (times[-1], len(rows)) == (8.0, 5)  # results are of the same repeats at all times
+    thick, thin = (line for line in build.lines if isinstance(line, Line))
+    assert (thick.thin, thin.thin, thin.label) == (False, True, None)
+    assert (thick.x[0], thin.x[0], thin.x[-1]) == (0.0, thick.x[-1], 11.0)
+    assert thick.x[-1] <= 10.0 < thin.x[1]  # from there on two of six remain
+    assert np.interp(0.4, thick.x, thick.y) == pytest.approx(2.5)
+    assert np.interp(5.0, thick.x, thick.y) == pytest.approx(3.0)  # without the first
+    assert thin.y[-1] == pytest.approx(4.5)
+    (band,) = build.bands
+    assert isinstance(band, Band)
+    assert band.x[-1] == 11.0
+    assert (band.high - band.low)[-1] / 2 == pytest.approx(0.5)  # of 4 and 5
+    assert build._remaining() == (
+        "Means go on with the repeats that remain, 2 of 6 at the end; thin: fewer than half."
+    )
+
+
+def test_a_caption_says_where_the_shortest_repeat_ends_a_curve(tmp_path: Path) -> None:
+    """Curves that need all repeats at each place: one is trapped at the wall early."""
+    overrides = ("balls.rings=1", "cor=0.85", "wall_cor=null", "repeats=8", "seed=8")
+    run = made(tmp_path / "run", *overrides)
+    ends = np.array([trace.stop.time for trace in traces(run, 0)])
+    collisions = np.array([len(trace.events or ()) for trace in traces(run, 0)])
+    assert ends.min() < 0.5 * np.median(ends)
+    sentence = "The shortest repeat ends a curve at {:.3g} {}; half of the repeats of its point"
+    for name in ("haff-time", "a2", "cluster-growth"):
+        assert sentence.format(ends.min(), "s") in shown(run, name).caption, name
+    found = shown(run, "event-decay")
+    assert sentence.format(collisions.min(), "collisions") in found.caption
+    assert "ends a curve" not in shown(run, "energy").caption
 
 
 def test_momentum_is_summed_from_the_states(decaying: Run) -> None:
@@ -93,8 +137,8 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
     curve = measure(traces(decaying, 2)).curve
     curves = courses(curve.time, np.nan_to_num(curve.pressure))
     (line,) = layers(found, Line)
-    end = min(time[-1] for time, _ in curves)
-    assert (line.x[-1], line.y[0]) == (end, 0.0)
+    end, longer, _ = sorted(time[-1] for time, _ in curves)
+    assert (line.x[-1], line.y[0]) == (longer, 0.0)
     columns = series(traces(decaying, 2)[0])
     at_end = columns.wall_impulse[-1] / (20 * math.pi * columns.time[-1])
     (single,) = layers(shown(decaying, "pressure", cor=1.0, repeat=0), Line)
@@ -102,7 +146,10 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
     final = np.array([np.interp(end, *curve) for curve in curves])
     (point,) = found.numbers["points"]
     assert (found.unit("pressure"), found.unit("time")) == ("Pa·m", "s")
-    assert line.y[-1] == point["pressure"] == pytest.approx(final.mean(), rel=1e-14)
+    assert point["pressure"] == pytest.approx(final.mean(), rel=1e-14)
+    before = np.array([np.interp(line.x[100], *curve) for curve in curves])
+    assert line.x[100] < end
+    assert line.y[100] == pytest.approx(before.mean(), rel=1e-14)
     assert point["pressure_error"] == pytest.approx(final.std(ddof=1) / math.sqrt(3), rel=1e-12)
     (reference,) = layers(found, Reference)
     assert reference.value == in_circle(50.0, 1.0)

@@ -564,7 +564,7 @@ TURNED = """(() => {
   const energies = [energy + simulation.spinEnergy(), totalEnergy];
   gas.setLaws({ ...gas.config, tangential_cor: -1 });
   gas.advance(Infinity, 500);
-  return [first, again, energies, spins, [...simulation.spins], energyKept(gas.scene)];
+  return [first, again, energies, spins, [...simulation.spins], FACTS.elastic(traitsOf(gas.scene))];
 })()"""
 
 
@@ -588,7 +588,7 @@ def test_which_surfaces_keep_the_energy(
     """Of elastic balls: smooth ones, and perfectly rough ones that do not slip."""
     config = {"cor": 1, "tangential_cor": cor, "friction": friction}
     scene = "startingScene({ ...configOf('rough'), ...config }, 0)"
-    assert javascript.value(f"energyKept({scene})", config=config) is keeps
+    assert javascript.value(f"FACTS.elastic(traitsOf({scene}))", config=config) is keeps
 
 
 def luminance(colour: str) -> float:
@@ -633,7 +633,7 @@ def test_the_table_has_theories_of_smooth_balls_only(
     config = {"collisions": 500}
     row = "tableRow(config, [measureRepeat(config, 0)])"
     found = javascript.value(
-        f"((config) => {{ const row = {row}; return [row.hasDisks, row.hasHaff]; }})"
+        f"((config) => {{ const row = {row}; return ['ratio', 'alpha'].map((name) => applies(name, row.traits)); }})"
         f"({{ ...configOf('{scene}'), ...changes }})",
         changes=config,
     )

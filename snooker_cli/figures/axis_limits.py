@@ -1,0 +1,120 @@
+"""How far a y axis reaches: what is measured decides, and not its error bars or a theory.
+
+On a logarithmic axis an error bar that reaches zero, or a theory that falls by many decades, would
+leave no room for the data.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from snooker_cli.figures.figure_data import (
+    LOG_MARGIN,
+    NEUTRAL,
+    Array,
+    Band,
+    Layer,
+    Line,
+    Points,
+    Reference,
+)
+
+DECADE = 10.0
+"""Factor beyond the data, up to which a logarithmic axis shows bars, bands and theories."""
+
+
+SPANS = 2.0  # the same of a linear axis, in spans of the data or median bars
+
+
+class Outside(NamedTuple):
+    """Places (*n*,) on the x axis, where a series leaves the y axis, above or below."""
+
+    x: Array
+    above: bool
+    series: int
+
+
+def reach(layers: Sequence[Layer], logarithmic: bool) -> tuple[float, float]:
+    """The least and the highest y that an axis of these layers shows; infinite without a limit.
+
+    A linear axis shows error bars and bands as far from the data as twice the data's own span, or
+    twice the median bar. A logarithmic one shows them and theories up to a decade from the data.
+    """
+    values = np.concatenate([np.empty(0), *_data(layers, logarithmic)])
+    values = values[np.isfinite(values) & ((values > 0) | (not logarithmic))]
+    if not len(values):
+        return -math.inf, math.inf
+    low, high = float(values.min()), float(values.max())
+    if logarithmic:
+        ends = np.concatenate([values, *_ends(layers)])
+        ends = ends[np.isfinite(ends) & (ends > 0)]
+        least, most = max(low / DECADE, float(ends.min())), min(high * DECADE, float(ends.max()))
+        return least / LOG_MARGIN, most * LOG_MARGIN
+    bars = np.concatenate([np.empty(0), *_bars(layers)])
+    bars = bars[np.isfinite(bars)]
+    far = SPANS * max(high - low, float(np.median(bars)) if len(bars) else 0.0) or math.inf
+    return low - far, high + far
+
+
+def _data(layers: Sequence[Layer], logarithmic: bool) -> Iterator[Array]:
+    """What decides the axis: all lines and markers; on a logarithmic axis only what is measured."""
+    shown = [layer for layer in layers if isinstance(layer, Line | Points)]
+    yield from (layer.y for layer in (measured(shown) if logarithmic else shown))
+    yield from (
+        np.array([layer.value])
+        for layer in layers
+        if isinstance(layer, Reference) and layer.axis == "y"
+    )
+
+
+def _ends(layers: Sequence[Layer]) -> Iterator[Array]:
+    """All y of lines and bands, and the ends of error bars."""
+    for layer in layers:
+        if isinstance(layer, Line):
+            yield layer.y
+        if isinstance(layer, Band):
+            yield from (layer.low, layer.high)
+        if isinstance(layer, Points) and layer.y_error is not None:
+            yield from (layer.y - layer.y_error, layer.y + layer.y_error)
+
+
+def _bars(layers: Sequence[Layer]) -> Iterator[Array]:
+    """The lengths of error bars, and half the widths of bands."""
+    for layer in layers:
+        if isinstance(layer, Points) and layer.y_error is not None:
+            yield layer.y_error
+        if isinstance(layer, Band):
+            yield (layer.high - layer.low) / 2
+
+
+def measured(layers: Sequence[Layer]) -> list[Line | Points]:
+    """The markers of series; without any the broad line, and without that the lines of series."""
+    own = [layer for layer in layers if isinstance(layer, Line | Points)]
+    own = [layer for layer in own if layer.series != NEUTRAL and len(layer.x)]
+    points = [layer for layer in own if isinstance(layer, Points) and layer.filled]
+    broad = [layer for layer in own if isinstance(layer, Line) and layer.broad]
+    return [*points] or [*broad] or own
+
+
+def outside(layers: Sequence[Layer], low: float, high: float) -> Iterator[Outside]:
+    """Where measured values or their error bars leave an axis from ``low`` to ``high``."""
+    for layer in measured(layers):
+        error = np.zeros_like(layer.y)
+        if isinstance(layer, Points) and layer.y_error is not None:
+            error = np.nan_to_num(layer.y_error)
+        for above, beyond in ((True, layer.y + error > high), (False, layer.y - error < low)):
+            there = np.flatnonzero(beyond & np.isfinite(layer.y))
+            if isinstance(layer, Line):  # the middle of each part of the line
+                parts = np.split(there, np.flatnonzero(np.diff(there) > 1) + 1)
+                there = np.array([part[len(part) // 2] for part in parts if len(part)], dtype=int)
+            if len(there):
+                yield Outside(layer.x[there], above, layer.series)
+
+
+def farthest(layers: Sequence[Layer], high: float | None) -> float | None:
+    """The highest measured value above the upper limit of an axis; ``None`` if all are below."""
+    tops = [float(np.nanmax(layer.y)) for layer in measured(layers)]
+    top = max(tops, default=-math.inf)
+    return top if high is not None and top > high else None
