@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from snooker_cli.config import Experiment, parse
+from snooker_cli.config import parse
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 
@@ -51,14 +51,12 @@ KINDS = {
 """The text of each, whose repeats need `END` too."""
 
 
-def experiment_of(kind: str) -> Experiment:
-    """The checked config of a gas."""
-    text = KINDS[kind] + (
-        END.replace("repeats: 5", "repeats: 1") if "list:" in KINDS[kind] else END
-    )
-    return parse(text).experiment
+def text_of(kind: str) -> str:
+    """The whole config of a gas; repeats of listed balls would all be the same."""
+    end = END.replace("repeats: 5", "repeats: 1") if "list:" in KINDS[kind] else END
+    return KINDS[kind] + end
 
 
 def scene_of(kind: str) -> Scene:
     """Its first start."""
-    return starting_scene(experiment_of(kind), 0)
+    return starting_scene(parse(text_of(kind)).experiment, 0)

@@ -397,7 +397,7 @@ THEORIES: tuple[Theory, ...] = (
     ),
     Theory(
         *(q.SONINE, COOLING, "van Noije & Ernst 1998"),
-        ("equal_balls", "one_cor", "one_wall_cor", "smooth", "lossy_cor", "bouncing"),
+        (*EQUAL, "one_cor", "one_wall_cor", "smooth", "lossy_cor", "bouncing"),
         lambda g: theory.sonine_coefficient(g.scene.restitution),
     ),
     Theory(

@@ -633,7 +633,8 @@ def test_the_table_has_theories_of_smooth_balls_only(
     config = {"collisions": 500}
     row = "tableRow(config, [measureRepeat(config, 0)])"
     found = javascript.value(
-        f"((config) => {{ const row = {row}; return ['ratio', 'alpha'].map((name) => applies(name, row.traits)); }})"
+        f"((config) => {{ const {{ traits }} = {row};"
+        " return ['ratio', 'alpha'].map((name) => applies(name, traits)); })"
         f"({{ ...configOf('{scene}'), ...changes }})",
         changes=config,
     )

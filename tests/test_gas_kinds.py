@@ -1,0 +1,124 @@
+"""Every theory and every figure on every type of gas: shown only where their needs hold."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from figure_runs import made
+from gas_kinds import KINDS, scene_of, text_of
+
+from snooker_cli import facts
+from snooker_cli.analysis import quantities as q
+from snooker_cli.analysis import theories
+from snooker_cli.analysis.decay import decays_of
+from snooker_cli.analysis.gas import Gas
+from snooker_cli.analysis.measurement import measure
+from snooker_cli.errors import FigureError
+from snooker_cli.figures import FIGURES, FigureData, Selection
+from snooker_cli.figures.selection import traits
+from snooker_cli.runs import Run
+from snooker_cli.theory import FINITE, INFINITE
+from snooker_cli.two_temperatures import EQUAL_RATES, MEAN_FIELD
+
+GOLDEN = Path(__file__).parent / "golden" / "theories.json"
+
+OF_FIGURES: dict[str, list[tuple[q.Quantity, str]]] = {
+    "pressure": [(q.RATIO, FINITE)],
+    "haff-time": [(q.HAFF_RATE, theories.START_RATES)],
+    "event-decay": [(q.ENERGY_LEFT, theories.BY_COUNT)],
+    "pair-correlation": [(q.CONTACT, theories.CHI)],
+    "structure-factor": [(q.STRUCTURE, theories.COMPRESSIBILITY)],
+    "a2": [(q.SONINE, theories.FIXED), (q.SONINE, theories.COOLING)],
+    "species-ratio": [(q.SPECIES_RATIO, EQUAL_RATES)],
+    "rotation": [(q.SPIN_RATIO, MEAN_FIELD)],
+    "stationary": [(q.TEMPERATURE, theories.WALLS), (q.TEMPERATURE, theories.BALANCE)],
+    "equation-of-state": [(q.RATIO, INFINITE), (q.RATIO, FINITE)],
+}
+"""The theories that figures draw, and record as ``theory``."""
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def finished(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """The name of a type of gas and a small run of it."""
+    return request.param, made(
+        tmp_path_factory.mktemp("kinds") / "run", text=text_of(request.param)
+    )
+
+
+def test_which_theories_a_gas_has(request: pytest.FixtureRequest) -> None:
+    """The saved table was checked by hand, theory by theory."""
+    found = {f"{one.quantity.name}: {one.model}": list[str]() for one in theories.THEORIES}
+    for kind in KINDS:
+        for one in theories.holding(scene_of(kind)):
+            found[f"{one.quantity.name}: {one.model}"].append(kind)
+    if request.config.getoption("--write-goldens"):
+        texts = {json.dumps(name, ensure_ascii=False): json.dumps(found[name]) for name in found}
+        lines = ",\n".join(f" {name}: {kinds}" for name, kinds in texts.items())
+        GOLDEN.write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
+    assert found == json.loads(GOLDEN.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if "rough" in kind or kind == "tc"])
+def test_no_theory_of_smooth_balls_is_that_of_rough_ones(kind: str) -> None:
+    models = {one.model for one in theories.holding(scene_of(kind))}
+    of_smooth = {FINITE, theories.FIXED, theories.COOLING, theories.START_RATES, theories.BALANCE}
+    assert not models & of_smooth
+
+
+def test_theories_have_a_value_wherever_their_needs_hold(finished: tuple[str, Run]) -> None:
+    _, run = finished
+    (point,) = run.points
+    measurement = measure(run.traces(point))
+    fitted = {
+        (decay.quantity, decay.law): np.array([fit.value for fit in decay.fits])
+        for decay in decays_of(measurement)
+    }
+    is_warm = facts.hold(measurement.scene, "warm_walls")
+    gas = Gas(measurement, fitted, first=10 if is_warm else None)
+    for one in theories.holding(measurement.scene):
+        if one.model != theories.NO_THEORY:
+            value = np.asarray(one.value(gas))
+            assert np.isfinite(value).any() or np.isnan(gas.means.length).all(), one
+
+
+def test_a_theory_that_is_missing_has_a_reason() -> None:
+    """Each says what fails, or is of another type of gas."""
+    for kind in KINDS:
+        scene = scene_of(kind)
+        known = facts.traits_of(scene)
+        notes = [note.note for note in theories.absences(scene)]
+        for note in notes:
+            failing = [fact for fact in facts.FACTS.values() if note.startswith(fact.words(known))]
+            assert any(not fact.holds(known) for fact in failing), note
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_show_theory_only_where_its_needs_hold(
+    name: str, finished: tuple[str, Run]
+) -> None:
+    _, run = finished
+    spec, (point,) = FIGURES[name], run.points
+    absent = facts.missing(traits(point), spec.requires)
+    found, why = None, ""
+    try:
+        found = spec.make(run, Selection())
+    except FigureError as error:
+        why = str(error)
+    if absent is not None:
+        assert why == absent.reason(traits(point))
+    elif found is not None and name in OF_FIGURES:
+        scene = next(run.traces(point)).start
+        holds = any(theories.theory_of(scene, *about) for about in OF_FIGURES[name])
+        assert holds or not _has_theory(found)
+
+
+def _has_theory(found: FigureData) -> bool:
+    """Whether a figure's numbers have a value of theory."""
+    values = [found.numbers.get("theory")]
+    values += [row.get("theory") for row in found.numbers.get("points", ())]
+    return any(value not in (None, [], math.nan) for value in values)
