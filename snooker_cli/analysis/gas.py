@@ -400,7 +400,7 @@ class Gas:
     def left_above_floor(self) -> Array:
         """The same for the energy above that which conservation laws keep, see `floors`.
 
-        In a circle a component less shares it. Where nothing is kept it is `left_by_count`.
+        In a circle a component less shares it. nan where nothing is kept, as in a light container.
         """
         kept, above = floors(self.measurement), self.left_by_count(int(self.container.has_wall))
-        return np.where(np.isfinite(kept), kept + (1 - kept) * above, self.left_by_count())
+        return kept + (1 - kept) * above
