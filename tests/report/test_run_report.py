@@ -15,6 +15,7 @@ from figure_runs import BASE, BOX
 from figure_runs import made as made_run
 from pypdf import PdfReader
 
+from snooker_cli import api
 from snooker_cli.analysis.decay import NO_LOSSES
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
@@ -131,6 +132,13 @@ def test_the_pdf_is_tagged_and_captions_have_the_scene_once(
     assert words(small).count(scene) == 1
     single = json.loads((both / "figures" / "1-energy-fit.json").read_text(encoding="utf-8"))
     assert single["numbers"]["parameters"] == {"cor": 0.9}
+
+
+def test_a_report_begins_with_the_finding_of_its_run(small: Path, finished_run: Run) -> None:
+    found = api.open(finished_run.directory)
+    assert spaced(found.finding().replace("1/s", "s⁻¹")) in words(small)
+    lines = found.compare().text(brief=True).splitlines()
+    assert [line.partition(":")[0] for line in lines] == ["2 points", "cor=0.8", "cor=1.0"]
 
 
 def test_two_runs_have_chapters_and_what_is_left_out_has_a_reason(small: Path, both: Path) -> None:
