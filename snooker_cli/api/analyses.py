@@ -410,7 +410,8 @@ class SideBySide(RunsSideBySide, Analyses):
     """Runs side by side: their ``points`` as those of one run, whose first key is ``run``.
 
     ``snooker.open("A", "B")`` gives it. Its methods are those of ``Run`` that need no folder of
-    their own: ``fit``, ``compare``, ``finding``, ``table``, ``plot``, ``save_figures``, ``films``, ``animate``.
+    their own: ``fit``, ``compare``, ``finding``, ``table``, ``plot``, ``save_figures``, ``films``
+    and ``animate``.
     """
 
     def __repr__(self) -> str:

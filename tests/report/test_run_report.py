@@ -138,7 +138,7 @@ def test_a_report_begins_with_the_finding_of_its_run(small: Path, finished_run: 
     found = api.open(finished_run.directory)
     assert spaced(found.finding().replace("1/s", "s⁻¹")) in words(small)
     lines = found.compare().text(brief=True).splitlines()
-    assert [line.partition(":")[0] for line in lines] == ["2 points", "cor=0.8", "cor=1.0"]
+    assert [line.partition(":")[0] for line in lines] == ["2 points", "cor=0.85", "cor=1.0"]
 
 
 def test_two_runs_have_chapters_and_what_is_left_out_has_a_reason(small: Path, both: Path) -> None:
