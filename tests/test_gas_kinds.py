@@ -53,6 +53,8 @@ def finished(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
 def test_which_theories_a_gas_has(request: pytest.FixtureRequest) -> None:
     """The saved table was checked by hand, theory by theory."""
     found = {f"{one.quantity.name}: {one.model}": list[str]() for one in theories.THEORIES}
+    alone = (one.name for one in q.QUANTITIES.values() if one.alone is not None)
+    found |= {f"{name}: {theories.NO_THEORY}": list[str]() for name in alone}
     for kind in KINDS:
         for one in theories.holding(scene_of(kind)):
             found[f"{one.quantity.name}: {one.model}"].append(kind)

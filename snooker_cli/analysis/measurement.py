@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli import theory
+from snooker_cli import facts, theory
 from snooker_cli.analysis import observables, structure
 from snooker_cli.analysis.observables import INSTANT
 from snooker_cli.analysis.time_series import (
@@ -312,9 +312,8 @@ def _series(
 
 
 def _species_shares(scene: Scene, calm: Sequence[Trace], relaxed: Array) -> tuple[Array, Array]:
-    """`Measurement.species_shares` and ``species_quarters``, over states at even numbers of
-    collisions."""
-    if not structure.is_binary(scene):
+    """`Measurement.species_shares` and ``species_quarters``, over states at even collisions."""
+    if not facts.hold(scene, "two_species"):
         return np.empty((len(calm), 0)), np.empty((len(calm), 4, 0))
     counts = np.array([len(balls) for balls in structure.species(scene)])
     shares, quarters = np.full((len(calm), 2), math.nan), np.full((len(calm), 4, 2), math.nan)

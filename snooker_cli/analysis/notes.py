@@ -82,7 +82,7 @@ def of_steady_part(measurement: Measurement, first: int) -> Iterator[Note]:
 def _of_impulses(scene: Scene) -> Iterator[Note]:
     """What a reader of PV/NT of hard disks has to know if collisions between them lose energy."""
     disks = disk_ratios(scene)
-    if disks and scene.restitution < 1:
+    if disks and facts.hold(scene, "lossy_cor"):
         text = "hard disks: an impulse between balls is (1 + CoR)/2 of an elastic one; uniform gas"
         about = "pressure, PV/NT, PV/NT by the virial, pressure by the virial"
         yield Note(text, about, ", ".join(disks))

@@ -30,7 +30,8 @@ class Quantity(NamedTuple):
     source : what it is measured from
     main_of : the gases that it tells most about
     measured : its value in each repeat; ``None`` of one that has no value in each
-    unmeasured : why it has no value in any repeat; empty if nobody would expect one
+    unmeasured : why it has no value in any repeat; empty if it needs no reason
+    alone : the facts of gases in which it is shown without a theory; ``None`` if it never is
     """
 
     name: str
@@ -42,6 +43,7 @@ class Quantity(NamedTuple):
     main_of: tuple[GasKind, ...] = ()
     measured: Callable[[Gas], Array] | None = None
     unmeasured: str = "it could not be measured"
+    alone: tuple[str, ...] | None = None
 
     @property
     def unit_text(self) -> str:
@@ -103,6 +105,7 @@ def _energy_left(gas: Gas) -> Array:
 TEMPERATURE = Quantity(
     *("temperature", "T", "J", "temperature", "temperature", "means", ("warm",)),
     lambda g: g.temperature,
+    alone=("warm_walls",),
 )
 HAFF_RATE = Quantity(
     *("Haff's α", "α", "1/s", "Haff's α", "alpha", "decay", ("cooling",)),
@@ -121,6 +124,7 @@ SPECIES_RATIO = Quantity(
 SPIN_RATIO = Quantity(
     *("T_rot/T_tr", "T_rot/T_tr", "1", "T_rot/T_tr", "spin_ratio", "curve", ("rough",)),
     _spin_ratio,
+    alone=("rough",),
 )
 """Twice the mean energy of a spin over that of a ball's motion."""
 
@@ -130,22 +134,39 @@ PRESSURE = Quantity(
 VIRIAL_PRESSURE = Quantity(
     *("pressure by the virial", "P", "Pa m", "pressure by the virial", "virial_pressure"),
     *("means", (), _virial_pressure),
+    alone=(
+        "warm_walls",
+        "several",
+    ),
 )
 VIRIAL_RATIO = Quantity(
     *("PV/NT by the virial", "PV/NT", "1", "PV/NT by the virial", "virial_ratio"),
     *("means", (), _virial_ratio),
+    alone=(
+        "warm_walls",
+        "several",
+    ),
 )
 WALL_RATE = Quantity(
     *("wall rate of a ball", "ν_w", "1/s", "wall rate", "wall_rate", "means", ()),
     lambda g: g.wall_rate,
+    alone=("warm_walls",),
 )
 PAIR_RATE = Quantity(
     *("ball-ball rate of a ball", "ω", "1/s", "ball-ball rate", "pair_rate", "means", ()),
     lambda g: g.pair_rate,
+    alone=(
+        "warm_walls",
+        "several",
+    ),
 )
 FREE_PATH = Quantity(
     *("mean free path", "λ", "m", "mean free path", "mean_free_path", "means", ()),
     lambda g: g.ratio(g.means.mean_speed, g.pair_rate),
+    alone=(
+        "warm_walls",
+        "several",
+    ),
 )
 MEAN_SPEED = Quantity(
     *("mean speed", "⟨v⟩", "m/s", "mean speed", "mean_speed", "means", ()),
@@ -185,6 +206,7 @@ SIDES_GIVEN = {
         *(f"energy from the {side} wall", "dE/dt", "J/s", f"energy from the {side} wall"),
         *(f"{side}_given_power", "means", (), partial(_given_by, side)),
         unmeasured="",
+        alone=("warm_walls", "different_walls"),
     )
     for side in Sides._fields
 }
@@ -192,6 +214,11 @@ COLLISION_LOSS = Quantity(
     *("energy taken by a collision", "ΔE", "J", "energy taken by a collision"),
     *("collision_loss", "means", ()),
     lambda g: g.ratio(g.means.lost_energy, g.means.pair_events),
+    alone=(
+        "warm_walls",
+        "several",
+        "lossy_pairs",
+    ),
 )
 ACROSS = Quantity(
     *("T across/T along", "T across/T along", "1", "T across/T along", "across_ratio"),

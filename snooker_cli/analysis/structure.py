@@ -184,11 +184,6 @@ def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Ar
     return np.array([energies[balls].mean() for balls in species(scene)])
 
 
-def is_binary(scene: Scene) -> bool:
-    """Whether the balls are of two species."""
-    return not scene.equal_balls and len(species(scene)) == 2
-
-
 def a2(positions: Array, velocities: Array, scene: Scene) -> Array:
     """Second Sonine coefficient of each species: ⟨v⁴⟩/(2⟨v²⟩²) − 1, 0 for Maxwell's law.
 

@@ -17,7 +17,7 @@ from snooker_cli.analysis import gas as of
 from snooker_cli.analysis import quantities as q
 from snooker_cli.analysis.decay import Note, reported_constants
 from snooker_cli.analysis.gas import Array, DiskRatio, Gas, SpeedLaw
-from snooker_cli.analysis.quantities import Quantity, Source
+from snooker_cli.analysis.quantities import QUANTITIES, Quantity, Source
 from snooker_cli.facts import FACTS, Traits
 from snooker_cli.formatting import listed
 from snooker_cli.scene import Scene
@@ -183,11 +183,6 @@ SPEED_LAWS: tuple[tuple[str, tuple[str, ...], Callable[[Scene], SpeedLaw], str],
 """Laws of the speeds after the relaxation: model, needs, the law of a scene, and its source."""
 
 
-def _alone(quantity: Quantity, *needs: str) -> Theory:
-    """A quantity that is shown where no theory has it."""
-    return Theory(quantity, NO_THEORY, "", needs, lambda g: math.nan)
-
-
 THEORIES: tuple[Theory, ...] = (
     Theory(q.TEMPERATURE, WALLS, "equilibrium", EQUILIBRIUM, lambda g: _wall_temperature(g.scene)),
     Theory(
@@ -198,7 +193,6 @@ THEORIES: tuple[Theory, ...] = (
         ),
         lambda g: of.balance_temperature(g.scene),
     ),
-    _alone(q.TEMPERATURE, "warm_walls"),
     Theory(q.PRESSURE, IDEAL, "N T/V", (), lambda g: g.ideal_pressure),
     Theory(q.TEMPERATURE, f"{IDEAL}, PV/N", "N T/V", ("cold",), lambda g: g.pressure / g.density),
     Theory(q.RATIO, IDEAL, "N T/V", (), lambda g: 1.0),
@@ -226,7 +220,6 @@ THEORIES: tuple[Theory, ...] = (
         *(q.VIRIAL_PRESSURE, FINITE, DISKS, ("warm_walls", *FINITE_DISKS)),
         lambda g: _disk_ratio(FINITE)(g.scene).virial * g.ideal_pressure,
     ),
-    _alone(q.VIRIAL_PRESSURE, "warm_walls", "several"),
     Theory(q.RATIO, INFINITE, VIRIALS, LARGE, lambda g: _ratio(g, INFINITE)),
     Theory(q.RATIO, FINITE, DISKS, FINITE_DISKS, lambda g: _ratio(g, FINITE)),
     Theory(
@@ -237,7 +230,6 @@ THEORIES: tuple[Theory, ...] = (
         *(q.VIRIAL_RATIO, FINITE, DISKS, ("walls", *FINITE_DISKS)),
         lambda g: _disk_ratio(FINITE)(g.scene).virial,
     ),
-    _alone(q.VIRIAL_RATIO, "warm_walls", "several"),
     Theory(
         *(q.RATIO, "Erpenbeck & Luban 1985", "Phys. Rev. A 32, 2920 (1985)"),
         (*PUBLISHED, "published_1985"),
@@ -261,7 +253,6 @@ THEORIES: tuple[Theory, ...] = (
         )
         for needs in (("cold", "walls", *FINITE_FLUID, "smooth"), (*EQUILIBRIUM, *FINITE_FLUID))
     ),
-    _alone(q.WALL_RATE, "warm_walls"),
     *(
         Theory(q.PAIR_RATE, model, KINETIC, needs, partial(_pair_rate, model))
         for model, needs in (
@@ -272,7 +263,6 @@ THEORIES: tuple[Theory, ...] = (
         )
     ),
     Theory(*(q.PAIR_RATE, FINITE, DISKS), ("cold", *FINITE_FLUID, "smooth"), _finite_pair_rate),
-    _alone(q.PAIR_RATE, "warm_walls", "several"),
     *(
         Theory(q.FREE_PATH, model, KINETIC, needs, partial(_path, model))
         for model, needs in (
@@ -291,7 +281,6 @@ THEORIES: tuple[Theory, ...] = (
         ("cold", *FLUID, "closed"),
         lambda g: theory.source_mean_free_path(g.density, g.radius),
     ),
-    _alone(q.FREE_PATH, "warm_walls", "several"),
     Theory(
         *(q.SPECIES_RATIO, two_temperatures.EQUAL_RATES, "Phys. Rev. E 60, 5706 (1999)"),
         (
@@ -317,7 +306,6 @@ THEORIES: tuple[Theory, ...] = (
         ),
         lambda g: of.heated_ratio(g.scene),
     ),
-    _alone(q.SPIN_RATIO, "rough"),
     Theory(
         *(q.GIVEN, "taken by collisions", "conservation of energy"),
         ("warm_walls", "several", "lossy_pairs"),
@@ -328,7 +316,6 @@ THEORIES: tuple[Theory, ...] = (
         ("warm_walls", "several", "lossy_pairs", "equal_balls", "smooth", "known_losses"),
         _collision_loss,
     ),
-    _alone(q.COLLISION_LOSS, "warm_walls", "several", "lossy_pairs"),
     Theory(
         *(q.MEAN_SPEED, MAXWELL, KINETIC, (*SPEEDS, "one_mass")),
         lambda g: _maxwell_speed(g) * g.root,
@@ -347,7 +334,6 @@ THEORIES: tuple[Theory, ...] = (
         for model, needs, law, source in SPEED_LAWS
     ),
     Theory(q.KURTOSIS, MAXWELL, KINETIC, ("warm_walls", "one_mass"), lambda g: 2.0),
-    *(_alone(side, "warm_walls", "different_walls") for side in q.SIDES_GIVEN.values()),
     Theory(q.ACROSS, "equal parts", "equipartition", ("warm_walls", "across"), lambda g: 1.0),
     Theory(
         *(q.ENERGY_DECAY, f"{SOURCE_REPORT}, −2 ln e/τ", "source report, equation 6", ONE_COR),
@@ -419,18 +405,24 @@ THEORIES: tuple[Theory, ...] = (
 def holding(gas: Traits | Scene) -> Iterator[Theory]:
     """The theories that hold for a gas, one for each quantity and model.
 
-    Those without a model are left out where another has the quantity.
+    ``NO_THEORY`` has the quantities that are shown alone and have no other.
     """
     traits = gas if isinstance(gas, Traits) else facts.traits_of(gas)
-    known = set[tuple[str, str]]()
-    for one in THEORIES:
-        quantity = one.quantity.name
-        names = [name for name, _ in known] if one.model == NO_THEORY else known
-        if (quantity if one.model == NO_THEORY else (quantity, one.model)) in names:
+    found: dict[tuple[str, str], tuple[int, Theory]] = {}
+    for place, one in enumerate(THEORIES):
+        names = one.quantity.name, one.model
+        if names not in found and facts.missing(traits, one.needs) is None:
+            found[names] = place, one
+    known = {name for name, _ in found}
+    first = {one.quantity: place for place, one in reversed([*enumerate(THEORIES)])}
+    for quantity in QUANTITIES.values():
+        needs = quantity.alone
+        if needs is None or quantity.name in known or facts.missing(traits, needs):
             continue
-        if facts.missing(traits, one.needs) is None:
-            known.add((quantity, one.model))
-            yield one
+        alone = Theory(quantity, NO_THEORY, "", needs, lambda gas: math.nan)
+        found[quantity.name, NO_THEORY] = first.get(quantity, len(THEORIES)), alone
+    for _, one in sorted(found.values(), key=lambda pair: pair[0]):
+        yield one
 
 
 def theory_of(gas: Traits | Scene, quantity: Quantity, model: str) -> Theory | None:

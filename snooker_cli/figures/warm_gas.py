@@ -28,7 +28,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import axis_label, gas, swept_numbers, value_at
+from snooker_cli.figures.selection import axis_label, gas, swept_numbers, traits, value_at
 from snooker_cli.formatting import counted
 from snooker_cli.laws import Law, Sides, Thermal
 from snooker_cli.scene import Scene
@@ -243,7 +243,8 @@ def energy_balance(build: FigureBuilder) -> FigureData:
     """Energy that walls gave, that collisions took, and their difference, over time."""
     steady = _Steady(build)
     for index, point in enumerate(build.points):
-        measurement, lossy = build.measurement(point), point.experiment.cor < 1
+        measurement = build.measurement(point)
+        lossy = facts.hold(traits(point), "lossy_pairs")
         curve, part = measurement.curve, steady.averages(point)
         times = np.linspace(0.0, build.end_of_all(measurement.time), TIMES)
         given = curve.at(times, curve.wall_energy)
@@ -293,7 +294,8 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     middle = mean_and_error(enskog[:, 2:-2].mean(axis=1))
     both = [mean_and_error(side) for side in through.T]
     numbers = dict(zip(sides, both, strict=True)) | {"enskog": middle}
-    if scene.restitution == 1.0:
+    is_elastic = facts.hold(scene, "elastic_pairs")
+    if is_elastic:
         flux = mean_and_error(through.mean(axis=1))
         build.lines.insert(0, Reference("y", flux[0], "mean of both walls", "dashed"))
         over = flux[0] / middle[0]
@@ -309,8 +311,8 @@ def heat_flux(build: FigureBuilder) -> FigureData:
             jump = mean_and_error(law.temperature - near)
             numbers |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
     build.record(point, **numbers)
-    elastic = "" if scene.restitution == 1.0 else " κ is that of elastic balls."
-    return build.figure(f"{steady.text}{elastic}")
+    assumed = "" if is_elastic else " κ is that of elastic balls."
+    return build.figure(f"{steady.text}{assumed}")
 
 
 def equation_of_state(build: FigureBuilder) -> FigureData:

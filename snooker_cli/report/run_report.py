@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from snooker_cli import __version__
+from snooker_cli import __version__, facts
 from snooker_cli.analysis import tables
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.findings import Findings, few_repeats, main_rows
@@ -20,7 +20,7 @@ from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
-from snooker_cli.figures.selection import gas, spread, swept_number
+from snooker_cli.figures.selection import gas, spread, swept_number, traits
 from snooker_cli.files import write_text
 from snooker_cli.formatting import point_label, printable
 from snooker_cli.report.document import Pages, packaged
@@ -159,20 +159,22 @@ def trivial(
     points: Sequence[Point], starts: Collection[Scene], asked: Collection[str]
 ) -> dict[str, str]:
     """The figures that say little of these points, without those asked for, and the reasons."""
-    gases = {gas(point) for point in points}
     given = (p.experiment.placed or getattr(p.experiment.balls, "list", ()) for p in points)
-    lossy_starts = [scene for scene in starts if scene.restitution < 1]
+    known = [traits(point) for point in points]
+    lossy_starts = [scene for scene in starts if facts.hold(scene, "lossy_pairs")]
     ratios = [value_of(scene, CRITICAL_RATIO, CRITICAL) for scene in lossy_starts]
     clusters = any(ratio is not None and ratio > 1 for ratio in ratios)
     conditions = {
         "always": True,
-        "lossless": gases == {"elastic"},
-        "lossy": gases == {"cooling"},
-        "cold": "warm" not in gases,
         "untagged": not any(given),
         "dilute": not clusters and all(scene.packing_fraction < DENSE for scene in starts),
         "by_cor": _by_cor(points),
         "calm": all(ratio is not None and ratio <= 1 for ratio in ratios),
+    }
+    conditions |= {
+        name: all(facts.FACTS[name].holds(one) for one in known)
+        for given in RELEVANCE.values()
+        for name in given.keys() - conditions.keys()
     }
     reasons = ((name, *reason) for name, given in RELEVANCE.items() for reason in given.items())
     return {name: why for name, when, why in reasons if conditions[when] and name not in asked}
