@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -144,6 +145,28 @@ def why_not(run: Run, name: str, repeat: int | None = None, **where: Any) -> str
     with pytest.raises(FigureError) as caught:
         shown(run, name, repeat, **where)
     return str(caught.value)
+
+
+SYMBOLS = "T_rot", "T_tr", "E_th", "k_P", "N_c", "v_x"
+"""With an index; names of JSON have longer words around it."""
+
+
+def check_caption(figure: FigureData) -> None:
+    """Assert that a caption has no name of JSON or of a config, and its result the unit."""
+    caption = figure.caption
+    for symbol in SYMBOLS:
+        caption = caption.replace(symbol, "")
+    for wrong in (r"\w_\w", r"[a-z]\.[a-z]", r"\w+=", ": from", " at all to ", "nan", "None"):
+        assert not re.search(wrong, caption), (figure.kind, figure.caption)
+    rows = figure.numbers.get("points", [])
+    for name in {*figure.numbers, *(name for row in rows for name in row)} - {"theory"}:
+        assert f"{name.replace('_', ' ').capitalize()}:" not in caption, figure.kind
+    declared = FIGURES[figure.kind].result
+    sentences = figure.caption.split(". ") if declared and declared.unit else []
+    for sentence in sentences:
+        if declared and re.match(f"{re.escape(declared.name)}( .*)? (=|is) ", sentence):
+            values = 1 + (" is between " in sentence)
+            assert sentence.count(f" {declared.unit}") >= values, (figure.kind, sentence)
 
 
 def around(band: Band, curves: list[tuple[Any, Any]], logarithmic: bool = False) -> None:

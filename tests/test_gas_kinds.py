@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from figure_runs import made
+from figure_runs import check_caption, made
 from gas_kinds import KINDS, scene_of, text_of
 
 from snooker_cli import facts
@@ -111,6 +111,8 @@ def test_figures_show_theory_only_where_its_needs_hold(
         found = spec.make(run, Selection())
     except FigureError as error:
         why = str(error)
+    if found is not None:
+        check_caption(found)
     if absent is not None:
         assert why == absent.reason(traits(point))
     elif found is not None and name in OF_FIGURES:

@@ -24,7 +24,6 @@ from snooker_cli.figures.figure_data import (
 DECADE = 10.0
 """Factor beyond the data, up to which a logarithmic axis shows bars, bands and theories."""
 
-
 SPANS = 2.0  # the same of a linear axis, in spans of the data or median bars
 
 
@@ -115,6 +114,6 @@ def outside(layers: Sequence[Layer], low: float, high: float) -> Iterator[Outsid
 
 def farthest(layers: Sequence[Layer], high: float | None) -> float | None:
     """The highest measured value above the upper limit of an axis; ``None`` if all are below."""
-    tops = [float(np.nanmax(layer.y)) for layer in measured(layers)]
-    top = max(tops, default=-math.inf)
+    values = np.concatenate([np.empty(0), *(layer.y for layer in measured(layers))])
+    top = float(np.max(values[np.isfinite(values)], initial=-math.inf))
     return top if high is not None and top > high else None

@@ -303,8 +303,10 @@ class FigureBuilder:
         same repeats at all times. One that ends at once would leave nothing of the others.
         """
         times, rows = remaining(curves)
+        few = int(np.argmax(2 * np.isfinite(rows).sum(axis=0) < len(rows))) or len(times)
+        if times[few - 1] >= EARLY * times[-1]:  # a few that last a bit longer show no more
+            times, rows = times[:few], rows[:, :few]
         mean, deviation, number = mean_of_remaining(rows)
-        few = int(np.argmax(2 * number < len(rows))) or len(times)
         self.means = True
         self.lines.append(Line(times[:few], mean[:few], self.label(point), index))
         if few < len(times):
@@ -312,11 +314,17 @@ class FigureBuilder:
         if len(rows) > 1:
             error = deviation / np.sqrt(number)
             self.bands.append(Band(times, mean - error, mean + error, None, index))
-        left, total = int(number[-1]), len(rows)
-        self.fewest = min(self.fewest, (left, total), key=lambda pair: pair[0] / pair[1])
+        self.note_remaining(curves, float(times[-1]))
         kept = lasting(curves)
         self.brief += len(curves) - len(kept)
         return at_common_times(kept)
+
+    def note_remaining(self, curves: Sequence[Course], end: float) -> None:
+        """Let the caption say how many curves remain at an end, if one ends long before it."""
+        ends = np.array([time[-1] for time, _ in curves])
+        if ends.min() < EARLY * end:
+            left = int(np.count_nonzero(ends >= end)), len(ends)
+            self.fewest = min(self.fewest, left, key=lambda pair: pair[0] / pair[1])
 
     def end_of_all(self, ends: Array, unit: str = "s") -> float:
         """The end of the shortest repeat, where curves end that need all repeats at each place.

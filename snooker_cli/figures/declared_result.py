@@ -17,7 +17,7 @@ ROUNDING = 1e-12  # an error that is this share of its value, or less, is that o
 def with_units_of_axes(text: str) -> str:
     """A sentence of an analysis with the units of axes: ``s⁻¹`` instead of ``1/s``."""
     units = "|".join(map(re.escape, UNITS))
-    return re.sub(rf"(?<=\d )({units})(?!\w)", lambda found: UNITS[found[0]], text)
+    return re.sub(rf"(?<=[\d)⁰¹²³⁴⁵⁶⁷⁸⁹] )({units})(?!\w)", lambda found: UNITS[found[0]], text)
 
 
 class Result(NamedTuple):

@@ -301,11 +301,11 @@ def remaining(curves: Sequence[Course]) -> Course:
 def mean_of_remaining(rows: Array) -> tuple[Array, Array, NDArray[np.intp]]:
     """Means of rows (*n*, *t*) with nan, their standard deviations, and how many are known.
 
-    Two or more are known at each time, unless there is one row.
+    A mean of none is nan, and the deviation of one is zero.
     """
     known = np.isfinite(rows)
     number = known.sum(axis=0)
-    mean = np.where(known, rows, 0.0).sum(axis=0) / number
+    mean = np.where(known, rows, 0.0).sum(axis=0) / np.where(number, number, math.nan)
     squares = np.where(known, (rows - mean) ** 2, 0.0).sum(axis=0)
     return mean, np.sqrt(squares / np.maximum(number - 1, 1)), number
 

@@ -288,7 +288,7 @@ def along(
     if linked and not together:
         raise FigureError(
             f"{listed(linked)} {'change' if linked[1:] else 'changes'} with {x}, so that it does "
-            f"not show {x} alone; sweep {x} without zip"
+            f"not show {x} alone; run a sweep of {x} alone"
         )
     if others := [key for key in keys if key not in (x, by, *linked)]:
         raise FigureError(f"it needs one value of {listed(others)}; choose it with --where")

@@ -194,10 +194,8 @@ def test_keys_that_change_together_are_one_axis(tmp_path: Path) -> None:
     (points,) = layers(found, Points)
     assert points.x.tolist() == [0.7, 0.8, 0.9]
     assert "Along with it changes: ball radius." in found.caption
-    why = why_not(run, "decay-against-cor")
-    assert why == (
-        "balls.radius changes with cor, so that it does not show cor alone; sweep cor without zip"
-    )
+    why = "balls.radius changes with cor, so that it does not show cor alone; "
+    assert why_not(run, "decay-against-cor") == f"{why}run a sweep of cor alone"
 
 
 def test_points_that_leave_a_figure_are_named(decaying: Run) -> None:

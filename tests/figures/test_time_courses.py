@@ -69,25 +69,37 @@ def test_repeats_that_end_early_do_not_shorten_a_mean_course() -> None:
 
 def test_means_go_on_with_the_repeats_that_remain(decaying: Run) -> None:
     """One of many that is trapped at once does not end the mean of the others."""
-    (point, *_), ends = decaying.points, [0.5, 8.0, 9.0, 10.0, 11.0, 900.0]
+    (point, *_), ends = decaying.points, [0.5, 8.0, 9.0, 10.0, 15.0, 900.0]
     curves = [(np.array([0.0, end]), np.array([k, k], float)) for k, end in enumerate(ends)]
     build = FigureBuilder(decaying, Selection(), [[point]], {"title": "x", "kind": "x"})
     times, rows = build.add_mean_course(0, point, curves)
     assert (times[-1], len(rows)) == (8.0, 5)  # results are of the same repeats at all times
     thick, thin = (line for line in build.lines if isinstance(line, Line))
     assert (thick.thin, thin.thin, thin.label) == (False, True, None)
-    assert (thick.x[0], thin.x[0], thin.x[-1]) == (0.0, thick.x[-1], 11.0)
+    assert (thick.x[0], thin.x[0], thin.x[-1]) == (0.0, thick.x[-1], 15.0)
     assert thick.x[-1] <= 10.0 < thin.x[1]  # from there on two of six remain
     assert np.interp(0.4, thick.x, thick.y) == pytest.approx(2.5)
     assert np.interp(5.0, thick.x, thick.y) == pytest.approx(3.0)  # without the first
     assert thin.y[-1] == pytest.approx(4.5)
     (band,) = build.bands
     assert isinstance(band, Band)
-    assert band.x[-1] == 11.0
+    assert band.x[-1] == 15.0
     assert (band.high - band.low)[-1] / 2 == pytest.approx(0.5)  # of 4 and 5
     assert build._remaining() == (
         "Means go on with the repeats that remain, 2 of 6 at the end; thin: fewer than half."
     )
+
+
+def test_a_few_repeats_that_last_a_bit_longer_draw_no_tail(decaying: Run) -> None:
+    """Repeats of one number of collisions end at times that are near each other."""
+    (point, *_), ends = decaying.points, [8.0, 8.5, 9.0, 9.2, 9.4]
+    curves = [(np.array([0.0, end]), np.ones(2)) for end in ends]
+    build = FigureBuilder(decaying, Selection(), [[point]], {"title": "x", "kind": "x"})
+    build.add_mean_course(0, point, curves)
+    (line,) = build.lines
+    assert isinstance(line, Line)
+    assert 8.9 < line.x[-1] <= 9.0  # as long as three of five are there
+    assert build._remaining() == ""
 
 
 def test_a_caption_says_where_the_shortest_repeat_ends_a_curve(tmp_path: Path) -> None:
