@@ -120,6 +120,7 @@ SPECIES_RATIO = Quantity(
     _species_ratio,
     unmeasured="no state of the balls after the relaxation is stored; run the config with "
     "`record: events` or `snapshots`",
+    alone=("cooling", "two_species"),
 )
 SPIN_RATIO = Quantity(
     *("T_rot/T_tr", "T_rot/T_tr", "1", "T_rot/T_tr", "spin_ratio", "curve", ("rough",)),

@@ -289,7 +289,6 @@ THEORIES: tuple[Theory, ...] = (
         ),
         lambda g: of.species_ratio(g.scene),
     ),
-    _alone(q.SPECIES_RATIO, "two_species", "cooling"),
     Theory(
         *(q.SPIN_RATIO, two_temperatures.MEAN_FIELD, ROTATION),
         (
