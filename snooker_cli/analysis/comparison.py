@@ -111,9 +111,9 @@ def comparisons_of(
     if not used:
         return [], notes
     if scene.number > 1:
-        shown = dict.fromkeys(one.quantity for one in theories.holding(scene))
-        affected = ", ".join(one.name for one in shown if one.source == "means")
-        notes.append(Note(_relaxation(measurement, used - relaxed_count), affected))
+        means = (one.quantity for one in theories.holding(scene) if one.quantity.source == "means")
+        affected = dict.fromkeys([*(one.name for one in means), CHI_SQUARE.name])
+        notes.append(Note(_relaxation(measurement, used - relaxed_count), ", ".join(affected)))
     notes += [*reading.of_scene(scene), *theories.absences(scene)]
     changes = ratio_changes(measurement).items()
     notes += [Note(f"{name}: {one.sentence}", name) for name, one in changes if one.refused]
