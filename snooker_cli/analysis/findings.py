@@ -249,7 +249,8 @@ class Findings:
         rows = main_rows(own, self.theories)
         there = {row["quantity"] for row in rows}
         others = [row for row in main_rows(own) if row["quantity"] not in there]
-        return rows + [row for row in others if not is_theory(row)]
+        rows += [row for row in others if not is_theory(row)]
+        return sorted(rows, key=lambda row: MAIN.index(QUANTITIES[row["quantity"]]))
 
     def _laws(self, label: str) -> Records:
         """Fits to the energy of a point, that of the law which holds longest first."""

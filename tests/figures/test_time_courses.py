@@ -302,6 +302,9 @@ def test_figures_of_snapshots_have_the_stored_states(stored: Run) -> None:
     ]
     final = shown(stored, "density-fluctuations").numbers["points"][0]["final"]
     assert math.isclose(final, np.mean(densities))
+    packing = first.start.packing_fraction
+    limit = f"S(0), which is {theory.structure_at_zero(packing):.2g} at packing {packing:.2g}"
+    assert limit in shown(stored, "density-fluctuations").caption
     for name in ("hexatic-order", "local-energy"):
         assert layers(shown(stored, name), Line)[0].x.tolist() == [0.0, *times.tolist()]
     assert "record: events" in why_not(stored, "pair-distances")
