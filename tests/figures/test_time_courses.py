@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from figure_runs import ROUGH, STORED, around, in_circle, layers, made, shown, traces, why_not
 
-from snooker_cli import two_temperatures
+from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import gas, structure
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import standard_errors
