@@ -1,7 +1,7 @@
 """What can be true of a gas: each fact is a function, with a sentence for its absence.
 
 Theories and figures name the facts that they need. Nothing else asks a scene such a question. The
-live page has these functions too, as JavaScript (``live_page/page.py``), so they are single
+live page has these functions too, as JavaScript (``live_page/page_facts.py``), so they are single
 expressions of comparisons, ``and``, ``or``, ``not`` and calls of other facts.
 """
 
@@ -89,11 +89,8 @@ class Traits(NamedTuple):
     states: bool
 
 
-def traits_of(scene: Scene, *, events: bool = True, states: bool = True) -> Traits:
-    """The traits of a scene.
-
-    events, states : what a run of it stores
-    """
+def traits_of(scene: Scene) -> Traits:
+    """The traits of a scene, for which all that a run may store is at hand."""
     balls = np.column_stack([scene.radii, scene.masses])
     published = theory.published_ratio(scene.packing_fraction)
     return Traits(
@@ -108,8 +105,8 @@ def traits_of(scene: Scene, *, events: bool = True, states: bool = True) -> Trai
         elastic_below=scene.elastic_below,
         moves=scene.kinetic_energy > 0,
         at_rest=scene.drift_energy <= ROUNDING * scene.kinetic_energy,
-        events=events,
-        states=states,
+        events=True,
+        states=True,
         **traits_of_rules(scene.container, scene.pair_law, scene.wall_law, scene.surface),
     )
 
@@ -493,10 +490,7 @@ def elastic_wall(gas: Traits) -> bool:
     return not gas.walls or (gas.wall_cor == 1 and gas.wall_keeps_slip)
 
 
-@fact(
-    "it needs a box or a channel of which one wall at an end alone gives energy",
-    "set wall_temperature: {{left: 2}}",
-)
+@fact("it needs a box or a channel with a wall_temperature or wall_speed of single walls")
 def hot_ends(gas: Traits) -> bool:
     return gas.hot_ends
 

@@ -224,6 +224,26 @@ def test_a_part_imports_only_parts_above_it() -> None:
             assert order.index(part_of(other)) < order.index(part), f"{part} comes before {other}"
 
 
+SUMS = "analysis.gas", "analysis.observables", "analysis.time_series"
+"""They add up other columns for some laws, which is no question of theory."""
+
+
+def asks_for_a_law(node: ast.AST) -> bool:
+    """Whether code asks what collisions do: ``law.gains``, ``surface is None``, a law's class."""
+    if isinstance(node, ast.Attribute):
+        return node.attr == "gains"
+    if isinstance(node, ast.Compare):
+        return isinstance(node.ops[0], ast.Is | ast.IsNot) and "surface" in ast.unparse(node.left)
+    called = isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance"
+    return called and re.search(r"\bConstant|Viscoelastic\b", ast.unparse(node)) is not None
+
+
+def test_analyses_figures_and_reports_ask_facts_what_a_gas_is() -> None:
+    parts = "analysis", "figures", "report"
+    asking = [place for place in places(asks_for_a_law) if place.startswith(parts)]
+    assert [place for place in asking if place.partition(",")[0] not in SUMS] == []
+
+
 def test_the_table_has_all_parts_and_no_other() -> None:
     assert {*map(part_of, TREES)} == set(PARTS)
 

@@ -65,6 +65,14 @@ def test_which_theories_a_gas_has(request: pytest.FixtureRequest) -> None:
     assert found == json.loads(GOLDEN.read_text(encoding="utf-8"))
 
 
+def test_each_theory_has_a_source_and_needs_that_are_facts() -> None:
+    for one in theories.THEORIES:
+        assert one.source
+        assert {*one.needs} <= facts.FACTS.keys()
+    for spec in FIGURES.values():
+        assert {*spec.requires} <= facts.FACTS.keys()
+
+
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if "rough" in kind or kind == "tc"])
 def test_no_theory_of_smooth_balls_is_that_of_rough_ones(kind: str) -> None:
     models = {one.model for one in theories.holding(scene_of(kind))}

@@ -76,10 +76,10 @@ class GasCharts extends Panels {
     return wallEvents + pairEvents - from.wallEvents - from.pairEvents;
   }
 
-  // The energy of a gas that is as warm as its wall, J; 0 for another gas.
+  // The energy of a gas that is as warm as its wall, J; 0 where nothing is compared with it.
   get wallEnergy() {
     const traits = traitsOf(this.gas.scene);
-    return applies("temperature", traits) ? traits.number * traits.wallTemperature : 0;
+    return applies("wall", traits) ? traits.number * traits.wallTemperature : 0;
   }
 
   scaleEnergy(panel, courses) {

@@ -20,9 +20,12 @@ DRAWN = {
     "ratio": (quantities.RATIO, FINITE),
     "alpha": (quantities.HAFF_RATE, FINITE),
     "speeds": (quantities.KURTOSIS, theories.FIXED),
-    "temperature": (quantities.TEMPERATURE, theories.WALLS),
 }
 """The theories that a page draws, by what they are about."""
+
+REFERENCES = {"wall": ("warm_walls", "one_wall_temperature", "smooth")}
+"""What a page draws to compare with: the energy that elastic balls would have from the wall. A gas
+that collisions cool is colder, and of rough balls spins have a part."""
 
 OF_TYPES = "elastic", "warm_walls", "cooling"
 """Facts that a page asks for other reasons."""
@@ -40,12 +43,12 @@ OPERATORS: dict[type[ast.AST], str] = {
 
 
 def needs() -> dict[str, list[str]]:
-    """What each of these theories needs."""
+    """What each of these theories and references needs."""
     found = {
         name: next(one.needs for one in theories.THEORIES if (one.quantity, one.model) == about)
         for name, about in DRAWN.items()
     }
-    return {name: list(facts_of) for name, facts_of in found.items()}
+    return {name: list(facts_of) for name, facts_of in (found | REFERENCES).items()}
 
 
 def facts_source() -> str:

@@ -9,7 +9,13 @@ from live_scripts import LiveScripts
 from snooker_cli import facts
 from snooker_cli.analysis import theories
 from snooker_cli.live_page.page import stored_start
-from snooker_cli.live_page.page_facts import DRAWN, asked_traits, camel, facts_source
+from snooker_cli.live_page.page_facts import (
+    DRAWN,
+    REFERENCES,
+    asked_traits,
+    camel,
+    facts_source,
+)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -32,9 +38,9 @@ def test_a_page_knows_what_the_program_knows_of_a_gas(kind: str, javascript: Liv
         close = pytest.approx(expected[name], rel=1e-12) if is_number else expected[name]
         assert value == close, name
     assert holds == {name: facts.FACTS[name].holds(known) for name in holds}
-    assert applies == {
-        name: theories.theory_of(scene, *about) is not None for name, about in DRAWN.items()
-    }
+    drawn = {name: theories.theory_of(scene, *about) is not None for name, about in DRAWN.items()}
+    drawn |= {name: facts.hold(known, *needs) for name, needs in REFERENCES.items()}
+    assert applies == drawn
 
 
 def test_a_fact_that_is_no_expression_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
