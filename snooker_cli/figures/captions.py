@@ -17,7 +17,12 @@ from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.axis_limits import farthest
-from snooker_cli.figures.declared_result import Result, with_units_of_axes
+from snooker_cli.figures.declared_result import (
+    Result,
+    deviation_sentence,
+    deviations,
+    with_units_of_axes,
+)
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
     Array,
@@ -53,7 +58,7 @@ from snooker_cli.figures.selection import (
     value_at,
     varying,
 )
-from snooker_cli.formatting import counted, short, with_error
+from snooker_cli.formatting import counted, short
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
@@ -65,7 +70,6 @@ FEWEST_STATES = 2  # of a repeat that a figure over time or space can have
 BARS = "Bars: standard errors over the repeats."  # of all markers with errors
 OVER_THEORY = "ln(result / theory)"  # the y label of a panel of residuals
 EARLY = 0.8  # share of the median end, before which the end of a repeat is early
-FACTOR = 2.0  # a result that is this many times theory, or a half, is no percentage
 
 
 Reading: TypeAlias = Callable[[str], None]
@@ -247,37 +251,10 @@ class FigureBuilder:
             + "."
         )
 
-    def _largest_residual(self) -> dict[str, Any]:
-        """The deviation from theory that is largest in errors, its error, %, and their number.
-
-        Of residuals without errors it is the largest.
-        """
-        layers = [layer for layer in self.panel if isinstance(layer, Points)]
-        if not layers:
-            return {}
-        y = np.concatenate([layer.y for layer in layers])
-        error = np.concatenate([layer.y_error for layer in layers if layer.y_error is not None])
-        sure = np.isfinite(error) & (error > 0)
-        at = int(np.argmax(np.where(sure, np.abs(y) / np.where(sure, error, 1.0), -1.0)))
-        at = at if np.any(sure) else int(np.argmax(np.abs(y)))
-        with np.errstate(over="ignore"):
-            share, factor = 100 * np.expm1(y[at]), np.exp(y[at])
-        numbers = {"largest_residual": share, "largest_residual_error": 100 * factor * error[at]}
-        return {"residuals": len(y), **numbers}
-
     def _largest_deviation(self) -> str:
         """A sentence on the residuals of the panel, unless the caption has one already."""
-        found = self._largest_residual()
-        if self.beside_theory or not found:
-            return ""
-        share, error = found["largest_residual"], found["largest_residual_error"]
-        value = with_error(share, error, "%")
-        if not 100 / FACTOR - 100 < share < 100 * FACTOR - 100:
-            value = f"a factor of {with_error(1 + share / 100, error / 100)}"
-        number = found["residuals"]
-        if number == 1:
-            return f"The deviation from theory is {value}."
-        return f"The largest of {number} deviations from theory, in errors, is {value}."
+        names = {_owner(line): line.label for line in self.lines if line.label}
+        return "" if self.beside_theory else deviation_sentence(self.panel, names)
 
     @property
     def title(self) -> str:
@@ -472,7 +449,7 @@ class FigureBuilder:
             caption=with_units_of_axes(" ".join(filter(None, sentences))),
             numbers={
                 **(numbers or {}),
-                **self._largest_residual(),
+                **deviations(self.panel),
                 **({"points": self.records} if self.records else {}),
             },
             result=self.result.as_json() if self.result else {},

@@ -1,16 +1,20 @@
-"""What a figure has as its result, and the sentence of its caption on it."""
+"""What a figure has as its result, and the sentences of its caption on it and on theory."""
 
 import math
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity
+from snooker_cli.figures.figure_data import Layer, Points
 from snooker_cli.formatting import short, with_error
 
 UNITS = {"1/s": "s⁻¹", "Pa m": "Pa·m", "J/s": "W", "J/(m s)": "J m⁻¹ s⁻¹"}
 """The units of tables as axes and captions print them, where they differ."""
 
+FACTOR = 2.0  # a result that is this many times theory, or a half, is no percentage
 ROUNDING = 1e-12  # an error that is this share of its value, or less, is that of rounding
 
 
@@ -97,3 +101,63 @@ class Result(NamedTuple):
         mean, error = self._mean(row), row.get(f"{self.number}_error")
         sure = error is None or not error > ROUNDING * abs(mean)
         return with_error(mean, None if sure else error, self.unit)
+
+
+class _Deviation(NamedTuple):
+    """ln(result/theory), its standard error, and the series."""
+
+    residual: float
+    error: float
+    series: int
+
+    @property
+    def percent(self) -> tuple[float, float]:
+        """Result over theory minus 1 and its error, in %."""
+        with np.errstate(over="ignore"):
+            share, factor = float(np.expm1(self.residual)), float(np.exp(self.residual))
+        return 100 * share, 100 * factor * self.error
+
+
+def _largest(points: Sequence[Points]) -> _Deviation:
+    """The residual that is largest in errors; of residuals without errors the largest."""
+    y = np.concatenate([layer.y for layer in points])
+    error = np.concatenate([layer.y_error for layer in points if layer.y_error is not None])
+    series = np.concatenate([np.full(len(layer.y), layer.series) for layer in points])
+    sure = np.isfinite(error) & (error > 0)
+    at = int(np.argmax(np.where(sure, np.abs(y) / np.where(sure, error, 1.0), -1.0)))
+    at = at if np.any(sure) else int(np.argmax(np.abs(y)))
+    return _Deviation(float(y[at]), float(error[at]), int(series[at]))
+
+
+def deviations(panel: Sequence[Layer]) -> dict[str, Any]:
+    """The numbers of a panel of residuals: how many, and the largest in errors in %; or nothing."""
+    points = [layer for layer in panel if isinstance(layer, Points)]
+    if not points:
+        return {}
+    share, error = _largest(points).percent
+    number = sum(len(layer.x) for layer in points)
+    return {"residuals": number, "largest_residual": share, "largest_residual_error": error}
+
+
+def deviation_sentence(panel: Sequence[Layer], names: Mapping[int, str]) -> str:
+    """A sentence on the residuals of a panel; empty without any.
+
+    names : of series
+    """
+    points = [layer for layer in panel if isinstance(layer, Points)]
+    if not points:
+        return ""
+    largest, number = _largest(points), sum(len(layer.x) for layer in points)
+    share, error = largest.percent
+    value = with_error(share, error, "%")
+    if not 1 / FACTOR < 1 + share / 100 < FACTOR:
+        value = f"a factor of {with_error(1 + share / 100, error / 100)}"
+    about = []
+    if largest.error > 0:
+        about.append(f"{abs(largest.residual / largest.error):.1f} errors")
+    if len({layer.series for layer in points}) > 1 and largest.series in names:
+        about.append(names[largest.series])
+    value += f" ({', '.join(about)})" * bool(about)
+    if number == 1:
+        return f"The deviation from theory is {value}."
+    return f"The largest of {number} deviations from theory, in errors, is {value}."

@@ -62,7 +62,8 @@ def test_residuals_are_logarithms_of_ratios(decaying: Run) -> None:
     assert below.y_error == pytest.approx([1 / 101, 1 / 200])
     figure = build.figure()
     assert figure.panel_label == "ln(result / theory)"
-    assert "is a factor of (2.000 ± 0.010) × 10³¹." in figure.caption
+    errors = f"({200 * math.log(2e31):.1f} errors)"
+    assert f"is a factor of (2.000 ± 0.010) × 10³¹ {errors}." in figure.caption
 
 
 def test_values_above_the_axis_are_named(decaying: Run) -> None:
