@@ -32,7 +32,7 @@ from snooker_cli.analysis.theories import (
     WALLS,
 )
 from snooker_cli.formatting import chance, counted, listed, point_label, ratio, short, with_error
-from snooker_cli.theory import IDEAL
+from snooker_cli.theory import IDEAL, PUBLISHED_RATIOS
 from snooker_cli.two_temperatures import EQUAL_RATES, MEAN_FIELD
 
 MOST_ERRORS = 3.0
@@ -72,7 +72,7 @@ _THEORIES = {
     WALLS: "the temperature of the wall",
     BALANCE: "the balance of energy",
     EQUAL_RATES: "the theory of equal cooling rates",
-}
+} | {one.source: f"the simulations of {one.source}" for one in PUBLISHED_RATIOS}
 
 
 def errors_of(row: Row) -> float | None:
@@ -331,10 +331,10 @@ class Findings:
         judged = [row for row in haff if row["probability"] is not None]
         refused = [row for row in judged if _is_refused(row)]
         if judged:
-            verdict = f"not refused {_at([], judged)}"
-            if refused:
-                verdict = f"refused {_at(refused, judged)}"
-            yield f"Haff's law is {verdict}"
+            found = (
+                f"refused {_at(refused, judged)}" if refused else f"not refused {_at([], judged)}"
+            )
+            yield f"Haff's law is {found}"
         if rest := [row for row in haff if row["probability"] is None]:
             places = _places(rest)
             yield f"Haff's law is not tested at {places} (too few repeats or collisions)"
@@ -485,8 +485,8 @@ def _jointly(known: Records, theory: str) -> Iterator[str]:
     enough = all(row["repeats"] >= ENOUGH_REPEATS for row in known)
     if len(known) > 1 and enough:
         p = joint_probability(np.array([row["difference_in_errors"] for row in known]))
-        verdict = f"differ from {theory}" if p < LEAST_PROBABILITY else "do not refuse it"
-        yield f"the {len(known)} points together {verdict} (χ², {chance(p)})"
+        found = f"differ from {theory}" if p < LEAST_PROBABILITY else "do not refuse it"
+        yield f"the {len(known)} points together {found} (χ², {chance(p)})"
 
 
 def _reservations(rows: Sequence[Row]) -> Iterator[str]:

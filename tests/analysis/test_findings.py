@@ -96,6 +96,8 @@ def test_a_difference_within_its_errors_is_agreement() -> None:
     unknown = at([], [ratio(errors=None)])
     assert unknown.endswith(f"0.47 % above theory for {FINITE} (without an error)")
     assert at([], [ratio(repeats=2)]).endswith("(too few repeats for a test)")
+    published = ratio() | {"model": "Engel et al. 2013"}
+    assert "agrees with the simulations of Engel et al. 2013" in at([], [ratio(), published])
 
 
 def test_main_quantities_are_those_of_the_kind_of_gas() -> None:
