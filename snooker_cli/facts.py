@@ -406,6 +406,16 @@ def circle(gas: Traits) -> bool:
     return gas.across == "radius"
 
 
+@fact("only the wall of a circle keeps a rotation", of_type=True)
+def keeps_turning(gas: Traits) -> bool:
+    return gas.across == "radius"
+
+
+@fact("the balls' centre of mass does not move on", of_type=True)
+def drifts(gas: Traits) -> bool:
+    return not gas.walls and not gas.at_rest
+
+
 @fact("containers.py has no `across` of a {title}")
 def across(gas: Traits) -> bool:
     return gas.across != ""

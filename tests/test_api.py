@@ -194,7 +194,10 @@ def test_the_table_of_a_heated_gas_has_its_energy_account(here: Path) -> None:
     begins = table["stationary_from"] / table["time"]
     assert begins == pytest.approx(np.full(8, begins[0]))
     assert 0.05 <= begins[0] <= 0.5
-    units = {row["quantity"]: row["unit"] for row in run.compare()}
+    compared = run.compare()
+    assert "not refused as stationary" in run.finding()
+    assert f"all: {run.finding()}" == compared.text(brief=True)  # it has no fit
+    units = {row["quantity"]: row["unit"] for row in compared}
     assert units["pressure by the virial"] == "Pa m"
     assert run.fit() == []
     assert np.isnan([snooker.run(CONFIG).table()[name] for name in names]).all()

@@ -91,6 +91,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "scipy": (
         "analysis.fitting",
         "analysis.goodness",
+        "analysis.stationarity",
         "analysis.structure",
         "theory",
         "two_temperatures",

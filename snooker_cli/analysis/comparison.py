@@ -18,7 +18,7 @@ from snooker_cli.analysis.decay import (
     decays_of,
     early_notes,
 )
-from snooker_cli.analysis.gas import Gas, SpeedLaw
+from snooker_cli.analysis.gas import Gas, SpeedLaw, late_quarters
 from snooker_cli.analysis.measurement import (
     LEAST_RELAXING,
     Measurement,
@@ -27,10 +27,18 @@ from snooker_cli.analysis.measurement import (
     relaxing,
     typical_pairs,
 )
-from snooker_cli.analysis.quantities import CHI_SQUARE, CRITICAL_RATIO, QUANTITIES
-from snooker_cli.analysis.steady_state import stationary_part_of
+from snooker_cli.analysis.quantities import (
+    CHI_SQUARE,
+    CRITICAL_RATIO,
+    QUANTITIES,
+    SPECIES_RATIO,
+    SPIN_RATIO,
+    GasKind,
+)
+from snooker_cli.analysis.stationarity import Change, change_of, stationary_part_of
 from snooker_cli.analysis.theories import NO_THEORY, Row
 from snooker_cli.formatting import plain
+from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
 
 LEAST_EXPECTED = 8
@@ -107,6 +115,8 @@ def comparisons_of(
         affected = dict.fromkeys([*(one.name for one in means), CHI_SQUARE.name])
         notes.append(Note(_relaxation(measurement, used - relaxed_count), ", ".join(affected)))
     notes += [*reading.of_scene(scene), *theories.absences(scene)]
+    changes = ratio_changes(measurement).items()
+    notes += [Note(f"{name}: {one.sentence}", name) for name, one in changes if one.refused]
     fitted = {
         (decay.quantity, decay.law): np.array([fit.value for fit in decay.fits])[moved]
         for decay in constants
@@ -126,6 +136,47 @@ def comparisons_of(
         comparisons.append(Comparison(name, theories.CRITICAL, ratio, *none, used))
         notes.append(Note(f"{name}: {theory.CRITICAL}", name))
     return _of_repeats(comparisons, measurement), notes
+
+
+def ratio_changes(measurement: Measurement) -> dict[str, Change]:
+    """Whether T₁/T₂ and T_rot/T_tr of a gas that no wall heats change within their means."""
+    complete, changes = measurement.chosen(measurement.complete), dict[str, Change]()
+    names = {one.quantity.name for one in theories.holding(measurement.scene)}
+    if facts.hold(measurement.scene, "warm_walls"):
+        return changes
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if SPIN_RATIO.name in names:
+            changes[SPIN_RATIO.name] = change_of(late_quarters(complete))
+        if SPECIES_RATIO.name in names:
+            first, second = np.moveaxis(complete.species_quarters, 2, 0)
+            changes[SPECIES_RATIO.name] = change_of(first / second)
+    return changes
+
+
+def gas_kinds(scene: Scene) -> tuple[GasKind, ...]:
+    """What decides the main quantities of a gas."""
+    traits = facts.traits_of(scene)
+    mixture: tuple[GasKind, ...] = () if facts.hold(traits, "equal_balls") else ("mixture",)
+    rough: tuple[GasKind, ...] = ("rough",) if facts.hold(traits, "rough") else ()
+    return facts.gas_type(traits), *mixture, *rough
+
+
+def state_of(measurement: Measurement) -> dict[str, Any]:
+    """What findings need of a point besides its rows, as JSON.
+
+    ``kinds`` of gas; ``stationary``: of a gas that walls keep warm, whether it has a stationary
+    part, and the sentence on it; ``changes``: those of ratios of temperatures, by quantity
+    """
+    scene, stationary = measurement.scene, None
+    if facts.hold(scene, "warm_walls"):
+        part = stationary_part_of(measurement)
+        stationary = {"found": part.first is not None, "sentence": part.note}
+    changes = ratio_changes(measurement)
+    return {
+        "kinds": list(gas_kinds(scene)),
+        "stationary": stationary,
+        "changes": {name: one.as_json() for name, one in changes.items()},
+    }
 
 
 def _relaxation(measurement: Measurement, short: int) -> str:

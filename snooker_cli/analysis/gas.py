@@ -215,14 +215,15 @@ def is_heavy(scene: Scene) -> bool:
 
 
 def temperatures(measurement: Measurement) -> tuple[Array, Array]:
-    """Collisions of a ball at the rows of the curve, and T_tr and T_rot of rough balls there, J.
+    """Collisions per ball at the rows of the curve, and T_tr and T_rot of rough balls there, J.
 
     (*repeats*, *rows*) and (2, *repeats*, *rows*). T_tr is that at which balls meet.
     """
     scene, curve, number = measurement.scene, measurement.curve, measurement.scene.number
     drift = measurement.drift_energy[:, np.newaxis]
     moving = observables.meeting_temperature(curve.kinetic_energy, scene, drift)
-    return 2 * curve.pair_events / number, np.stack([moving, 2 * curve.spin_energy / number])
+    collisions = observables.collisions_per_ball(curve.pair_events, number)
+    return collisions, np.stack([moving, 2 * curve.spin_energy / number])
 
 
 def cooling_spins(measurement: Measurement) -> Array:
@@ -243,8 +244,23 @@ def late_ratio(collisions: Array, both: Array) -> Array:
 
     Of the mean shares of both: the mean of ratios would be too large.
     """
-    late = collisions >= collisions[:, -1:] / 2
-    share = np.average(both[1] / both.sum(axis=0), axis=1, weights=late)
+    return _mean_ratio(both, collisions >= collisions[:, -1:] / 2)
+
+
+def late_quarters(measurement: Measurement) -> Array:
+    """The same in the quarters of the second half of the collisions, (*repeats*, 4)."""
+    collisions, both = temperatures(measurement)
+    edges = collisions[:, -1:] * np.linspace(0.5, 1.0, 5)
+    edges[:, -1] = math.inf  # the last row counts
+    since, until = edges[:, :-1, np.newaxis], edges[:, 1:, np.newaxis]
+    rows = (since <= collisions[:, np.newaxis]) & (collisions[:, np.newaxis] < until)
+    return np.stack([_mean_ratio(both, rows[:, place]) for place in range(4)], axis=1)
+
+
+def _mean_ratio(both: Array, rows: NDArray[np.bool_]) -> Array:
+    """T_rot/T_tr of repeats over some rows; nan without one."""
+    shares = np.where(rows, both[1] / both.sum(axis=0), 0.0)
+    share = np.sum(shares, axis=1) / np.sum(rows, axis=1)
     return np.asarray(share / (1 - share))
 
 
@@ -371,9 +387,20 @@ class Gas:
         kept = self.drift / self.measurement.first_energy
         return kept + (1 - kept) * left
 
-    def left_by_count(self) -> Array:
-        """Energy left at the end over that at the start, by the number of collisions."""
+    def left_by_count(self, fewer: int = 0) -> Array:
+        """Energy left at the end over that at the start, by the number of collisions.
+
+        fewer : components of the velocities that do not share it
+        """
         scene, events = self.scene, self.measurement.calm_events.astype(np.float64)
         walls, pairs = events.T
         shares = scene.restitution, pairs, scene.wall_restitution, walls
-        return theory.energy_ratio_by_events(components(scene), *shares)
+        return theory.energy_ratio_by_events(components(scene) - fewer, *shares)
+
+    def left_above_floor(self) -> Array:
+        """The same for the energy above that which conservation laws keep, see `floors`.
+
+        In a circle a component less shares it. nan where nothing is kept, as in a light container.
+        """
+        kept, above = floors(self.measurement), self.left_by_count(int(self.container.has_wall))
+        return kept + (1 - kept) * above

@@ -41,7 +41,7 @@ Flags = NDArray[np.bool_]
 WINDOWS = 20  # windows of time for the local pressure and energy
 
 RELAXING, LEAST_RELAXING = 15, 5
-"""Collisions of a ball while equal speeds relax; the fewest, where a kurtosis of 1.95 is 1.83."""
+"""Collisions per ball while equal speeds relax; the fewest, where a kurtosis of 1.95 is 1.83."""
 
 SPECIES_STATES = 60  # of a repeat, for the temperatures of its species
 
@@ -73,6 +73,7 @@ class Measurement:
     species_shares : (*repeats*, 2) mean kinetic energy of a ball of each of two species over that
         of a ball, after the relaxation; nan in repeats that are too short or have no events, and no
         columns for other numbers of species
+    species_quarters : (*repeats*, 4, 2) the same over the quarters of the states behind it
     events, calm_events : (*repeats*, 2) collisions at the wall and between balls; the latter before
         a collapse
     time : when each repeat ended, s
@@ -97,6 +98,7 @@ class Measurement:
     collision_speed: Array
     speeds: Integers
     species_shares: Array
+    species_quarters: Array
     events: Integers
     calm_events: Integers
     time: Array
@@ -121,7 +123,10 @@ class Measurement:
 
 
 def relaxing(number: int, of_a_ball: int = RELAXING) -> int:
-    """Ball-ball collisions in which a gas of ``number`` balls relaxes; none for one ball."""
+    """Ball-ball collisions in which a gas of ``number`` balls relaxes; none for one ball.
+
+    of_a_ball : as in `observables.collisions_per_ball`
+    """
     return math.ceil(of_a_ball * number / 2) if number > 1 else 0
 
 
@@ -238,6 +243,7 @@ def _measured(traces: Sequence[Trace], limits: tuple[float, float], pairs: float
     calm = [observables.before_collapse(trace) for trace in traces]
     relaxed = np.array([relaxed_at(trace, skipped) for trace in calm])
     rows, speeds = _series(traces, calm, relaxed)
+    shares, quarters = _species_shares(scene, calm, relaxed)
     lasts, starts = np.array([trace.stop.time for trace in traces]), rows.starts
     ends = _calm_ends(rows, traces)
     edges = np.linspace(0.0, lasts, WINDOWS + 1, axis=1)
@@ -271,7 +277,8 @@ def _measured(traces: Sequence[Trace], limits: tuple[float, float], pairs: float
         drift_energy=rows.drift,
         collision_speed=collisions.mean_speed(),
         speeds=speeds,
-        species_shares=_species_shares(scene, calm, relaxed),
+        species_shares=shares,
+        species_quarters=quarters,
         events=np.array([(trace.wall_events, trace.pair_events) for trace in traces]),
         calm_events=rows.columns[AT_WALL : BETWEEN + 1, ends - 1].T.astype(np.int64),
         time=lasts,
@@ -304,13 +311,13 @@ def _series(
     return TimeSeries(traces, time, np.array(values), starts, held), speeds
 
 
-def _species_shares(scene: Scene, calm: Sequence[Trace], relaxed: Array) -> Array:
-    """`Measurement.species_shares`, over states at even numbers of collisions."""
+def _species_shares(scene: Scene, calm: Sequence[Trace], relaxed: Array) -> tuple[Array, Array]:
+    """`Measurement.species_shares` and ``species_quarters``, over states at even collisions."""
     if not facts.hold(scene, "two_species"):
-        return np.empty((len(calm), 0))
+        return np.empty((len(calm), 0)), np.empty((len(calm), 4, 0))
     counts = np.array([len(balls) for balls in structure.species(scene)])
-    shares = np.full((len(calm), 2), math.nan)
-    for row, trace, since in zip(shares, calm, relaxed, strict=True):
+    shares, quarters = np.full((len(calm), 2), math.nan), np.full((len(calm), 4, 2), math.nan)
+    for repeat, (trace, since) in enumerate(zip(calm, relaxed, strict=True)):
         times = np.empty(0) if trace.snapshots is None else trace.snapshots.time
         if trace.events is not None:
             times = trace.events.time
@@ -320,8 +327,11 @@ def _species_shares(scene: Scene, calm: Sequence[Trace], relaxed: Array) -> Arra
         if len(times):
             times = times[even_choice(len(times), SPECIES_STATES)]
             warm = structure.over_time(structure.species_temperature, trace, times)
-            row[:] = np.mean(warm * scene.number / (warm @ counts)[:, np.newaxis], axis=0)
-    return shares
+            of_states = warm * scene.number / (warm @ counts)[:, np.newaxis]
+            shares[repeat] = np.mean(of_states, axis=0)
+            if len(times) >= 4:
+                quarters[repeat] = [part.mean(axis=0) for part in np.array_split(of_states, 4)]
+    return shares, quarters
 
 
 def _calm_ends(rows: TimeSeries, traces: Sequence[Trace]) -> Integers:

@@ -13,7 +13,7 @@ from snooker_cli.analysis import observables, quantities, structure
 from snooker_cli.analysis.decay import Note
 from snooker_cli.analysis.gas import is_heavy
 from snooker_cli.analysis.measurement import Measurement
-from snooker_cli.analysis.theories import BALANCE, disk_ratios, theory_of
+from snooker_cli.analysis.theories import BALANCE, disk_ratios, holding, theory_of
 from snooker_cli.facts import traits_of
 from snooker_cli.formatting import with_error
 from snooker_cli.laws import Driven
@@ -44,12 +44,13 @@ def of_scene(scene: Scene) -> Iterator[Note]:
     if facts.hold(traits, "no_walls"):
         yield Note(observables.NO_WALLS, "pressure, temperature, PV/NT by the virial")
     yield from _of_impulses(scene)
-    if theory_of(traits, quantities.SPECIES_RATIO, two_temperatures.EQUAL_RATES):
+    species = [one.model for one in holding(traits) if one.quantity == quantities.SPECIES_RATIO]
+    if species:
         first, second = structure.species_names(scene)
-        text = (
-            f"T₁/T₂: 1 is {first}, 2 is {second}; a uniform gas with Maxwell's velocities, which "
-            "fails at a small CoR and in clusters"
-        )
+        text = f"T₁/T₂: 1 is {first}, 2 is {second}"
+        if two_temperatures.EQUAL_RATES in species:
+            why = "fails at a small CoR and in clusters"
+            text += f"; a uniform gas with Maxwell's velocities, which {why}"
         yield Note(text, quantities.SPECIES_RATIO.name)
     if facts.hold(traits, "rough"):
         ratio = quantities.SPIN_RATIO.name

@@ -32,6 +32,14 @@ def instants(time: Array) -> NDArray[np.intp]:
     return np.flatnonzero(np.append(np.diff(time) > INSTANT * time[1:], True))
 
 
+def collisions_per_ball(pair_events: Array, number: int) -> Array:
+    """How often a ball met another one, in the mean: twice the collisions between balls over N.
+
+    Hits of the wall do not count. All documents, figures and the relaxation have this meaning.
+    """
+    return 2 * pair_events / number
+
+
 def before_collapse(trace: Trace) -> Trace:
     """The repeat without the collisions of a collapse, which are all at one instant.
 

@@ -120,6 +120,7 @@ SPECIES_RATIO = Quantity(
     _species_ratio,
     unmeasured="no state of the balls after the relaxation is stored; run the config with "
     "`record: events` or `snapshots`",
+    alone=("cooling", "two_species"),
 )
 SPIN_RATIO = Quantity(
     *("T_rot/T_tr", "T_rot/T_tr", "1", "T_rot/T_tr", "spin_ratio", "curve", ("rough",)),
@@ -173,7 +174,7 @@ MEAN_SPEED = Quantity(
     lambda g: g.means.mean_speed,
 )
 KURTOSIS = Quantity(
-    *("kurtosis of speeds", "⟨v⁴⟩/⟨v²⟩²", "1", "kurtosis of speeds", "speed_kurtosis"),
+    *("kurtosis of speeds", "⟨v⁴⟩/⟨v²⟩²", "1", "kurtosis ⟨v⁴⟩/⟨v²⟩²", "speed_kurtosis"),
     *("means", (), _kurtosis),
 )
 CHI_SQUARE = Quantity(
@@ -280,7 +281,7 @@ OF_FIGURES = (
 QUANTITIES: Mapping[str, Quantity] = {
     one.name: one
     for one in (
-        *(TEMPERATURE, HAFF_RATE, RATIO, SPECIES_RATIO, SPIN_RATIO, PRESSURE, VIRIAL_PRESSURE),
+        *(SPECIES_RATIO, SPIN_RATIO, TEMPERATURE, HAFF_RATE, RATIO, PRESSURE, VIRIAL_PRESSURE),
         *(VIRIAL_RATIO, WALL_RATE, PAIR_RATE, FREE_PATH, MEAN_SPEED, KURTOSIS, CHI_SQUARE),
         *(ENERGY_DECAY, PRESSURE_DECAY, ENERGY_LEFT, CRITICAL_RATIO, GIVEN, *SIDES_GIVEN.values()),
         *(COLLISION_LOSS, ACROSS, CONTACT, SONINE, STRUCTURE, DIFFUSION, *OF_FIGURES),

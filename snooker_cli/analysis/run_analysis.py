@@ -16,10 +16,10 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from snooker_cli import facts
-from snooker_cli.analysis.comparison import comparisons_of
+from snooker_cli.analysis.comparison import comparisons_of, state_of
 from snooker_cli.analysis.decay import QUANTITIES, Decay, Note, decays_of, fit_notes
 from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure, typical_pairs
-from snooker_cli.analysis.steady_state import stationary_part_of
+from snooker_cli.analysis.stationarity import stationary_part_of
 from snooker_cli.config import Point
 from snooker_cli.errors import RunError, UserError, error_text
 from snooker_cli.files import read_text, signature, sources_hash, write_text
@@ -41,6 +41,7 @@ SOURCES = ("analysis/*.py", "engine/*.py", "runs/*.py", "*.py")
 BYTES_OF_POINT = 100_000  # of its results with up to 100 repeats; they take a fifth of it
 
 NOTHING: dict[str, Records] = {"rows": [], "notes": []}
+NO_STATE: dict[str, Any] = {"kinds": [], "stationary": None, "changes": {}}
 
 _log = logging.getLogger(__name__)
 
@@ -51,10 +52,14 @@ def uncounted(traces: Iterator[Trace], label: str, total: int) -> Iterator[Trace
 
 
 class RunAnalysis(NamedTuple):
-    """An analysis of points of a run: JSON records with the ``parameters`` of their point."""
+    """An analysis of points of a run: JSON records with the ``parameters`` of their point.
+
+    states : of each point, what findings need of it besides its rows
+    """
 
     rows: Records
     notes: Records
+    states: Records
 
 
 def fits(
@@ -126,7 +131,7 @@ def _joined(
     run: Run, points: Sequence[Point], entries: Sequence[dict[str, Any]], name: str
 ) -> RunAnalysis:
     """The rows and notes of all points, and notes on the repeats that a run should have."""
-    rows, notes = Records(), Records()
+    rows, notes, states = Records(), Records(), Records()
     for point, entry in zip(points, entries, strict=True):
         parameters, wanted = {"parameters": point.as_json()}, run.requested(point)
         there = len(run.present(point))
@@ -136,7 +141,9 @@ def _joined(
         own = [Note(text)._asdict() for text in texts if text]
         rows += [parameters | row | {"requested": wanted} for row in entry[name]["rows"]]
         notes += [parameters | note for note in own + entry[name]["notes"]]
-    return RunAnalysis(rows, notes)
+        counts = {"repeats": there, "requested": wanted}
+        states.append(parameters | counts | entry.get("state", NO_STATE))
+    return RunAnalysis(rows, notes, states)
 
 
 def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict[str, Any]]:
@@ -244,7 +251,7 @@ def _all_results(run: Run, point: Point, counting: Counting) -> dict[str, Any]:
     """Fits, comparisons and table of a point; of an unfinished run, of the repeats that it has."""
     present = run.present(point)
     if not present:
-        return {"fits": NOTHING, "comparisons": NOTHING, "table": {}}
+        return {"fits": NOTHING, "comparisons": NOTHING, "table": {}, "state": NO_STATE}
     measurement = measurement_of(run, point, present, _traces(run, point, present, counting))
     constants = decays_of(measurement)
     compared, notes = comparisons_of(measurement, constants)
@@ -255,6 +262,7 @@ def _all_results(run: Run, point: Point, counting: Counting) -> dict[str, Any]:
             "notes": [note._asdict() for note in notes],
         },
         "table": _columns(measurement, constants),
+        "state": state_of(measurement),
     }
 
 

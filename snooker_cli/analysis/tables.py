@@ -1,22 +1,14 @@
-"""Rows of fits and comparisons as tables, and as sentences on what holds."""
+"""Rows of fits and comparisons as tables, below what holds."""
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 from snooker_cli.analysis.decay import FURTHER
-from snooker_cli.analysis.fitting import LAWS
-from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FEW_REPEATS, verdict
-from snooker_cli.analysis.quantities import (
-    GIVEN,
-    HAFF_RATE,
-    QUANTITIES,
-    RATIO,
-    SPECIES_RATIO,
-    SPIN_RATIO,
-)
+from snooker_cli.analysis.findings import Findings, few_repeats
+from snooker_cli.analysis.quantities import QUANTITIES
 from snooker_cli.analysis.run_analysis import Records
-from snooker_cli.analysis.theories import NO_THEORY, SOURCE_REPORT, START_RATES
+from snooker_cli.analysis.theories import SOURCE_REPORT
 from snooker_cli.formatting import (
     point_label,
     probability,
@@ -27,8 +19,6 @@ from snooker_cli.formatting import (
     with_error,
 )
 from snooker_cli.runs.side_by_side import RUN
-from snooker_cli.theory import IDEAL
-from snooker_cli.two_temperatures import MEAN_FIELD
 
 Item = TypeVar("Item")
 
@@ -73,8 +63,12 @@ def short_name(name: str) -> str:
     return re.sub("(?<=[a-z])_", " ", name)
 
 
-def table_lines(rows: Records, every: bool, brief: bool = False) -> list[str]:
+def table_lines(
+    rows: Records, every: bool, brief: bool = False, states: Records | None = None
+) -> list[str]:
     """What holds for each point, and unless `brief` is wanted tables; `every` adds errors.
+
+    states : of the points, see `Findings`
 
     A point has a table. Runs side by side have one for each quantity and model, with their points
     as rows.
@@ -83,10 +77,7 @@ def table_lines(rows: Records, every: bool, brief: bool = False) -> list[str]:
     columns, cells, is_fit = COMPARE_COLUMNS, compare_cells, bool(rows) and "amplitude" in rows[0]
     if is_fit:
         columns, cells = FIT_COLUMNS + MORE_FIT_COLUMNS * every, fit_cells
-    holds = list[str]()
-    for label, group in _grouped(rows, lambda row: point_label(row["parameters"])).items():
-        if sentence := finding(group * is_fit, group * (not is_fit)):
-            holds.append(f"{label}: {sentence}")
+    holds = Findings(rows * is_fit, rows * (not is_fit), states or []).lines
     holds += few_repeats(rows * is_fit)
     if brief or not rows:
         return holds
@@ -192,127 +183,3 @@ def note_lines(notes: Records, points: int) -> Iterator[str]:
                 f"{number} of {points} points, as at {labels[0]}" if merged else "; ".join(labels)
             )
             yield note if len(labels) == points else f"{about}: {note}"
-
-
-# What holds for a point or a run, as a sentence.
-
-MOST_ERRORS = 3.0  # of the balance of energy in a gas that is called steady
-
-SYMBOLS = {
-    one.name: (one.symbol, one.unit_text) for one in (RATIO, SPECIES_RATIO, SPIN_RATIO, HAFF_RATE)
-}
-"""The comparisons that a finding may have: symbol and unit. The last one of each point counts."""
-
-
-def finding(fits: Records, compared: Records) -> str:
-    """What holds for a point: a sentence without a full stop, empty if nothing is known.
-
-    fits, compared : the point's rows of fits and comparisons; either may be empty
-
-    A gas that cools has the law that its energy follows longest, and Haff's α beside theory.
-    Another gas has PV/NT beside theory, and one that walls keep warm whether it may not be steady.
-    """
-    laws, beside = [row for row in fits if _cools(row)], main_comparisons(compared)
-    if not laws:
-        known = [*map(_beside, beside[-1:]), *_imbalance(compared)]
-        return "; ".join([*known, *_reservations(beside[-1:])])
-    law = max(laws, key=lambda row: (row["holds_to"] or 0.0, row["model"] == "haff"))
-    if law["value"] is None:
-        return "The energy has no fit"
-    constant = f"{LAWS[law['model']].symbol} = {with_error(law['value'], law['error'], '1/s')}"
-    if law["model"] == "haff" and beside and beside[-1]["quantity"] == "Haff's α":
-        constant = _beside(beside[-1])
-    rest = "; ".join([constant, *_reservations([law])])
-    return f"{verdict(law)}; {rest}"
-
-
-def _imbalance(compared: Records) -> Iterator[str]:
-    """A sentence if the walls do not give what collisions take: then a gas is hardly steady."""
-    for row in compared:
-        errors = row["difference_in_errors"]
-        if row["quantity"] == GIVEN.name and errors is not None and abs(errors) > MOST_ERRORS:
-            less = "more" if errors > 0 else "less"
-            yield f"the walls give {less} than collisions take ({abs(errors):.1f} errors)"
-
-
-def few_repeats(fits: Records) -> list[str]:
-    """``FEW_REPEATS`` if few repeats do not refuse one of these laws, up to some time."""
-    judged = (row for row in fits if row["probability"] is not None)
-    few = (row for row in judged if row["judged_repeats"] < ENOUGH_REPEATS)
-    return [FEW_REPEATS] if any(row["holds_to"] > row["judged_from"] for row in few) else []
-
-
-def overview(fits: Records, compared: Records) -> str:
-    """What holds for the points of a run, in a sentence like that of ``finding``."""
-    haff = [row for row in fits if _cools(row) and row["model"] == "haff"]
-    judged = [row for row in haff if row["probability"] is not None]
-    held = [row["holds_to"] == row["judged_to"] for row in judged]
-    parts = [f"Haff's law is not refused to the end at {sum(held)} of {len(held)} points that cool"]
-    groups: dict[str, list[float]] = {}
-    beside, ideal = main_comparisons(compared), []
-    for row in beside:
-        if row["model"] == IDEAL:
-            ideal.append(row["measured"])
-            continue
-        name = f"{row['quantity']} differs from {theory_name(row)} by"
-        groups.setdefault(name, []).append(100 * row["difference"] / row["predicted"])
-    for name, shares in groups.items():
-        ends = dict.fromkeys(short(share, 2) for share in (min(shares), max(shares)))
-        parts.append(f"{name} {' to '.join(ends)} %")
-    if ideal:
-        ends = dict.fromkeys(short(value) for value in (min(ideal), max(ideal)))
-        parts.append(f"PV/NT is {' to '.join(ends)} (an ideal gas has 1)")
-    return "; ".join([*parts[not held :], *_reservations([*haff, *beside])])
-
-
-def _reservations(rows: Records) -> Iterator[str]:
-    """How many repeats behind rows ended early or are missing, each point counted once."""
-    points = {point_label(row["parameters"]): row for row in rows}.values()
-    total, early, requested = 0, 0, 0
-    for row in points:
-        repeats = row["simulated"] if "simulated" in row else row["repeats"] + row["failed"]
-        total, early = total + repeats, early + repeats - row["complete"]
-        requested += row["requested"]
-    if early:
-        of_all = f"all {total}" if early == total else f"{early} of {total}"
-        sentence = "the repeat ended early" if total == 1 else f"{of_all} repeats ended early"
-        judged = [row.get("judged_repeats") for row in points] == [total - early]
-        yield f"{sentence}, and the law is judged on the others" if judged else sentence
-    if total < requested:
-        yield f"only {total} of {requested} repeats are there"
-
-
-def _cools(fit: dict[str, Any]) -> bool:
-    """Whether a fit is that of the energy of a gas that loses energy."""
-    return fit["quantity"] == "kinetic_energy" and not fit["elastic"]
-
-
-def main_comparisons(rows: Records) -> Records:
-    """The comparison of each point: Haff's α or T_rot/T_tr, else PV/NT with the best theory."""
-    beside = (row for row in rows if row["quantity"] in SYMBOLS and row["model"] != NO_THEORY)
-    known = {point_label(row["parameters"]): row for row in beside}
-    return list(known.values())
-
-
-def _beside(row: dict[str, Any]) -> str:
-    """``α = 0.697 ± 0.021 1/s, 4 % below Enskog, 2.1 errors``."""
-    symbol, unit = SYMBOLS[row["quantity"]]
-    errors = row["difference_in_errors"]
-    value = with_error(row["measured"], row["error"], unit)
-    if row["model"] == IDEAL:  # no theory of these balls: the difference is no test
-        return f"{symbol} = {value} (an ideal gas has {short(row['predicted'])})"
-    known = errors is not None and row["repeats"] > 2  # an error of two repeats says little
-    distance = f", {abs(errors):.1f} errors" if known else ""
-    return f"{symbol} = {value}, {excess(row)} {theory_name(row)}{distance}"
-
-
-def excess(row: Mapping[str, Any]) -> str:
-    """How far a result is from its prediction: ``4 % below``."""
-    share = 100 * row["difference"] / row["predicted"]
-    return f"{ratio(abs(share))} % {'below' if share < 0 else 'above'}"
-
-
-def theory_name(row: Mapping[str, Any]) -> str:
-    """The name of a model as a theory: ``Enskog``, ``theory for hard disks, finite N``."""
-    known = {START_RATES: "Enskog", MEAN_FIELD: "mean-field theory"}
-    return known.get(row["model"], f"theory for {row['model']}")

@@ -52,6 +52,7 @@ WALLS, BALANCE = "temperature of the wall", "balance of energy"
 BOLTZMANN, ENSKOG, START_RATES = "Boltzmann", "Enskog", "Enskog rates at the start"
 MAXWELL, FIXED, COOLING = "Maxwell-Boltzmann", "fixed energy", "homogeneous cooling, a2"
 CRITICAL, BY_COUNT = "critical length", "by event count"
+ABOVE_ROTATION, ABOVE_DRIFT = f"{BY_COUNT}, above L²/2I", f"{BY_COUNT}, above p²/2M"
 CHI, COMPRESSIBILITY = "contact value χ", "compressibility, k → 0"
 SOURCE_REPORT = "source report"
 """How models of the source report begin, which only --all prints."""
@@ -353,6 +354,17 @@ THEORIES: tuple[Theory, ...] = (
         *(q.ENERGY_LEFT, BY_COUNT, "exact for independent collisions"),
         (*DECAYS, "constant_cor"),
         Gas.left_by_count,
+    ),
+    *(
+        Theory(
+            *(q.ENERGY_LEFT, model, "exact for independent collisions"),
+            (*DECAYS, "constant_cor", *kept),
+            Gas.left_above_floor,
+        )
+        for model, kept in (
+            (ABOVE_ROTATION, ("keeps_turning",)),
+            (ABOVE_DRIFT, ("drifts",)),
+        )
     ),
     Theory(
         *(q.ENERGY_LEFT, "Enskog rates, e(v)", KINETIC),

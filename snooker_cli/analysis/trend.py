@@ -1,7 +1,6 @@
 """How the main result of a run changes along a swept key, beside theory."""
 
 import math
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,21 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.analysis.goodness import (
-    ENOUGH_REPEATS,
-    LEAST_PROBABILITY,
-    joint_probability,
-)
-from snooker_cli.analysis.run_analysis import Records
-from snooker_cli.analysis.tables import (
+from snooker_cli.analysis.findings import (
     MOST_ERRORS,
-    SYMBOLS,
-    excess,
-    main_comparisons,
+    distance,
+    is_theory,
+    main_result,
     theory_name,
 )
-from snooker_cli.formatting import chance, point_label, value_text, with_error
-from snooker_cli.theory import IDEAL
+from snooker_cli.analysis.quantities import QUANTITIES, Quantity
+from snooker_cli.analysis.run_analysis import Records
+from snooker_cli.formatting import point_label, value_text, with_error
 
 Array = NDArray[np.float64]
 
@@ -33,7 +27,7 @@ SURE = 2.0  # errors by which two neighbours differ, so that a change has a dire
 
 @dataclass(frozen=True)
 class Trend:
-    """The main result of points along a key: Haff's α, T_rot/T_tr or PV/NT beside the best theory.
+    """The main result of points along a key, such as α, T_rot/T_tr or PV/NT, beside one theory.
 
     key, key_unit : the swept key, and the unit of its values; empty for a number
     rows : a comparison of each point, in the order of the key
@@ -56,34 +50,32 @@ class Trend:
         return np.array([float(row["parameters"][self.key]) for row in self.rows])
 
     @property
-    def symbol(self) -> str:
-        """The symbol of the result: ``α``."""
-        return SYMBOLS[self.rows[0]["quantity"]][0]
-
-    @property
-    def unit(self) -> str:
-        """The unit of the result; empty for a ratio."""
-        return SYMBOLS[self.rows[0]["quantity"]][1]
+    def quantity(self) -> Quantity:
+        """What the result is."""
+        return QUANTITIES[self.rows[0]["quantity"]]
 
     @property
     def theory(self) -> str:
         """The name of the theory; empty if there is only that of an ideal gas."""
-        return "" if self.rows[0]["model"] == IDEAL else theory_name(self.rows[0])
+        return theory_name(self.rows[0]) if is_theory(self.rows[0]) else ""
 
     def sentence(self) -> str:
-        """How the result changes, and whether as much as in theory; without a full stop."""
+        """How the result changes, and where it is farthest from theory; without a full stop."""
+        return "; ".join(filter(None, [self.change, self._farthest() if self.theory else ""]))
+
+    @property
+    def change(self) -> str:
+        """How the result changes, and whether as steeply as in theory; without a full stop."""
         verb, ends = self._verb(), (self.rows[0], self.rows[-1])
         if verb not in (FALLS, RISES):
             ends = min(self.rows, key=_measured), max(self.rows, key=_measured)
+        unit = self.quantity.unit_text
         low, high = (
-            f"{with_error(row['measured'], row['error'], self.unit)} at {self._place(row)}"
+            f"{with_error(row['measured'], row['error'], unit)} at {self._place(row)}"
             for row in ends
         )
-        change = f"{self.symbol} {verb} from {low} to {high}"
-        if not self.theory:
-            return change
-        parts = [change + self._beside_theory(), self._farthest(), self._together()]
-        return "; ".join(filter(None, parts))
+        beside = self._beside_theory() if self.theory else ""
+        return f"{self.quantity.symbol} {verb} from {low} to {high}{beside}"
 
     def _place(self, row: Mapping[str, Any]) -> str:
         """The value of the key at a point: ``balls.radius = 1.2 m``."""
@@ -117,15 +109,6 @@ class Trend:
         steeper = "more" if growth[0] > growth[1] else "less"
         return f", {steeper} steeply than {self.theory} ({abs(change) / of_change:.1f} errors)"
 
-    def _together(self) -> str:
-        """Whether all points together agree with theory, by χ² of enough repeats at each."""
-        errors, repeats = self.column("difference_in_errors"), self.column("repeats")
-        if not np.all(np.isfinite(errors)) or np.any(repeats < ENOUGH_REPEATS):
-            return ""
-        p = joint_probability(errors)
-        verdict = "differ from" if p < LEAST_PROBABILITY else "do not refuse"
-        return f"the {len(errors)} points together {verdict} this theory (χ², {chance(p)})"
-
     def _farthest(self) -> str:
         """Where the result differs most from theory, in errors; of at least two that are known."""
         errors = np.abs(self.column("difference_in_errors"))
@@ -136,21 +119,21 @@ class Trend:
         place = int(np.argmax(errors))
         row = self.rows[place]
         most = f"{errors[place]:.1f} errors, the most of {known} points"
-        return f"it is {excess(row)} theory at {self._place(row)} ({most})"
+        return f"it is {distance(row)} theory at {self._place(row)} ({most})"
 
 
 def _measured(row: Mapping[str, Any]) -> float:
     return float(row["measured"])
 
 
-def trends(compared: Records, key: str, unit: str = "") -> dict[str, Trend]:
+def trends(compared: Sequence[Mapping[str, Any]], key: str, unit: str = "") -> dict[str, Trend]:
     """Trends along a key, by the values of the other keys (empty if there is none).
 
     compared : rows of ``comparisons``
     unit : of the key
     """
     groups: dict[str, Records] = {}
-    for row in main_comparisons(compared):
+    for row in main_result(compared):
         others = dict(row["parameters"])
         value = others.pop(key, None)
         if isinstance(value, int | float) and not isinstance(value, bool):
@@ -166,11 +149,7 @@ def trend_of(
 
     unit, words : of the key's values, as of ``Trend``
 
-    It has the quantity and the theory that most of them have.
+    It is of the main quantity beside one theory, see `main_result`.
     """
-    rows = main_comparisons(compared)
-    kinds = Counter((row["quantity"], row["model"]) for row in rows)
-    common = max(kinds, key=lambda kind: kinds[kind], default=None)
-    alike = [row for row in rows if (row["quantity"], row["model"]) == common]
-    alike.sort(key=lambda row: float(row["parameters"][key]))
-    return Trend(key, alike, unit, words or {}) if len(alike) > 1 else None
+    rows = sorted(main_result(compared), key=lambda row: float(row["parameters"][key]))
+    return Trend(key, rows, unit, words or {}) if len(rows) > 1 else None

@@ -158,8 +158,26 @@ class Analyses(runs.Run):
         from snooker_cli.analysis.tables import MORE_COMPARED, PAIRED
 
         analysis = comparisons(self, self.matching(**where), counting)
-        footer = (f"{PAIRED} {MORE_COMPARED}",)
-        return self._records(analysis, footer, quantity, model, where)
+        footer, states = (f"{PAIRED} {MORE_COMPARED}",), analysis.states
+        return self._records(analysis, footer, quantity, model, where, states)
+
+    @in_python()
+    def finding(self, **where: Any) -> str:
+        """What holds, in sentences: the main results beside theory, as reports begin.
+
+        where : only points with these values, as in ``matching``
+
+        Of several points it is about all of them. ``print(run.compare().text(brief=True))`` has a
+        line for each. Raises ``RunError`` or ``FigureError``.
+        """
+        from snooker_cli.analysis.findings import Findings
+        from snooker_cli.analysis.run_analysis import comparisons, fits
+
+        points = self.matching(**where)
+        fitted = fits(self, points=points, counting=counting)
+        compared = comparisons(self, points, counting)
+        found = Findings(fitted.rows, compared.rows, compared.states)
+        return found.overview if points[1:] else found.at(found.labels[0])
 
     def _records(
         self,
@@ -168,6 +186,7 @@ class Analyses(runs.Run):
         quantity: str | Sequence[str],
         model: str | Sequence[str],
         where: Mapping[str, Any],
+        states: Sequence[dict[str, Any]] = (),
     ) -> Records:
         """An analysis of the points with some values, and of quantities and models by name."""
         from snooker_cli.figures.captions import unfinished, unlisted
@@ -176,8 +195,10 @@ class Analyses(runs.Run):
         points = self.matching(**where)
         others = [f"T{text[1:]}." for text in [unlisted(self)] if text]
         records = Records(
-            *analysis,
+            analysis.rows,
+            analysis.notes,
             points=len(points),
+            states=states,
             footer=() if where else (*footer, *others),
             unfinished=unfinished(self, Selection(_alternatives(where))),
             warning=early_warning(self, points),
@@ -389,7 +410,8 @@ class SideBySide(RunsSideBySide, Analyses):
     """Runs side by side: their ``points`` as those of one run, whose first key is ``run``.
 
     ``snooker.open("A", "B")`` gives it. Its methods are those of ``Run`` that need no folder of
-    their own: ``fit``, ``compare``, ``table``, ``plot``, ``save_figures``, ``films``, ``animate``.
+    their own: ``fit``, ``compare``, ``finding``, ``table``, ``plot``, ``save_figures``, ``films``
+    and ``animate``.
     """
 
     def __repr__(self) -> str:

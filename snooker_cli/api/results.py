@@ -82,6 +82,7 @@ class Records(list[dict[str, Any]]):
     notes : what a reader should know of the rows: records with ``parameters`` and ``note``
     unfinished : how many repeats an unfinished run has, as a sentence; else empty
     warning : if most repeats ended early, a sentence with what helps; else empty
+    states : of ``compare``, what findings need of each point besides its rows
     """
 
     def __init__(
@@ -93,8 +94,10 @@ class Records(list[dict[str, Any]]):
         footer: Sequence[str] = (),
         unfinished: str = "",
         warning: str = "",
+        states: Sequence[dict[str, Any]] = (),
     ) -> None:
         super().__init__(rows)
+        self.states = list(states)
         self.notes, self.unfinished, self.warning = notes, unfinished, warning
         self._points, self._footer = points, footer
 
@@ -116,14 +119,19 @@ class Records(list[dict[str, Any]]):
             rows = rows_with(rows, field, parts or [""])
             notes = rows_with(notes, field, parts or [""])
         return Records(
-            rows, notes, points=self._points, unfinished=self.unfinished, warning=self.warning
+            rows,
+            notes,
+            points=self._points,
+            unfinished=self.unfinished,
+            warning=self.warning,
+            states=self.states,
         )
 
     def lines(self, *, every: bool = False, brief: bool = False) -> list[str]:
         """The lines of the text above the remarks; the arguments are those of ``text``."""
         from snooker_cli.analysis.tables import table_lines
 
-        return table_lines(self._rows(every), every, brief)
+        return table_lines(self._rows(every), every, brief, self.states)
 
     def remarks(self, *, every: bool = False) -> list[str]:
         """The paragraphs below the tables: what the columns are, and the notes."""

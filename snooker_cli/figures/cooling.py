@@ -1,7 +1,8 @@
 """Fits of a decay, decay constants against the CoR, the decay rate over time, energy by events."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,17 +10,22 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.analysis import quantities, theories
 from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_constants
+from snooker_cli.analysis.findings import Findings
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.gas import (
     components,
     enskog_rates,
+    finite_haff_rate,
     floors,
     haff_rate,
     starting_temperature,
 )
 from snooker_cli.analysis.measurement import Measurement
-from snooker_cli.analysis.observables import mean_and_error, standard_errors
-from snooker_cli.analysis.tables import finding
+from snooker_cli.analysis.observables import (
+    collisions_per_ball,
+    mean_and_error,
+    standard_errors,
+)
 from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.analysis.trend import Trend
 from snooker_cli.config import Point
@@ -38,7 +44,9 @@ from snooker_cli.figures.figure_data import (
     places,
 )
 from snooker_cli.figures.selection import Selection, described
-from snooker_cli.formatting import with_error
+from snooker_cli.formatting import point_label, with_error
+from snooker_cli.laws import Constant
+from snooker_cli.scene import Scene
 
 RATE = "s⁻¹"
 
@@ -59,7 +67,7 @@ _FLOORS = {
 
 _HAFF: dict[str, tuple[str, LineStyle]] = {
     "fitted": ("Haff's law 2α/(1 + αt), α fitted", "solid"),
-    "theory": ("Haff's law, α of kinetic theory", "dashed"),
+    "theory": (f"Haff's law, α of {theory.FINITE}", "dashed"),
     "floor": ("Haff's law above the energy kept by {}", "dashdot"),
 }
 """The forms of Haff's law: in the legend, and their dashes. What is fitted has the law's colour."""
@@ -123,7 +131,8 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     seen = ""
     if quantity == "kinetic_energy":
         asked = {"parameters": point.as_json(), "requested": len(build.repeats(point))}
-        seen = f"{finding([decay.as_json() | asked for decay in fitted], [])}. "
+        found = Findings([decay.as_json() | asked for decay in fitted], [])
+        seen = f"{found.at(point_label(point.as_json()))}. "
     return build.figure(
         f"{seen}Each repeat is fitted; the law has the mean of their constants.",
         numbers=numbers,
@@ -138,7 +147,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     One series has a colour for each constant. Several, of runs side by side, have a colour each.
     """
     names, several = [group[0] for group in build.groups], len(build.groups) > 1
-    caption = ""
+    caption, model = "", _model(source)
     if source:
         caption = (
             "Dashed: the source report's k = −2 ln(CoR)⟨v⟩/λ, ⟨v⟩ of complete repeats and "
@@ -154,7 +163,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
             name = "k by the source report"
             build.lines.append(Line(cors, column["report_k"], name, k_series, "dashed"))
         scene = build.start(points[0])
-        if theories.theory_of(scene, quantities.HAFF_RATE, theories.START_RATES):
+        if theories.theory_of(scene, quantities.HAFF_RATE, model):
             rates = enskog_rates(scene, starting_temperature(scene))
             # The logarithm has no value at CoR 0.
             grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
@@ -164,22 +173,22 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
                 name = "k, mean free path after Enskog"
                 build.lines.append(Line(grid, np.array(law), name, k_series, "dotted"))
                 caption += "Dotted: ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ). "
-            expected = _enskog_constants(points[0], rates, np.append(grid, cors))
-            curve, theory_name = expected[: len(grid)], None if several else _ENSKOG
+            expected = _haff_constants(points[0], scene, np.append(grid, cors), source)
+            curve, theory_name = expected[: len(grid)], None if several else f"α, {model}"
             build.lines.append(Line(grid, curve, theory_name, series["haff"], "solid"))
             alpha, error = column["alpha"], column["alpha_error"]
             build.add_residuals(series["haff"], cors, alpha, error, expected[len(grid) :])
             if len(build.groups) <= MOST_SENTENCES:
                 about = f"{build.label(points[0], names)}: " if several else ""
                 build.beside_theory = True
-                caption += f"{about}{_along_cor(records, expected[len(grid) :])}. "
-        for law_name, model in LAWS.items():
-            label: str | None = f"{model.symbol}, {model.label} fitted"
+                caption += f"{about}{_along_cor(records, expected[len(grid) :], model)}. "
+        for law_name, law_model in LAWS.items():
+            label: str | None = f"{law_model.symbol}, {law_model.label} fitted"
             if several:
                 label = build.label(points[0], names) if law_name == "haff" else None
-            filled, errors = not several or law_name == "haff", column[f"{model.key}_error"]
+            filled, errors = not several or law_name == "haff", column[f"{law_model.key}_error"]
             build.lines.append(
-                Points(cors, column[model.key], errors, label, series[law_name], filled)
+                Points(cors, column[law_model.key], errors, label, series[law_name], filled)
             )
     if several:
         empty = np.empty(0)
@@ -187,7 +196,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
             Points(empty, empty, None, f"{m.symbol}, {m.label} fitted", NEUTRAL, law == "haff")
             for law, m in LAWS.items()
         ]
-        build.lines.append(legend_line(_ENSKOG, "solid"))
+        build.lines.append(legend_line(f"α, {model}", "solid"))
     title, walls = build.title, {described(point, "wall_cor") for point in names}
     if names[0].experiment.container.shape_class.has_wall and len(walls) == 1:
         title = f"{title}: {walls.pop()}"
@@ -195,7 +204,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     return build.figure(caption.strip(), numbers={"ended_early": early}, title=title)
 
 
-def _along_cor(records: Sequence[dict[str, Any]], expected: Array) -> str:
+def _along_cor(records: Sequence[dict[str, Any]], expected: Array, model: str) -> str:
     """How the fitted α changes with the CoR, beside its prediction, as a sentence."""
     columns = ("alpha", "alpha_error")
     alpha, error = (np.array([row[name] for row in records]) for name in columns)
@@ -210,14 +219,11 @@ def _along_cor(records: Sequence[dict[str, Any]], expected: Array) -> str:
     }
     cors = [row["parameters"]["cor"] for row in records]
     rows = [
-        {"quantity": quantities.HAFF_RATE.name, "model": theories.START_RATES, **record}
+        {"quantity": quantities.HAFF_RATE.name, "model": model, **record}
         | {name: column[place] for name, column in numbers.items()}
         for place, record in enumerate(records)
     ]
     return Trend("cor", rows, words={cor: f"CoR {cor:g}" for cor in cors}).sentence()
-
-
-_ENSKOG = f"α, {theories.START_RATES}"
 
 
 def _constants(build: FigureBuilder, point: Point, source: bool) -> dict[str, Any]:
@@ -232,14 +238,24 @@ def _constants(build: FigureBuilder, point: Point, source: bool) -> dict[str, An
     return build.records[-1]
 
 
-def _enskog_constants(point: Point, rates: theory.CollisionRates, cors: Array) -> Array:
-    """Haff's α at these CoR, from the rates of collisions at the start; 1/s."""
-    wall = point.experiment.wall_cor
-    losses = (
-        theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
-        for e in cors.tolist()
-    )
-    return np.array([theory.haff_rate(loss) for loss in losses])
+def _model(source: bool) -> str:
+    """The theory of Haff's α: that of findings, or in the reproduction that of its text."""
+    return theories.START_RATES if source else theory.FINITE
+
+
+def _rate(source: bool) -> Callable[[Scene], float]:
+    """Haff's α of a scene by the theory of `_model`, 1/s."""
+    return haff_rate if source else finite_haff_rate
+
+
+def _haff_constants(point: Point, scene: Scene, cors: Array, source: bool) -> Array:
+    """Haff's α of a point with these CoR by theory, from the state at the start; 1/s."""
+    follows, rates = point.experiment.wall_cor is None, []
+    for cor in cors.tolist():
+        law = Constant(cor)
+        gas = replace(scene, pair_law=law, wall_law=law if follows else scene.wall_law)
+        rates.append(_rate(source)(gas))
+    return np.array(rates)
 
 
 class _LocalDecay(NamedTuple):
@@ -262,12 +278,12 @@ class _LocalDecay(NamedTuple):
     laws: dict[str, tuple[float, float]]
 
 
-def haff_time(build: FigureBuilder) -> FigureData:
+def haff_time(build: FigureBuilder, source: bool = False) -> FigureData:
     """The local decay rate −d ln E/dt against time, with Haff's law and, of one point, a constant.
 
     Haff's laws of several points are one curve, with times in units of 1/α and rates of 2α.
     """
-    found = [_local_decay(build, point) for point in build.points]
+    found = [_local_decay(build, point, source) for point in build.points]
     several, kept, ends = len(found) > 1, _kept(build.points), []
     drawn = {law for one in found for law in one.laws}
     common = "theory" if all("theory" in one.laws for one in found) else "fitted"
@@ -323,7 +339,7 @@ def haff_time(build: FigureBuilder) -> FigureData:
     return build.figure(caption + (_FLOORS[kept] if "floor" in drawn else ""), **labels)
 
 
-def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
+def _local_decay(build: FigureBuilder, point: Point, source: bool) -> _LocalDecay:
     """The local decay of a point. Raises ``FigureError`` if it has too few collisions."""
     measurement = build.measurement(point)
     edges, rates, errors, left = _local_rates(measurement)
@@ -334,8 +350,8 @@ def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
         raise FigureError("a point's repeats are too short to be fitted; run longer")
     floor = float(floors(measurement).mean())
     laws = {"fitted": (alpha, 0.0)}
-    if theories.theory_of(measurement.scene, quantities.HAFF_RATE, theories.START_RATES):
-        expected = haff_rate(measurement.scene)
+    if theories.theory_of(measurement.scene, quantities.HAFF_RATE, _model(source)):
+        expected = _rate(source)(measurement.scene)
         laws["theory"] = (expected, 0.0)
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)
@@ -394,9 +410,12 @@ def event_decay(build: FigureBuilder) -> FigureData:
         if shortest == 0:
             raise FigureError("a repeat has no collisions; run longer")
         counts = np.unique(np.linspace(0.0, shortest, COUNTS + 1).round())
-        energies, expected, of_heat = _against_counts(measurement, counts)
+        pairs, energies, expected, of_heat = _against_counts(measurement, counts)
         kept_shares = floors(measurement)[:, np.newaxis]
-        x, final = counts / scene.number, mean_and_error(energies[:, -1])
+        x = collisions_per_ball(pairs, scene.number).mean(axis=0)
+        if x[-1] == 0:
+            raise FigureError("no ball has met another one; run longer")
+        final = mean_and_error(energies[:, -1])
         build.add_points(index, build.label(point), x, energies)
         floor, alone = float(kept_shares.mean()), expected.mean(axis=0)
         record = {"collisions_per_ball": x[-1], "floor": floor}
@@ -425,8 +444,8 @@ def event_decay(build: FigureBuilder) -> FigureData:
     return build.figure(caption)
 
 
-def _against_counts(measurement: Measurement, counts: Array) -> tuple[Array, Array, Array]:
-    """Energy ratios (*repeats*, *n*) after these collisions; the ratios expected from them.
+def _against_counts(measurement: Measurement, counts: Array) -> tuple[Array, Array, Array, Array]:
+    """Collisions between balls (*repeats*, *n*) among these; energy ratios; those expected.
 
     Last, the ratio of the energy above the kept one: in a circle a component less shares it.
     """
@@ -443,7 +462,7 @@ def _against_counts(measurement: Measurement, counts: Array) -> tuple[Array, Arr
         )
         for number in (shared, shared - scene.container.has_wall)
     )
-    return ratio, free, above
+    return pairs, ratio, free, above
 
 
 def _kept(points: Sequence[Point]) -> str:

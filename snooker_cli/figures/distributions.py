@@ -260,6 +260,9 @@ MOST_WAVES = 300_000_000  # balls times states times waves of a figure, which ta
 
 LEAST_SPEEDS = 100  # fewer show a distribution to no more than a tenth, 1/√n
 
+KOLMOGOROV = math.sqrt(math.pi / 2) * math.log(2)
+"""Mean largest difference of n independent speeds from their law, times √n: 0.87 (Kolmogorov)."""
+
 REDUCED_TEMPERATURE = 0.5
 """The reduced speed v sqrt(m/2T) is the speed of a ball of mass 1 at this temperature."""
 
@@ -313,7 +316,7 @@ def speeds(build: FigureBuilder) -> FigureData:
             point,
             speeds=int(total),
             distance_from_fixed_energy=math.nan if free is None else difference,
-            one_over_root=float(total**-0.5),
+            expected_distance=KOLMOGOROV / math.sqrt(total),
         )
     reduced = np.linspace(0.0, fastest, 160)
     for index, (free, unit) in enumerate(laws):

@@ -64,6 +64,7 @@ def against_key(build: FigureBuilder) -> FigureData:
         )
     first = drawn[0]
     build.lines += [legend_line(name, "dashed") for name in {t.theory for t in drawn} if name]
+    symbol = first.quantity.symbol
     build.result = Result(first.rows[0]["quantity"], "value", theory="theory")
     unit = f" ({build.result.unit})" if build.result.unit else ""
     build.beside_theory = len(drawn) == 1
@@ -78,9 +79,9 @@ def against_key(build: FigureBuilder) -> FigureData:
     also = f"Along with it changes: {others}." if linked else ""
     return build.figure(
         " ".join(filter(None, [seen, also, _left_out(build)])),
-        title=f"{first.symbol} against {x_label.partition(' (')[0]}",
+        title=f"{symbol} against {x_label.partition(' (')[0]}",
         x_label=x_label,
-        y_label=f"{first.symbol}{unit}",
+        y_label=f"{symbol}{unit}",
         logarithmic=more_than_a_decade([values]) and bool(values.min() > 0),
     )
 

@@ -10,7 +10,11 @@ from snooker_cli.analysis import observables, quantities, structure, theories
 from snooker_cli.analysis.decay import course
 from snooker_cli.analysis.gas import cooling_spins, fluid_state, temperatures
 from snooker_cli.analysis.measurement import Measurement
-from snooker_cli.analysis.observables import mean_and_error, standard_errors
+from snooker_cli.analysis.observables import (
+    collisions_per_ball,
+    mean_and_error,
+    standard_errors,
+)
 from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.config import Point
 from snooker_cli.engine import stored_times
@@ -30,6 +34,7 @@ from snooker_cli.figures.figure_data import (
     places,
 )
 from snooker_cli.figures.selection import elastic, gas
+from snooker_cli.formatting import listed, short
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import Trace, even_choice
 
@@ -267,7 +272,8 @@ def species_ratio(build: FigureBuilder) -> FigureData:
     ):
         names = structure.species_names(scene)
         curve = build.measurement(point).curve
-        collisions = 2 * curve.at(times, curve.pair_events).mean(axis=0) / scene.number
+        pairs = curve.at(times, curve.pair_events).mean(axis=0)
+        collisions = collisions_per_ball(pairs, scene.number)
         ratio, error = _ratio(rows)
         build.lines.append(Line(collisions, ratio, build.label(point), index, "solid"))
         if len(rows) > 1:
@@ -361,14 +367,20 @@ def density_fluctuations(build: FigureBuilder) -> FigureData:
     """Variance over mean of the number of balls in cells, over time."""
     over_time = _over_time(build, structure.density_fluctuation)
     build.lines.append(Reference("y", 1.0))
-    for index, (point, _, times, rows) in enumerate(over_time):
-        later = times > 0
+    limits = dict[str, None]()
+    for index, (point, scene, times, rows) in enumerate(over_time):
+        later, packing = times > 0, scene.packing_fraction
+        if scene.equal_balls and packing <= theory.DENSEST_FLUID:
+            limits[f"{short(theory.structure_at_zero(packing), 2)} at packing {packing:.2g}"] = None
         build.add_means(index, build.label(point), times[later], rows[:, later, 0])
         build.record(point, final=mean_and_error(rows[:, -1, 0]))
     caption = (
         f"Cells have {structure.DENSITY_BALLS:g} balls on average. Independent points have 1 "
         "(Poisson), and a fluid has less."
     )
+    if limits:
+        limit = listed([*limits])
+        caption += f" Only far larger cells of elastic balls would have S(0), which is {limit}."
     return build.figure(caption, logarithmic=build.covers_decades)
 
 

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from snooker_cli import facts, theory
-from snooker_cli.analysis import quantities, steady_state, theories
+from snooker_cli.analysis import quantities, theories
 from snooker_cli.analysis.gas import finite_ratio
 from snooker_cli.analysis.measurement import WINDOWS
 from snooker_cli.analysis.observables import mean_and_error, meeting_temperature, standard_errors
+from snooker_cli.analysis.stationarity import stationary_part_of
 from snooker_cli.analysis.time_series import Averages
 from snooker_cli.config import Point
 from snooker_cli.containers import ENDS
@@ -44,7 +45,7 @@ SWEPT = "wall_speed", "wall_temperature", "balls.count", "balls.radius", "cor"
 
 
 class _Steady:
-    """The part of each repeat that counts as steady: that of `steady_state.stationary_part`.
+    """The part of each repeat that counts as steady: that of `stationarity.stationary_part`.
 
     All figures of this module take it from here. A point without such a part, and elastic balls
     that no wall heats, have the second half.
@@ -53,10 +54,9 @@ class _Steady:
     def __init__(self, build: FigureBuilder) -> None:
         self.build = build
         warm = [point for point in build.points if gas(point) == "warm"]
-        self.firsts = {
-            point.index: steady_state.stationary_part_of(build.measurement(point)).first
-            for point in warm
-        }
+        parts = {point.index: stationary_part_of(build.measurement(point)) for point in warm}
+        self.firsts = {index: part.first for index, part in parts.items()}
+        self.changing = {index for index, part in parts.items() if part.changes}
 
     def first(self, point: Point) -> int:
         """The first window of ``WINDOWS`` that counts."""
@@ -94,20 +94,28 @@ def stationary(build: FigureBuilder) -> FigureData:
     for index, group in enumerate(build.groups):
         rows, expected = [], []
         for point in group:
-            rows.append(mean_and_error(steady.temperatures(point)))
+            mean, error = mean_and_error(steady.temperatures(point))
+            rows.append((mean, error))
+            changes = point.index in steady.changing
             models = theories.WALLS, theories.BALANCE
             known = theories.values_of(build.start(point), quantities.TEMPERATURE, *models)
             law = next(iter(known.values()), None)
             drawn |= known
             expected.append(math.nan if law is None else law)
-            build.record(point, temperature=rows[-1], theory=law)
+            found = {"changing_temperature": mean} if changes else {"temperature": (mean, error)}
+            build.record(point, **found, theory=law)
         x = np.array([float(value_at(point, key)) for point in group])
         y, errors = np.array(rows).T
         if np.isfinite(expected).any():
             build.lines.append(Line(x, np.array(expected), None, index, "dotted"))
         label = build.label(group[0], names) or "simulation"
-        build.lines.append(Points(x, y, errors, label, index))
+        settled = np.array([point.index not in steady.changing for point in group])
+        build.lines.append(Points(x[settled], y[settled], errors[settled], label, index))
+        if not settled.all():  # an error would say that this is the mean of a steady gas
+            build.lines.append(Points(x[~settled], y[~settled], None, None, index, filled=False))
     caption = steady.text
+    if steady.changing:
+        caption += " Open: the gas still changes."
     if drawn:
         build.lines.append(legend_line(", ".join(drawn), "dotted"))
     if theories.BALANCE in drawn:

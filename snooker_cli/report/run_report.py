@@ -11,16 +11,9 @@ import yaml
 from snooker_cli import __version__, facts
 from snooker_cli.analysis import tables
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
-from snooker_cli.analysis.quantities import CRITICAL_RATIO, ENERGY_LEFT
+from snooker_cli.analysis.findings import Findings, few_repeats, main_rows
+from snooker_cli.analysis.quantities import CRITICAL_RATIO
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
-from snooker_cli.analysis.tables import (
-    MOST_ERRORS,
-    excess,
-    few_repeats,
-    finding,
-    main_comparisons,
-    overview,
-)
 from snooker_cli.analysis.theories import CRITICAL, value_of
 from snooker_cli.analysis.trend import trends
 from snooker_cli.config import Point, unit_of
@@ -93,8 +86,10 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     points, shown = selected(run, Selection()), spread(run.points, MOST_POINTS)
     starts = {p.index: run.read(p, there[0]).start for p in shown if (there := run.present(p))}
     left_out = trivial(points, starts.values(), asked)
-    cooling = [point for point in points if gas(point) != "elastic"] or points
-    single = cooling[len(cooling) // 2]  # figures of one point and the film show it
+    lively = [point for point in points if gas(point) != "elastic"] or points
+    compared = comparisons(run, counting=counting) if gas(lively[0]) == "warm" else None
+    steady = _settled(lively, compared.states if compared else []) or lively
+    single = steady[len(steady) // 2]  # figures of one point and the film show it
     # The other process makes figures while this one makes the analyses.
     drawings = {
         name: pages.other.submit(_figure, run, name, single)
@@ -102,7 +97,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         if name not in left_out
     }
     status, fitted = run_status(run), fits(run, counting=counting)
-    compared = comparisons(run, counting=counting)
+    compared = compared or comparisons(run, counting=counting)
     scene, files = setting(run, points, Selection()), list[str]()
     for name, future in drawings.items():
         if isinstance(picture := future.result(), FigureData):
@@ -111,7 +106,8 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         else:
             left_out[name] = picture
     of_point = {row["point"]: row for row in status["ledger"]}
-    what = {p: finding(_of([p], fitted.rows), _of([p], compared.rows)) for p in shown}
+    found = Findings(fitted.rows, compared.rows, compared.states)
+    what = {label: found.at(label) for label in (point_label(p.as_json()) for p in shown)}
     return {
         "run": run,
         "status": status,
@@ -120,11 +116,10 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         "file": printable(shlex.quote(run.name)),
         "scene": scene,
         "points": [(of_point[p.index], starts.get(p.index)) for p in shown],
-        "finding": _overview(points, fitted, compared) if shown[1:] else what[shown[0]],
-        "left": _energy_left(compared.rows),
+        "finding": _overview(points, found) if shown[1:] else next(iter(what.values())),
         "few": " ".join(few_repeats(fitted.rows)),
         "warning": early_warning(run, points),
-        "findings": [(point_label(p.as_json()), text or "–") for p, text in what.items()],
+        "findings": [(label, text or "–") for label, text in what.items()],
         "key_figures": files[:KEY_FIGURES],
         "figures": files[KEY_FIGURES:],
         "left_out": left_out,
@@ -155,7 +150,7 @@ def _side_by_side(runs: Sequence[Run], pages: Pages) -> dict[str, Any]:
             if len(shown) > 1:
                 files.append(f"together-{name}")
                 pages.add_figure(files[-1], picture, known=scene)
-    rows = main_comparisons(comparisons(joined, counting=counting).rows)
+    rows = main_rows(comparisons(joined, counting=counting).rows)
     cells = [(point_label(row["parameters"]), tables.compare_cells(row)) for row in rows]
     return {"figures": files, "rows": cells[:MOST_POINTS], "scene": scene}
 
@@ -200,39 +195,26 @@ def _figure(run: Run, name: str, single: Point) -> FigureData | str:
         return str(error)
 
 
-def _overview(points: Sequence[Point], fitted: RunAnalysis, compared: RunAnalysis) -> str:
+def _settled(points: Sequence[Point], states: Records) -> list[Point]:
+    """The points without those that walls keep warm and that have no stationary part."""
+    changing = [
+        one["parameters"] for one in states if one["stationary"] and not one["stationary"]["found"]
+    ]
+    return [point for point in points if point.as_json() not in changing]
+
+
+def _overview(points: Sequence[Point], found: Findings) -> str:
     """What holds for a sweep: how the main result changes with the swept key, then the rest."""
     try:
         key = swept_number(points)
-        along = trends(compared.rows, key, unit_of(points[0].experiment, key))
+        along = trends(found.compared, key, unit_of(points[0].experiment, key))
     except FigureError:
         along = {}
     sentences = [
-        f"{label}: {trend.sentence()}" if label else trend.sentence()
+        f"{label}: {trend.change}" if label else trend.change
         for label, trend in list(along.items())[:MOST_TRENDS]
     ]
-    return ". ".join(filter(None, [*sentences, overview(fitted.rows, compared.rows)]))
-
-
-def _energy_left(compared: Records) -> str:
-    """A sentence where the energy at the end is far from that of the counted collisions."""
-    rows = [
-        row
-        for row in compared
-        if row["quantity"] == ENERGY_LEFT.name and row["difference_in_errors"]
-    ]
-    if not rows:
-        return ""
-    row = max(rows, key=lambda row: abs(row["difference_in_errors"]))
-    errors = row["difference_in_errors"]
-    if abs(errors) < MOST_ERRORS:
-        return ""
-    where = f" at {point_label(row['parameters'])}" if rows[1:] else ""
-    most = f", the most of {len(rows)} points" if rows[1:] else ""
-    return (
-        f"The energy left at the end{where} is {excess(row)} what the counted "
-        f"collisions of a uniform gas would leave ({abs(errors):.1f} errors{most})."
-    )
+    return ". ".join(filter(None, [*sentences, found.overview]))
 
 
 def _of(points: Sequence[Point], rows: Records) -> Records:

@@ -53,7 +53,7 @@ def figure_data(runs: Mapping[str, Run], file: str) -> FigureData:
         picture = accuracy_study.figures(measurement("error"))[f"{file}-report"]
         return replace(picture, caption=entry["caption"])
     spec, run = FIGURES[entry["figure"]], runs[entry["run"]]
-    if spec.name == "decay-against-cor":
+    if spec.name in ("decay-against-cor", "haff-time"):
         draw: Any = spec.draw
         spec = replace(spec, draw=partial(draw, source=True))
     picture = spec.make(run, Selection(entry.get("where", {})))

@@ -17,5 +17,5 @@ def test_each_gas_has_its_main_quantities() -> None:
     assert symbols("elastic") == ["PV/NT"]
     assert symbols("cooling") == ["α", "PV/NT"]
     assert symbols("warm") == ["T", "PV/NT"]
-    assert symbols("cooling", "mixture") == ["α", "PV/NT", "T₁/T₂"]
+    assert symbols("cooling", "mixture") == ["T₁/T₂", "α", "PV/NT"]
     assert symbols("rough") == ["T_rot/T_tr"]

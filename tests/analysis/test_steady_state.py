@@ -11,7 +11,7 @@ import pytest
 from scenes import gas
 from scipy import stats
 
-from snooker_cli.analysis import steady_state
+from snooker_cli.analysis import stationarity
 from snooker_cli.analysis.comparison import Comparison, compare
 from snooker_cli.analysis.decay import WARM, decays, fit_notes
 from snooker_cli.analysis.goodness import equal_means
@@ -79,14 +79,14 @@ def test_the_stationary_part_begins_after_the_approach() -> None:
     rng, windows, ends = np.random.default_rng(4), np.arange(WINDOWS), np.full(20, 40.0)
     noise = 100 + rng.normal(size=(20, WINDOWS))
     firsts = [
-        steady_state.stationary_part(noise + change, ends).first
+        stationarity.stationary_part(noise + change, ends).first
         for change in (0 * windows, 30 * np.exp(-windows), 30 * np.exp(-windows / 2))
     ]
     assert firsts[0] == 1
     assert 1 < firsts[1] < firsts[2] <= WINDOWS // 2
-    assert "from 2 s on" in steady_state.stationary_part(noise, ends).note
+    assert "not refused as stationary from 2 s on" in stationarity.stationary_part(noise, ends).note
     # The quarters of the rest have no trend of more than their error.
-    part = steady_state.stationary_part(noise + windows, ends)
+    part = stationarity.stationary_part(noise + windows, ends)
     assert part.first is None
     assert "not stationary" in part.note
 
@@ -94,11 +94,11 @@ def test_the_stationary_part_begins_after_the_approach() -> None:
 def test_what_the_test_lacks_is_a_sentence(thermal: list[Trace]) -> None:
     measured = measure(thermal[:6])
     early = np.where(np.arange(6) < 2, StopReason.COLLAPSE.value, measured.endings)
-    few = steady_state.stationary_part_of(replace(measured, endings=early))
+    few = stationarity.stationary_part_of(replace(measured, endings=early))
     assert few.note == (
         "the stationary part is not known: the test needs 5 complete repeats, and 4 are there"
     )
-    alike = steady_state.stationary_part(np.full((6, WINDOWS), 7.0), measured.time)
+    alike = stationarity.stationary_part(np.full((6, WINDOWS), 7.0), measured.time)
     assert alike.first is None
     assert "rounding" in alike.note
     rows, notes = compare(thermal[:4])
@@ -142,7 +142,7 @@ def test_a_driven_circle_keeps_the_common_rotation(driven: list[Trace]) -> None:
     def sentences(traces: list[Trace]) -> list[str]:
         return [note.note for note in compare(traces)[1] if note.note.startswith("common rotation")]
 
-    part, shares = steady_state.stationary_part_of(measure(driven)), []
+    part, shares = stationarity.stationary_part_of(measure(driven)), []
     energies = measure(driven).windows.kinetic_energy[:, part.first :].mean(axis=1)
     for trace, energy in zip(driven, energies, strict=True):
         (x, y), (u, v) = trace.finish.positions.T, trace.finish.velocities.T

@@ -81,6 +81,19 @@ def test_the_pressure_in_dense_is_the_published_one() -> None:
     assert f"of the literature, {published.ratio:.2f}," in text
 
 
+def test_templates_count_the_collisions_of_each_ball() -> None:
+    """Without walls each collision is of two balls."""
+    said = {}
+    for name, path in templates().items():
+        if found := re.search(r"collisions: .* here after (\d+) per ball", path.read_text("utf-8")):
+            one = load(path).experiment
+            assert not one.container.shape_class.has_wall
+            of_each = 2 * one.collisions / one.number
+            assert float(found[1]) == of_each
+            said[name] = of_each
+    assert said.keys() >= {"dense", "haff", "rough"}
+
+
 def test_a_terminal_shows_how_far_a_check_is(here: Path) -> None:
     """Many points, or many balls at random places, take a while."""
     read, write = pty.openpty()

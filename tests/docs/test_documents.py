@@ -39,9 +39,11 @@ from snooker_cli.figures import FIGURES
 from snooker_cli.formatting import rough, short, with_error
 from snooker_cli.placement.starting_scene import starting_scenes
 from snooker_cli.reproduction.claims import decay_factors
-from snooker_cli.reproduction.reproduce import measurement
+from snooker_cli.reproduction.reproduce import measurement, text_of_file
 from snooker_cli.runs import Run
 from snooker_cli.validation.gas_samples import DIRECT
+from snooker_cli.validation.physics_study import SCALED_PARTICLES
+from snooker_cli.validation.spinning_gases import DIRECT_ROUGH
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -194,7 +196,9 @@ def test_the_prose_has_the_diffusion_coefficients_that_the_command_prints() -> N
     line = r"(?m)^diffusion coefficient = (.*) m²/s$"
     printed = re.findall(line, text)
     assert len(printed) == 2
-    assert re.findall(r"([\d.]+ ± [\d.]+) m²/s", re.sub(line, "", text)) == printed
+    shown = re.findall(r"([\d.]+ ± [\d.]+)\s+m²/s", re.sub(line, "", text))
+    assert set(shown) == set(printed)
+    assert len(shown) == 4  # a caption has each, too
 
 
 def test_python_blocks_print_what_their_document_shows(
@@ -318,6 +322,16 @@ def test_agreement_with_known_physics_is_that_of_the_saved_measurement() -> None
     within = f"agree within {measurement('physics')['allowed_errors']:g} standard errors"
     assert f"All {len(closed)} values without an uncertainty of their own {within}" in text
     assert f"So do {others.count('yes')} of the {len(others)} others" in text
+    # The uncertainty of pressures on walls was chosen from these rows, that of rough balls is the
+    # distance from the direct simulation; both documents say so.
+    paper = " ".join(text_of_file("templates/paper.md.j2").split())
+    assert f"We chose {100 * SCALED_PARTICLES:g} % for pressures on walls" in paper
+    assert f"We chose {100 * SCALED_PARTICLES:g} %" in text
+    for row in rows:
+        if row["source"].startswith("mean field") and row["quantity"] == "T_rot/T_tr":
+            beta = row["setting"]["keys"]["tangential_cor"]
+            apart = abs(row["expected"] - DIRECT_ROUGH[beta]["ratio"][0])
+            assert row["systematic"] == pytest.approx(apart)
     for row in rows:
         if row["agreement"] != "yes":
             assert row["agreement"] == "only with open"
@@ -340,7 +354,8 @@ def test_the_table_of_rough_balls_is_that_of_the_saved_measurement() -> None:
         limit = two_temperatures.rough_ratio(0.9, beta, 0.5)
         measured = with_error(row["measured"], row["error"])
         kurtosis, correlation = (f"{value:.3f}" for value in ROUGH_MOMENTS[beta])
-        cells = f"{beta:g}", measured, short(row["expected"], 4), short(limit, 4), kurtosis
+        simulated = with_error(row["expected"], row["expected_error"])
+        cells = f"{beta:g}", measured, simulated, short(limit, 4), kurtosis
         line = " | ".join((*cells, correlation)).replace("-", "−")
         assert f"| {line} |" in text
         above = 100 * (limit / row["expected"] - 1)

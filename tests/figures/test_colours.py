@@ -124,7 +124,7 @@ def test_what_is_fitted_and_what_is_predicted_have_colours_of_their_own(decaying
     lines = [layer for layer in found.layers if isinstance(layer, Line)]
     fitted, theory = (
         [line for line in lines if line.label and word in line.label]
-        for word in ("fitted", "kinetic theory")
+        for word in ("fitted", "hard disks")
     )
     colours = [line.series for line in (*fitted, *theory)]
     assert len(fitted) == 2

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +12,12 @@ import pytest
 from figure_runs import around, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
+from snooker_cli.analysis import gas
 from snooker_cli.analysis.decay import course, decays
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.engine import series
-from snooker_cli.figures import Line, Points
+from snooker_cli.figures import FIGURES, Line, Points, Selection
 from snooker_cli.figures.captions import LOG_SPREAD
 from snooker_cli.figures.figure_data import Band, courses
 from snooker_cli.formatting import with_error
@@ -88,14 +91,23 @@ def test_decay_against_cor(decaying: Run) -> None:
             (over,) = (decay.over_repeats for decay in fitted if decay.law == law)
             assert (points.y[index], points.y_error[index]) == (over.value, over.error)
     (kinetic_theory,) = layers(found, Line)
-    density, contact = 19 / (100 * math.pi), float(theory.contact_value(0.19))
-    rate = theory.ball_ball_rate(density, 1.0, 50.0, contact)
-    expected = theory.haff_rate(theory.cooling_rate(0.9, rate))  # the wall is elastic
+    expected = gas.finite_haff_rate(traces(decaying, 1)[0].start)
     assert kinetic_theory.y[-1] == pytest.approx(expected, rel=1e-12)
+    assert "hard disks, finite N" in kinetic_theory.label
     _, residuals = found.panel
     assert isinstance(residuals, Points)
     assert residuals.y[-1] == pytest.approx(math.log(alpha.y[-1] / expected), rel=1e-9)
     assert residuals.y_error[-1] == pytest.approx(alpha.y_error[-1] / alpha.y[-1], rel=1e-12)
+
+
+def test_the_reproduction_has_the_enskog_rates_of_its_text(decaying: Run) -> None:
+    spec = FIGURES["decay-against-cor"]
+    found = replace(spec, draw=partial(spec.draw, source=True)).make(decaying, Selection())
+    density, contact = 19 / (100 * math.pi), float(theory.contact_value(0.19))
+    rate = theory.ball_ball_rate(density, 1.0, 50.0, contact)
+    expected = theory.haff_rate(theory.cooling_rate(0.9, rate))  # the wall is elastic
+    (line,) = [one for one in layers(found, Line) if one.label == "α, Enskog rates at the start"]
+    assert line.y[-1] == pytest.approx(expected, rel=1e-12)
 
 
 def test_local_rates_and_the_forms_of_haffs_law(decaying: Run) -> None:
@@ -126,9 +138,7 @@ def test_local_rates_and_the_forms_of_haffs_law(decaying: Run) -> None:
     assert fitted.y[0] == 2 * alpha
     assert fitted.y[-1] == pytest.approx(2 * alpha / (1 + alpha * fitted.x[-1]))
     assert constant.y.tolist() == [record["k"]] * 2
-    contact = float(theory.contact_value(0.19))
-    rate = theory.ball_ball_rate(19 / (100 * math.pi), 1.0, 50.0, contact)
-    alpha = theory.haff_rate(theory.cooling_rate(0.8, rate))
+    alpha = gas.finite_haff_rate(traces(decaying, 0)[0].start)
     assert of_theory.y[0] == pytest.approx(2 * alpha, rel=1e-12)
     floor = np.mean([floor_of(trace) for trace in traces(decaying, 0)])
     assert record["floor"] == pytest.approx(floor, rel=1e-12)
@@ -179,14 +189,14 @@ def test_energy_against_collisions(decaying: Run) -> None:
     found = shown(decaying, "event-decay", cor=0.9)
     (points,) = layers(found, Points)
     assert (points.x[0], points.y[0]) == (0.0, 1.0)
-    assert points.x[-1] == 200 / 19
+    pairs = np.array([trace.pair_events for trace in traces(decaying, 1)])
+    assert points.x[-1] == pytest.approx(2 * pairs.mean() / 19, rel=1e-12)
     finals = []
     for trace in traces(decaying, 1):
         columns = series(trace)
         finals.append(columns.kinetic_energy[200] / columns.kinetic_energy[0])
     # The container has its share of the energy too, of the order of its mass to a ball's.
     assert points.y[-1] == pytest.approx(np.mean(finals), rel=1e-5)
-    pairs = np.array([trace.pair_events for trace in traces(decaying, 1)])
     line = layers(found, Line)[0]
     expected = np.mean((1 - (1 - 0.9**2) / 19.5) ** pairs)
     assert line.y[-1] == pytest.approx(expected, rel=1e-12)

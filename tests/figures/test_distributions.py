@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from figure_runs import ADRIFT, BASE, layers, made, shown, traces, why_not
+from scipy import stats
 
 from snooker_cli import theory
 from snooker_cli.analysis.gas import fluid_state
@@ -110,6 +111,9 @@ def test_the_law_of_speeds_counts_one_ball_less(periodic: Run, tmp_path: Path) -
     assert reduced.numbers["points"][0]["speeds"] % 64 == 0
     labels = [line.label for line in laws(reduced)]
     assert labels == ["Maxwell–Boltzmann", "fixed energy, 63 free balls"]
+    record = reduced.numbers["points"][0]  # the mean of Kolmogorov's law, 0.87/√n
+    largest = stats.kstwobign.mean() / math.sqrt(record["speeds"])
+    assert record["expected_distance"] == pytest.approx(largest, rel=1e-9)
     adrift = made(tmp_path / "adrift", "cor=1", "collisions=1000", text=ADRIFT)
     found = shown(adrift, "speeds")
     assert [line.label for line in laws(found)] == ["Maxwell–Boltzmann"]

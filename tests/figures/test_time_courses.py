@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from figure_runs import ROUGH, STORED, around, in_circle, layers, made, shown, traces, why_not
 
-from snooker_cli import two_temperatures
+from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import gas, structure
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import standard_errors
@@ -17,7 +17,7 @@ from snooker_cli.analysis.structure import Array
 from snooker_cli.engine import replay, series
 from snooker_cli.figures import Line, Reference
 from snooker_cli.figures.captions import MEAN_SPREAD, SPREAD, FigureBuilder
-from snooker_cli.figures.figure_data import Band, at_common_times, courses, lasting
+from snooker_cli.figures.figure_data import Band, Points, at_common_times, courses, lasting
 from snooker_cli.figures.selection import Selection
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON, Scene
@@ -255,6 +255,13 @@ def test_temperatures_of_motion_and_rotation_are_those_of_the_states(rough: Run)
     assert found.y_log
 
 
+def test_collisions_per_ball_are_the_same_in_all_figures(rough: Run) -> None:
+    """Without walls each collision is of two balls."""
+    courses = [line for line in layers(shown(rough, "rotation"), Line) if len(line.x)]
+    (points,) = layers(shown(rough, "event-decay"), Points)
+    assert points.x[-1] == 2 * 1200 / 60 == pytest.approx(courses[0].x[-1], rel=1e-3)
+
+
 def test_rough_balls_have_no_figures_whose_theory_is_of_smooth_ones(tmp_path: Path) -> None:
     elastic = made(tmp_path / "run", "cor=1", "tangential_cor=1", text=ROUGH)
     for name in ("pressure-temperature", "mean-squared-displacement", "velocity-autocorrelation"):
@@ -295,6 +302,9 @@ def test_figures_of_snapshots_have_the_stored_states(stored: Run) -> None:
     ]
     final = shown(stored, "density-fluctuations").numbers["points"][0]["final"]
     assert math.isclose(final, np.mean(densities))
+    packing = first.start.packing_fraction
+    limit = f"S(0), which is {theory.structure_at_zero(packing):.2g} at packing {packing:.2g}"
+    assert limit in shown(stored, "density-fluctuations").caption
     for name in ("hexatic-order", "local-energy"):
         assert layers(shown(stored, name), Line)[0].x.tolist() == [0.0, *times.tolist()]
     assert "record: events" in why_not(stored, "pair-distances")

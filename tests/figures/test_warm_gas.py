@@ -10,8 +10,10 @@ import pytest
 from figure_runs import layers, shown, traces, why_not
 
 from snooker_cli import theory
+from snooker_cli.analysis.measurement import Measurement
+from snooker_cli.analysis.stationarity import StationaryPart
 from snooker_cli.engine import replay, series
-from snooker_cli.figures import Line, Points, Reference
+from snooker_cli.figures import FIGURES, Line, Points, Reference, Selection, warm_gas
 from snooker_cli.runs import Run
 
 SIGMAS = 4
@@ -142,6 +144,29 @@ def test_temperature_and_pressure_in_the_steady_state(driven: Run) -> None:
     last = next(row for row in pressures.numbers["points"] if row["packing"] > 0.01)
     for style, name in (("solid", "theory_here"), ("dotted", "theory")):
         assert ends[style] == pytest.approx((last[name] - 1) / last["packing"], rel=1e-9)
+
+
+def test_a_gas_that_still_changes_has_an_open_point_without_an_error(
+    driven: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def part(measurement: Measurement) -> StationaryPart:
+        changes = measurement.scene.restitution == 0.95
+        return StationaryPart(None if changes else 1, "", changes)
+
+    monkeypatch.setattr(warm_gas, "stationary_part_of", part)
+    found = FIGURES["stationary"].make(driven, Selection())
+    settled, empty, changing = layers(found, Points)
+    assert settled.filled
+    assert len(settled.x) == 2
+    assert len(empty.x) == 0
+    assert not changing.filled
+    assert changing.y_error is None
+    for record in found.numbers["points"]:
+        changes = record["parameters"]["cor"] == 0.95
+        assert ("temperature_error" in record) != changes
+        assert ("changing_temperature" in record) == changes
+    assert "Open: the gas still changes" in found.caption
+    assert "2 of 4 points have none" in found.caption
 
 
 def test_figures_of_other_gases_say_why(driven: Run, heated: Run, decaying: Run) -> None:

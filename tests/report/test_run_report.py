@@ -15,8 +15,8 @@ from figure_runs import BASE, BOX
 from figure_runs import made as made_run
 from pypdf import PdfReader
 
+from snooker_cli import api
 from snooker_cli.analysis.decay import NO_LOSSES
-from snooker_cli.analysis.quantities import ENERGY_LEFT
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection
@@ -134,6 +134,13 @@ def test_the_pdf_is_tagged_and_captions_have_the_scene_once(
     assert single["numbers"]["parameters"] == {"cor": 0.9}
 
 
+def test_a_report_begins_with_the_finding_of_its_run(small: Path, finished_run: Run) -> None:
+    found = api.open(finished_run.directory)
+    assert spaced(found.finding().replace("1/s", "s⁻¹")) in words(small)
+    lines = found.compare().text(brief=True).splitlines()
+    assert [line.partition(":")[0] for line in lines] == ["2 points", "cor=0.85", "cor=1.0"]
+
+
 def test_two_runs_have_chapters_and_what_is_left_out_has_a_reason(small: Path, both: Path) -> None:
     assert "pressure-number it needs points at two or more values of balls.rings" in words(small)
     assert "van-der-waals it needs" in words(both)
@@ -150,6 +157,17 @@ def test_two_runs_have_chapters_and_what_is_left_out_has_a_reason(small: Path, b
     for noun in ("Figure", "Table"):
         numbers = [int(number) for name, number in labels if name == noun]
         assert numbers == list(range(1, len(numbers) + 1))
+
+
+def test_figures_of_one_point_show_a_gas_that_is_stationary() -> None:
+    points = parse(BASE, overrides=["cor=0.8,0.9", "container.mass=.inf", "wall_speed=1"]).points()
+    found = [{"found": True, "sentence": ""}, {"found": False, "sentence": ""}]
+    states = [
+        {"parameters": point.as_json(), "stationary": one}
+        for point, one in zip(points, found, strict=True)
+    ]
+    assert module._settled(points, states) == [points[0]]
+    assert module._settled(points, []) == [*points]
 
 
 def no_figures(*_: Any) -> dict[str, str]:
@@ -199,17 +217,3 @@ def test_an_unfinished_run_says_so(
         path.unlink()
     with pytest.raises(FigureError, match="no repeat is there yet"):
         made(tmp_path / "report", open_run(copy))
-
-
-def test_the_opening_has_the_energy_that_is_left_if_it_is_far_from_the_counted_collisions() -> None:
-    def left(cor: float, errors: float | None) -> dict[str, Any]:
-        numbers = {"difference": 0.3, "predicted": 0.6, "difference_in_errors": errors}
-        return {"quantity": ENERGY_LEFT.name, "parameters": {"cor": cor}, **numbers}
-
-    rows = [left(0.7, 9.2), left(0.8, -4.0), left(0.9, None), {"quantity": "PV/NT"}]
-    assert module._energy_left(rows) == (
-        "The energy left at the end at cor=0.7 is 50 % above what the counted collisions of a "
-        "uniform gas would leave (9.2 errors, the most of 2 points)."
-    )
-    assert module._energy_left([left(0.7, 2.9)]) == ""
-    assert module._energy_left([]) == ""

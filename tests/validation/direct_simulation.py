@@ -24,7 +24,8 @@ ROUGH_MOMENTS = {
     0.5: (0.07395, 0.04407),
     0.9: (0.00422, -0.03286),
 }
-"""Kurtosis of spins and correlation of squares at CoR 0.9 by tangential CoR; errors below 0.006."""
+"""Excess kurtosis of spins over that of Maxwell's law, and correlation of squares, at CoR 0.9
+by tangential CoR; errors below 0.006."""
 
 
 @numba.njit
@@ -166,7 +167,14 @@ if __name__ == "__main__":
         print(f"CoR 0.9, tangential CoR {beta:g}:", flush=True)
         collisions = spinning_gases.cooled_after(0.9, beta)
         ends = temperatures(0.9, beta, collisions, 100_000, 16)
-        names = "a2", "T_rot/T_tr", "kurtosis of spins", "correlation of squares", "T_tr", "T_rot"
+        names = (
+            "a2",
+            "T_rot/T_tr",
+            "excess kurtosis of spins",
+            "correlation of squares",
+            "T_tr",
+            "T_rot",
+        )
         rows = np.hstack([found, ends]).T.tolist()
         for name, (value, error) in zip(names, rows, strict=True):
             print(f"  {name}: {value:.6f} ± {error:.6f}", flush=True)
