@@ -113,7 +113,7 @@ def code_of(kernel: Any, *arguments: Any) -> tuple[str, str]:
     It is compiled anew, because the cache of kernels has none.
     """
     kernel.compiled  # noqa: B018  # makes Numba know all functions
-    dispatcher = _numba().njit(**HELPER_OPTIONS)(kernel.function)
+    dispatcher = _numba().njit(**helper_options())(kernel.function)
     signature = tuple(map(_numba().typeof, arguments))
     dispatcher.compile(signature)
     compiled = dispatcher.overloads[signature]

@@ -450,7 +450,7 @@ def repeat_states(
 def carry_out(event: int, record: Recorded, state: State) -> tuple[int, int]:
     """Carry out a recorded event again; its ball and partner."""
     boundary, now = state.boundary, record.time[event]
-    i, j = np.int64(record.i[event]), np.int64(record.j[event])  # as all others number balls
+    i, j = int(np.int64(record.i[event])), int(np.int64(record.j[event]))  # as all number balls
     if j == SLIDE:
         boundary.slide(i, now, state)
     else:
