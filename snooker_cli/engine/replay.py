@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from snooker_cli.engine import clock, sampling
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count
+from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.conversion import inner_images, new_states, origin_of
 from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
@@ -191,9 +192,7 @@ def series(trace: Trace, most: int | None = None) -> Series:
         time = np.append(time, trace.stop.time)
     out = np.zeros((len(time), sampling.columns_of(trace.start)))
     run = Replay(trace)
-    run.advance(len(events), kept, out)
-    if slides:
-        run.measure(out[-1], trace.stop.time)
+    run.advance(len(events), kept, out, trace.stop.time if slides else NEVER)
     return series_of(trace.start, time, np.ascontiguousarray(out.T))
 
 
@@ -233,6 +232,7 @@ def batch_series(traces: Sequence[Trace], times: Sequence[Floats]) -> tuple[Rows
         0,
         np.arange(max(map(len, recorded)) + 1),
         rows,
+        NEVER,
         np.empty((2 * number * (number > BRANCHES), 3)),
         np.concatenate([*counts, np.zeros(0, np.int64)]),
         np.cumsum([0, *map(len, counts)]),
@@ -267,10 +267,16 @@ class Replay:
         self.state = ks.state_of(self.states_of_one, 0)
         self.epoch_length = clock.length(trace.start.number)
 
-    def advance(self, end: int, kept: Integers | None = None, rows: Floats | None = None) -> None:
+    def advance(
+        self,
+        end: int,
+        kept: Integers | None = None,
+        rows: Floats | None = None,
+        time: float = NEVER,
+    ) -> None:
         """Carry out the events before ``end``, with a row after each number of them in ``kept``.
 
-        A row after no event is one of the start.
+        A row after no event is one of the start. At a ``time`` (s), if any, there is a last row.
         """
         kept = np.zeros(0, dtype=np.int64) if kept is None else kept
         rows = np.zeros((0, sampling.COLUMNS)) if rows is None else rows
@@ -280,14 +286,17 @@ class Replay:
             record = self._record(stop)
             before, after = np.searchsorted(kept, [self.done, stop], side="right")
             dense = (after - before) * number > BRANCHES * len(record.time)
-            part = slice(before if self.done else 0, after)
+            first, last = before if self.done else 0, NEVER
+            if stop == end and time < NEVER:
+                after, last = len(rows), time - self.state.sums[ks.EPOCH]
             repeat_events(
                 self.states_of_one,
                 record,
                 np.array([0, len(record.time)]),
                 self.done,
-                kept[part],
-                rows[part],
+                kept[first:after],
+                rows[first:after],
+                last,
                 np.empty((2 * number * dense, 3)),
                 no_samples[:0],
                 no_samples,
@@ -339,14 +348,6 @@ class Replay:
             self.state.next_epoch(*clock.following(epoch, float(record.time[-1])))
         self.done = stop
 
-    def measure(self, row: Floats, time: float) -> None:
-        """Write the observables at a time (s) into a row."""
-        state = self.state
-        clock = time - state.sums[ks.EPOCH]
-        pressed = state.boundary.pressing(clock, state)
-        histogram = np.zeros(SPEED_BINS, dtype=np.int32)  # of no interest here
-        sampling.sample(row, histogram, pressed, state)
-
 
 class Moments(NamedTuple):
     """When a replay writes states: `Replay.states` explains the fields.
@@ -369,6 +370,7 @@ def repeat_events(
     done: int,
     kept: Integers,
     rows: Floats,
+    end: float,
     tree: Floats,
     samples: Integers,
     sample_starts: Integers,
@@ -380,6 +382,7 @@ def repeat_events(
     done : how many were carried out before; 0 if there are several repeats
     kept : numbers of events of a repeat, after which a row is written; 0 is before the first
     rows : (events and repeats, *columns*), those of a repeat together
+    end : s, the clock of a last row, after all events; NEVER without one
     tree : (2 *N*, 3), or empty. A collision changes what two balls add to the sums over all. Sums
         of pairs, of pairs of pairs and so on are a tree, of which it changes two branches only.
         Node k is the sum of nodes 2k and 2k + 1; the first ball is node N.
@@ -416,6 +419,9 @@ def repeat_events(
                 sampling.count_speeds(own[row], histograms[repeat], state)
                 sample += 1
             row += 1
+        if end < NEVER:
+            pressing = state.boundary.pressing(end, state)
+            sampling.measure(own[row], sampling.totals(state), pressing, state)
 
 
 @kernel

@@ -215,7 +215,7 @@ def measure(
     state.surface.measure_spins(row, state)
 
 
-@kernel
+@helper
 def sample(row: Floats, histogram: Indices, pressed: float, state: State) -> None:
     """``measure``, and count the balls by reduced speed v sqrt(m/2T), T their mean energy."""
     measure(row, totals(state), pressed, state)
@@ -234,7 +234,7 @@ def count_speeds(row: Floats, histogram: Any, state: State) -> None:
             histogram[min(int(reduced / SPEED_BIN), SPEED_BINS - 1)] += 1
 
 
-@kernel
+@helper
 def sample_until(now: float, grid: Grid, state: State) -> float:
     """Fill the rows whose time is before clocks show ``now``, and return the next time, s.
 
