@@ -26,7 +26,7 @@ from xdist.scheduler import WorkStealingScheduling
 from snooker_cli.animation import Film
 from snooker_cli.cli import COLLECT_AFTER, main
 from snooker_cli.config import parse
-from snooker_cli.engine import simulate
+from snooker_cli.engine import jit, simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import Run, warm_up
 from snooker_cli.signals import end_interrupted, handling
@@ -82,6 +82,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Before processes start that would each compile the same."""
     gc.set_threshold(COLLECT_AFTER)
+    jit.set_up_numba()  # before a module of tests that compiles functions of its own
     warm_up.BESIDE = False  # tests that want a second process ask for it
     works = hasattr(session.config, "workerinput")
     if session.config.getoption("numprocesses", None) and not works:
