@@ -21,12 +21,13 @@ import typer.main
 from browser import CHROMIUM, Browser
 from command_line import SMALL, Ended
 from compile_ahead import compile_ahead
+from scene_types import CompiledTypes
 from xdist.scheduler import WorkStealingScheduling
 
 from snooker_cli.animation import Film
 from snooker_cli.cli import COLLECT_AFTER, main
 from snooker_cli.config import parse
-from snooker_cli.engine import simulate
+from snooker_cli.engine import jit, simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import Run, warm_up
 from snooker_cli.signals import end_interrupted, handling
@@ -36,6 +37,8 @@ from snooker_cli.trace import Trace
 # A command line's parser is made once, not at each of a thousand calls: that takes 30 ms.
 typer.main.get_command = cache(typer.main.get_command)
 
+
+COMPILED = CompiledTypes()
 
 CANNOT_RUN = {
     *("it has no such permissions", "it has other locks", "it cannot lock folders"),
@@ -82,10 +85,24 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Before processes start that would each compile the same."""
     gc.set_threshold(COLLECT_AFTER)
+    jit.set_up_numba()  # before a module of tests that compiles functions of its own
+    COMPILED.watch()
     warm_up.BESIDE = False  # tests that want a second process ask for it
     works = hasattr(session.config, "workerinput")
     if session.config.getoption("numprocesses", None) and not works:
         compile_ahead()
+
+
+@pytest.fixture(autouse=True)
+def _types_of_scenes() -> Iterator[None]:
+    """A test that compiles a type of scene which is in no list fails, see scene_types.py."""
+    yield
+    unlisted = dict.fromkeys(COMPILED.unlisted)
+    COMPILED.unlisted.clear()
+    assert not unlisted, (
+        f"{', '.join(unlisted)}: no test has scenes of this type yet; take "
+        "one of the types in tests/scene_types.py, or add this one there"
+    )
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> WorkStealingScheduling:

@@ -82,7 +82,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "pydantic": ("config", "runs.manifest"),
     "pydantic_core": ("config",),
     "yaml": ("config", "figures", "live_page", "report", "reproduction", "validation"),
-    "numba": ("engine.jit",),
+    "numba": ("engine.jit", "engine.linked_helpers"),
     "llvmlite": ("engine.jit", "engine.webassembly"),
     "h5py": ("export", "store"),
     "pyarrow": ("export",),

@@ -52,6 +52,10 @@ STOPS = -8
 """A search gives STOPS less an answer as the partner, to stop with this answer."""
 
 
+FINISH = -1
+"""A limit of `advance` that says: complete the summary up to the end, without an event."""
+
+
 # What one repeat does, an event in each turn of the loop:
 #
 #   at the beginning of an epoch, whose clocks have been set back: predict everything
@@ -148,6 +152,8 @@ def advance(
 ) -> None:
     """Simulate at most ``limit`` events of each active repeat, and answer why each stopped.
 
+    limit : or FINISH, to complete summaries instead
+
     states, searches, samples : stacked, of all repeats
     active : (*a*,), the repeats to simulate
     records, answers : a row for each of these; records have no room if there is a summary
@@ -164,6 +170,9 @@ def advance(
             records.tangential[row],
         )
         search, own = searches.of_repeat(repeat), samples.of_repeat(repeat)
+        if limit == FINISH:
+            own.finish(ends[row], state)
+            continue
         answers[row] = simulate_repeat(state, search, recorded, own, limit, ends[row], ks.NO_LIMIT)
 
 
@@ -176,4 +185,7 @@ def advance_alone(
     Its arrays are not parts of stacked ones: so Numba knows that each ball is a line of the cache,
     and addresses take one register. With many balls this is 2 % faster.
     """
+    if limit == FINISH:
+        samples.finish(end, state)
+        return clock.FULL
     return simulate_repeat(state, search, recorded, samples, limit, end, ks.NO_LIMIT)

@@ -1,19 +1,18 @@
 """Compilation of the kernels with Numba, which is imported on the first call."""
 
-import ast
 import hashlib
 import logging
 import os
 import platform
 import stat
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache, cached_property, update_wrapper, wraps
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryFile, gettempdir
-from types import FunctionType
+from types import CodeType, FunctionType
 from typing import IO, Any, TypeVar, cast
 
 import numpy as np
@@ -94,7 +93,7 @@ class Kernel:
     @cached_property
     def compiled(self) -> Any:
         """Numba's dispatcher, or the plain function."""
-        numba = _numba()
+        numba = set_up_numba()
         while _unknown:
             _unknown.pop()(numba.extending)
         if numba.config.DISABLE_JIT:
@@ -113,8 +112,8 @@ def code_of(kernel: Any, *arguments: Any) -> tuple[str, str]:
     It is compiled anew, because the cache of kernels has none.
     """
     kernel.compiled  # noqa: B018  # makes Numba know all functions
-    dispatcher = _numba().njit(**HELPER_OPTIONS)(kernel.function)
-    signature = tuple(map(_numba().typeof, arguments))
+    dispatcher = set_up_numba().njit(**helper_options())(kernel.function)
+    signature = tuple(map(set_up_numba().typeof, arguments))
     dispatcher.compile(signature)
     compiled = dispatcher.overloads[signature]
     return compiled.library.get_llvm_str(), compiled.fndesc.llvm_func_name
@@ -169,7 +168,7 @@ def _let_call(numba: Any, base: type, name: str) -> None:
         its_class = part.instance_class
         return getattr(its_class, name) if issubclass(its_class, base) else None
 
-    tuples = _numba().types.BaseNamedTuple
+    tuples = set_up_numba().types.BaseNamedTuple
     options = helper_options(inline=True)
     numba.overload_method(tuples, name, jit_options=options, strict=False)(compiled)
 
@@ -197,7 +196,8 @@ def cache_folder() -> Path | None:
     digest = hashlib.sha256(version("numba").encode())
     others = (here.with_name(name) for name in ("laws.py", "trace.py"))
     for source in (*sorted(here.glob("*.py")), *others):
-        digest.update(syntax_of(source.read_text("utf-8")).encode())
+        for part in parts_of_code(source.read_text("utf-8")):
+            digest.update(part.encode())
     name, chosen = f"engine-{digest.hexdigest()[:16]}", os.environ.get("NUMBA_CACHE_DIR")
     try:
         user = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
@@ -215,17 +215,21 @@ def cache_folder() -> Path | None:
         return None
 
 
-def syntax_of(source: str) -> str:
-    """The syntax tree of a source as text, without docstrings, comments and positions.
+def parts_of_code(source: str) -> Iterator[str]:
+    """What a source does, as texts: without docstrings, comments and places of lines.
 
     Kernels depend on no more, so a changed sentence compiles nothing anew.
     """
-    tree = ast.parse(source)
-    documented = (ast.Module, ast.ClassDef, ast.FunctionDef)
-    for node in ast.walk(tree):
-        if isinstance(node, documented) and ast.get_docstring(node):
-            del node.body[0]
-    return ast.dump(tree)
+    codes = [compile(source, "", "exec", dont_inherit=True, optimize=2)]
+    for code in codes:
+        yield repr((code.co_code, code.co_names, code.co_varnames, code.co_freevars))
+        for constant in code.co_consts:
+            if isinstance(constant, CodeType):
+                codes.append(constant)
+            else:  # sets have no order
+                yield repr(
+                    sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant
+                )
 
 
 def _private_folder(parent: Path, name: str, *, shared: bool) -> Path:
@@ -271,8 +275,11 @@ def _warn(text: str, *values: object) -> None:
 
 
 @cache
-def _numba() -> Any:
-    """Import Numba, which takes half a second, and set it up. Raises ``UserError``."""
+def set_up_numba() -> Any:
+    """Import Numba, which takes half a second, and set it up. Raises ``UserError``.
+
+    Numba reads settings of the processor when it compiles the first function of a process.
+    """
     check_current_folder()
     import numba
     from llvmlite import binding

@@ -22,7 +22,7 @@ ARGUMENTS = ["self", "typingctx", "targetctx", "library", "args", "return_type",
 INTERNALS = (
     *("_codegen", "_final_module", "_finalized", "_linking_libraries", "_raise_if_finalized"),
     *("_finalize_dynamic_globals", "_get_module_for_linking", "_optimize_functions"),
-    *("finalize", "get_pointer_to_function"),
+    *("finalize", "get_llvm_str", "get_pointer_to_function", "_ensure_finalized"),
 )
 """Names that a library of Numba has."""
 
@@ -57,6 +57,11 @@ def compiler() -> Any:
                 self._final_module.link_in(library._get_module_for_linking(), preserve=True)
             self._finalize_dynamic_globals()
             self._finalized = True
+
+        def get_llvm_str(self) -> str:
+            """The code with all that it calls."""
+            self._ensure_finalized()
+            return str(super().get_llvm_str())
 
         def get_pointer_to_function(self, name: str) -> int:
             """No address: only kernels call helpers."""

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from snooker_cli.engine import clock, sampling
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count
+from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.conversion import inner_images, new_states, origin_of
 from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
@@ -191,10 +192,7 @@ def series(trace: Trace, most: int | None = None) -> Series:
         time = np.append(time, trace.stop.time)
     out = np.zeros((len(time), sampling.columns_of(trace.start)))
     run = Replay(trace)
-    run.measure(out[0], 0.0)
-    run.advance(len(events), kept[1:], out[1:])
-    if slides:
-        run.measure(out[-1], trace.stop.time)
+    run.advance(len(events), kept, out, trace.stop.time if slides else NEVER)
     return series_of(trace.start, time, np.ascontiguousarray(out.T))
 
 
@@ -227,12 +225,14 @@ def batch_series(traces: Sequence[Trace], times: Sequence[Floats]) -> tuple[Rows
     number, repeats = traces[0].start.number, len(traces)
     rows = np.empty((len(events) + repeats, sampling.columns_of(traces[0].start)))
     histograms = np.zeros((repeats, SPEED_BINS), dtype=np.int64)
-    repeat_batch(
+    repeat_events(
         new_states([trace.start for trace in traces]),
         recorded_of(events.time, events),
         starts,
-        np.arange(1, max(map(len, recorded)) + 1),
+        0,
+        np.arange(max(map(len, recorded)) + 1),
         rows,
+        NEVER,
         np.empty((2 * number * (number > BRANCHES), 3)),
         np.concatenate([*counts, np.zeros(0, np.int64)]),
         np.cumsum([0, *map(len, counts)]),
@@ -263,23 +263,48 @@ class Replay:
     def __init__(self, trace: Trace) -> None:
         assert trace.events is not None
         self.start, self.events, self.done = trace.start, trace.events, 0
-        self.state = ks.state_of(new_states([trace.start]), 0)
+        self.states_of_one = new_states([trace.start])
+        self.state = ks.state_of(self.states_of_one, 0)
         self.epoch_length = clock.length(trace.start.number)
 
-    def advance(self, end: int, kept: Integers | None = None, rows: Floats | None = None) -> None:
-        """Carry out the events before ``end``, with a row after each number of them in ``kept``."""
+    def advance(
+        self,
+        end: int,
+        kept: Integers | None = None,
+        rows: Floats | None = None,
+        time: float = NEVER,
+    ) -> None:
+        """Carry out the events before ``end``, with a row after each number of them in ``kept``.
+
+        A row after no event is one of the start. At a ``time`` (s), if any, there is a last row.
+        """
         kept = np.zeros(0, dtype=np.int64) if kept is None else kept
         rows = np.zeros((0, sampling.COLUMNS)) if rows is None else rows
-        state = self.state
-        while self.done < end:
+        number, no_samples = self.state.balls.shape[1], np.zeros(2, dtype=np.int64)
+        while True:
             stop = min(end, self._epoch_end)
             record = self._record(stop)
-            part = slice(*np.searchsorted(kept, [self.done, stop], side="right"))
-            number = state.balls.shape[1]
-            dense = len(kept[part]) * number > BRANCHES * len(record.time)
-            tree = np.empty((2 * number * dense, 3))
-            repeat_events(state, record, self.done, kept[part], rows[part], tree)
+            before, after = np.searchsorted(kept, [self.done, stop], side="right")
+            dense = (after - before) * number > BRANCHES * len(record.time)
+            first, last = before if self.done else 0, NEVER
+            if stop == end and time < NEVER:
+                after, last = len(rows), time - self.state.sums[ks.EPOCH]
+            repeat_events(
+                self.states_of_one,
+                record,
+                np.array([0, len(record.time)]),
+                self.done,
+                kept[first:after],
+                rows[first:after],
+                last,
+                np.empty((2 * number * dense, 3)),
+                no_samples[:0],
+                no_samples,
+                np.zeros((1, SPEED_BINS), dtype=np.int64),
+            )
             self._carried_out(stop, record)
+            if self.done == end:
+                return
 
     def states(self, numbers: Integers, times: Floats, balls: Integers) -> tuple[Floats, Floats]:
         """Places and velocities of balls (*t*, 4, *m*), and of the container (*t*, 4), m and m/s.
@@ -323,14 +348,6 @@ class Replay:
             self.state.next_epoch(*clock.following(epoch, float(record.time[-1])))
         self.done = stop
 
-    def measure(self, row: Floats, time: float) -> None:
-        """Write the observables at a time (s) into a row."""
-        state = self.state
-        clock = time - state.sums[ks.EPOCH]
-        pressed = state.boundary.pressing(clock, state)
-        histogram = np.zeros(SPEED_BINS, dtype=np.int32)  # of no interest here
-        sampling.sample(row, histogram, pressed, state)
-
 
 class Moments(NamedTuple):
     """When a replay writes states: `Replay.states` explains the fields.
@@ -347,30 +364,64 @@ class Moments(NamedTuple):
 
 @kernel
 def repeat_events(
-    state: State, record: Recorded, done: int, kept: Integers, rows: Floats, tree: Floats
+    states: State,
+    record: Recorded,
+    starts: Integers,
+    done: int,
+    kept: Integers,
+    rows: Floats,
+    end: float,
+    tree: Floats,
+    samples: Integers,
+    sample_starts: Integers,
+    histograms: Integers,
 ) -> None:
-    """Carry out recorded events again, measuring after those numbers of events that are kept.
+    """Carry out recorded events of stacked repeats again, measuring after some numbers of them.
 
+    record : the events of all repeats; those of a repeat begin at its ``starts``
+    done : how many were carried out before; 0 if there are several repeats
+    kept : numbers of events of a repeat, after which a row is written; 0 is before the first
+    rows : (events and repeats, *columns*), those of a repeat together
+    end : s, the clock of a last row, after all events; NEVER without one
     tree : (2 *N*, 3), or empty. A collision changes what two balls add to the sums over all. Sums
         of pairs, of pairs of pairs and so on are a tree, of which it changes two branches only.
         Node k is the sum of nodes 2k and 2k + 1; the first ball is node N.
+    samples : numbers of events that are kept, after which balls are counted by reduced speed; those
+        of a repeat begin at its ``sample_starts``
     """
-    row, leaves = 0, len(tree) // 2
-    for i in range(leaves):
-        set_terms(tree[leaves + i], sampling.terms_of(i, state))
-    for node in range(leaves - 1, 0, -1):
-        add_pair(node, tree)
-    for event in range(len(record.time)):
-        i, j = carry_out(event, record, state)
-        if leaves > 0:
-            climb(i, tree, state)
-            if j >= 0:
-                climb(j, tree, state)
-        if row < len(kept) and kept[row] == done + event + 1:
-            sums = (tree[1, 0], tree[1, 1], tree[1, 2]) if leaves > 0 else sampling.totals(state)
-            pressing = state.boundary.pressing(record.time[event], state)
-            sampling.measure(rows[row], sums, pressing, state)
+    leaves = len(tree) // 2
+    for repeat in range(len(starts) - 1):
+        state, first, last = ks.state_of(states, repeat), starts[repeat], starts[repeat + 1]
+        for i in range(leaves):
+            set_terms(tree[leaves + i], sampling.terms_of(i, state))
+        for node in range(leaves - 1, 0, -1):
+            add_pair(node, tree)
+        own, row, sample = rows[first + repeat :], 0, sample_starts[repeat]
+        for event in range(first - 1, last):
+            now, sums = 0.0, (0.0, 0.0, 0.0)
+            if event >= first:
+                now = record.time[event]
+                i, j = carry_out(event, record, state)
+                if leaves > 0:
+                    climb(i, tree, state)
+                    if j >= 0:
+                        climb(j, tree, state)
+            number = done + event + 1 - first
+            if row >= len(kept) or kept[row] != number:
+                continue
+            if leaves > 0 and event >= first:
+                sums = tree[1, 0], tree[1, 1], tree[1, 2]
+            else:
+                sums = sampling.totals(state)
+            pressing = state.boundary.pressing(now, state)
+            sampling.measure(own[row], sums, pressing, state)
+            while sample < sample_starts[repeat + 1] and samples[sample] == number:
+                sampling.count_speeds(own[row], histograms[repeat], state)
+                sample += 1
             row += 1
+        if end < NEVER:
+            pressing = state.boundary.pressing(end, state)
+            sampling.measure(own[row], sampling.totals(state), pressing, state)
 
 
 @kernel
@@ -404,7 +455,8 @@ def repeat_states(
 @inlined
 def carry_out(event: int, record: Recorded, state: State) -> tuple[int, int]:
     """Carry out a recorded event again; its ball and partner."""
-    boundary, now, i, j = state.boundary, record.time[event], record.i[event], record.j[event]
+    boundary, now = state.boundary, record.time[event]
+    i, j = int(np.int64(record.i[event])), int(np.int64(record.j[event]))  # as all number balls
     if j == SLIDE:
         boundary.slide(i, now, state)
     else:
@@ -415,49 +467,6 @@ def carry_out(event: int, record: Recorded, state: State) -> tuple[int, int]:
         state.frame.renew_frame(i, j, size, now, state)
     count(i, j, record.impulse[event], state)
     return i, j
-
-
-@kernel
-def repeat_batch(
-    states: State,
-    record: Recorded,
-    starts: Integers,
-    every: Integers,
-    rows: Floats,
-    tree: Floats,
-    samples: Integers,
-    sample_starts: Integers,
-    histograms: Integers,
-) -> None:
-    """`repeat_events` of many repeats, measuring before the first and after every event.
-
-    record : the events of all repeats; those of a repeat begin at its ``starts``
-    rows : (events and repeats, *columns*)
-    samples : numbers of events of a repeat, after which its balls are counted by reduced speed
-    """
-    for repeat in range(len(starts) - 1):
-        state = ks.state_of(states, repeat)
-        first, number = starts[repeat], starts[repeat + 1] - starts[repeat]
-        own = rows[first + repeat :]
-        sampling.measure(own[0], sampling.totals(state), 0.0, state)
-        # A literal 0 is a type of its own, for which Numba would compile ``repeat_events`` too.
-        done, sample = int(np.int64(0)), sample_starts[repeat]
-        while done < number or sample < sample_starts[repeat + 1]:
-            end = number
-            if sample < sample_starts[repeat + 1]:
-                end = samples[sample]
-            part = Recorded(
-                record.time[first + done : first + end],
-                record.i[first + done : first + end],
-                record.j[first + done : first + end],
-                record.impulse[first + done : first + end],
-                record.tangential,
-            )
-            repeat_events(state, part, done, every[done:end], own[done + 1 :], tree)
-            done = end
-            if sample < sample_starts[repeat + 1]:
-                sampling.count_speeds(own[done], histograms[repeat], state)
-                sample += 1
 
 
 @inlined

@@ -13,7 +13,7 @@ import numpy as np
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.frames import laboratory_velocity
-from snooker_cli.engine.jit import called_by_kernels, helper, inlined, kernel
+from snooker_cli.engine.jit import called_by_kernels, helper, inlined
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Part, State, U, V
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Summary, series_of, series_units
@@ -47,6 +47,9 @@ class Samples(Part):
         """``sample_until``."""
         return NEVER
 
+    def finish(self, end: float, state: State) -> None:
+        """``sample_until`` the end (s, on the clocks), and the row at that time."""
+
 
 class NoSamples(Samples, NamedTuple("NoSamples", [("rows", None)])):
     """Of repeats whose events are recorded: their kernel has no code for summaries."""
@@ -65,6 +68,8 @@ class Grid(
             ("early_times", Floats),
             ("early_rows", Floats),
             ("early_histogram", Indices),
+            ("last", Floats),
+            ("last_histogram", Indices),
         ],
     ),
 ):
@@ -80,6 +85,7 @@ class Grid(
     early : (1,), number of rows put aside
     early_times : (EARLY_ROWS,), s
     early_rows, early_histogram : (EARLY_ROWS, `columns_of`) and (EARLY_ROWS, SPEED_BINS)
+    last, last_histogram : (`columns_of`,) and (SPEED_BINS,), the row at the end
     """
 
     def of_repeat(self, repeat: int) -> "Grid":
@@ -92,6 +98,8 @@ class Grid(
             self.early_times[:, repeat],
             self.early_rows[:, repeat],
             self.early_histogram[:, repeat],
+            self.last[repeat],
+            self.last_histogram[repeat],
         )
 
     def next_sample(self, sums: Floats) -> float:
@@ -99,6 +107,10 @@ class Grid(
 
     def take_samples(self, now: float, state: State) -> float:
         return sample_until(now, self, state)
+
+    def finish(self, end: float, state: State) -> None:
+        sample_until(end, self, state)
+        sample(self.last, self.last_histogram, state.boundary.pressing(end, state), state)
 
 
 def columns_of(scene: Scene) -> int:
@@ -119,6 +131,8 @@ def new_grids(scenes: Sequence[Scene]) -> Grid:
         early_times=np.zeros((early, repeats)),
         early_rows=np.zeros((early, repeats, columns)),
         early_histogram=np.zeros((early, repeats, SPEED_BINS), dtype=np.int32),
+        last=np.zeros((repeats, columns)),
+        last_histogram=np.zeros((repeats, SPEED_BINS), dtype=np.int32),
     )
     for k, scene in enumerate(scenes):
         speed = max(math.hypot(*velocity) for velocity in scene.velocities.tolist())
@@ -215,7 +229,7 @@ def measure(
     state.surface.measure_spins(row, state)
 
 
-@kernel
+@helper
 def sample(row: Floats, histogram: Indices, pressed: float, state: State) -> None:
     """``measure``, and count the balls by reduced speed v sqrt(m/2T), T their mean energy."""
     measure(row, totals(state), pressed, state)
@@ -234,7 +248,7 @@ def count_speeds(row: Floats, histogram: Any, state: State) -> None:
             histogram[min(int(reduced / SPEED_BIN), SPEED_BINS - 1)] += 1
 
 
-@kernel
+@helper
 def sample_until(now: float, grid: Grid, state: State) -> float:
     """Fill the rows whose time is before clocks show ``now``, and return the next time, s.
 
@@ -263,25 +277,15 @@ def sample_until(now: float, grid: Grid, state: State) -> float:
         grid.used[0] += 1
 
 
-@kernel
-def sample_to_end(
-    ends: Floats, grids: Grid, states: State, rows: Floats, histograms: Indices
-) -> None:
-    """``sample_until`` the end of each repeat (s, on its clocks), and a row more at that time."""
-    for repeat in range(len(ends)):
-        end, state = ends[repeat], ks.state_of(states, repeat)
-        sample_until(end, grids.of_repeat(repeat), state)
-        pressed = state.boundary.pressing(end, state)
-        sample(rows[repeat], histograms[repeat], pressed, state)
-
-
-def summary(scene: Scene, grid: Grid, time: float, row: Floats, histogram: Indices) -> Summary:
-    """The rows of a scene's grid, in order of time, and one more at a time (s)."""
+def summary(scene: Scene, grid: Grid, time: float) -> Summary:
+    """The rows of a scene's finished grid, in order of time, and the last at a time (s)."""
     used, early = int(grid.used[0]), int(grid.early[0])
     grid_times = np.arange(used) * float(grid.step[0])
     times = np.concatenate([grid.early_times[:early], grid_times, [time]])
-    rows = np.concatenate([grid.early_rows[:early], grid.rows[:used], [row]])
-    balls = np.concatenate([grid.early_histogram[:early], grid.histogram[:used], [histogram]])
+    rows = np.concatenate([grid.early_rows[:early], grid.rows[:used], [grid.last]])
+    balls = np.concatenate(
+        [grid.early_histogram[:early], grid.histogram[:used], [grid.last_histogram]]
+    )
     order = np.argsort(times, kind="stable")
     series = series_of(scene, times[order], np.ascontiguousarray(rows[order].T))
     return Summary(series, speed_histogram=balls[order].astype(np.int64))

@@ -40,7 +40,6 @@ from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 from snooker_cli.trace import (
     CONTAINER,
-    SPEED_BINS,
     Events,
     Snapshots,
     Stop,
@@ -91,6 +90,13 @@ MOTION = {
 
 
 # Repeats under way
+
+
+def no_records(repeats: int) -> Recorded:
+    """Records of repeats without room for an event."""
+    first, second = np.empty((2, repeats, 0), dtype=np.int32)
+    times, impulses, tangential = np.empty((3, repeats, 0))
+    return Recorded(times, first, second, impulses, tangential)
 
 
 class Simulation(ABC):
@@ -302,13 +308,25 @@ class Simulation(ABC):
         """The summary of each repeat up to a time, given on its clocks too, s."""
         if isinstance(self.samples, sampling.NoSamples):
             return [None] * len(times)
-        rows = np.empty((len(times), sampling.columns_of(self.scenes[0])))
-        histograms = np.empty((len(times), SPEED_BINS), dtype=np.int32)
-        sampling.sample_to_end(clocks, self.samples, self.states, rows, histograms)
+        self._finish_samples(clocks)
         return [
-            sampling.summary(self.scenes[repeat], self.samples.of_repeat(repeat), *last)
-            for repeat, last in enumerate(zip(times, rows, histograms, strict=True))
+            sampling.summary(scene, self.samples.of_repeat(repeat), time)
+            for repeat, (scene, time) in enumerate(zip(self.scenes, times, strict=True))
         ]
+
+    def _finish_samples(self, clocks: Floats) -> None:
+        """Complete the samples of each repeat up to a time on its clocks, s."""
+        repeats = len(clocks)
+        event_loop.advance(
+            self.states,
+            self.search,
+            no_records(repeats),
+            self.samples,
+            np.arange(repeats),
+            np.zeros(repeats, dtype=np.int64),
+            event_loop.FINISH,
+            clocks,
+        )
 
     def _beside(self, repeat: int) -> str:
         """What speeds are relative to, in words: nothing, unless all balls share a velocity."""
@@ -485,6 +503,13 @@ class AmongNeighbours(Simulation):
         if self.idle == 1:
             self.proof = self._parts_of_proof()
         return int(answer)
+
+    def _finish_samples(self, clocks: Floats) -> None:
+        records = Recorded(*(column[0] for column in no_records(1)))
+        samples, finish = self.samples.of_repeat(0), event_loop.FINISH
+        event_loop.advance_alone(
+            self.state, self.search, records, samples, finish, float(clocks[0])
+        )
 
     def _predict_anew(self, repeat: int) -> None:
         self._renew_margin(float(self.state.sums[ks.NOW]))

@@ -13,6 +13,7 @@ from scenes import EPSILON, EVERYONE, NEIGHBOURS, gas, rough, sort_often
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine import replay, series, simulate, simulation
+from snooker_cli.engine.frames import Laboratory
 from snooker_cli.engine.simulation import Simulation
 from snooker_cli.laws import Constant, Surface
 from snooker_cli.scene import Scene
@@ -197,7 +198,7 @@ def test_between_walls_nothing_is_shared() -> None:
     """Two balls that fly side by side touch softly, and the walls turn both round."""
     for scene in (gas("box", 60, 0.1), gas("circle", 19, 0.2)):
         run = simulation.usual_search(scene)([scene], 1, None)
-        assert run.states.frame is None
+        assert run.states.frame == Laboratory(None)
 
 
 def test_a_rotation_stays_and_is_resolved() -> None:

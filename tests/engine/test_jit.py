@@ -270,6 +270,16 @@ def test_the_cache_is_in_a_folder_of_the_user(tmp_path: Path) -> None:
     assert Path(output_of(FOLDER, **places).strip()).parent == tmp_path
 
 
+def test_a_changed_sentence_compiles_nothing_anew() -> None:
+    """But a changed number does."""
+    text = 'WIDTH = 2\n\n\ndef area(x):\n    """Of a strip."""\n    return WIDTH * x\n'
+    code = [*jit.parts_of_code(text)]
+    assert [*jit.parts_of_code(text.replace("Of a", "# The area of a\n    long"))] == code
+    assert [*jit.parts_of_code("# A strip.\n" + text)] == code
+    for changed in (text.replace("2", "3"), text.replace("* x", "+ x"), text.replace("x", "y")):
+        assert [*jit.parts_of_code(changed)] != code
+
+
 @pytest.mark.long
 def test_changed_sources_have_another_folder(tmp_path: Path) -> None:
     """Numba itself would not notice that a function has changed that a kernel calls."""

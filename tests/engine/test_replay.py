@@ -239,6 +239,6 @@ def test_replays_of_a_scene_have_one_type():
         assert np.array_equal(series(each).kinetic_energy, expected.kinetic_energy)
         rows, _ = batch_series([each], [np.array([0.1])])
         assert np.array_equal(rows.columns[0], expected.kinetic_energy)
-    of_state = numba.typeof(run.state)
+    of_state = numba.typeof(run.states_of_one)
     types = [types for types in repeat_events.compiled.signatures if types[0] == of_state]
     assert len(types) == 1
