@@ -2,7 +2,7 @@
 
 A scene's type is the classes of its boundary, its balls and their surface, and of the search and
 the samples of a run. A test takes scenes of the types listed here. If its subject is another one,
-the list gets that type, with the file of tests that needs it.
+the list gets that type.
 """
 
 from __future__ import annotations
@@ -20,10 +20,47 @@ CLASSES = (
         "PeriodicSides",
     ),
     *("EqualBalls", "UnequalBalls", "Smooth", "Rough", "Everyone", "Neighbours"),
-    *("Grid", "NoSamples"),
+    *("NoSamples", "Grid"),
 )
 
-LISTED: dict[str, str] = {}
+EVERYONE, NEIGHBOURS, EVENTS, SUMMARIES = "Everyone", "Neighbours", "NoSamples", "Grid"
+BOTH = (EVENTS, SUMMARIES)
+
+RUNS: dict[str, dict[str, tuple[str, ...]]] = {
+    "FixedCircle EqualBalls Smooth": {EVERYONE: BOTH, NEIGHBOURS: BOTH},
+    "FixedCircle EqualBalls Rough": {EVERYONE: BOTH, NEIGHBOURS: BOTH},
+    "FixedCircle UnequalBalls Smooth": {EVERYONE: BOTH, NEIGHBOURS: BOTH},
+    "FixedCircle UnequalBalls Rough": {EVERYONE: (EVENTS,), NEIGHBOURS: (EVENTS,)},
+    "FixedCircle SlidingCircle EqualBalls Smooth": {EVERYONE: BOTH},
+    "FixedCircle SlidingCircle EqualBalls Rough": {EVERYONE: (EVENTS,)},
+    "FreeCircle EqualBalls Smooth": {EVERYONE: BOTH, NEIGHBOURS: BOTH},
+    "FreeCircle EqualBalls Rough": {EVERYONE: BOTH, NEIGHBOURS: (EVENTS,)},
+    "FreeCircle UnequalBalls Smooth": {EVERYONE: BOTH, NEIGHBOURS: BOTH},
+    "FreeCircle UnequalBalls Rough": {EVERYONE: (EVENTS,)},
+    "StraightWalls EqualBalls Smooth": {NEIGHBOURS: BOTH},
+    "StraightWalls EqualBalls Rough": {NEIGHBOURS: BOTH},
+    "StraightWalls UnequalBalls Smooth": {NEIGHBOURS: BOTH},
+    "StraightWalls UnequalBalls Rough": {NEIGHBOURS: (EVENTS,)},
+    "ChannelSides EqualBalls Smooth": {NEIGHBOURS: BOTH},
+    "ChannelSides EqualBalls Rough": {NEIGHBOURS: BOTH},
+    "ChannelSides UnequalBalls Smooth": {NEIGHBOURS: BOTH},
+    "PeriodicSides EqualBalls Smooth": {NEIGHBOURS: BOTH},
+    "PeriodicSides EqualBalls Rough": {NEIGHBOURS: BOTH},
+    "PeriodicSides UnequalBalls Smooth": {NEIGHBOURS: BOTH},
+    "PeriodicSides UnequalBalls Rough": {NEIGHBOURS: (EVENTS,)},
+}
+"""Scenes that tests simulate, how their contacts are found, and what is recorded. ``compile_ahead``
+compiles those that many tests have."""
+
+LISTED = {
+    *RUNS,  # replays
+    *(
+        f"{scene} {search} {record}"
+        for scene, searches in RUNS.items()
+        for search, records in searches.items()
+        for record in records
+    ),
+}
 
 
 class CompiledTypes:

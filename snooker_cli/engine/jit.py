@@ -82,7 +82,7 @@ class Kernel:
                 raise
             if isinstance(error, OSError):  # such as a full disk
                 _warn(UNUSABLE, error.strerror or error, "every process compiles again")
-                self.compiled = sys.modules["numba"].njit(**OPTIONS)(self.function)
+                self.compiled = sys.modules["numba"].njit(**kernel_options())(self.function)
             else:
                 _warn(DAMAGED, folder)
                 for path in folder.rglob("*.nb[ci]"):
@@ -101,7 +101,7 @@ class Kernel:
         folder, users = cache_folder(), numba.config.CACHE_DIR
         try:
             numba.config.CACHE_DIR = str(folder or users)
-            return numba.njit(cache=folder is not None, **OPTIONS)(self.function)
+            return numba.njit(cache=folder is not None, **kernel_options())(self.function)
         finally:
             numba.config.CACHE_DIR = users
 
@@ -119,10 +119,16 @@ def code_of(kernel: Any, *arguments: Any) -> tuple[str, str]:
     return compiled.library.get_llvm_str(), compiled.fndesc.llvm_func_name
 
 
+def kernel_options() -> dict[str, Any]:
+    """Options of functions that Python calls."""
+    compilers = linked_helpers.compilers()
+    return OPTIONS | ({} if compilers is None else {"pipeline_class": compilers.kernel})
+
+
 def helper_options(*, inline: bool = False) -> dict[str, Any]:
     """Options of functions that are only linked into kernels."""
-    compiler = linked_helpers.compiler()
-    special = {} if compiler is None else {"pipeline_class": compiler}
+    compilers = linked_helpers.compilers()
+    special = {} if compilers is None else {"pipeline_class": compilers.helper}
     return HELPER_OPTIONS | special | ({"forceinline": True} if inline else {})
 
 

@@ -24,14 +24,14 @@ from pathlib import Path
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.config import load
 from snooker_cli.engine import replay, simulate
-from snooker_cli.engine.replay import repeat_batch, repeat_events, repeat_states
+from snooker_cli.engine.replay import repeat_events, repeat_states
 from snooker_cli.runs import warm_up
 from snooker_cli.runs.plan import first_scene
 
 experiment = load(Path({config!r})).points()[0].experiment
 for step in warm_up.STEPS:
     step(experiment)
-kernels = repeat_batch, repeat_events, repeat_states
+kernels = repeat_events, repeat_states
 types = [len(kernel.compiled.signatures) for kernel in kernels]
 traces = [simulate(first_scene(experiment, k), collisions=9) for k in range(2)]
 measure(traces[:1])
