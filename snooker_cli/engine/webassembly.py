@@ -5,7 +5,6 @@ is a module for each boundary. Its functions take one number: the address of a b
 the parts of a ``Page``. ``layout`` says where each part is.
 """
 
-import gc
 import os
 import re
 import subprocess
@@ -118,7 +117,6 @@ def _write_function(done: int, _total: int) -> bool:
 def write_modules(folder: Path, boundaries: list[str]) -> None:
     """Compile modules into files, in a process that does nothing else."""
     COMPILATION.watchers.append(_write_function)
-    gc.disable()  # a sixth of the time: Numba makes many objects, and hardly any garbage
     for boundary in boundaries:
         with atomic_write(folder / f"{boundary}.wasm") as part:
             part.write_bytes(compiled(boundary))

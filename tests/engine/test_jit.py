@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import inspect
 import logging
@@ -254,6 +255,33 @@ def test_a_kernel_leaves_reference_counts_as_they_were() -> None:
     for _ in range(100):
         kernel(*given)
     assert [sys.getrefcount(array) for array in (given[0], given[1].floats)] == before
+
+
+@pytest.mark.parametrize("collects", [True, False])
+def test_garbage_is_collected_as_before(collects: bool, cache: Path) -> None:
+    """After a kernel was compiled, and not meanwhile."""
+    seen = []
+
+    @jit.kernel
+    def one():
+        return 1
+
+    before, typed = gc.isenabled(), jit.set_up_numba()
+    typing = typed.core.compiler.Compiler.define_pipelines
+    try:
+        (gc.enable if collects else gc.disable)()
+        with pytest.MonkeyPatch.context() as patch:
+            compiler = typed.core.compiler.Compiler
+            patch.setattr(
+                compiler,
+                "define_pipelines",
+                lambda self: (seen.append(gc.isenabled()), typing(self))[1],
+            )
+            assert one() == 1
+        assert gc.isenabled() == collects
+        assert seen == [False]
+    finally:
+        (gc.enable if before else gc.disable)()
 
 
 # The folder
