@@ -110,7 +110,7 @@ def test_theories_have_a_value_wherever_their_needs_hold(finished: tuple[str, Ru
         for decay in decays_of(measurement)
     }
     is_warm = facts.hold(measurement.scene, "warm_walls")
-    gas = Gas(measurement, fitted, first=10 if is_warm else None)
+    gas = Gas(measurement, fitted, first_window=10 if is_warm else None)
     for one in theories.holding(measurement.scene):
         if one.model != theories.NO_THEORY:
             value = np.asarray(one.value(gas))
