@@ -312,7 +312,7 @@ class FigureBuilder:
         """
         end, median = float(ends.min()), float(np.median(ends))
         candidates = self.shortest, (end, median, unit)
-        self.shortest = min(candidates, key=lambda ends: ends[0] / ends[1] if ends[1] else 1)
+        self.shortest = min(candidates, key=lambda pair: pair[0] / pair[1] if pair[1] else 1)
         return end
 
     def _shortest_sentence(self) -> str:
