@@ -1,8 +1,8 @@
 """What can be true of a gas: each fact is a function, with a sentence for its absence.
 
 Theories and figures name the facts that they need. Nothing else asks a scene such a question. The
-live page has these functions too, as JavaScript (``live_page/page_facts.py``), so they are single
-expressions of comparisons, ``and``, ``or``, ``not`` and calls of other facts.
+live page has these functions as JavaScript too (``live_page/page_facts.py``). So each function is a
+single expression of comparisons, ``and``, ``or``, ``not`` and calls of other facts.
 """
 
 from collections.abc import Callable, Iterable
@@ -18,10 +18,10 @@ from snooker_cli.scene import Scene
 from snooker_cli.theory import DENSEST_FLUID
 
 MOST_SPECIES = 6
-"""That one figure can show."""
+"""Number of species that one figure can show."""
 
 MANY_BALLS = 500
-"""Some 25 cells of 20 balls, of which a circle holds nine or more."""
+"""About 25 cells of 20 balls; a circle contains nine or more whole cells."""
 
 ROUNDING = 1e-12
 """Share of the energy below which a common motion is rounding."""
@@ -90,7 +90,7 @@ class Traits(NamedTuple):
 
 
 def traits_of(scene: Scene) -> Traits:
-    """The traits of a scene, for which all that a run may store is at hand."""
+    """The traits of a scene, as if a run stored everything that it can store."""
     balls = np.column_stack([scene.radii, scene.masses])
     published = theory.published_ratio(scene.packing_fraction)
     return Traits(
@@ -164,10 +164,11 @@ Holds: TypeAlias = Callable[[Traits], bool]
 class Fact(NamedTuple):
     """Something that can be true of a gas.
 
-    name : the function's
-    absence : why what needs it is missing, without a full stop; with traits in braces
+    name : the name of its function
+    absence : why a theory or figure that needs it is missing, without a full stop; traits stand in
+        braces
     advice : what to change in a config, if anything
-    of_type : whether it makes another type of gas, which has theories of its own and lacks none
+    of_type : whether a gas without it is of another type, which has its own theories and lacks none
     """
 
     name: str
@@ -181,7 +182,7 @@ class Fact(NamedTuple):
         return self.absence.format_map(traits._asdict())
 
     def reason(self, traits: Traits) -> str:
-        """The same, with advice."""
+        """Why a gas without it lacks something, and what to change."""
         return f"{self.words(traits)}; {self.advice}" if self.advice else self.words(traits)
 
 
@@ -194,11 +195,11 @@ FACTS: dict[str, Fact] = {}
 def fact(absence: str, advice: str = "", *, of_type: bool = False) -> Callable[[Holds], Holds]:
     """Puts a function into ``FACTS``."""
 
-    def put(holds: Holds) -> Holds:
+    def register(holds: Holds) -> Holds:
         FACTS[holds.__name__] = Fact(holds.__name__, holds, absence, advice, of_type)
         return holds
 
-    return put
+    return register
 
 
 def missing(traits: Traits, needs: Iterable[str]) -> Fact | None:

@@ -1,4 +1,4 @@
-"""A small config of every type of gas that theories, figures and pages tell apart."""
+"""A small config of every type of gas that theories, figures and pages distinguish."""
 
 from __future__ import annotations
 

@@ -55,23 +55,25 @@ def finished(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
 
 def test_which_theories_a_gas_has(request: pytest.FixtureRequest) -> None:
     """The saved table was checked by hand, theory by theory."""
-    found = {f"{one.quantity.name}: {one.model}": list[str]() for one in theories.THEORIES}
-    alone = (one.name for one in q.QUANTITIES.values() if one.alone is not None)
-    found |= {f"{name}: {theories.NO_THEORY}": list[str]() for name in alone}
+    kinds_of = {f"{entry.quantity.name}: {entry.model}": list[str]() for entry in theories.THEORIES}
+    alone = (quantity.name for quantity in q.QUANTITIES.values() if quantity.alone is not None)
+    kinds_of |= {f"{name}: {theories.NO_THEORY}": list[str]() for name in alone}
     for kind in KINDS:
-        for one in theories.holding(scene_of(kind)):
-            found[f"{one.quantity.name}: {one.model}"].append(kind)
+        for entry in theories.holding(scene_of(kind)):
+            kinds_of[f"{entry.quantity.name}: {entry.model}"].append(kind)
     if request.config.getoption("--write-goldens"):
-        texts = {json.dumps(name, ensure_ascii=False): json.dumps(found[name]) for name in found}
+        texts = {
+            json.dumps(name, ensure_ascii=False): json.dumps(kinds_of[name]) for name in kinds_of
+        }
         lines = ",\n".join(f" {name}: {kinds}" for name, kinds in texts.items())
         GOLDEN.write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
-    assert found == json.loads(GOLDEN.read_text(encoding="utf-8"))
+    assert kinds_of == json.loads(GOLDEN.read_text(encoding="utf-8"))
 
 
 def test_each_theory_has_a_source_and_needs_that_are_facts() -> None:
-    for one in theories.THEORIES:
-        assert one.source
-        assert {*one.needs} <= facts.FACTS.keys()
+    for entry in theories.THEORIES:
+        assert entry.source
+        assert {*entry.needs} <= facts.FACTS.keys()
     for spec in FIGURES.values():
         assert {*spec.requires} <= facts.FACTS.keys()
 
@@ -96,7 +98,7 @@ def test_one_ball_between_elastic_walls_keeps_its_energy() -> None:
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if "rough" in kind or kind == "tc"])
 def test_no_theory_of_smooth_balls_is_that_of_rough_ones(kind: str) -> None:
-    models = {one.model for one in theories.holding(scene_of(kind))}
+    models = {entry.model for entry in theories.holding(scene_of(kind))}
     of_smooth = {FINITE, theories.FIXED, theories.COOLING, theories.START_RATES, theories.BALANCE}
     assert not models & of_smooth
 
@@ -110,11 +112,11 @@ def test_theories_have_a_value_wherever_their_needs_hold(finished: tuple[str, Ru
         for decay in decays_of(measurement)
     }
     is_warm = facts.hold(measurement.scene, "warm_walls")
-    gas = Gas(measurement, fitted, first=10 if is_warm else None)
-    for one in theories.holding(measurement.scene):
-        if one.model != theories.NO_THEORY:
-            value = np.asarray(one.value(gas))
-            assert np.isfinite(value).any() or np.isnan(gas.means.length).all(), one
+    gas = Gas(measurement, fitted, first_window=10 if is_warm else None)
+    for entry in theories.holding(measurement.scene):
+        if entry.model != theories.NO_THEORY:
+            value = np.asarray(entry.value(gas))
+            assert np.isfinite(value).any() or np.isnan(gas.means.length).all(), entry
 
 
 def test_a_theory_that_is_missing_has_a_reason() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import facts, theory
-from snooker_cli.analysis import notes as reading
+from snooker_cli.analysis import notes as reader_notes
 from snooker_cli.analysis import observables, theories
 from snooker_cli.analysis.decay import (
     Decay,
@@ -111,12 +111,15 @@ def comparisons_of(
     if not used:
         return [], notes
     if scene.number > 1:
-        means = (one.quantity for one in theories.holding(scene) if one.quantity.source == "means")
-        affected = dict.fromkeys([*(one.name for one in means), CHI_SQUARE.name])
+        compared = (entry.quantity for entry in theories.holding(scene))
+        means = (quantity.name for quantity in compared if quantity.source == "means")
+        affected = dict.fromkeys([*means, CHI_SQUARE.name])
         notes.append(Note(_relaxation(measurement, used - relaxed_count), ", ".join(affected)))
-    notes += [*reading.of_scene(scene), *theories.absences(scene)]
+    notes += [*reader_notes.of_scene(scene), *theories.absences(scene)]
     changes = ratio_changes(measurement).items()
-    notes += [Note(f"{name}: {one.sentence}", name) for name, one in changes if one.refused]
+    notes += [
+        Note(f"{name}: {change.sentence}", name) for name, change in changes if change.refused
+    ]
     fitted = {
         (decay.quantity, decay.law): np.array([fit.value for fit in decay.fits])[moved]
         for decay in constants
@@ -141,7 +144,7 @@ def comparisons_of(
 def ratio_changes(measurement: Measurement) -> dict[str, Change]:
     """Whether T₁/T₂ and T_rot/T_tr of a gas that no wall heats change within their means."""
     complete, changes = measurement.chosen(measurement.complete), dict[str, Change]()
-    names = {one.quantity.name for one in theories.holding(measurement.scene)}
+    names = {entry.quantity.name for entry in theories.holding(measurement.scene)}
     if facts.hold(measurement.scene, "warm_walls"):
         return changes
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -170,12 +173,12 @@ def state_of(measurement: Measurement) -> dict[str, Any]:
     scene, stationary = measurement.scene, None
     if facts.hold(scene, "warm_walls"):
         part = stationary_part_of(measurement)
-        stationary = {"found": part.first is not None, "sentence": part.note}
+        stationary = {"found": part.first_window is not None, "sentence": part.note}
     changes = ratio_changes(measurement)
     return {
         "kinds": list(gas_kinds(scene)),
         "stationary": stationary,
-        "changes": {name: one.as_json() for name, one in changes.items()},
+        "changes": {name: change.as_json() for name, change in changes.items()},
     }
 
 
@@ -198,13 +201,15 @@ def _in_steady_state(
     """The comparisons of a gas that walls keep warm: in its stationary part, if there is one."""
     part = stationary_part_of(measurement)
     notes = [*notes, Note(part.note)]
-    if part.first is None:
+    if part.first_window is None:
         return [], notes
     complete = measurement.chosen(measurement.complete)
     with np.errstate(divide="ignore", invalid="ignore"):
-        rows = theories.rows(Gas(complete, first=part.first), "means", "curve", "snapshots")
+        rows = theories.rows(
+            Gas(complete, first_window=part.first_window), "means", "curve", "snapshots"
+        )
         comparisons = list(_compared(rows, len(complete.time), notes))
-    notes += reading.of_steady_part(complete, part.first)
+    notes += reader_notes.of_steady_part(complete, part.first_window)
     notes += theories.absences(measurement.scene)
     return _of_repeats(comparisons, measurement), notes
 

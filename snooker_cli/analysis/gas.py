@@ -54,7 +54,8 @@ def components(scene: Scene) -> int:
 def independent_velocities(scene: Scene) -> int:
     """Number of independent velocities of balls that share a fixed energy.
 
-    With walls all of them. Without walls one less, because total momentum is kept.
+    With walls all velocities are independent. Without walls one is not, because total momentum is
+    kept.
     """
     return scene.number - (not scene.container.has_wall)
 
@@ -95,10 +96,10 @@ def finite_haff_rate(scene: Scene) -> float:
     The rates are those of `Gas.finite_pair_rate`. A collision takes `theory.share_in_collision`
     instead of 1/N of the energy.
     """
-    warm = starting_temperature(scene)
-    between = finite_pair_rate(scene, warm)
+    temperature = starting_temperature(scene)
+    between = finite_pair_rate(scene, temperature)
     share = scene.number * theory.share_in_collision(2 * (components(scene) // 2))
-    return share * _haff_rate(scene, between, enskog_rates(scene, warm).wall)
+    return share * _haff_rate(scene, between, enskog_rates(scene, temperature).wall)
 
 
 def finite_pair_rate(scene: Scene, temperature: float = 1.0) -> float:
@@ -177,13 +178,13 @@ def fixed_energy_law(scene: Scene) -> SpeedLaw:
 
 
 def cooling_law(scene: Scene) -> SpeedLaw:
-    """The law of a gas that cools, of a large one."""
+    """The law of a large gas that cools."""
     a2 = theory.sonine_coefficient(scene.restitution)
     return SpeedLaw(2.0 * (1 + a2), theory.sonine_speed_cdf(EDGES, HEAT, a2))
 
 
 def finite_cooling_law(scene: Scene) -> SpeedLaw:
-    """The same, with the kurtosis of balls that share the energy of the moment."""
+    """`cooling_law` with the kurtosis of balls that share the energy of the moment."""
     law, a2 = cooling_law(scene), theory.sonine_coefficient(scene.restitution)
     kurtosis = theory.fixed_energy_kurtosis(independent_velocities(scene)) * (1 + a2)
     return law._replace(kurtosis=kurtosis)
@@ -227,7 +228,7 @@ def temperatures(measurement: Measurement) -> tuple[Array, Array]:
 
 
 def cooling_spins(measurement: Measurement) -> Array:
-    """What theory has for `temperatures`, from the first row on, J."""
+    """What theory predicts for `temperatures`, from the first row on, J."""
     surface, cor = measurement.scene.surface, measurement.scene.restitution
     assert surface is not None
     collisions, both = temperatures(measurement)
@@ -240,15 +241,17 @@ def cooling_spins(measurement: Measurement) -> Array:
 
 
 def late_ratio(collisions: Array, both: Array) -> Array:
-    """T_rot/T_tr in the second half of the collisions, as of `temperatures`; (*repeats*,).
+    """T_rot/T_tr in the second half of the collisions; (*repeats*,).
 
-    Of the mean shares of both: the mean of ratios would be too large.
+    collisions, both : as `temperatures` returns them
+
+    It is the ratio of the mean shares. The mean of ratios would be too large.
     """
     return _mean_ratio(both, collisions >= collisions[:, -1:] / 2)
 
 
 def late_quarters(measurement: Measurement) -> Array:
-    """The same in the quarters of the second half of the collisions, (*repeats*, 4)."""
+    """`late_ratio` in the quarters of the second half of the collisions, (*repeats*, 4)."""
     collisions, both = temperatures(measurement)
     edges = collisions[:, -1:] * np.linspace(0.5, 1.0, 5)
     edges[:, -1] = math.inf  # the last row counts
@@ -258,7 +261,7 @@ def late_quarters(measurement: Measurement) -> Array:
 
 
 def _mean_ratio(both: Array, rows: NDArray[np.bool_]) -> Array:
-    """T_rot/T_tr of repeats over some rows; nan without one."""
+    """T_rot/T_tr of repeats over some rows; nan without a row."""
     shares = np.where(rows, both[1] / both.sum(axis=0), 0.0)
     share = np.sum(shares, axis=1) / np.sum(rows, axis=1)
     return np.asarray(share / (1 - share))
@@ -278,38 +281,38 @@ class Gas:
 
     repeats : the measurement, or a scene for values that need no more
     constants : the fitted constants of the repeats, 1/s, by quantity and law
-    first : the window in which the steady part begins, of a gas that walls keep warm
+    first_window : the window in which the steady part begins, of a gas that walls keep warm
     """
 
     def __init__(
         self,
         repeats: Measurement | Scene,
         constants: Mapping[tuple[str, str], Array] | None = None,
-        first: int | None = None,
+        first_window: int | None = None,
     ) -> None:
         self._repeats = None if isinstance(repeats, Scene) else repeats
         self.scene = repeats if isinstance(repeats, Scene) else repeats.scene
-        self.constants, self.first = constants or {}, first
+        self.constants, self.first_window = constants or {}, first_window
         self.number, self.container = self.scene.number, self.scene.container
         self.radius, self.mass = float(self.scene.radii[0]), float(self.scene.masses[0])
         self.density = self.number / self.container.area
 
     @property
     def measurement(self) -> Measurement:
-        """Of these repeats."""
+        """The measurement of these repeats."""
         assert self._repeats is not None
         return self._repeats
 
     @cached_property
     def means(self) -> Averages:
-        """Over the part after the relaxation, or over the steady part."""
-        if self.first is None:
+        """Means over the part after the relaxation, or over the steady part."""
+        if self.first_window is None:
             return self.measurement.relaxed
-        return self.measurement.windows.from_window(self.first)
+        return self.measurement.windows.from_window(self.first_window)
 
     def ratio(self, above: Array, below: Array) -> Array:
-        """A ratio in each repeat; of a steady part that of the means, see `pooled_ratio`."""
-        return above / below if self.first is None else pooled_ratio(above, below)
+        """A ratio in each repeat; in a steady part the ratio of the means, see `pooled_ratio`."""
+        return above / below if self.first_window is None else pooled_ratio(above, below)
 
     @property
     def temperature(self) -> Array:
@@ -317,18 +320,18 @@ class Gas:
         return self.means.kinetic_energy / self.number
 
     @property
-    def root(self) -> Array:
+    def root_temperature(self) -> Array:
         """The mean of √T, √J."""
         return self.means.root_energy / math.sqrt(self.number)
 
     @property
-    def met(self) -> Array:
+    def meeting_ratio(self) -> Array:
         """The temperature at which balls meet over that of all motion: 1 with walls."""
         return self.means.meeting / self.temperature
 
     @property
     def pressure(self) -> Array:
-        """Pa m."""
+        """The pressure, Pa m."""
         return self.means.pressure(self.scene)
 
     @property
@@ -350,20 +353,20 @@ class Gas:
     def fixed_speed(self) -> Array:
         """The mean speed of balls that share the energy of the moment, m/s."""
         free = components(self.scene) // 2
-        return theory.fixed_energy_mean_speed(free, 1.0, self.mass) * self.root
+        return theory.fixed_energy_mean_speed(free, 1.0, self.mass) * self.root_temperature
 
     @property
-    def starting_root(self) -> Array:
+    def starting_speed_ratio(self) -> Array:
         """√ of the temperature at which each repeat starts over that of the scene."""
         return np.sqrt(self.starting_heat / starting_temperature(self.scene))
 
     @property
     def starting_heat(self) -> Array:
-        """The energy at the start of each of the components that share it, times two, J."""
-        return (self.measurement.start_energy - self.drift) / (components(self.scene) / 2)
+        """The temperature at which balls meet at the start of each repeat, J."""
+        return (self.measurement.start_energy - self.drift_energy) / (components(self.scene) / 2)
 
     @property
-    def drift(self) -> Array | float:
+    def drift_energy(self) -> Array | float:
         """Energy of the balls' common motion without walls, which stays, J."""
         return 0.0 if self.container.has_wall else self.measurement.drift_energy
 
@@ -376,15 +379,17 @@ class Gas:
         assert not isinstance(scene.wall_law, Sides)
         wall_law = scene.wall_law
 
-        def rate(warm: Array) -> Array:
+        def rate(temperature: Array) -> Array:
             """ζ at temperatures."""
-            between = theory.mean_loss(scene.pair_law, warm, self.mass) * enskog.ball_ball / 2
-            wall = theory.mean_loss(wall_law, warm, 2 * self.mass) * enskog.wall
-            return np.asarray((between + wall) * np.sqrt(warm))
+            between = (
+                theory.mean_loss(scene.pair_law, temperature, self.mass) * enskog.ball_ball / 2
+            )
+            wall = theory.mean_loss(wall_law, temperature, 2 * self.mass) * enskog.wall
+            return np.asarray((between + wall) * np.sqrt(temperature))
 
         first = self.starting_heat
         left = theory.cooled_temperature(first, self.measurement.time, rate) / first
-        kept = self.drift / self.measurement.first_energy
+        kept = self.drift_energy / self.measurement.first_energy
         return kept + (1 - kept) * left
 
     def left_by_count(self, fewer: int = 0) -> Array:
@@ -398,9 +403,9 @@ class Gas:
         return theory.energy_ratio_by_events(components(scene) - fewer, *shares)
 
     def left_above_floor(self) -> Array:
-        """The same for the energy above that which conservation laws keep, see `floors`.
+        """`left_by_count` of the energy above that which conservation laws keep, see `floors`.
 
-        In a circle a component less shares it. nan where nothing is kept, as in a light container.
+        In a circle one component less shares it. nan where nothing is kept, as in a light circle.
         """
         kept, above = floors(self.measurement), self.left_by_count(int(self.container.has_wall))
         return kept + (1 - kept) * above

@@ -75,7 +75,8 @@ def verdict(law: Mapping[str, Any]) -> str:
     begun = f"{name[0].upper()}{name[1:]}"
     if p is None:
         return f"{begun} is not tested (too few repeats or collisions)"
-    factor, repeats, of = law.get("end_over_fit"), law["judged_repeats"], short(law["judged_to"])
+    factor, repeats = law.get("end_over_fit"), law["judged_repeats"]
+    judged_to = short(law["judged_to"])
     size, far, tested = "", False, chance(p)
     if factor is not None:
         times = with_error(factor, law["end_over_fit_error"])
@@ -83,11 +84,11 @@ def verdict(law: Mapping[str, Any]) -> str:
         tested = f"{tested}; {size}"
     if end < law["judged_to"]:
         begins = end == law["judged_from"]
-        until = "does not hold" if begins else f"is refused after {short(end)} of {of} s"
+        until = "does not hold" if begins else f"is refused after {short(end)} of {judged_to} s"
         return f"{begun} {until} ({tested})"
     if far and repeats < ENOUGH_REPEATS:
         return f"{repeats} repeats cannot test {name} ({chance(p)}): {size}"
-    return f"{begun} is not refused up to {of} s by {repeats} repeats ({tested})"
+    return f"{begun} is not refused up to {judged_to} s by {repeats} repeats ({tested})"
 
 
 def joint_probability(in_errors: Array) -> float:

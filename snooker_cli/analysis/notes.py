@@ -44,7 +44,9 @@ def of_scene(scene: Scene) -> Iterator[Note]:
     if facts.hold(traits, "no_walls"):
         yield Note(observables.NO_WALLS, "pressure, temperature, PV/NT by the virial")
     yield from _of_impulses(scene)
-    species = [one.model for one in holding(traits) if one.quantity == quantities.SPECIES_RATIO]
+    species = [
+        entry.model for entry in holding(traits) if entry.quantity == quantities.SPECIES_RATIO
+    ]
     if species:
         first, second = structure.species_names(scene)
         text = f"T₁/T₂: 1 is {first}, 2 is {second}"

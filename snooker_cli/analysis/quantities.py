@@ -6,13 +6,13 @@ from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from snooker_cli.analysis import gas as of
+from snooker_cli.analysis import gas as gas_numbers
 from snooker_cli.analysis.gas import Array, Gas
 from snooker_cli.laws import Sides
 
 GasKind: TypeAlias = Literal["elastic", "cooling", "warm", "mixture", "rough"]
-"""A gas whose collisions keep the energy, or take some, or whose walls give some; of unequal balls
-and of rough ones in addition."""
+"""Types of gas. Collisions keep the energy (elastic), collisions take energy (cooling), or walls
+give energy (warm). In addition, balls may be unequal (mixture) or rough."""
 
 Source: TypeAlias = Literal["means", "decay", "curve", "snapshots"]
 """What a quantity is measured from: means after the relaxation (of a gas that walls keep warm, over
@@ -28,8 +28,8 @@ class Quantity(NamedTuple):
     words : in tables of a terminal, without the unit
     key : its name in JSON of figures and findings, and for Python
     source : what it is measured from
-    main_of : the gases that it tells most about
-    measured : its value in each repeat; ``None`` of one that has no value in each
+    main_of : the gases that it says most about
+    measured : its value in each repeat; ``None`` if it has no value in each repeat
     unmeasured : why it has no value in any repeat; empty if it needs no reason
     alone : the facts of gases in which it is shown without a theory; ``None`` if it never is
     """
@@ -51,7 +51,7 @@ class Quantity(NamedTuple):
         return "" if self.unit == "1" else self.unit
 
 
-# How quantities are measured that are more than a mean.
+# Measurements that are more than a mean.
 
 
 def _virial_pressure(gas: Gas) -> Array:
@@ -66,11 +66,11 @@ def _virial_ratio(gas: Gas) -> Array:
 
 
 def _kurtosis(gas: Gas) -> Array:
-    if gas.first is None:
+    if gas.first_window is None:
         return gas.means.energy_moment
     energy = gas.means.kinetic_energy
     square = energy.mean() * (2 * energy - energy.mean())  # to first order, E² of the mean E
-    return of.pooled_ratio(gas.means.squares, square)
+    return gas_numbers.pooled_ratio(gas.means.squares, square)
 
 
 def _species_ratio(gas: Gas) -> Array:
@@ -80,21 +80,21 @@ def _species_ratio(gas: Gas) -> Array:
 
 def _spin_ratio(gas: Gas) -> Array:
     """In the second half of the collisions, or over the steady part."""
-    if gas.first is None:
-        return of.late_ratio(*of.temperatures(gas.measurement))
-    return of.pooled_ratio(2 * gas.means.spin_energy, gas.means.kinetic_energy)
+    if gas.first_window is None:
+        return gas_numbers.late_ratio(*gas_numbers.temperatures(gas.measurement))
+    return gas_numbers.pooled_ratio(2 * gas.means.spin_energy, gas.means.kinetic_energy)
 
 
 def _given_by(side: str, gas: Gas) -> Array:
     """The power of a side; nan without it, or without events."""
     if side not in gas.container.sides:
         return np.full_like(gas.means.length, np.nan)
-    given = gas.measurement.by_side[:, gas.first :, gas.container.sides.index(side)]
+    given = gas.measurement.by_side[:, gas.first_window :, gas.container.sides.index(side)]
     return np.asarray(given.sum(axis=1) / gas.means.length)
 
 
 def _across(gas: Gas) -> Array:
-    across = gas.measurement.across[:, gas.first :].mean(axis=1)
+    across = gas.measurement.across[:, gas.first_window :].mean(axis=1)
     return gas.ratio(across, 1 - across)
 
 
@@ -279,17 +279,17 @@ OF_FIGURES = (
 """Further results of figures, which no theory and no table has."""
 
 QUANTITIES: Mapping[str, Quantity] = {
-    one.name: one
-    for one in (
+    quantity.name: quantity
+    for quantity in (
         *(SPECIES_RATIO, SPIN_RATIO, TEMPERATURE, HAFF_RATE, RATIO, PRESSURE, VIRIAL_PRESSURE),
         *(VIRIAL_RATIO, WALL_RATE, PAIR_RATE, FREE_PATH, MEAN_SPEED, KURTOSIS, CHI_SQUARE),
         *(ENERGY_DECAY, PRESSURE_DECAY, ENERGY_LEFT, CRITICAL_RATIO, GIVEN, *SIDES_GIVEN.values()),
         *(COLLISION_LOSS, ACROSS, CONTACT, SONINE, STRUCTURE, DIFFUSION, *OF_FIGURES),
     )
 }
-"""Every quantity by its name; main ones first, in the order in which sentences have them."""
+"""Every quantity by its name; main ones first, in the order of the sentences."""
 
 
 def main_quantities(*kinds: GasKind) -> list[Quantity]:
-    """The quantities that tell most about a gas, in the order in which sentences have them."""
-    return [one for one in QUANTITIES.values() if {*one.main_of} & {*kinds}]
+    """The quantities that say most about a gas, in the order of the sentences."""
+    return [quantity for quantity in QUANTITIES.values() if {*quantity.main_of} & {*kinds}]

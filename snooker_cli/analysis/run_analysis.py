@@ -283,7 +283,7 @@ def _columns(measurement: Measurement, constants: Sequence[Decay]) -> dict[str, 
         ratio = measurement.last_energy / measurement.first_energy
     begins = np.full_like(whole.length, math.nan)
     is_warm = facts.hold(scene, "warm_walls")
-    if is_warm and (first := stationary_part_of(measurement).first) is not None:
+    if is_warm and (first := stationary_part_of(measurement).first_window) is not None:
         begins[measurement.complete] = first / WINDOWS * measurement.time[measurement.complete]
     columns = {
         "ending": [ending(StopReason(name)) for name in measurement.endings],

@@ -1,7 +1,7 @@
-"""Whether a quantity still changes in the part of the repeats that its mean is over: one test.
+"""Whether a quantity still changes in the part of the repeats over which its mean is taken.
 
-The temperature of a gas that walls keep warm, T₁/T₂ and T_rot/T_tr have this test. It can refuse
-that nothing changes; it never shows it. So each result says what change the test would have found.
+One test serves the temperature of a gas that walls keep warm, T₁/T₂ and T_rot/T_tr. It can refuse
+that nothing changes, but it cannot prove it. So each result says what change the test would find.
 """
 
 import math
@@ -28,7 +28,7 @@ class Change(NamedTuple):
     first, last : means over the repeats in the first and the last quarter, and their errors
     least : change from the first to the last quarter, as a share of the mean, above which the test
         refuses that nothing changes
-    repeats : that were tested
+    repeats : number of tested repeats
     """
 
     probability: float
@@ -44,7 +44,7 @@ class Change(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """What a reader of the mean has to know, without its subject."""
+        """What a reader of the mean has to know, as a sentence without the name of the quantity."""
         if math.isnan(self.probability):
             if self.repeats < LEAST_REPEATS:
                 return "too few repeats to test whether it changes in this mean"
@@ -57,7 +57,7 @@ class Change(NamedTuple):
 
     @property
     def findable(self) -> str:
-        """What the test could have found."""
+        """The changes that the test would find: ``above 3 %``."""
         return f"above {short(100 * self.least, 2)} %"
 
     def as_json(self) -> dict[str, Any]:
@@ -68,8 +68,9 @@ class Change(NamedTuple):
 def change_of(quarters: Array) -> Change:
     """The test of means (*repeats*, 4) over the quarters of a part of complete repeats.
 
-    It is Hotelling's of the differences of successive quarters, and Student's of the last less the
-    first, which finds an approach in few repeats: the smaller probability counts.
+    There are two tests, and the smaller probability counts. Hotelling's tests the differences of
+    successive quarters. Student's tests the last less the first; it finds a slow change in few
+    repeats.
     """
     quarters = quarters[np.all(np.isfinite(quarters), axis=1)]
     count, unknown = len(quarters), (math.nan, math.nan)
@@ -89,18 +90,18 @@ def _least_change(ends: Array, mean: float) -> float:
     return float(special.stdtrit(len(ends) - 1, 1 - LEAST_PROBABILITY / 2)) * error / abs(mean)
 
 
-# The energy of a gas that walls keep warm: from when on it no longer changes.
+# From when on the energy of a gas that walls keep warm no longer changes.
 
 
 class StationaryPart(NamedTuple):
     """The part of the complete repeats of a point in which the gas is stationary.
 
-    first : its first window of ``WINDOWS``; ``None`` if there is no such part
+    first_window : its first window of ``WINDOWS``; ``None`` if there is no such part
     note : a sentence for a reader
     changes : whether the test refuses all parts
     """
 
-    first: int | None
+    first_window: int | None
     note: str
     changes: bool = False
 
@@ -111,9 +112,9 @@ def stationary_part(energies: Array, time: Array) -> StationaryPart:
     energies : (*repeats*, ``WINDOWS``) J, means over windows of time of the complete repeats
     time : (*repeats*,) their ends, s
 
-    The test is that of `change_of`, with Student's of the second half of the time less the first
-    window, which finds an approach in few repeats. The first window of all is left out, because
-    speeds mix there, and half of the time at most.
+    The test is that of `change_of`, and Student's of the second half of the time less the first
+    window of the part; it finds a slow change in few repeats. Every part leaves out the first of
+    all windows, because speeds mix there. It leaves out half of the time at most.
     """
     count = len(energies)
     if count < LEAST_REPEATS:

@@ -1,7 +1,7 @@
-"""Every theory that results are compared with: what it says, and what must be true of a gas.
+"""All theories that results are compared with: what a theory says, and which gases it is for.
 
-A row of `snooker compare` is a theory whose needs the gas meets. Of several entries with one
-quantity and one model the first counts that holds.
+A row of `snooker compare` is a theory whose needs the gas meets. If several entries have the same
+quantity and model, the first one that holds counts.
 """
 
 import math
@@ -13,7 +13,7 @@ import numpy as np
 
 from snooker_cli import facts, theory, two_temperatures
 from snooker_cli.analysis import diffusion
-from snooker_cli.analysis import gas as of
+from snooker_cli.analysis import gas as gas_numbers
 from snooker_cli.analysis import quantities as q
 from snooker_cli.analysis.decay import Note, reported_constants
 from snooker_cli.analysis.gas import Array, DiskRatio, Gas, SpeedLaw
@@ -77,19 +77,21 @@ PUBLISHED = "no_walls", "equal_balls", "elastic"
 def _disk_ratio(model: str) -> Callable[[Scene], DiskRatio]:
     """PV/NT of hard disks of a scene by a theory."""
     if model == INFINITE:
-        return of.large_ratio
-    return lambda s: of.finite_ratio(s.number, float(s.radii[0]), s.container, s.restitution)
+        return gas_numbers.large_ratio
+    return lambda s: gas_numbers.finite_ratio(
+        s.number, float(s.radii[0]), s.container, s.restitution
+    )
 
 
 def _ratio(gas: Gas, model: str) -> Array:
-    """PV/NT by a theory; without walls balls meet at a temperature of their own."""
-    return 1 + (_disk_ratio(model)(gas.scene).pressure - 1) * gas.met
+    """PV/NT by a theory. Without walls, balls meet at another temperature than that of motion."""
+    return 1 + (_disk_ratio(model)(gas.scene).pressure - 1) * gas.meeting_ratio
 
 
 def _van_der_waals(gas: Gas) -> Array:
     size = gas.container.area, gas.radius
     excluded = theory.van_der_waals_pressure(gas.number, 1.0, *size) / gas.density
-    return np.asarray((1 + (excluded - 1) * gas.met) * gas.ideal_pressure)
+    return np.asarray((1 + (excluded - 1) * gas.meeting_ratio) * gas.ideal_pressure)
 
 
 def _accessible(gas: Gas) -> Array:
@@ -100,7 +102,7 @@ def _accessible(gas: Gas) -> Array:
 def _published(gas: Gas) -> Array:
     known = theory.published_ratio(gas.scene.packing_fraction)
     assert known is not None
-    return 1 + (known.ratio - 1) * gas.met
+    return 1 + (known.ratio - 1) * gas.meeting_ratio
 
 
 def _ideal_wall_rate(gas: Gas) -> Array:
@@ -110,7 +112,7 @@ def _ideal_wall_rate(gas: Gas) -> Array:
 
 def _warm_wall_rate(gas: Gas) -> Array:
     speed = theory.maxwell_mean_speed(1.0, gas.mass)
-    return theory.wall_rate(speed, gas.container.accessible(gas.radius)) * gas.root
+    return theory.wall_rate(speed, gas.container.accessible(gas.radius)) * gas.root_temperature
 
 
 def _contact(gas: Gas, model: str) -> float:
@@ -128,7 +130,7 @@ def _path(model: str, gas: Gas) -> float:
 
 
 def _finite_pair_rate(gas: Gas) -> Array:
-    return of.finite_pair_rate(gas.scene) * gas.means.root_meeting
+    return gas_numbers.finite_pair_rate(gas.scene) * gas.means.root_meeting
 
 
 def _maxwell_speed(gas: Gas) -> float:
@@ -137,8 +139,8 @@ def _maxwell_speed(gas: Gas) -> float:
 
 
 def _fixed_speed(gas: Gas) -> Array:
-    free = of.independent_velocities(gas.scene)
-    return theory.fixed_energy_mean_speed(free, 1.0, gas.mass) * gas.root
+    free = gas_numbers.independent_velocities(gas.scene)
+    return theory.fixed_energy_mean_speed(free, 1.0, gas.mass) * gas.root_temperature
 
 
 def _wall_temperature(scene: Scene) -> float:
@@ -150,13 +152,15 @@ def _kurtosis(law: Callable[[Scene], SpeedLaw], gas: Gas) -> float:
 
 
 def _collision_loss(gas: Gas) -> Array:
-    warm = gas.temperature
-    share = theory.mean_loss(gas.scene.pair_law, float(warm.mean()), gas.mass)
-    return share * warm
+    temperature = gas.temperature
+    share = theory.mean_loss(gas.scene.pair_law, float(temperature.mean()), gas.mass)
+    return share * temperature
 
 
 def _cooling_spins(gas: Gas) -> Array:
-    return of.late_ratio(of.temperatures(gas.measurement)[0], of.cooling_spins(gas.measurement))
+    return gas_numbers.late_ratio(
+        gas_numbers.temperatures(gas.measurement)[0], gas_numbers.cooling_spins(gas.measurement)
+    )
 
 
 DISKS = "Helfand, Frisch & Lebowitz 1961; Lebowitz & Percus 1961; Jenkins & Richman 1985"
@@ -165,18 +169,18 @@ KINETIC = "Chapman & Cowling 1970"
 ROTATION = "Huthmann & Zippelius 1997; Luding et al. 1998"
 
 SPEED_LAWS: tuple[tuple[str, tuple[str, ...], Callable[[Scene], SpeedLaw], str], ...] = (
-    (MAXWELL, SPEEDS, of.maxwell_law, KINETIC),
-    (FIXED, FIXED_ENERGY, of.fixed_energy_law, "exact"),
+    (MAXWELL, SPEEDS, gas_numbers.maxwell_law, KINETIC),
+    (FIXED, FIXED_ENERGY, gas_numbers.fixed_energy_law, "exact"),
     (
         COOLING,
         (*FIXED_ENERGY, *COOLING_LAW),
-        of.finite_cooling_law,
+        gas_numbers.finite_cooling_law,
         "van Noije & Ernst 1998",
     ),
     (
         COOLING,
         (*SPEEDS, "smooth", *COOLING_LAW),
-        of.cooling_law,
+        gas_numbers.cooling_law,
         "van Noije & Ernst 1998",
     ),
 )
@@ -191,7 +195,7 @@ THEORIES: tuple[Theory, ...] = (
             *("warm_walls", "no_equilibrium", "one_hot_law", *FLUID, "one_cor", "smooth"),
             *("balanced_walls", "lossy", "room"),
         ),
-        lambda g: of.balance_temperature(g.scene),
+        lambda g: gas_numbers.balance_temperature(g.scene),
     ),
     Theory(q.PRESSURE, IDEAL, "N T/V", (), lambda g: g.ideal_pressure),
     Theory(q.TEMPERATURE, f"{IDEAL}, PV/N", "N T/V", ("cold",), lambda g: g.pressure / g.density),
@@ -249,7 +253,7 @@ THEORIES: tuple[Theory, ...] = (
     *(
         Theory(
             *(q.WALL_RATE, FINITE, DISKS, needs),
-            lambda g: of.enskog_rates(g.scene).wall * g.root,
+            lambda g: gas_numbers.enskog_rates(g.scene).wall * g.root_temperature,
         )
         for needs in (("cold", "walls", *FINITE_FLUID, "smooth"), (*EQUILIBRIUM, *FINITE_FLUID))
     ),
@@ -287,7 +291,7 @@ THEORIES: tuple[Theory, ...] = (
             *("two_species", "no_walls", "cold", "every_loss", "one_cor", "one_wall_cor"),
             *("smooth", "at_rest", "fluid", "moves"),
         ),
-        lambda g: of.species_ratio(g.scene),
+        lambda g: gas_numbers.species_ratio(g.scene),
     ),
     Theory(
         *(q.SPIN_RATIO, two_temperatures.MEAN_FIELD, ROTATION),
@@ -303,7 +307,7 @@ THEORIES: tuple[Theory, ...] = (
             *("rough", "warm_walls", "equal_balls", "one_hot_law", "no_friction"),
             *("smooth_wall", "rubbing_pairs"),
         ),
-        lambda g: of.heated_ratio(g.scene),
+        lambda g: gas_numbers.heated_ratio(g.scene),
     ),
     Theory(
         *(q.GIVEN, "taken by collisions", "conservation of energy"),
@@ -317,7 +321,7 @@ THEORIES: tuple[Theory, ...] = (
     ),
     Theory(
         *(q.MEAN_SPEED, MAXWELL, KINETIC, (*SPEEDS, "one_mass")),
-        lambda g: _maxwell_speed(g) * g.root,
+        lambda g: _maxwell_speed(g) * g.root_temperature,
     ),
     Theory(
         *(q.MEAN_SPEED, MAXWELL, KINETIC, (*EQUILIBRIUM, "one_mass")),
@@ -344,11 +348,11 @@ THEORIES: tuple[Theory, ...] = (
     ),
     Theory(
         *(q.HAFF_RATE, START_RATES, "Haff 1983", COOLING_FLUID),
-        lambda g: of.haff_rate(g.scene) * g.starting_root,
+        lambda g: gas_numbers.haff_rate(g.scene) * g.starting_speed_ratio,
     ),
     Theory(
         *(q.HAFF_RATE, FINITE, DISKS, COOLING_FLUID),
-        lambda g: of.finite_haff_rate(g.scene) * g.starting_root,
+        lambda g: gas_numbers.finite_haff_rate(g.scene) * g.starting_speed_ratio,
     ),
     Theory(
         *(q.ENERGY_LEFT, BY_COUNT, "exact for independent collisions"),
@@ -378,7 +382,7 @@ THEORIES: tuple[Theory, ...] = (
     Theory(
         *(q.SONINE, FIXED, "exact"),
         ("elastic", "smooth", "closed", "three_or_walls", "one_mass_or_walls", "at_rest"),
-        lambda g: theory.fixed_energy_kurtosis(of.independent_velocities(g.scene)) / 2 - 1,
+        lambda g: theory.fixed_energy_kurtosis(gas_numbers.independent_velocities(g.scene)) / 2 - 1,
     ),
     Theory(
         *(q.SONINE, COOLING, "van Noije & Ernst 1998"),
@@ -387,7 +391,7 @@ THEORIES: tuple[Theory, ...] = (
     ),
     Theory(
         *(q.CONTACT, CHI, VIRIALS, ("elastic", *FINITE_FLUID)),
-        lambda g: theory.contact_value(of.fluid_state(g.scene).bulk_packing),
+        lambda g: theory.contact_value(gas_numbers.fluid_state(g.scene).bulk_packing),
     ),
     Theory(
         *(q.STRUCTURE, COMPRESSIBILITY, VIRIALS, ("elastic", *FINITE_FLUID)),
@@ -404,68 +408,68 @@ THEORIES: tuple[Theory, ...] = (
 def holding(gas: Traits | Scene) -> Iterator[Theory]:
     """The theories that hold for a gas, one for each quantity and model.
 
-    ``NO_THEORY`` has the quantities that are shown alone and have no other.
+    A quantity that is shown without a theory, and has none here, has the model ``NO_THEORY``.
     """
     traits = gas if isinstance(gas, Traits) else facts.traits_of(gas)
-    found: dict[tuple[str, str], tuple[int, Theory]] = {}
-    for place, one in enumerate(THEORIES):
-        names = one.quantity.name, one.model
-        if names not in found and facts.missing(traits, one.needs) is None:
-            found[names] = place, one
-    known = {name for name, _ in found}
-    first = {one.quantity: place for place, one in reversed([*enumerate(THEORIES)])}
+    placed: dict[tuple[str, str], tuple[int, Theory]] = {}
+    for place, entry in enumerate(THEORIES):
+        names = entry.quantity.name, entry.model
+        if names not in placed and facts.missing(traits, entry.needs) is None:
+            placed[names] = place, entry
+    known = {name for name, _ in placed}
+    first = {entry.quantity: place for place, entry in reversed([*enumerate(THEORIES)])}
     for quantity in QUANTITIES.values():
         needs = quantity.alone
         if needs is None or quantity.name in known or facts.missing(traits, needs):
             continue
         alone = Theory(quantity, NO_THEORY, "", needs, lambda gas: math.nan)
-        found[quantity.name, NO_THEORY] = first.get(quantity, len(THEORIES)), alone
-    for _, one in sorted(found.values(), key=lambda pair: pair[0]):
-        yield one
+        placed[quantity.name, NO_THEORY] = first.get(quantity, len(THEORIES)), alone
+    for _, entry in sorted(placed.values(), key=lambda pair: pair[0]):
+        yield entry
 
 
 def theory_of(gas: Traits | Scene, quantity: Quantity, model: str) -> Theory | None:
     """The theory of a quantity with this name, if it holds for a gas."""
     wanted = quantity, model
-    return next((one for one in holding(gas) if (one.quantity, one.model) == wanted), None)
+    return next((entry for entry in holding(gas) if (entry.quantity, entry.model) == wanted), None)
 
 
 def known_models(gas: Traits | Scene, quantity: Quantity) -> list[str]:
-    """The models that have a quantity of a gas, without ``NO_THEORY``."""
-    found = (one for one in holding(gas) if one.quantity == quantity)
-    return [one.model for one in found if one.model != NO_THEORY]
+    """The models that predict a quantity of a gas, without ``NO_THEORY``."""
+    entries = (entry for entry in holding(gas) if entry.quantity == quantity)
+    return [entry.model for entry in entries if entry.model != NO_THEORY]
 
 
 def rows(gas: Gas, *sources: Source) -> Iterator[Row]:
     """The rows of quantities that are measured from one of these."""
-    for one in holding(gas.scene):
-        if one.quantity.measured is not None and one.quantity.source in sources:
-            yield one.quantity, one.model, one.quantity.measured(gas), one.value(gas)
+    for entry in holding(gas.scene):
+        if entry.quantity.measured is not None and entry.quantity.source in sources:
+            yield entry.quantity, entry.model, entry.quantity.measured(gas), entry.value(gas)
 
 
 def absences(scene: Scene) -> Iterator[Note]:
-    """Why theories say nothing about a gas: the first need of each that fails, in its words.
+    """Why theories say nothing about a gas: the words of the first need of each that fails.
 
     Theories of other types of gas, and those of the source report, are left out.
     """
     traits = facts.traits_of(scene)
-    known = {(one.quantity.name, one.model) for one in holding(traits)}
+    known = {(entry.quantity.name, entry.model) for entry in holding(traits)}
     shown = {name for name, _ in known}
     reasons: dict[str, dict[Quantity, list[str]]] = {}
-    for one in THEORIES:
-        has_row = one.quantity.measured is not None or one.model == CRITICAL
-        is_known = (one.quantity.name, one.model) in known
-        if is_known or not has_row or one.model.startswith(SOURCE_REPORT):
+    for entry in THEORIES:
+        has_row = entry.quantity.measured is not None or entry.model == CRITICAL
+        is_known = (entry.quantity.name, entry.model) in known
+        if is_known or not has_row or entry.model.startswith(SOURCE_REPORT):
             continue
-        failing = [FACTS[name] for name in one.needs if not FACTS[name].holds(traits)]
+        failing = [FACTS[name] for name in entry.needs if not FACTS[name].holds(traits)]
         if any(fact.of_type for fact in failing):
             continue
         lacking = reasons.setdefault(failing[0].words(traits), {})
-        lacking.setdefault(one.quantity, []).append(one.model)
+        lacking.setdefault(entry.quantity, []).append(entry.model)
     for why, lacking in reasons.items():
         rows = [
-            one.words + (f" ({_models(models)})" if one.name in shown else "")
-            for one, models in lacking.items()
+            quantity.words + (f" ({_models(models)})" if quantity.name in shown else "")
+            for quantity, models in lacking.items()
         ]
         are = "this row is" if len(rows) == 1 else "these rows are"
         about = ", ".join(quantity.name for quantity in lacking)
@@ -476,21 +480,25 @@ def _models(models: Sequence[str]) -> str:
     """Models in a sentence; both theories of hard disks have one name."""
     names = dict.fromkeys(models)
     if INFINITE in names and FINITE in names:
-        names = dict.fromkeys("hard disks" if one in (INFINITE, FINITE) else one for one in names)
+        names = dict.fromkeys(
+            "hard disks" if name in (INFINITE, FINITE) else name for name in names
+        )
     return listed([*names])
 
 
-# What figures and reports draw of a scene; ``None`` or nothing where no theory holds.
+# What figures and reports draw of a scene. Where no theory holds, there is ``None`` or nothing.
 
 
 def values_of(scene: Scene, quantity: Quantity, *models: str) -> dict[str, float]:
-    """What theories say that need a scene alone, by their names."""
-    found = (one for one in holding(scene) if one.quantity == quantity and one.model in models)
-    return {one.model: float(one.value(Gas(scene))) for one in found}
+    """The values of theories that need only a scene, by their names."""
+    entries = (
+        entry for entry in holding(scene) if entry.quantity == quantity and entry.model in models
+    )
+    return {entry.model: float(entry.value(Gas(scene))) for entry in entries}
 
 
 def value_of(scene: Scene, quantity: Quantity, model: str) -> float | None:
-    """What one such theory says."""
+    """The value of a theory that needs only a scene; ``None`` where it does not hold."""
     return values_of(scene, quantity, model).get(model)
 
 

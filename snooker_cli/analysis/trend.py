@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from snooker_cli.analysis.findings import (
     MOST_ERRORS,
     distance,
-    is_theory,
+    has_theory,
     main_result,
     theory_name,
 )
@@ -57,7 +57,7 @@ class Trend:
     @property
     def theory(self) -> str:
         """The name of the theory; empty if there is only that of an ideal gas."""
-        return theory_name(self.rows[0]) if is_theory(self.rows[0]) else ""
+        return theory_name(self.rows[0]) if has_theory(self.rows[0]) else ""
 
     def sentence(self) -> str:
         """How the result changes, and where it is farthest from theory; without a full stop."""
@@ -94,7 +94,7 @@ class Trend:
         return "changes, not in one direction," if np.any(np.abs(steps) > of_steps) else "ranges"
 
     def _beside_theory(self) -> str:
-        """Whether the change is steeper than that of theory, if the ends tell it.
+        """Whether the change is steeper than that of theory, if the ends show it.
 
         The share of theory at an end has the error of the difference over the prediction.
         """

@@ -176,8 +176,8 @@ class Analyses(runs.Run):
         points = self.matching(**where)
         fitted = fits(self, points=points, counting=counting)
         compared = comparisons(self, points, counting)
-        found = Findings(fitted.rows, compared.rows, compared.states)
-        return found.overview if points[1:] else found.at(found.labels[0])
+        findings = Findings(fitted.rows, compared.rows, compared.states)
+        return findings.overview if points[1:] else findings.at_point(findings.labels[0])
 
     def _records(
         self,

@@ -1,6 +1,6 @@
-"""How far a y axis reaches: what is measured decides, and not its error bars or a theory.
+"""How far a y axis reaches. Measured values decide it; error bars and theories do not.
 
-On a logarithmic axis an error bar that reaches zero, or a theory that falls by many decades, would
+On a logarithmic axis, an error bar that reaches zero, or a theory that falls by many decades, would
 leave no room for the data.
 """
 
@@ -24,7 +24,7 @@ from snooker_cli.figures.figure_data import (
 DECADE = 10.0
 """Factor beyond the data, up to which a logarithmic axis shows bars, bands and theories."""
 
-SPANS = 2.0  # the same of a linear axis, in spans of the data or median bars
+SPANS = 2.0  # the same for a linear axis, in spans of the data or in median bars
 
 
 class Outside(NamedTuple):
@@ -58,7 +58,7 @@ def reach(layers: Sequence[Layer], logarithmic: bool) -> tuple[float, float]:
 
 
 def _data(layers: Sequence[Layer], logarithmic: bool) -> Iterator[Array]:
-    """What decides the axis: all lines and markers; on a logarithmic axis only what is measured."""
+    """The values that decide the axis: lines and markers; if it is logarithmic, measured ones."""
     shown = [layer for layer in layers if isinstance(layer, Line | Points)]
     yield from (layer.y for layer in (measured(shown) if logarithmic else shown))
     yield from (
@@ -89,12 +89,12 @@ def _bars(layers: Sequence[Layer]) -> Iterator[Array]:
 
 
 def measured(layers: Sequence[Layer]) -> list[Line | Points]:
-    """The markers of series; without any the broad line, and without that the lines of series."""
-    own = [layer for layer in layers if isinstance(layer, Line | Points)]
-    own = [layer for layer in own if layer.series != NEUTRAL and len(layer.x)]
-    points = [layer for layer in own if isinstance(layer, Points) and layer.filled]
-    broad = [layer for layer in own if isinstance(layer, Line) and layer.broad]
-    return [*points] or [*broad] or own
+    """The markers of series; without markers the broad lines; without these the lines of series."""
+    drawn = [layer for layer in layers if isinstance(layer, Line | Points)]
+    of_series = [layer for layer in drawn if layer.series != NEUTRAL and len(layer.x)]
+    points = [layer for layer in of_series if isinstance(layer, Points) and layer.filled]
+    broad = [layer for layer in of_series if isinstance(layer, Line) and layer.broad]
+    return [*points] or [*broad] or of_series
 
 
 def outside(layers: Sequence[Layer], low: float, high: float) -> Iterator[Outside]:
@@ -104,12 +104,12 @@ def outside(layers: Sequence[Layer], low: float, high: float) -> Iterator[Outsid
         if isinstance(layer, Points) and layer.y_error is not None:
             error = np.nan_to_num(layer.y_error)
         for above, beyond in ((True, layer.y + error > high), (False, layer.y - error < low)):
-            there = np.flatnonzero(beyond & np.isfinite(layer.y))
+            places = np.flatnonzero(beyond & np.isfinite(layer.y))
             if isinstance(layer, Line):  # the middle of each part of the line
-                parts = np.split(there, np.flatnonzero(np.diff(there) > 1) + 1)
-                there = np.array([part[len(part) // 2] for part in parts if len(part)], dtype=int)
-            if len(there):
-                yield Outside(layer.x[there], above, layer.series)
+                parts = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
+                places = np.array([part[len(part) // 2] for part in parts if len(part)], dtype=int)
+            if len(places):
+                yield Outside(layer.x[places], above, layer.series)
 
 
 def farthest(layers: Sequence[Layer], high: float | None) -> float | None:

@@ -87,7 +87,7 @@ class FigureBuilder:
     groups : points along the x axis, a list for each series; or one list, of a series each
     fields : fields of ``FigureData`` that do not depend on the run
     shows : the sentence that begins the caption
-    result : what the figure has as its result, if any; the caption says it next
+    result : the result of the figure, if it has one; the caption says it next
     lines, bands : layers; bands are behind lines
     panel : layers of the panel below
     records : the numbers of each point, as JSON
@@ -95,10 +95,10 @@ class FigureBuilder:
     means : whether lines are means over the repeats and bands their standard errors
     thin : whether theory is left out for a mean free path that exceeds the container
     brief : number of repeats that the result of a mean course leaves out, because they end early
-    shortest : of the points whose curves end with their shortest repeat, the least share of the
-        median repeat: where the curves end, the median end, and the unit
-    fewest : of the points with mean courses, the least share of repeats that remain at the end:
-        their number, and that of all
+    shortest : where the curves of a point end, the median end of its repeats, and the unit; of the
+        points whose curves end with their shortest repeat, the one that ends earliest by share
+    fewest : number of repeats that remain at the end of a mean course, and number of all; of the
+        points with mean courses, the one with the least share
     beside_theory : whether the caption of the figure itself says the result beside theory
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
@@ -213,7 +213,7 @@ class FigureBuilder:
         self.records.append(row)
         self.places.append(", ".join(filter(None, [self.label(point), numbers.get("species")])))
 
-    def _result(self, numbers: Mapping[str, Any]) -> str:
+    def _result_sentence(self, numbers: Mapping[str, Any]) -> str:
         """The sentence on the result, unless the caption has one already."""
         if self.result is None or self.beside_theory:
             return ""
@@ -240,7 +240,7 @@ class FigureBuilder:
         half = f"half of {whose} point's median time"
         return f"The result leaves out {number} that {verb} before {half}."
 
-    def _above(self, high: float | None) -> str:
+    def _arrows_sentence(self, high: float | None) -> str:
         """A sentence on measured values above the upper limit of the y axis, which arrows mark."""
         top = farthest(self.lines, high)
         if top is None:
@@ -310,11 +310,12 @@ class FigureBuilder:
 
         The caption names it if it is far from the end of the others.
         """
-        found = float(ends.min()), float(np.median(ends)), unit
-        self.shortest = min(self.shortest, found, key=lambda end: end[0] / end[1] if end[1] else 1)
-        return found[0]
+        end, median = float(ends.min()), float(np.median(ends))
+        candidates = self.shortest, (end, median, unit)
+        self.shortest = min(candidates, key=lambda pair: pair[0] / pair[1] if pair[1] else 1)
+        return end
 
-    def _shortened(self) -> str:
+    def _shortest_sentence(self) -> str:
         """A sentence if the shortest repeat of a point ends its curve early."""
         end, median, unit = self.shortest
         if end >= EARLY * median:
@@ -324,7 +325,7 @@ class FigureBuilder:
             f"point reach {short(median)} {unit}."
         )
 
-    def _remaining(self) -> str:
+    def _remaining_sentence(self) -> str:
         """A sentence if the end of a mean course has fewer repeats than its beginning."""
         left, total = self.fewest
         if left == total:
@@ -431,15 +432,17 @@ class FigureBuilder:
         errors = [layer.y_error for layer in layers if isinstance(layer, Points)]
         sentences = [
             self.shows,
-            self._result(numbers or {}),
+            self._result_sentence(numbers or {}),
             caption,
             self._largest_deviation() if others.get("panel_label") == OVER_THEORY else "",
             "Theory fails where the mean free path exceeds the container." if self.thin else "",
-            self._above(others.get("y_limits", self.fields.get("y_limits", (None, None)))[1]),
+            self._arrows_sentence(
+                others.get("y_limits", self.fields.get("y_limits", (None, None)))[1]
+            ),
             BARS if any(error is not None and np.isfinite(error).any() for error in errors) else "",
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
-            self._remaining(),
-            self._shortened(),
+            self._remaining_sentence(),
+            self._shortest_sentence(),
             self._left_out(),
             setting(self.run, self.points, self.selection),
             self._choice(),

@@ -131,8 +131,8 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     seen = ""
     if quantity == "kinetic_energy":
         asked = {"parameters": point.as_json(), "requested": len(build.repeats(point))}
-        found = Findings([decay.as_json() | asked for decay in fitted], [])
-        seen = f"{found.at(point_label(point.as_json()))}. "
+        findings = Findings([decay.as_json() | asked for decay in fitted], [])
+        seen = f"{findings.at_point(point_label(point.as_json()))}. "
     return build.figure(
         f"{seen}Each repeat is fitted; the law has the mean of their constants.",
         numbers=numbers,
@@ -283,19 +283,19 @@ def haff_time(build: FigureBuilder, source: bool = False) -> FigureData:
 
     Haff's laws of several points are one curve, with times in units of 1/α and rates of 2α.
     """
-    found = [_local_decay(build, point, source) for point in build.points]
-    several, kept, ends = len(found) > 1, _kept(build.points), []
-    drawn = {law for one in found for law in one.laws}
-    common = "theory" if all("theory" in one.laws for one in found) else "fitted"
-    for index, (point, one) in enumerate(zip(build.points, found, strict=True)):
-        alpha = one.laws[common][0]
+    decays = [_local_decay(build, point, source) for point in build.points]
+    several, kept, ends = len(decays) > 1, _kept(build.points), []
+    drawn = {law for decay in decays for law in decay.laws}
+    common = "theory" if all("theory" in decay.laws for decay in decays) else "fitted"
+    for index, (point, decay) in enumerate(zip(build.points, decays, strict=True)):
+        alpha = decay.laws[common][0]
         inverse_time, inverse_rate = (alpha, 0.5 / alpha) if several else (1.0, 1.0)
         # A mean over a window is drawn where Haff's law has it.
-        of_windows = _mean_haff_rates(one.edges, alpha, 0.0)
+        of_windows = _mean_haff_rates(decay.edges, alpha, 0.0)
         x = (2 / of_windows - 1 / alpha) * inverse_time
-        fine = places(0.0, float(one.edges[-1, 1]), 200)
+        fine = places(0.0, float(decay.edges[-1, 1]), 200)
         ends.append(fine[-1] * inverse_time)
-        curves = {law: _haff_rate(fine, *one.laws[law]) for law in one.laws}
+        curves = {law: _haff_rate(fine, *decay.laws[law]) for law in decay.laws}
         for law, rate in curves.items():
             if law == "floor" or not several:
                 text, style = _HAFF[law]
@@ -309,21 +309,21 @@ def haff_time(build: FigureBuilder, source: bool = False) -> FigureData:
             build.panel.append(Line(fine * inverse_time, above, None, owner, _HAFF["floor"][1]))
         if not several:
             flat, name, owner = (
-                np.array([one.k] * 2),
+                np.array([decay.k] * 2),
                 "one constant k, fitted",
                 _SERIES["exponential"],
             )
             build.lines.append(Line(fine[[0, -1]], flat, name, owner, "dotted"))
-        y, error, name = one.rates * inverse_rate, one.errors * inverse_rate, build.label(point)
+        y, error, name = decay.rates * inverse_rate, decay.errors * inverse_rate, build.label(point)
         build.lines.append(Points(x, y, error, name or "simulation", index))
-        means = {law: _mean_haff_rates(one.edges, *one.laws[law]) for law in one.laws}
-        record: dict[str, Any] = {"k": one.k, "floor": one.floor, "windows": len(one.rates)}
+        means = {law: _mean_haff_rates(decay.edges, *decay.laws[law]) for law in decay.laws}
+        record: dict[str, Any] = {"k": decay.k, "floor": decay.floor, "windows": len(decay.rates)}
         record |= {f"{law}_last_rate": float(mean[-1]) for law, mean in means.items()}
-        record["alpha"] = one.laws["fitted"][0], one.alpha_error
-        if "theory" in one.laws:
-            record["theory_alpha"] = one.laws["theory"][0]
-            build.add_residuals(index, x, one.rates, one.errors, means["theory"])
-        first, *_, last = zip(one.rates, one.errors, strict=True)
+        record["alpha"] = decay.laws["fitted"][0], decay.alpha_error
+        if "theory" in decay.laws:
+            record["theory_alpha"] = decay.laws["theory"][0]
+            build.add_residuals(index, x, decay.rates, decay.errors, means["theory"])
+        first, *_, last = zip(decay.rates, decay.errors, strict=True)
         build.record(point, **record, first_rate=first, last_rate=last)
     labels: dict[str, Any] = {}
     if several:

@@ -1,4 +1,4 @@
-"""What a figure has as its result, and the sentences of its caption on it and on theory."""
+"""The result that registry.yaml declares for a figure, and the sentences of the caption on it."""
 
 import math
 import re
@@ -14,24 +14,24 @@ from snooker_cli.formatting import short, with_error
 UNITS = {"1/s": "s⁻¹", "Pa m": "Pa·m", "J/s": "W", "J/(m s)": "J m⁻¹ s⁻¹"}
 """The units of tables as axes and captions print them, where they differ."""
 
-FACTOR = 2.0  # a result that is this many times theory, or a half, is no percentage
-ROUNDING = 1e-12  # an error that is this share of its value, or less, is that of rounding
+FACTOR = 2.0  # from this many times theory on, or a half of it, a result has no percentage
+ROUNDING = 1e-12  # up to this share of its value, an error is only rounding
 
 
 def with_units_of_axes(text: str) -> str:
     """A sentence of an analysis with the units of axes: ``s⁻¹`` instead of ``1/s``."""
     units = "|".join(map(re.escape, UNITS))
-    return re.sub(rf"(?<=[\d)⁰¹²³⁴⁵⁶⁷⁸⁹] )({units})(?!\w)", lambda found: UNITS[found[0]], text)
+    return re.sub(rf"(?<=[\d)⁰¹²³⁴⁵⁶⁷⁸⁹] )({units})(?!\w)", lambda match: UNITS[match[0]], text)
 
 
 class Result(NamedTuple):
     """The result of a figure, as registry.yaml declares it.
 
     quantity : its name in ``QUANTITIES``
-    number : the number of the figure that is its mean, or else that of each point; the standard
-        error has this name and ``_error``
-    when : the part of the repeats that it is from: ``in the second half``
-    theory : the number beside it that is its prediction, if there is one
+    number : the name of its mean in the numbers of the figure, or of each point; the name of the
+        standard error is this one and ``_error``
+    when : the part of the repeats that it describes: ``in the second half``
+    theory : the name of its prediction in the same numbers, if there is one
     """
 
     quantity: str
@@ -40,19 +40,19 @@ class Result(NamedTuple):
     theory: str = ""
 
     @property
-    def of(self) -> Quantity:
-        """The quantity."""
+    def definition(self) -> Quantity:
+        """The quantity with its unit and words."""
         return QUANTITIES[self.quantity]
 
     @property
     def unit(self) -> str:
         """The unit after a value; empty for a ratio."""
-        return UNITS.get(self.of.unit_text, self.of.unit_text)
+        return UNITS.get(self.definition.unit_text, self.definition.unit_text)
 
     @property
     def name(self) -> str:
         """The quantity at the beginning of a sentence: ``Temperature T``, ``PV/NT``."""
-        words, symbol = self.of.words, self.of.symbol
+        words, symbol = self.definition.words, self.definition.symbol
         if words == symbol:
             return symbol
         begun = f"{words[0].upper()}{words[1:]}"
@@ -64,7 +64,7 @@ class Result(NamedTuple):
         return {"quantity": self.quantity, "unit": self.unit, **names}
 
     def sentence(self, rows: Sequence[Mapping[str, Any]], places: Sequence[str]) -> str:
-        """The result of one row, or the least and the largest of several; empty if none has one.
+        """The result of one row, or the least and the largest of several; empty without any.
 
         rows : the numbers of the figure, or those of each point
         places : the points in words
@@ -99,8 +99,8 @@ class Result(NamedTuple):
 
     def _value(self, row: Mapping[str, Any]) -> str:
         mean, error = self._mean(row), row.get(f"{self.number}_error")
-        sure = error is None or not error > ROUNDING * abs(mean)
-        return with_error(mean, None if sure else error, self.unit)
+        exact = error is None or not error > ROUNDING * abs(mean)
+        return with_error(mean, None if exact else error, self.unit)
 
 
 class _Deviation(NamedTuple):
@@ -123,10 +123,10 @@ def _largest(points: Sequence[Points]) -> _Deviation:
     y = np.concatenate([layer.y for layer in points])
     error = np.concatenate([layer.y_error for layer in points if layer.y_error is not None])
     series = np.concatenate([np.full(len(layer.y), layer.series) for layer in points])
-    sure = np.isfinite(error) & (error > 0)
-    at = int(np.argmax(np.where(sure, np.abs(y) / np.where(sure, error, 1.0), -1.0)))
-    at = at if np.any(sure) else int(np.argmax(np.abs(y)))
-    return _Deviation(float(y[at]), float(error[at]), int(series[at]))
+    has_error = np.isfinite(error) & (error > 0)
+    largest = int(np.argmax(np.where(has_error, np.abs(y) / np.where(has_error, error, 1.0), -1.0)))
+    largest = largest if np.any(has_error) else int(np.argmax(np.abs(y)))
+    return _Deviation(float(y[largest]), float(error[largest]), int(series[largest]))
 
 
 def deviations(panel: Sequence[Layer]) -> dict[str, Any]:

@@ -35,7 +35,7 @@ from snooker_cli.figures.figure_data import (
     Reference,
     legend_line,
 )
-from snooker_cli.figures.selection import elastic, gas
+from snooker_cli.figures.selection import elastic, gas_type_of
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace
 
@@ -162,7 +162,7 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             raise FigureError(
                 "the balls have hardly more room than they need; use a larger container"
             )
-        wanted = MOST_STATES if gas(point) != "cooling" else 1
+        wanted = MOST_STATES if gas_type_of(point) != "cooling" else 1
         parts = _second_half(build, point, wanted, MOST_BALLS, each=OF_A_STATE)
         g = partial(structure.pair_correlation, edges=edges)
         rows = np.array([_mean(g, trace, parts) for trace in build.traces(point)])
@@ -227,10 +227,10 @@ def structure_factor(build: FigureBuilder) -> FigureData:
         scene = build.start(point)
         diameter = 2 * float(np.mean(scene.radii))
         chosen = structure.waves(scene)
-        wanted = MOST_STATES if gas(point) != "cooling" else 1
+        wanted = MOST_STATES if gas_type_of(point) != "cooling" else 1
         parts = _second_half(build, point, wanted, MOST_WAVES // len(chosen.vectors))
         s = partial(structure.structure_factor, chosen=chosen)
-        cools, x = gas(point) == "cooling", chosen.numbers * diameter
+        cools, x = gas_type_of(point) == "cooling", chosen.numbers * diameter
         rows, begins = [], []
         for trace in build.traces(point):
             rows.append(_mean(s, trace, parts))
@@ -249,7 +249,7 @@ def structure_factor(build: FigureBuilder) -> FigureData:
             build.lines.append(Reference("y", expected, name, "dotted"))
         build.record(point, longest=mean_and_error(np.array(rows)[:, 0]), theory=expected)
     equal = all(build.start(point).equal_balls for point in build.points)
-    if any(gas(point) == "cooling" for point in build.points):
+    if any(gas_type_of(point) == "cooling" for point in build.points):
         build.lines.append(legend_line("the same at the start", "dashed"))
     when = "The last state of repeats that cool; else the mean over the second half."
     x_label = f"wave number k times the {'' if equal else 'mean '}diameter"

@@ -296,13 +296,13 @@ def _clip(
     top = min(high, most) if limits[1] is None else high
     if (bottom, top) != (low, high):
         axes.set_ylim(bottom, top)
-    for one in outside(layers, bottom, top):
+    for beyond in outside(layers, bottom, top):
         axes.plot(
-            one.x,
-            np.full(len(one.x), top if one.above else bottom),
+            beyond.x,
+            np.full(len(beyond.x), top if beyond.above else bottom),
             linestyle="none",
-            marker=rf"$\{'up' if one.above else 'down'}arrow$",
-            color=colour(one.series, data.shades, data.hues),
+            marker=rf"$\{'up' if beyond.above else 'down'}arrow$",
+            color=colour(beyond.series, data.shades, data.hues),
             clip_on=False,
             in_layout=False,
             zorder=5,

@@ -23,7 +23,7 @@ from snooker_cli.figures.figure_data import (
     Reference,
     legend_line,
 )
-from snooker_cli.figures.selection import gas
+from snooker_cli.figures.selection import gas_type_of
 from snooker_cli.formatting import short
 from snooker_cli.scene import Scene
 
@@ -188,7 +188,7 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
     """
     build.lines.append(IDEAL_RATIO)
     ended_early, highest = 0, 0.0
-    lossy = [point for point in build.points if gas(point) == "cooling"]
+    lossy = [point for point in build.points if gas_type_of(point) == "cooling"]
     for index, point in enumerate(build.points):
         measurement = build.measurement(point)
         mean, _, ratio = _means(measurement)

@@ -72,8 +72,8 @@ class FigureSpec:
         fitting, reasons = [(point, traits(point)) for point in points], Counter[str]()
         for name in self.requires:
             fact = facts.FACTS[name]
-            reasons.update(fact.reason(of) for _, of in fitting if not fact.holds(of))
-            fitting = [(point, of) for point, of in fitting if fact.holds(of)]
+            reasons.update(fact.reason(gas) for _, gas in fitting if not fact.holds(gas))
+            fitting = [(point, gas) for point, gas in fitting if fact.holds(gas)]
         return [point for point, _ in fitting], reasons
 
     def groups(self, points: Sequence[Point]) -> list[list[Point]]:
@@ -132,8 +132,8 @@ def _read() -> dict[str, FigureSpec]:
         if "of" in entry:
             draw = partial(draw, entry.pop("of"))
         result = entry.pop("result")  # of a figure without one it is null
-        of = None if result is None else Result(**result)
-        specs[name] = FigureSpec(name=name, draw=draw, axes=axes, result=of, **entry)
+        declared = None if result is None else Result(**result)
+        specs[name] = FigureSpec(name=name, draw=draw, axes=axes, result=declared, **entry)
     return specs
 
 

@@ -301,36 +301,41 @@ def along(
 
 def traits(point: Point) -> Traits:
     """What a point's config says about its gas: the packing is not known."""
-    case, balls = point.experiment, point.experiment.balls
-    given: Any = balls if isinstance(balls, tuple) else getattr(balls, "list", [balls])
-    moves = (getattr(group, "speed", 0) or any(getattr(group, "velocity", ())) for group in given)
-    rules = case.container.shape_class, case.pair_law, case.wall_law, case.surface
+    experiment, balls = point.experiment, point.experiment.balls
+    groups: Any = balls if isinstance(balls, tuple) else getattr(balls, "list", [balls])
+    moves = (getattr(group, "speed", 0) or any(getattr(group, "velocity", ())) for group in groups)
+    rules = (
+        experiment.container.shape_class,
+        experiment.pair_law,
+        experiment.wall_law,
+        experiment.surface,
+    )
     return Traits(
-        number=case.number,
-        species=len({(group.radius, group.mass) for group in given}),
-        masses=len({group.mass for group in given}),
+        number=experiment.number,
+        species=len({(group.radius, group.mass) for group in groups}),
+        masses=len({group.mass for group in groups}),
         packing=math.nan,
         crowding=math.nan,
         published="",
-        free=math.isfinite(case.container.mass),
-        contact_duration=case.contact_duration,
-        elastic_below=case.elastic_below,
+        free=math.isfinite(experiment.container.mass),
+        contact_duration=experiment.contact_duration,
+        elastic_below=experiment.elastic_below,
         moves=any(moves),
-        at_rest=bool(case.species and not case.placed),
-        events=case.keeps_events,
-        states=bool(case.keeps_events or case.stored_times),
+        at_rest=bool(experiment.species and not experiment.placed),
+        events=experiment.keeps_events,
+        states=bool(experiment.keeps_events or experiment.stored_times),
         **traits_of_rules(*rules),
     )
 
 
-def gas(point: Point) -> GasType:
+def gas_type_of(point: Point) -> GasType:
     """Whether walls give energy to a point's gas; else whether collisions take some."""
     return gas_type(traits(point))
 
 
 def elastic(point: Point) -> bool:
     """Whether no collision of a point loses or gives energy."""
-    return gas(point) == "elastic"
+    return gas_type_of(point) == "elastic"
 
 
 def statuses(run: Run, point: Point, selection: Selection) -> list[RepeatStatus]:

@@ -33,7 +33,7 @@ from snooker_cli.figures.figure_data import (
     more_than_a_decade,
     places,
 )
-from snooker_cli.figures.selection import elastic, gas
+from snooker_cli.figures.selection import elastic, gas_type_of
 from snooker_cli.formatting import listed, short
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import Trace, even_choice
@@ -252,7 +252,7 @@ def a2(build: FigureBuilder) -> FigureData:
 
 def species_temperature(build: FigureBuilder) -> FigureData:
     """Mean kinetic energy of each species over time."""
-    kept = gas(build.points[0]) != "cooling"  # the temperatures of one instant vary
+    kept = gas_type_of(build.points[0]) != "cooling"  # the temperatures of one instant vary
     if build.result is not None:
         build.result = build.result._replace(when="in the second half" if kept else "at the end")
     for point, scene, times, rows in _over_time(build, structure.species_temperature):
@@ -313,7 +313,7 @@ def rotation(build: FigureBuilder) -> FigureData:
         if len(ratio) > 1:
             below.insert(0, Band(x, mean - error, mean + error, None, index))
         expected, spins = None, (quantities.SPIN_RATIO, two_temperatures.MEAN_FIELD)
-        if gas(point) != "warm" and theories.theory_of(measurement.scene, *spins):
+        if gas_type_of(point) != "warm" and theories.theory_of(measurement.scene, *spins):
             expected = cooling_spins(measurement)
             later = collisions[0] > 0
             known, since, first = True, collisions[0, later], expected[:, 0, later] / both[0, 0, 0]

@@ -28,7 +28,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import axis_label, gas, swept_numbers, traits, value_at
+from snooker_cli.figures.selection import axis_label, gas_type_of, swept_numbers, traits, value_at
 from snooker_cli.formatting import counted
 from snooker_cli.laws import Law, Sides, Thermal
 from snooker_cli.scene import Scene
@@ -53,9 +53,9 @@ class _Steady:
 
     def __init__(self, build: FigureBuilder) -> None:
         self.build = build
-        warm = [point for point in build.points if gas(point) == "warm"]
+        warm = [point for point in build.points if gas_type_of(point) == "warm"]
         parts = {point.index: stationary_part_of(build.measurement(point)) for point in warm}
-        self.firsts = {index: part.first for index, part in parts.items()}
+        self.firsts = {index: part.first_window for index, part in parts.items()}
         self.changing = {index for index, part in parts.items() if part.changes}
 
     def first(self, point: Point) -> int:
@@ -102,8 +102,8 @@ def stationary(build: FigureBuilder) -> FigureData:
             law = next(iter(known.values()), None)
             drawn |= known
             expected.append(math.nan if law is None else law)
-            found = {"changing_temperature": mean} if changes else {"temperature": (mean, error)}
-            build.record(point, **found, theory=law)
+            measured = {"changing_temperature": mean} if changes else {"temperature": (mean, error)}
+            build.record(point, **measured, theory=law)
         x = np.array([float(value_at(point, key)) for point in group])
         y, errors = np.array(rows).T
         if np.isfinite(expected).any():

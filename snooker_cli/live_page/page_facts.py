@@ -1,7 +1,7 @@
 """The facts of a gas and the needs of theories, as a script of a page.
 
-A page changes its scene without Python. So it has the functions of ``facts.py`` themselves, in its
-own language, and what each theory that it draws needs, from the table of theories.
+A page changes its scene without Python. So it has the functions of ``facts.py`` in JavaScript. It
+also has the needs of each theory that it draws, from the table of theories.
 """
 
 import ast
@@ -21,13 +21,13 @@ DRAWN = {
     "alpha": (quantities.HAFF_RATE, FINITE),
     "speeds": (quantities.KURTOSIS, theories.FIXED),
 }
-"""The theories that a page draws, by what they are about."""
+"""The theories that a page draws, by the names that the page uses."""
 
 REFERENCES = {"wall": ("warm_walls", "one_wall_temperature", "smooth")}
 """What a page draws to compare with: the energy that elastic balls would have from the wall. A gas
-that collisions cool is colder, and of rough balls spins have a part."""
+that collisions cool is colder, and spins of rough balls take a part."""
 
-OF_TYPES = "elastic", "warm_walls", "cooling"
+TYPE_FACTS = "elastic", "warm_walls", "cooling"
 """Facts that a page asks for other reasons."""
 
 OPERATORS: dict[type[ast.AST], str] = {
@@ -44,16 +44,18 @@ OPERATORS: dict[type[ast.AST], str] = {
 
 def needs() -> dict[str, list[str]]:
     """What each of these theories and references needs."""
-    found = {
-        name: next(one.needs for one in theories.THEORIES if (one.quantity, one.model) == about)
+    of_theories = {
+        name: next(
+            entry.needs for entry in theories.THEORIES if (entry.quantity, entry.model) == about
+        )
         for name, about in DRAWN.items()
     }
-    return {name: list(facts_of) for name, facts_of in (found | REFERENCES).items()}
+    return {name: list(needed) for name, needed in (of_theories | REFERENCES).items()}
 
 
 def facts_source() -> str:
     """The script: ``FACTS`` by their names, and ``NEEDS``."""
-    names = {*OF_TYPES, *(name for of in needs().values() for name in of)}
+    names = {*TYPE_FACTS, *(name for needed in needs().values() for name in needed)}
     functions = _with_called(sorted(names))
     lines = [f"  {name}: (gas) => {text}," for name, text in functions.items()]
     body = "\n".join(lines)
@@ -73,7 +75,7 @@ def camel(name: str) -> str:
 
 
 def _with_called(names: Iterable[str]) -> dict[str, str]:
-    """Facts as expressions, with those that they ask."""
+    """Facts as expressions, with the facts that they call."""
     done: dict[str, str] = {}
     todo = list(names)
     while todo:

@@ -11,7 +11,7 @@ import yaml
 from snooker_cli import __version__, facts
 from snooker_cli.analysis import tables
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
-from snooker_cli.analysis.findings import Findings, few_repeats, main_rows
+from snooker_cli.analysis.findings import Findings, few_repeats, main_quantity_rows
 from snooker_cli.analysis.quantities import CRITICAL_RATIO
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
 from snooker_cli.analysis.theories import CRITICAL, value_of
@@ -20,7 +20,7 @@ from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
-from snooker_cli.figures.selection import gas, spread, swept_number, traits
+from snooker_cli.figures.selection import gas_type_of, spread, swept_number, traits
 from snooker_cli.files import write_text
 from snooker_cli.formatting import point_label, printable
 from snooker_cli.report.document import Pages, packaged
@@ -86,8 +86,8 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     points, shown = selected(run, Selection()), spread(run.points, MOST_POINTS)
     starts = {p.index: run.read(p, there[0]).start for p in shown if (there := run.present(p))}
     left_out = trivial(points, starts.values(), asked)
-    lively = [point for point in points if gas(point) != "elastic"] or points
-    compared = comparisons(run, counting=counting) if gas(lively[0]) == "warm" else None
+    lively = [point for point in points if gas_type_of(point) != "elastic"] or points
+    compared = comparisons(run, counting=counting) if gas_type_of(lively[0]) == "warm" else None
     steady = _settled(lively, compared.states if compared else []) or lively
     single = steady[len(steady) // 2]  # figures of one point and the film show it
     # The other process makes figures while this one makes the analyses.
@@ -106,8 +106,8 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         else:
             left_out[name] = picture
     of_point = {row["point"]: row for row in status["ledger"]}
-    found = Findings(fitted.rows, compared.rows, compared.states)
-    what = {label: found.at(label) for label in (point_label(p.as_json()) for p in shown)}
+    findings = Findings(fitted.rows, compared.rows, compared.states)
+    what = {label: findings.at_point(label) for label in (point_label(p.as_json()) for p in shown)}
     return {
         "run": run,
         "status": status,
@@ -116,7 +116,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         "file": printable(shlex.quote(run.name)),
         "scene": scene,
         "points": [(of_point[p.index], starts.get(p.index)) for p in shown],
-        "finding": _overview(points, found) if shown[1:] else next(iter(what.values())),
+        "finding": _overview(points, findings) if shown[1:] else next(iter(what.values())),
         "few": " ".join(few_repeats(fitted.rows)),
         "warning": early_warning(run, points),
         "findings": [(label, text or "–") for label, text in what.items()],
@@ -150,7 +150,7 @@ def _side_by_side(runs: Sequence[Run], pages: Pages) -> dict[str, Any]:
             if len(shown) > 1:
                 files.append(f"together-{name}")
                 pages.add_figure(files[-1], picture, known=scene)
-    rows = main_rows(comparisons(joined, counting=counting).rows)
+    rows = main_quantity_rows(comparisons(joined, counting=counting).rows)
     cells = [(point_label(row["parameters"]), tables.compare_cells(row)) for row in rows]
     return {"figures": files, "rows": cells[:MOST_POINTS], "scene": scene}
 
@@ -172,7 +172,7 @@ def trivial(
         "calm": all(ratio is not None and ratio <= 1 for ratio in ratios),
     }
     conditions |= {
-        name: all(facts.FACTS[name].holds(one) for one in known)
+        name: all(facts.FACTS[name].holds(gas_traits) for gas_traits in known)
         for given in RELEVANCE.values()
         for name in given.keys() - conditions.keys()
     }
@@ -182,7 +182,7 @@ def trivial(
 
 def _by_cor(points: Sequence[Point]) -> bool:
     """Whether points are a sweep over the CoR with two or more that cool."""
-    cors = {point.experiment.cor for point in points if gas(point) == "cooling"}
+    cors = {point.experiment.cor for point in points if gas_type_of(point) == "cooling"}
     return len(cors) > 1 and swept_number(points) == "cor"
 
 
@@ -198,23 +198,25 @@ def _figure(run: Run, name: str, single: Point) -> FigureData | str:
 def _settled(points: Sequence[Point], states: Records) -> list[Point]:
     """The points without those that walls keep warm and that have no stationary part."""
     changing = [
-        one["parameters"] for one in states if one["stationary"] and not one["stationary"]["found"]
+        state["parameters"]
+        for state in states
+        if state["stationary"] and not state["stationary"]["found"]
     ]
     return [point for point in points if point.as_json() not in changing]
 
 
-def _overview(points: Sequence[Point], found: Findings) -> str:
+def _overview(points: Sequence[Point], findings: Findings) -> str:
     """What holds for a sweep: how the main result changes with the swept key, then the rest."""
     try:
         key = swept_number(points)
-        along = trends(found.compared, key, unit_of(points[0].experiment, key))
+        along = trends(findings.compared, key, unit_of(points[0].experiment, key))
     except FigureError:
         along = {}
     sentences = [
         f"{label}: {trend.change}" if label else trend.change
         for label, trend in list(along.items())[:MOST_TRENDS]
     ]
-    return ". ".join(filter(None, [*sentences, found.overview]))
+    return ". ".join(filter(None, [*sentences, findings.overview]))
 
 
 def _of(points: Sequence[Point], rows: Records) -> Records:

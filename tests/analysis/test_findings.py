@@ -34,7 +34,7 @@ def law(model: str = "haff", **changes: Any) -> dict[str, Any]:
     return row | changes
 
 
-def beside(
+def compared_row(
     quantity: str, model: str, share: float, errors: float | None, **changes: Any
 ) -> dict[str, Any]:
     """A row of ``compare.json`` that is this share of its prediction of 10 away, in errors."""
@@ -63,17 +63,17 @@ def state(cor: float, *kinds: str, **changes: Any) -> dict[str, Any]:
 
 
 def alpha(cor: float = 0.8, share: float = -0.04, errors: float = -2.1, **more: Any) -> Any:
-    return beside("Haff's α", FINITE, share, errors, parameters={"cor": cor}, **more)
+    return compared_row("Haff's α", FINITE, share, errors, parameters={"cor": cor}, **more)
 
 
 def ratio(cor: float = 0.8, share: float = 0.0047, errors: float = 1.3, **more: Any) -> Any:
-    return beside("PV/NT", FINITE, share, errors, parameters={"cor": cor}, **more)
+    return compared_row("PV/NT", FINITE, share, errors, parameters={"cor": cor}, **more)
 
 
 def at(fits: list[Any], compared: list[Any], *states: Any) -> str:
     """What holds at the first point."""
-    found = Findings(fits, compared, states)
-    return found.at(found.labels[0])
+    findings = Findings(fits, compared, states)
+    return findings.at_point(findings.labels[0])
 
 
 # One point
@@ -101,11 +101,11 @@ def test_a_difference_within_its_errors_is_agreement() -> None:
 
 
 def test_main_quantities_are_those_of_the_kind_of_gas() -> None:
-    mixture = beside("T₁/T₂", "equal cooling rates", 0.01, 0.5)
-    rough = beside("T_rot/T_tr", "mean field", 0.01, 0.5)
-    warm = beside("temperature", "balance of energy", -0.21, -23.0, unit="J")
-    law_of_ideal_gas = beside("temperature", "ideal gas law, PV/N", 0.5, 60.0, unit="J")
-    ideal = beside("PV/NT", "ideal gas law", 0.5, 60.0)
+    mixture = compared_row("T₁/T₂", "equal cooling rates", 0.01, 0.5)
+    rough = compared_row("T_rot/T_tr", "mean field", 0.01, 0.5)
+    warm = compared_row("temperature", "balance of energy", -0.21, -23.0, unit="J")
+    law_of_ideal_gas = compared_row("temperature", "ideal gas law, PV/N", 0.5, 60.0, unit="J")
+    ideal = compared_row("PV/NT", "ideal gas law", 0.5, 60.0)
     assert at([law()], [ideal, mixture]).startswith("T₁/T₂ = 10.10 ± 0.10 agrees with the theory")
     assert "; Haff's law is not refused" in at([law()], [ideal, mixture])
     assert at([], [ratio(), rough]).startswith("T_rot/T_tr = ")
@@ -120,7 +120,7 @@ def test_main_quantities_are_those_of_the_kind_of_gas() -> None:
 
 
 def test_far_from_theory_a_factor_says_more_than_a_percentage() -> None:
-    left = beside("energy left at the end", "by event count", 570.0, 12.0)
+    left = compared_row("energy left at the end", "by event count", 570.0, 12.0)
     above = left | {"model": "by event count, above L²/2I", "measured": 13.0, "difference": 3.0}
     assert distance(left) == "570 times"
     assert distance(left | {"measured": 4.0}) == "0.4 times"
@@ -141,9 +141,11 @@ def test_walls_that_do_not_give_what_collisions_take_are_named() -> None:
     """Within 3 errors there is no reason to doubt that the gas is steady."""
     first = at([], [ratio()])
     for errors in (-2.9, None):
-        given = beside("energy from the walls", "taken by collisions", -0.05, errors)
+        given = compared_row("energy from the walls", "taken by collisions", -0.05, errors)
         assert at([], [ratio(), given]) == first
-    less = at([], [ratio(), beside("energy from the walls", "taken by collisions", -0.05, -3.9)])
+    less = at(
+        [], [ratio(), compared_row("energy from the walls", "taken by collisions", -0.05, -3.9)]
+    )
     assert (
         less == f"{first}; the energy from the walls is 5 % below what collisions take (3.9 errors)"
     )
@@ -188,13 +190,13 @@ def test_a_result_names_the_repeats_that_ended_early_or_are_missing() -> None:
 
 def test_the_ideal_gas_is_no_theory_of_balls_with_a_size() -> None:
     """A mixture, for example, has no other row: 69.8 errors would say nothing."""
-    ideal = beside("PV/NT", "ideal gas law", 0.23, 69.8, predicted=1.0)
+    ideal = compared_row("PV/NT", "ideal gas law", 0.23, 69.8, predicted=1.0)
     assert at([], [ideal]) == "PV/NT = 12.30 ± 0.10 (an ideal gas has 1)"
     other = ideal | {"parameters": {"cor": 0.9}, "measured": 13.1}
     assert Findings([], [ideal, other]).overview == (
         "PV/NT is from 12.30 ± 0.10 at cor=0.8 to 13.10 ± 0.10 at cor=0.9 (an ideal gas has 1)"
     )
-    none = beside("temperature", "no theory", 0.1, None, predicted=None, difference=None)
+    none = compared_row("temperature", "no theory", 0.1, None, predicted=None, difference=None)
     assert at([], [none]) == "T = 11.00 ± 0.10 J (there is no theory of it here)"
 
 
@@ -248,7 +250,7 @@ def test_points_that_are_left_out_have_a_reason() -> None:
         state(0.95, "warm", stationary=found),
         state(1.0, "warm", stationary=found, repeats=0),
     ]
-    warm = beside("temperature", "balance of energy", -0.21, -23.0, unit="J")
+    warm = compared_row("temperature", "balance of energy", -0.21, -23.0, unit="J")
     rows = [
         warm | {"parameters": {"cor": 0.7}},
         warm | {"repeats": 2},
@@ -268,7 +270,7 @@ def test_points_that_are_left_out_have_a_reason() -> None:
 
 def test_a_quantity_has_one_theory_at_all_points() -> None:
     """Also in the sentence of a point that has another one besides."""
-    enskog = beside("Haff's α", "Enskog rates at the start", 0.01, 0.4)
+    enskog = compared_row("Haff's α", "Enskog rates at the start", 0.01, 0.4)
     rows = [enskog, alpha(), enskog | {"parameters": {"cor": 0.9}}, alpha(0.9)]
     for text in (Findings([], rows).overview, *Findings([], rows).lines):
         assert FINITE in text
@@ -281,11 +283,11 @@ def test_a_quantity_has_one_theory_at_all_points() -> None:
 def test_a_ratio_that_still_changes_says_so() -> None:
     sentence = "it still changes, from 1.10 ± 0.02 to 2.10 ± 0.05 in its mean (p <0.001)"
     change = {"changes": {"T₁/T₂": {"refused": True, "sentence": sentence}}}
-    row = beside("T₁/T₂", "equal cooling rates", 0.01, 0.5)
+    row = compared_row("T₁/T₂", "equal cooling rates", 0.01, 0.5)
     states = [state(0.8, "cooling", "mixture", **change), state(0.9, "cooling", "mixture")]
     assert at([], [row], states[0]).endswith(f"; {sentence}")
-    found = Findings([], [row, row | {"parameters": {"cor": 0.9}}], states)
-    assert "T₁/T₂ still changes at cor=0.8, and its mean is not steady" in found.overview
-    assert found.lines[0].startswith("2 points: ")
-    assert [line.partition(":")[0] for line in found.lines[1:]] == ["cor=0.8", "cor=0.9"]
-    assert point_label({"cor": 0.9}) in found.labels
+    findings = Findings([], [row, row | {"parameters": {"cor": 0.9}}], states)
+    assert "T₁/T₂ still changes at cor=0.8, and its mean is not steady" in findings.overview
+    assert findings.lines[0].startswith("2 points: ")
+    assert [line.partition(":")[0] for line in findings.lines[1:]] == ["cor=0.8", "cor=0.9"]
+    assert point_label({"cor": 0.9}) in findings.labels

@@ -5,14 +5,17 @@ from snooker_cli.analysis.quantities import QUANTITIES, main_quantities
 
 def test_each_quantity_has_names_of_its_own() -> None:
     for field in ("name", "words", "key"):
-        names = [getattr(one, field) for one in QUANTITIES.values()]
+        names = [getattr(quantity, field) for quantity in QUANTITIES.values()]
         assert len(set(names)) == len(names)
-    assert all(one.key.isidentifier() and one.unit and one.symbol for one in QUANTITIES.values())
+    assert all(
+        quantity.key.isidentifier() and quantity.unit and quantity.symbol
+        for quantity in QUANTITIES.values()
+    )
 
 
 def test_each_gas_has_its_main_quantities() -> None:
     def symbols(*kinds: str) -> list[str]:
-        return [one.symbol for one in main_quantities(*kinds)]  # type: ignore[arg-type]
+        return [quantity.symbol for quantity in main_quantities(*kinds)]  # type: ignore[arg-type]
 
     assert symbols("elastic") == ["PV/NT"]
     assert symbols("cooling") == ["α", "PV/NT"]

@@ -79,7 +79,7 @@ def test_the_stationary_part_begins_after_the_approach() -> None:
     rng, windows, ends = np.random.default_rng(4), np.arange(WINDOWS), np.full(20, 40.0)
     noise = 100 + rng.normal(size=(20, WINDOWS))
     firsts = [
-        stationarity.stationary_part(noise + change, ends).first
+        stationarity.stationary_part(noise + change, ends).first_window
         for change in (0 * windows, 30 * np.exp(-windows), 30 * np.exp(-windows / 2))
     ]
     assert firsts[0] == 1
@@ -87,7 +87,7 @@ def test_the_stationary_part_begins_after_the_approach() -> None:
     assert "not refused as stationary from 2 s on" in stationarity.stationary_part(noise, ends).note
     # The quarters of the rest have no trend of more than their error.
     part = stationarity.stationary_part(noise + windows, ends)
-    assert part.first is None
+    assert part.first_window is None
     assert "not stationary" in part.note
 
 
@@ -99,7 +99,7 @@ def test_what_the_test_lacks_is_a_sentence(thermal: list[Trace]) -> None:
         "the stationary part is not known: the test needs 5 complete repeats, and 4 are there"
     )
     alike = stationarity.stationary_part(np.full((6, WINDOWS), 7.0), measured.time)
-    assert alike.first is None
+    assert alike.first_window is None
     assert "rounding" in alike.note
     rows, notes = compare(thermal[:4])
     assert rows == []
@@ -143,7 +143,7 @@ def test_a_driven_circle_keeps_the_common_rotation(driven: list[Trace]) -> None:
         return [note.note for note in compare(traces)[1] if note.note.startswith("common rotation")]
 
     part, shares = stationarity.stationary_part_of(measure(driven)), []
-    energies = measure(driven).windows.kinetic_energy[:, part.first :].mean(axis=1)
+    energies = measure(driven).windows.kinetic_energy[:, part.first_window :].mean(axis=1)
     for trace, energy in zip(driven, energies, strict=True):
         (x, y), (u, v) = trace.finish.positions.T, trace.finish.velocities.T
         turning = np.sum(x * v - y * u)

@@ -86,9 +86,9 @@ def test_templates_count_the_collisions_of_each_ball() -> None:
     said = {}
     for name, path in templates().items():
         if found := re.search(r"collisions: .* here after (\d+) per ball", path.read_text("utf-8")):
-            one = load(path).experiment
-            assert not one.container.shape_class.has_wall
-            of_each = 2 * one.collisions / one.number
+            experiment = load(path).experiment
+            assert not experiment.container.shape_class.has_wall
+            of_each = 2 * experiment.collisions / experiment.number
             assert float(found[1]) == of_each
             said[name] = of_each
     assert said.keys() >= {"dense", "haff", "rough"}

@@ -233,11 +233,11 @@ def test_replays_of_a_scene_have_one_type():
         column.flags.writeable = False
     locked = replace(trace, events=replace(trace.events, **columns))
     expected = series(trace)
-    for each in (trace, locked):
-        run = Replay(each)
+    for stored in (trace, locked):
+        run = Replay(stored)
         run.advance(20)
-        assert np.array_equal(series(each).kinetic_energy, expected.kinetic_energy)
-        rows, _ = batch_series([each], [np.array([0.1])])
+        assert np.array_equal(series(stored).kinetic_energy, expected.kinetic_energy)
+        rows, _ = batch_series([stored], [np.array([0.1])])
         assert np.array_equal(rows.columns[0], expected.kinetic_energy)
     of_state = numba.typeof(run.states_of_one)
     types = [types for types in repeat_events.compiled.signatures if types[0] == of_state]

@@ -39,9 +39,9 @@ def _virial_pressure(gas: Gas) -> Array:
 ''',
         ),
         (
-            "    for one in (\n",
+            "    for quantity in (\n",
             """\
-    for one in (
+    for quantity in (
         Quantity(
             *("impulse of a hit of the wall", "⟨J⟩", "kg m/s", "impulse of a hit", "hit_impulse"),
             *("means", (), _impulse),

@@ -106,7 +106,7 @@ def test_the_reproduction_has_the_enskog_rates_of_its_text(decaying: Run) -> Non
     density, contact = 19 / (100 * math.pi), float(theory.contact_value(0.19))
     rate = theory.ball_ball_rate(density, 1.0, 50.0, contact)
     expected = theory.haff_rate(theory.cooling_rate(0.9, rate))  # the wall is elastic
-    (line,) = [one for one in layers(found, Line) if one.label == "α, Enskog rates at the start"]
+    (line,) = [line for line in layers(found, Line) if line.label == "α, Enskog rates at the start"]
     assert line.y[-1] == pytest.approx(expected, rel=1e-12)
 
 

@@ -85,7 +85,7 @@ def test_means_go_on_with_the_repeats_that_remain(decaying: Run) -> None:
     assert isinstance(band, Band)
     assert band.x[-1] == 15.0
     assert (band.high - band.low)[-1] / 2 == pytest.approx(0.5)  # of 4 and 5
-    assert build._remaining() == (
+    assert build._remaining_sentence() == (
         "Means go on with the repeats that remain, 2 of 6 at the end; thin: fewer than half."
     )
 
@@ -99,7 +99,7 @@ def test_a_few_repeats_that_last_a_bit_longer_draw_no_tail(decaying: Run) -> Non
     (line,) = build.lines
     assert isinstance(line, Line)
     assert 8.9 < line.x[-1] <= 9.0  # as long as three of five are there
-    assert build._remaining() == ""
+    assert build._remaining_sentence() == ""
 
 
 def test_a_caption_says_where_the_shortest_repeat_ends_a_curve(tmp_path: Path) -> None:

@@ -161,10 +161,10 @@ def test_two_runs_have_chapters_and_what_is_left_out_has_a_reason(small: Path, b
 
 def test_figures_of_one_point_show_a_gas_that_is_stationary() -> None:
     points = parse(BASE, overrides=["cor=0.8,0.9", "container.mass=.inf", "wall_speed=1"]).points()
-    found = [{"found": True, "sentence": ""}, {"found": False, "sentence": ""}]
+    parts = [{"found": True, "sentence": ""}, {"found": False, "sentence": ""}]
     states = [
-        {"parameters": point.as_json(), "stationary": one}
-        for point, one in zip(points, found, strict=True)
+        {"parameters": point.as_json(), "stationary": stationary}
+        for point, stationary in zip(points, parts, strict=True)
     ]
     assert module._settled(points, states) == [points[0]]
     assert module._settled(points, []) == [*points]
