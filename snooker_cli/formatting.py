@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from decimal import Decimal
 from typing import Any
 
-MOST_PLACES, LARGE = 8, 1e7  # decimal places and size of a value without a power of ten
+MOST_PLACES, SMALL, LARGE = 8, 1e-5, 1e7  # decimal places, sizes of a value without a power of ten
 DIGITS_OF_DOUBLE = 15
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -38,7 +38,7 @@ def with_error(value: float | None, error: float | None, unit: str = "") -> str:
     if value is None or error is None or not math.isfinite(value + error) or error <= 0:
         return f"{short(value, 4)}{unit}"
     places = 1 - math.floor(math.log10(error))
-    if 0 <= places <= MOST_PLACES and abs(value) < LARGE:
+    if 0 <= places <= MOST_PLACES and max(abs(value), error) >= SMALL and abs(value) < LARGE:
         text = f"{value:.{places}f} ± {error:.{places}f}"
     else:
         largest = max(abs(value), error)

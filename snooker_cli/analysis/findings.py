@@ -17,6 +17,7 @@ from snooker_cli.analysis.goodness import (
     ENOUGH_REPEATS,
     FEW_REPEATS,
     LEAST_PROBABILITY,
+    cannot_be_tested,
     joint_probability,
     verdict,
 )
@@ -191,8 +192,12 @@ def cools(fit: Row) -> bool:
 
 
 def few_repeats(fits: Sequence[Row]) -> list[str]:
-    """``FEW_REPEATS`` if few repeats do not refuse one of these laws, up to some time."""
-    judged = (row for row in fits if row["probability"] is not None)
+    """``FEW_REPEATS`` if few repeats do not refuse one of these laws, up to some time.
+
+    A verdict that they cannot test a law says it already.
+    """
+    known = (row for row in fits if row["probability"] is not None)
+    judged = (row for row in known if not cannot_be_tested(row))
     few = (row for row in judged if row["judged_repeats"] < ENOUGH_REPEATS)
     return [FEW_REPEATS] if any(row["holds_to"] > row["judged_from"] for row in few) else []
 

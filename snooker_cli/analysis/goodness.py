@@ -62,6 +62,16 @@ class Goodness:
     end_over_fit_error: float = math.nan
 
 
+def cannot_be_tested(law: Mapping[str, Any]) -> bool:
+    """Whether repeats do not refuse a law that is far from the energy, as they are few.
+
+    law : a row of ``snooker fit --json`` with a probability
+    """
+    factor = law.get("end_over_fit")
+    far = factor is not None and not 1 / FAR < factor < FAR
+    return far and law["judged_repeats"] < ENOUGH_REPEATS and law["holds_to"] >= law["judged_to"]
+
+
 def verdict(law: Mapping[str, Any]) -> str:
     """Until when a law of the energy holds, with p, and how far it is from the energy at the end.
 
@@ -77,16 +87,16 @@ def verdict(law: Mapping[str, Any]) -> str:
         return f"{begun} is not tested (too few repeats or collisions)"
     factor, repeats = law.get("end_over_fit"), law["judged_repeats"]
     judged_to = short(law["judged_to"])
-    size, far, tested = "", False, chance(p)
+    size, tested = "", chance(p)
     if factor is not None:
         times = with_error(factor, law["end_over_fit_error"])
-        size, far = f"the energy at the end is {times} times the law's", not 1 / FAR < factor < FAR
+        size = f"the energy at the end is {times} times the law's"
         tested = f"{tested}; {size}"
     if end < law["judged_to"]:
         begins = end == law["judged_from"]
         until = "does not hold" if begins else f"is refused after {short(end)} of {judged_to} s"
         return f"{begun} {until} ({tested})"
-    if far and repeats < ENOUGH_REPEATS:
+    if cannot_be_tested(law):
         return f"{repeats} repeats cannot test {name} ({chance(p)}): {size}"
     return f"{begun} is not refused up to {judged_to} s by {repeats} repeats ({tested})"
 

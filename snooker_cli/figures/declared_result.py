@@ -154,7 +154,9 @@ def deviation_sentence(panel: Sequence[Layer], names: Mapping[int, str]) -> str:
         value = f"a factor of {with_error(1 + share / 100, error / 100)}"
     about = []
     if largest.error > 0:
-        about.append(f"{abs(largest.residual / largest.error):.1f} errors")
+        of_logarithm = f"{abs(largest.residual / largest.error):.1f} errors"
+        same = of_logarithm == f"{abs(share / error):.1f} errors"
+        about.append(of_logarithm if same else f"{of_logarithm} of its logarithm")
     if len({layer.series for layer in points}) > 1 and largest.series in names:
         about.append(names[largest.series])
     value += f" ({', '.join(about)})" * bool(about)

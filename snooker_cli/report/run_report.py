@@ -11,7 +11,7 @@ import yaml
 from snooker_cli import __version__, facts
 from snooker_cli.analysis import tables
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
-from snooker_cli.analysis.findings import Findings, few_repeats, main_quantity_rows
+from snooker_cli.analysis.findings import Findings, cools, few_repeats, main_quantity_rows
 from snooker_cli.analysis.quantities import CRITICAL_RATIO
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
 from snooker_cli.analysis.theories import CRITICAL, value_of
@@ -117,7 +117,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         "scene": scene,
         "points": [(of_point[p.index], starts.get(p.index)) for p in shown],
         "finding": _overview(points, findings) if shown[1:] else next(iter(what.values())),
-        "few": " ".join(few_repeats(fitted.rows)),
+        "few": " ".join(few_repeats([row for row in fitted.rows if cools(row)])),
         "warning": early_warning(run, points),
         "findings": [(label, text or "–") for label, text in what.items()],
         "key_figures": files[:KEY_FIGURES],

@@ -156,6 +156,7 @@ def test_few_repeats_do_not_show_that_a_law_holds() -> None:
     assert "is not refused up to 3 s by 5 repeats" in at([few], [])
     assert few_repeats([few])
     assert not few_repeats([law(judged_repeats=5, holds_to=0.01, probability=0.002)])
+    assert not few_repeats([{**few, "end_over_fit": 13.6}])  # "cannot test" says it
     enough = {**few, "judged_repeats": ENOUGH_REPEATS}
     assert few_repeats([enough]) == few_repeats([{**few, "probability": None}]) == []
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from figure_runs import ADRIFT, ROUGH, STORED, check_caption, made, shown
 
 from snooker_cli.figures import FIGURES, FigureData, Selection
-from snooker_cli.figures.declared_result import Result, with_units_of_axes
+from snooker_cli.figures.declared_result import Result, deviation_sentence, with_units_of_axes
+from snooker_cli.figures.figure_data import Points
 from snooker_cli.figures.registry import figures_of
 from snooker_cli.figures.selection import described
 from snooker_cli.runs import Run
@@ -77,3 +79,30 @@ def test_species_count_from_one_and_have_a_record_each(mixture: Run) -> None:
 )
 def test_keys_of_a_config_have_words(heated: Run, key: str, words: str) -> None:
     assert described(heated.points[0], key) == words
+
+
+def test_a_deviation_counts_errors_of_its_logarithm_where_those_are_others() -> None:
+    """37 ± 12 % are no 3.5 errors, but the logarithm has them, and the panel draws it."""
+
+    def sentence(residual: float, error: float) -> str:
+        (x, y, y_error) = np.array([[1.0], [residual], [error]])
+        return deviation_sentence([Points(x, y, y_error)], {})
+
+    assert sentence(0.01, 0.004) == "The deviation from theory is 1.01 ± 0.40 % (2.5 errors)."
+    far = "The deviation from theory is 37 ± 12 % (3.6 errors of its logarithm)."
+    assert sentence(0.315, 0.088) == far
+    assert sentence(-0.965, 0.113).endswith("0.381 ± 0.043 (8.5 errors of its logarithm).")
+    assert sentence(0.315, 0.0) == "The deviation from theory is 37.03 %."
+
+
+def test_captions_name_the_part_of_the_repeats_that_a_pressure_is_from(
+    decaying: Run, warm: Run
+) -> None:
+    """`compare` skips the relaxation, so it has another value of PV/NT."""
+    for name in "pressure-temperature", "pressure-number", "temperature-ratio":
+        declared = FIGURES[name].result
+        assert declared is not None
+        assert declared.when == "over the whole repeats", name
+    assert "over the whole repeats" in shown(warm, "temperature-ratio", balls__speed=10.0).caption
+    caption = shown(decaying, "event-decay").caption
+    assert "at the end of the shortest repeat" in caption
