@@ -62,7 +62,7 @@ def test_residuals_are_logarithms_of_ratios(decaying: Run) -> None:
     assert below.y_error == pytest.approx([1 / 101, 1 / 200])
     figure = build.figure()
     assert figure.panel_label == "ln(result / theory)"
-    errors = f"({200 * math.log(2e31):.1f} errors)"
+    errors = f"({200 * math.log(2e31):.1f} errors of its logarithm)"
     assert f"is a factor of (2.000 ± 0.010) × 10³¹ {errors}." in figure.caption
 
 
