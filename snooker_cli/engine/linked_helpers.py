@@ -121,8 +121,10 @@ def compilers() -> Compilers | None:
         """A kernel, with all that it calls."""
 
         def _optimize_final_module(self) -> None:
-            passes, builder = self._codegen._module_pass_manager()
-            passes.run(self._final_module, builder)
+            manager = self._codegen._module_pass_manager()
+            # Newer versions of Numba give a builder of passes with it.
+            passes, *builder = manager if isinstance(manager, tuple) else (manager,)
+            passes.run(self._final_module, *builder)
 
     class HelperCompiler(compiler.Compiler):  # type: ignore[misc]
         def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
