@@ -174,11 +174,11 @@ class MovingMargin(
     def wall_contact(
         self, i: int, now: float, exact: bool, state: State, cells: Cells
     ) -> tuple[float, int]:
-        links, place = cells.links, self.region
+        links, region = cells.links, self.region
         x, y = ks.position(i, now, state.balls)
-        x, y = x - place[CENTRE_X], y - place[CENTRE_Y]
+        x, y = x - region[CENTRE_X], y - region[CENTRE_Y]
         reach = state.boundary.radius - state.sizes.radius_of(i)
-        near = max(reach - place[WIDTH] * (1.0 + 2.0**-20), 0.0)
+        near = max(reach - region[WIDTH] * (1.0 + 2.0**-20), 0.0)
         if not exact and x * x + y * y < near * near:
             u, v = state.balls[U, i], state.balls[V, i]
             return now + contact.wall_delay(x, y, u, v, near * near), ks.SEARCH_AGAIN
@@ -189,10 +189,10 @@ class MovingMargin(
         return next_hit(i, state), ks.NO_PARTNER
 
     def push(self, now: float, state: State, cells: Cells) -> None:
-        place, motion = self.region, state.boundary.motion
-        x, y = motion[X] - place[CENTRE_X], motion[Y] - place[CENTRE_Y]
-        square = place[WIDTH] * place[WIDTH]
-        place[UNTIL] = now + contact.wall_delay(x, y, motion[U], motion[V], square)
+        region, motion = self.region, state.boundary.motion
+        x, y = motion[X] - region[CENTRE_X], motion[Y] - region[CENTRE_Y]
+        square = region[WIDTH] * region[WIDTH]
+        region[UNTIL] = now + contact.wall_delay(x, y, motion[U], motion[V], square)
         for k in range(self.brinks[0]):
             i = self.brink[k]
             cells.links[cm.BRINK, i] = 0

@@ -1,5 +1,6 @@
 """How far the compilation of a kernel is: its functions are counted, and watchers see it."""
 
+import gc
 import logging
 import threading
 from collections.abc import Callable, Iterator
@@ -28,13 +29,16 @@ _log = logging.getLogger(__name__)
 
 
 class Compilation:
-    """The compilation that this process is at: one at a time, with others inside of it."""
+    """The compilation that this process is at: one at a time, with others inside of it.
+
+    Meanwhile no garbage is collected: Numba makes many objects, and hardly any garbage.
+    """
 
     def __init__(self) -> None:
         self.watchers: list[Watcher] = []
         self._depth = self._done = 0
         self._total = USUAL
-        self._shown = False
+        self._shown = self._collects = False
         self._timer: threading.Timer | None = None
 
     def begin_function(self, kernel: str, folder: Path | None) -> None:
@@ -44,6 +48,8 @@ class Compilation:
         folder : the cache of kernels, which keeps their numbers of functions
         """
         if self._depth == 0:
+            self._collects = gc.isenabled()
+            gc.disable()
             self._file = folder and folder / f"{kernel}.functions"
             self._done, self._total, self._shown = 0, known_functions(self._file), False
             self._timer = threading.Timer(NOTICE_AFTER, self._notify)
@@ -60,6 +66,8 @@ class Compilation:
         if self._depth:
             self._show(self._done, max(self._total, self._done + 1))
             return
+        if self._collects:
+            gc.enable()
         assert self._timer is not None
         self._timer.cancel()
         self._show(self._done, self._done)

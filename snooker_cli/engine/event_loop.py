@@ -152,11 +152,10 @@ def advance(
 ) -> None:
     """Simulate at most ``limit`` events of each active repeat, and answer why each stopped.
 
-    limit : or FINISH, to complete summaries instead
-
     states, searches, samples : stacked, of all repeats
     active : (*a*,), the repeats to simulate
     records, answers : a row for each of these; records have no room if there is a summary
+    limit : FINISH completes the summaries instead
     ends : (*a*,), what the clocks of each show at the time up to which to simulate, s
     """
     for row in range(len(active)):

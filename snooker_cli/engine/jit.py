@@ -1,6 +1,5 @@
 """Compilation of the kernels with Numba, which is imported on the first call."""
 
-import gc
 import hashlib
 import logging
 import os
@@ -302,20 +301,13 @@ def set_up_numba() -> Any:
         """Counts compiled functions, and locks the cache while Numba saves a kernel.
 
         Numba could otherwise save kernels of two processes under one name, and load the wrong one.
-        Meanwhile no garbage is collected: Numba makes many objects, and hardly any garbage.
         """
 
         lock: IO[bytes] | None = None
-        depth = 0  # of compilations in each other; Numba lets one thread at a time compile
-        collects = False
 
         def on_start(self, event: Any) -> None:
             """A compilation begins, perhaps inside another one."""
             if event.kind == "numba:compile":
-                if self.depth == 0:
-                    self.collects = gc.isenabled()
-                    gc.disable()
-                self.depth += 1
                 COMPILATION.begin_function(
                     event.data["dispatcher"].py_func.__name__, cache_folder()
                 )
@@ -328,9 +320,6 @@ def set_up_numba() -> Any:
                     self.lock = None
                 return
             COMPILATION.end_function()
-            self.depth -= 1
-            if self.depth == 0 and self.collects:
-                gc.enable()
             folder = cache_folder()
             if folder is not None and self.lock is None and sys.platform != "win32":
                 with suppress(OSError):  # some file systems have no locks

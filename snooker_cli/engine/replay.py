@@ -398,7 +398,7 @@ def repeat_events(
             add_pair(node, tree)
         own, row, sample = rows[first + repeat :], 0, sample_starts[repeat]
         for event in range(first - 1, last):
-            now, sums = 0.0, (0.0, 0.0, 0.0)
+            now = 0.0
             if event >= first:
                 now = record.time[event]
                 i, j = carry_out(event, record, state)
@@ -409,10 +409,8 @@ def repeat_events(
             number = done + event + 1 - first
             if row >= len(kept) or kept[row] != number:
                 continue
-            if leaves > 0 and event >= first:
-                sums = tree[1, 0], tree[1, 1], tree[1, 2]
-            else:
-                sums = sampling.totals(state)
+            from_tree = leaves > 0 and event >= first
+            sums = (tree[1, 0], tree[1, 1], tree[1, 2]) if from_tree else sampling.totals(state)
             pressing = state.boundary.pressing(now, state)
             sampling.measure(own[row], sums, pressing, state)
             while sample < sample_starts[repeat + 1] and samples[sample] == number:
