@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from snooker_cli.config import Experiment
-from snooker_cli.engine import batch_series, is_short, replay, series, simulate
+from snooker_cli.engine import replay, series, simulate
 from snooker_cli.engine.compilation import COMPILATION
 from snooker_cli.engine.jit import cache_folder
 from snooker_cli.errors import RunError, SceneError, UserError
@@ -41,12 +41,7 @@ def compile_for_analyses(experiment: Experiment) -> None:
     if not experiment.keeps_events:
         return
     with suppress(SceneError):
-        trace = without_events(first_scene(experiment, 0))
-        if is_short(trace):
-            # Two repeats: the only row of one would have another layout, and so another type.
-            batch_series([trace, trace], [np.zeros(0)] * 2)
-        else:
-            series(trace)
+        series(without_events(first_scene(experiment, 0)))
 
 
 def compile_for_states(experiment: Experiment) -> None:
@@ -54,9 +49,7 @@ def compile_for_states(experiment: Experiment) -> None:
     if not experiment.keeps_events:
         return
     with suppress(SceneError):
-        trace = without_events(first_scene(experiment, 0))
-        series(trace)
-        replay(trace, [0.0])
+        replay(without_events(first_scene(experiment, 0)), [0.0])
 
 
 def without_events(scene: Scene) -> Trace:
