@@ -72,6 +72,13 @@ ONE_COR = *DECAYS, "one_cor", "one_wall_cor"
 COOLING_FLUID = *ONE_COR, "fluid", "closed", "room", "moves"
 EQUILIBRIUM = "warm_walls", "one_wall_temperature", "elastic_pairs"
 PUBLISHED = "no_walls", "equal_balls", "elastic"
+OF_RATES: tuple[tuple[str, tuple[str, ...]], ...] = (
+    (BOLTZMANN, ("cold", *FLUID, "closed")),
+    (BOLTZMANN, ("warm_walls", *EQUAL)),
+    (ENSKOG, ("cold", *FLUID, "closed")),
+    (ENSKOG, ("warm_walls", *FLUID)),
+)
+"""Theories of the rate between balls, and of the path from one collision to the next."""
 
 
 def _disk_ratio(model: str) -> Callable[[Scene], DiskRatio]:
@@ -136,11 +143,6 @@ def _finite_pair_rate(gas: Gas) -> Array:
 def _maxwell_speed(gas: Gas) -> float:
     """At T = 1 J."""
     return theory.maxwell_mean_speed(1.0, gas.mass)
-
-
-def _fixed_speed(gas: Gas) -> Array:
-    free = gas_numbers.independent_velocities(gas.scene)
-    return theory.fixed_energy_mean_speed(free, 1.0, gas.mass) * gas.root_temperature
 
 
 def _wall_temperature(scene: Scene) -> float:
@@ -259,22 +261,12 @@ THEORIES: tuple[Theory, ...] = (
     ),
     *(
         Theory(q.PAIR_RATE, model, KINETIC, needs, partial(_pair_rate, model))
-        for model, needs in (
-            (BOLTZMANN, ("cold", *FLUID, "closed")),
-            (BOLTZMANN, ("warm_walls", *EQUAL)),
-            (ENSKOG, ("cold", *FLUID, "closed")),
-            (ENSKOG, ("warm_walls", *FLUID)),
-        )
+        for model, needs in OF_RATES
     ),
     Theory(*(q.PAIR_RATE, FINITE, DISKS), ("cold", *FINITE_FLUID, "smooth"), _finite_pair_rate),
     *(
         Theory(q.FREE_PATH, model, KINETIC, needs, partial(_path, model))
-        for model, needs in (
-            (BOLTZMANN, ("cold", *FLUID, "closed")),
-            (BOLTZMANN, ("warm_walls", *EQUAL)),
-            (ENSKOG, ("cold", *FLUID, "closed")),
-            (ENSKOG, ("warm_walls", *FLUID)),
-        )
+        for model, needs in OF_RATES
     ),
     Theory(
         *(q.FREE_PATH, FINITE, DISKS, ("cold", *FINITE_FLUID, "at_rest", "smooth")),
@@ -331,7 +323,7 @@ THEORIES: tuple[Theory, ...] = (
         *(q.MEAN_SPEED, MAXWELL, KINETIC, ("warm_walls", "one_mass")),
         lambda g: _maxwell_speed(g) * np.sqrt(g.temperature),
     ),
-    Theory(q.MEAN_SPEED, FIXED, "exact", (*FIXED_ENERGY, "one_mass"), _fixed_speed),
+    Theory(*(q.MEAN_SPEED, FIXED, "exact", (*FIXED_ENERGY, "one_mass")), lambda g: g.fixed_speed),
     *(
         Theory(q.KURTOSIS, model, source, needs, partial(_kurtosis, law))
         for model, needs, law, source in SPEED_LAWS
