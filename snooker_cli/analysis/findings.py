@@ -219,9 +219,9 @@ class Findings:
     ) -> None:
         self.fits, self.compared = list(fits), list(compared)
         self.theories = chosen_theories(self.compared)
-        labels = (point_label(row["parameters"]) for row in (*states, *fits, *compared))
+        labels = (_label(row) for row in (*states, *fits, *compared))
         self.labels = list(dict.fromkeys(labels))
-        self.states = {point_label(state["parameters"]): state for state in states}
+        self.states = {_label(state): state for state in states}
 
     # One point.
 
@@ -253,7 +253,7 @@ class Findings:
 
     def _rows(self, label: str) -> Records:
         """The main rows of a point with the theory of all points, or else without a theory."""
-        compared = [row for row in self.compared if point_label(row["parameters"]) == label]
+        compared = [row for row in self.compared if _label(row) == label]
         rows = main_quantity_rows(compared, self.theories)
         known = {row["quantity"] for row in rows}
         others = [row for row in main_quantity_rows(compared) if row["quantity"] not in known]
@@ -262,9 +262,7 @@ class Findings:
 
     def _laws(self, label: str) -> Records:
         """Fits to the energy of a point, that of the law which holds longest first."""
-        laws = [
-            dict(row) for row in self.fits if cools(row) and point_label(row["parameters"]) == label
-        ]
+        laws = [dict(row) for row in self.fits if cools(row) and _label(row) == label]
         return sorted(laws, key=lambda row: (-(row["holds_to"] or 0.0), row["model"] != "haff"))
 
     def _law_of_decay(self, laws: Records, compared: set[str]) -> Iterator[str]:
@@ -303,7 +301,7 @@ class Findings:
         """Checks of a point that differ from theory."""
         for quantity in CHECKS:
             for row in self._rows_of(quantity):
-                if point_label(row["parameters"]) == label and _differs(row):
+                if _label(row) == label and _differs(row):
                     yield _differing(row)
 
     def _rows_of(self, quantity: Quantity) -> Records:
@@ -393,7 +391,7 @@ class Findings:
 
     def _left_out(self, quantity: Quantity, known: Records) -> Iterator[str]:
         """The points that have no value of this quantity with its theory, and why."""
-        with_value = {point_label(row["parameters"]) for row in known}
+        with_value = {_label(row) for row in known}
         reasons: dict[str, list[Row]] = {}
         for label, state in self.states.items():
             if label in with_value or not {*quantity.main_of} & {*state["kinds"]}:
@@ -406,7 +404,7 @@ class Findings:
 
     def _absence(self, quantity: Quantity, label: str, state: Row) -> str:
         """Why a point has no value of this quantity with its theory."""
-        compared = [row for row in self.compared if point_label(row["parameters"]) == label]
+        compared = [row for row in self.compared if _label(row) == label]
         models = {row["model"] for row in compared if row["quantity"] == quantity.name}
         if not state["repeats"]:
             return "no repeat is there"
@@ -500,7 +498,7 @@ def _jointly(known: Records, theory: str) -> Iterator[str]:
 
 def _reservations(rows: Sequence[Row]) -> Iterator[str]:
     """How many repeats of the rows ended early or are missing; each point counts once."""
-    points = {point_label(row["parameters"]): row for row in rows}.values()
+    points = {_label(row): row for row in rows}.values()
     total, early, requested = 0, 0, 0
     for row in points:
         repeats = row["simulated"] if "simulated" in row else row["repeats"] + row["failed"]
