@@ -52,12 +52,8 @@ def components(scene: Scene) -> int:
 
 
 def independent_velocities(scene: Scene) -> int:
-    """Number of independent velocities of balls that share a fixed energy.
-
-    With walls all velocities are independent. Without walls one is not, because total momentum is
-    kept.
-    """
-    return scene.number - (not scene.container.has_wall)
+    """Number of independent velocities of balls that share a fixed energy, see `components`."""
+    return components(scene) // 2
 
 
 class DiskRatio(NamedTuple):
@@ -98,14 +94,14 @@ def finite_haff_rate(scene: Scene) -> float:
     """
     temperature = starting_temperature(scene)
     between = finite_pair_rate(scene, temperature)
-    share = scene.number * theory.share_in_collision(2 * (components(scene) // 2))
+    share = scene.number * theory.share_in_collision(2 * independent_velocities(scene))
     return share * _haff_rate(scene, between, enskog_rates(scene, temperature).wall)
 
 
 def finite_pair_rate(scene: Scene, temperature: float = 1.0) -> float:
     """Ball-ball collisions of one ball for exactly N balls at fixed energy, 1/s."""
     ratio = fluid_state(scene, temperature).virial_ratio
-    balls = float(scene.radii[0]), components(scene) // 2, float(scene.masses[0])
+    balls = float(scene.radii[0]), independent_velocities(scene), float(scene.masses[0])
     return theory.ball_ball_rate_from_virial(ratio, temperature, *balls)
 
 
@@ -352,7 +348,7 @@ class Gas:
     @property
     def fixed_speed(self) -> Array:
         """The mean speed of balls that share the energy of the moment, m/s."""
-        free = components(self.scene) // 2
+        free = independent_velocities(self.scene)
         return theory.fixed_energy_mean_speed(free, 1.0, self.mass) * self.root_temperature
 
     @property
