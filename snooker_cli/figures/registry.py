@@ -62,6 +62,7 @@ class FigureSpec:
     most: int = MOST_SERIES
     each_point: bool = False
     sample: bool = False
+    reproduce_only: bool = False
 
     def fitting(self, points: Sequence[Point]) -> tuple[list[Point], Counter[str]]:
         """The points that the figure can show by their config; why it cannot show the others.
@@ -139,6 +140,9 @@ def _read() -> dict[str, FigureSpec]:
 
 FIGURES = _read()
 """Every figure by its name: the source report's in the order of its figures, then ours."""
+
+OWN_FIGURES = tuple(name for name, spec in FIGURES.items() if not spec.reproduce_only)
+"""The figures of one's own runs; the others are drawn by name and by ``snooker reproduce``."""
 
 
 def figures_of(
