@@ -295,13 +295,13 @@ def cooling(build: FigureBuilder) -> FigureData:
     words = {"model": _model(build.source), "kept": kept}
     drawn = {law for decay in decays for law in decay.laws}
     common = "theory" if all("theory" in decay.laws for decay in decays) else "fitted"
-    ends = []
+    ends = list[float]()
     for index, (point, decay) in enumerate(zip(build.points, decays, strict=True)):
         alpha = decay.laws[common][0]
         inverse_time, inverse_rate = (alpha, 0.5 / alpha) if several else (1.0, 1.0)
-        end = _add_slowdown(build, index, point, alpha, inverse_time)
-        fine = np.geomspace(BEGINNING / alpha, end, 200)
-        ends.append(alpha * end)
+        begins, end = _add_slowdown(build, index, point, alpha, inverse_time)
+        fine = np.geomspace(begins, decay.edges[-1, 1], 200)
+        ends += [alpha * begins, alpha * end]
         for law, constants in decay.laws.items():
             if law == "floor" or not several:
                 text, style = _HAFF[law]
@@ -328,7 +328,7 @@ def cooling(build: FigureBuilder) -> FigureData:
         build.record(point, **record, first_rate=first, last_rate=last)
     labels, unit, holds = dict[str, Any](), "s⁻¹", min(decay.holds for decay in decays)
     if several:
-        x = np.geomspace(BEGINNING, max(ends), 200)
+        x = np.geomspace(min(ends), max(ends), 200)
         build.lines.append(Line(x, x, _HAFF[common][0].format(**words), NEUTRAL, "dashed"))
         rate.append(Line(x, 1 / (1 + x), None, NEUTRAL, "dashed"))
         labels, unit, drawn = {"x_label": "α t"}, "2α", drawn & {"floor"}
@@ -339,6 +339,7 @@ def cooling(build: FigureBuilder) -> FigureData:
         build.lines.append(Reference("x", holds, "Haff's law is refused", "dotted"))
     return build.figure(
         " ".join(filter(None, _cooling_sentences(build, drawn, kept))),
+        y_limits=(min(ends) / 2, None),
         panels=(Panel(tuple(rate), f"−d ln E/dt ({unit})", log=True),),
         **labels,
     )
@@ -360,18 +361,22 @@ def _cooling_sentences(build: FigureBuilder, drawn: Collection[str], kept: str) 
 
 def _add_slowdown(
     build: FigureBuilder, index: int, point: Point, alpha: float, inverse_time: float
-) -> float:
-    """Add the mean of √(E(0)/E) − 1 over the repeats; the end of its time, s.
+) -> tuple[float, float]:
+    """Add the mean of √(E(0)/E) − 1 over the repeats; the beginning and the end of the axis, s.
 
-    It begins where Haff's law has ``BEGINNING``, or at a hundredth of a shorter time.
+    It begins where Haff's law has ``BEGINNING``, or at a hundredth of a shorter time. The mean
+    begins where it has a half of that.
     """
     energy = course(build.measurement(point), "kinetic_energy")
     curves = courses(energy.time, energy.value)
     end = sorted(float(time[-1]) for time, _ in curves)[-2:][0]
-    x = np.geomspace(min(BEGINNING / alpha, end / 100), end, COMMON_TIMES)
+    begins = min(BEGINNING / alpha, end / 100)
+    x = np.geomspace(begins, end, COMMON_TIMES)
     ratio = np.array([np.interp(x, *curve, right=math.nan) for curve in curves])
-    build.add_means(index, build.label(point), x * inverse_time, ratio**-0.5 - 1)
-    return end
+    rows = ratio**-0.5 - 1
+    first = int(np.argmax(rows.mean(axis=0) >= alpha * begins / 2))
+    build.add_means(index, build.label(point), x[first:] * inverse_time, rows[:, first:])
+    return begins, end
 
 
 def _slowdown(time: Array, alpha: float, floor: float) -> Array:
@@ -382,13 +387,19 @@ def _slowdown(time: Array, alpha: float, floor: float) -> Array:
 def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
     """The local decay of a point. Raises ``FigureError`` if it has too few collisions."""
     measurement = build.measurement(point)
-    # The paper has the means of all repeats.
-    end = np.min(measurement.time) if build.source else np.median(measurement.time)
-    edges, rates, errors, left = _local_rates(measurement, float(end))
+    if measurement.time.min() == 0:
+        raise FigureError("a repeat has no length; run longer")
     decays = {decay.law: decay for decay in build.energy_decays(point)}
     k, alpha = (decays[law].over_repeats.value for law in ("exponential", "haff"))
     if not (math.isfinite(k) and math.isfinite(alpha)):
         raise FigureError("a point's repeats are too short to be fitted; run longer")
+    if build.source:
+        edges = np.linspace(0.0, float(np.min(measurement.time)), WINDOWS + 1)
+    else:  # as many collisions in each, by Haff's law
+        end = float(np.median(measurement.time))
+        edges = np.expm1(np.linspace(0.0, np.log1p(alpha * end), WINDOWS + 1)) / alpha
+        edges[-1] = end
+    windows, rates, errors, left = _local_rates(measurement, edges)
     floor, holds = float(floors(measurement).mean()), math.inf
     if not build.source and decays["haff"].goodness.holds_to < decays["haff"].goodness.judged_to:
         holds = decays["haff"].goodness.holds_to
@@ -399,7 +410,7 @@ def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)
     error = decays["haff"].over_repeats.error
-    return _LocalDecay(edges, rates, errors, k, error, floor, holds, laws)
+    return _LocalDecay(windows, rates, errors, k, error, floor, holds, laws)
 
 
 def _haff_rate(time: Array, alpha: float, floor: float) -> Array:
@@ -415,16 +426,13 @@ def _mean_haff_rates(edges: Array, alpha: float, floor: float) -> Array:
     return np.asarray((logs[:, 0] - logs[:, 1]) / np.ptp(edges, axis=1))
 
 
-def _local_rates(measurement: Measurement, end: float) -> tuple[Array, Array, Array, float]:
-    """Edges of windows (*w*, 2), −d ln of the mean energy/dt there, its standard error (s⁻¹).
+def _local_rates(measurement: Measurement, edges: Array) -> tuple[Array, Array, Array, float]:
+    """Windows (*w*, 2) between edges, s; −d ln of the mean energy/dt there, s⁻¹; its error.
 
     A window has the repeats that reach its end. Last, the mean energy ratio in the last window.
     Windows with too few collisions are left out.
     """
     curve = measurement.curve
-    if measurement.time.min() == 0:
-        raise FigureError("a repeat has no length; run longer")
-    edges = np.linspace(0.0, end, WINDOWS + 1)
     energies = curve.at(edges, course(measurement, "kinetic_energy").value)
     there = measurement.time[:, np.newaxis] >= edges[1:]
     if np.any(energies <= 0):
@@ -438,7 +446,7 @@ def _local_rates(measurement: Measurement, end: float) -> tuple[Array, Array, Ar
             f"its windows of time have fewer than {LEAST_COLLISIONS} collisions, too few for a "
             "rate; run longer or more repeats"
         )
-    width = end / WINDOWS
+    width = np.diff(edges)
     means = [np.where(there, energies[:, k : k + WINDOWS], 0.0).sum(axis=0) for k in (0, 1)]
     rates = np.log(means[0] / means[1]) / width
     # Each repeat's own rate varies as much around the mean.
@@ -473,12 +481,18 @@ def event_decay(build: FigureBuilder) -> FigureData:
         floor, nearest = float(floors(measurement).mean()), None
         record = {"collisions_per_ball": x[-1], "floor": floor}
         for name, expected in _expected_left(build, measurement, counts).items():
-            record[name], nearest = expected[-1], expected
+            nearest = (
+                expected
+                if build.source
+                else np.where(
+                    np.abs(np.log(expected / mean)) < math.log(TOO_FAR), expected, math.nan
+                )
+            )
+            record[name] = nearest[-1]
             if name == "theory_above_floor" and floor < FLOOR_MATTERS * mean[-1]:
                 continue
-            far = np.abs(np.log(expected / mean)) > math.log(TOO_FAR)
-            until = int(np.argmax(far)) if far.any() else len(x)
-            build.lines.append(Line(x[:until], expected[:until], None, index, _LEFT[name][1]))
+            near = np.isfinite(nearest)
+            build.lines.append(Line(x[near], nearest[near], None, index, _LEFT[name][1]))
             drawn[name] = None
         if nearest is not None:  # E(0) is exact
             build.add_residuals(index, x[1:], mean[1:], error[1:], nearest[1:])
