@@ -20,6 +20,7 @@ from snooker_cli.figures.figure_data import (
     Line,
     Points,
     Reference,
+    Repeats,
 )
 from snooker_cli.files import atomic_write, out_of_sight, write_text
 from snooker_cli.formatting import plain
@@ -132,8 +133,9 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         named: dict[str, tuple[bool, Any]] = {}  # several series may have limits of one name
         for layer, artist in _added(axes, data, data.layers, scaled):
             neutral = getattr(layer, "series", NEUTRAL) == NEUTRAL
-            if layer.label and (neutral or not scaled):
-                named.setdefault(layer.label, (neutral, artist))
+            label = getattr(layer, "label", None)
+            if label and (neutral or not scaled):
+                named.setdefault(label, (neutral, artist))
         # First the series, then what is for all.
         entries = sorted(named.items(), key=lambda entry: entry[1][0])
         _scale(axes, data)
@@ -211,6 +213,8 @@ def _artist(
         case Band(x, low, high):
             common |= {"step": "post" if layer.steps else None}
             return axes.fill_between(x, low, high, alpha=0.22, linewidth=0, **common)
+        case Repeats(x, rows):
+            return axes.plot(x, rows.T, linewidth=0.4, alpha=0.45, linestyle="solid", **common)[0]
         case Points(x, y):
             drawn = axes.errorbar(
                 x,
