@@ -103,6 +103,7 @@ class FigureBuilder:
     beside_theory : whether the caption of the figure itself says the result beside theory
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
+    source : whether figures have the form and the theories of the source report's reproduction
     reading : is called for each repeat that is read
     """
 
@@ -125,6 +126,7 @@ class FigureBuilder:
     beside_theory: bool = False
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
+    source: bool = False
     reading: Reading = silent
     _statuses: dict[tuple[int, int | None], list[RepeatStatus]] = field(default_factory=dict)
 
@@ -255,7 +257,7 @@ class FigureBuilder:
 
     def _largest_deviation(self) -> str:
         """A sentence on the residuals of the panel, unless the caption has one already."""
-        names = {_owner(line): label for line in self.lines if (label := _label(line))}
+        names = {_owner(line): line.label for line in self.lines if line.label}
         return "" if self.beside_theory else deviation_sentence(self.panel, names)
 
     @property
@@ -298,7 +300,7 @@ class FigureBuilder:
                 error = np.where(number > 1, deviation / np.sqrt(number), math.nan)
             self.bands.append(Band(x, mean - error, mean + error, None, index))
             if style in ("series", "solid"):
-                self.singles.append(Repeats(x, rows, index))
+                self.singles.append(Repeats(x, rows, None, index))
         self.note_remaining(ends, float(x[-1]))
         return kept
 
@@ -389,7 +391,7 @@ class FigureBuilder:
 
     def _means_sentence(self, singles: bool) -> str:
         """A sentence on means over the repeats, their bands, and the repeats, if they are drawn."""
-        if not any(_label(band) is None for band in self.bands):
+        if not any(band.label is None for band in self.bands):
             return ""
         thin = "; thin: single repeats" * singles
         return f"Bold: means over the repeats{thin}; bands: standard errors."
@@ -397,7 +399,7 @@ class FigureBuilder:
     def _named(self, name: str) -> list[Layer]:
         """The lines; if they are of one series that no label names, its first one has this name."""
         series = [line for line in self.lines if _owner(line) != NEUTRAL]
-        unnamed = not any(map(_label, series)) and len(set(map(_owner, series))) == 1
+        unnamed = not any(line.label for line in series) and len(set(map(_owner, series))) == 1
         if not unnamed or not isinstance(series[0], Line):  # markers are explained by neutral ones
             return self.lines
         entries = [line for line in self.lines if isinstance(line, Line) and not len(line.x)]
@@ -433,7 +435,7 @@ class FigureBuilder:
             others = {"shades": shades or ranks(series), "hues": hues} | others
             label, values = scale(series)
             names = {described(point, key) for point in series for key in varying(series)}
-            if {*map(_label, (one for one in layers if _owner(one) != NEUTRAL))} <= {None, *names}:
+            if all(layer.label in {None, *names} for layer in layers if _owner(layer) != NEUTRAL):
                 others = {"scale": values, "scale_label": label} | others
         if len(owners) == 1:  # entries of the legend alone have the colour of the only series
             for number, layer in enumerate(layers):
@@ -478,11 +480,6 @@ def _joined(point: Point, keys: Iterable[str]) -> str:
 def _owner(layer: Layer) -> int:
     """The series of a layer."""
     return getattr(layer, "series", NEUTRAL)
-
-
-def _label(layer: Layer) -> str | None:
-    """The name of a layer, if it has one."""
-    return getattr(layer, "label", None)
 
 
 SAME_CURVE = 1e-3  # share of y by which curves of theory differ that a reader cannot tell apart

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import ROUGH, STORED, around, in_circle, layers, made, shown, traces, why_not
+from figure_runs import ROUGH, STORED, in_circle, layers, made, shown, traces, why_not
 
 from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import gas, structure
