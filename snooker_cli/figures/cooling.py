@@ -464,7 +464,7 @@ def event_decay(build: FigureBuilder) -> FigureData:
 
     A curve of theory ends where the energy is `TOO_FAR` from it.
     """
-    kept, drawn = _kept(build.points), dict[str, None]()
+    kept, drawn, ends = _kept(build.points), dict[str, None](), False
     for index, point in enumerate(build.points):
         measurement = build.measurement(point)
         events = measurement.calm_events.sum(axis=1)
@@ -488,10 +488,11 @@ def event_decay(build: FigureBuilder) -> FigureData:
                     np.abs(np.log(expected / mean)) < math.log(TOO_FAR), expected, math.nan
                 )
             )
-            record[name] = nearest[-1]
+            record[name] = nearest[-1] if np.isfinite(nearest[-1]) else None
             if name == "theory_above_floor" and floor < FLOOR_MATTERS * mean[-1]:
                 continue
             near = np.isfinite(nearest)
+            ends |= not near.all()
             build.lines.append(Line(x[near], nearest[near], None, index, _LEFT[name][1]))
             drawn[name] = None
         if nearest is not None:  # E(0) is exact
@@ -504,6 +505,8 @@ def event_decay(build: FigureBuilder) -> FigureData:
         caption += f"A collision takes (1 − e²)E/{shared} by theory."
     if "theory_above_floor" in drawn:
         caption += f"{_FLOORS[kept][:-1]}, counted below."
+    if ends:
+        caption += f" A curve of theory ends where the energy is {TOO_FAR:g} times as large."
     return build.figure(caption)
 
 

@@ -1,14 +1,12 @@
-"""Over time: energy, momentum, pressure, hexatic order, a2, species' temperatures, local energy."""
+"""Over time: pressure, hexatic order, a2, species' temperatures, local energy."""
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
 from snooker_cli import facts, theory, two_temperatures
 from snooker_cli.analysis import observables, quantities, structure, theories
-from snooker_cli.analysis.decay import course
 from snooker_cli.analysis.gas import cooling_spins, fluid_state, temperatures
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
@@ -31,63 +29,14 @@ from snooker_cli.figures.figure_data import (
     Reference,
     courses,
     legend_line,
-    more_than_a_decade,
     places,
 )
-from snooker_cli.figures.selection import elastic, gas_type_of
+from snooker_cli.figures.selection import gas_type_of
 from snooker_cli.formatting import listed, short
-from snooker_cli.scene import EPSILON, Scene
-from snooker_cli.trace import Trace, even_choice
-
-MOMENTUM_UNIT = 1e-15
-"""The unit of the momentum's deviation: about four roundings of a number near one."""
+from snooker_cli.scene import Scene
+from snooker_cli.trace import even_choice
 
 MARGIN = 0.1  # margin above settled pressures, as a share of them
-MORE = 1.05  # the axis of energies over their highest value
-
-
-def energy(build: FigureBuilder) -> FigureData:
-    """Kinetic energy of balls and container over that at the start."""
-    ratios_of = []
-    for point in build.points:
-        energy = course(build.measurement(point), "kinetic_energy")
-        ratios_of.append(courses(energy.time, energy.value))
-    log = more_than_a_decade(ratios for curves in ratios_of for _, ratios in curves)
-    for index, (point, curves) in enumerate(zip(build.points, ratios_of, strict=True)):
-        times, rows = build.add_mean_course(index, point, curves)
-        build.record(
-            point,
-            elastic=elastic(point),
-            final_ratio=mean_and_error(rows[:, -1]),
-            time=float(times[-1]),
-            largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves),
-        )
-    top = max(float(ratios.max()) for curves in ratios_of for _, ratios in curves)
-    limits = (None, None) if log else (0.0, MORE * max(top, 1.0))
-    return build.figure(logarithmic=log, y_limits=limits)
-
-
-def momentum_component(name: str, build: FigureBuilder) -> FigureData:
-    """A component of the total momentum over that at the start, and how far this is from 1."""
-    deviation = replace(build, lines=[], bands=[], singles=[])
-    for index, point in enumerate(build.points):
-        totals = [_momentum(trace, name) for trace in build.traces(point)]
-        ratios = [(time, total / total[0]) for time, total in totals]
-        curves = [(time, (ratio - 1) / MOMENTUM_UNIT) for time, ratio in ratios]
-        build.add_mean_course(index, point, ratios)
-        deviation.add_mean_course(index, point, curves)
-        build.record(
-            point,
-            momentum_at_start=float(totals[0][1][0]),
-            largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in ratios),
-            states=max(len(time) for time, _ in totals),
-        )
-    worst = max(record["largest_deviation"] for record in build.records)
-    return build.figure(
-        f"Below: how far the total momentum is from p{name}(0).",
-        numbers={"largest_deviation": worst},
-        panel=(*deviation.singles, *deviation.bands, Reference("y", 0.0), *deviation.lines),
-    )
 
 
 def pressure(build: FigureBuilder) -> FigureData:
@@ -116,17 +65,6 @@ def pressure(build: FigureBuilder) -> FigureData:
         numbers={"theory": expected},
         y_limits=(0, (1 + MARGIN) * top),
     )
-
-
-def _momentum(trace: Trace, name: str) -> Course:
-    """Times (s) and one component of the total momentum, kg m/s. Raises ``FigureError``."""
-    scene, component = trace.start, "xy".index(name)
-    states = observables.at_collisions(trace)
-    total = observables.momentum(states.velocities, states.container_velocities, scene).T[component]
-    parts = np.abs(scene.masses * scene.velocities[:, component])
-    if abs(total[0]) <= scene.number * EPSILON * float(np.sum(parts)):
-        raise FigureError(f"the momentum in {name} is zero at the start, so it has no ratio to it")
-    return states.time, total
 
 
 def _pressures(measurement: Measurement) -> list[Course]:
