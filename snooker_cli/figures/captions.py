@@ -53,9 +53,9 @@ from snooker_cli.figures.selection import (
     of_label,
     ranks,
     scale,
-    shades_of_runs,
     spread,
     statuses,
+    two_keys,
     value_at,
     varying,
 )
@@ -396,6 +396,22 @@ class FigureBuilder:
         thin = "; thin: single repeats" * singles
         return f"Bold: means over the repeats{thin}; bands: standard errors."
 
+    def _series_styles(self, series: Sequence[Point], labels: set[str | None]) -> dict[str, Any]:
+        """The fields of ``FigureData`` for the colours of series and their names.
+
+        labels : of all layers of the series
+        """
+        both = two_keys(series)
+        if both is None:
+            label, values = scale(series)
+            names = {described(point, key) for point in series for key in varying(series)}
+            named = {"scale": values, "scale_label": label} if labels <= names else {}
+            return {"shades": ranks(series), **named}
+        named = {}
+        if both.hue_names and labels <= {self.label(point, series) for point in series}:
+            named = {"hue_names": both.hue_names, "scale": both.shade_names}
+        return {"shades": both.shades, "hues": both.hues, **named}
+
     def _named(self, name: str) -> list[Layer]:
         """The lines; if they are of one series that no label names, its first one has this name."""
         series = [line for line in self.lines if _owner(line) != NEUTRAL]
@@ -431,12 +447,8 @@ class FigureBuilder:
         owners = {_owner(layer) for layer in layers} - {NEUTRAL}
         series = [group[0] for group in self.groups] if self.groups[1:] else self.groups[0]
         if owners == set(range(len(series))):
-            shades, hues = shades_of_runs(series)
-            others = {"shades": shades or ranks(series), "hues": hues} | others
-            label, values = scale(series)
-            names = {described(point, key) for point in series for key in varying(series)}
-            if all(layer.label in {None, *names} for layer in layers if _owner(layer) != NEUTRAL):
-                others = {"scale": values, "scale_label": label} | others
+            labels = {layer.label for layer in layers if _owner(layer) != NEUTRAL}
+            others = self._series_styles(series, labels - {None}) | others
         if len(owners) == 1:  # entries of the legend alone have the colour of the only series
             for number, layer in enumerate(layers):
                 if np.size(getattr(layer, "x", 0)) == 0:
