@@ -191,7 +191,9 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
     if names[0].experiment.container.shape_class.has_wall and len(walls) == 1:
         title = f"{title}: {walls.pop()}"
     early = sum(record["ended_early"] for record in build.records)
-    axes = {"y_label": "decay constant (s⁻¹)", "logarithmic": True} if shared else {}
+    axes: dict[str, Any] = {}
+    if shared:
+        axes = {"y_label": "decay constant (s⁻¹)", "logarithmic": True}
     return build.figure(" ".join(sentences), numbers={"ended_early": early}, title=title, **axes)
 
 

@@ -229,7 +229,7 @@ def _a2_against_cor(build: FigureBuilder) -> FigureData:
         difference += [Reference("y", 0.0), Points(cors, mean - expected[len(grid) :], error)]
     return build.figure(
         SONINE_THEORY * bool(difference),
-        title="Second Sonine coefficient against the CoR",
+        title="Second Sonine coefficient: a₂ against the CoR",
         x_label="coefficient of restitution e",
         x_limits=(None, None),
         panels=(Panel(tuple(difference), "a₂ − theory"),) if difference else (),
@@ -316,7 +316,8 @@ def rotation(build: FigureBuilder) -> FigureData:
                 of_motion = interpolated(x, collisions, rows).mean(axis=0)
                 decay.append(Line(x, of_motion, None, index, "dotted"))
             mean, deviation, number = mean_of_remaining(ratio)
-            few, error = slice(RESIDUALS, None, RESIDUALS), deviation / np.sqrt(number)
+            error = deviation / np.sqrt(number)
+            few = np.searchsorted(x, np.linspace(0.0, x[-1], RESIDUALS + 1)[1:])
             build.add_residuals(index, x[few], mean[few], error[few], of_ratio[few])
             final = float(of_ratio[last])
         build.record(point, final_ratio=mean_and_error(kept[:, -1]), theory=final)
@@ -329,7 +330,7 @@ def rotation(build: FigureBuilder) -> FigureData:
 
 MOTION: LineStyle = "solid"
 ROTATION: LineStyle = "dashed"
-RESIDUALS = 6  # places of a curve for each residual
+RESIDUALS = 10  # of a curve
 
 
 def _ratio(rows: Array) -> Course:
