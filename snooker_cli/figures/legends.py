@@ -240,12 +240,14 @@ def entries(
     """The names in the legend with what they are the names of: first series, then what is for all.
 
     drawn : layers with their artists
-    named : whether the series have their names already
+    named : whether the series have their names already, but for entries without a curve
     """
     found: dict[str, tuple[bool, Any]] = {}  # several series may have limits of one name
+    at_ends = named and not is_scaled(data)
     for layer, artist in drawn:
         neutral = getattr(layer, "series", NEUTRAL) == NEUTRAL
-        if layer.label and (neutral or not (named or data.hue_names)):
+        alone = at_ends and not data.hue_names and not np.size(getattr(layer, "x", 0))
+        if layer.label and (neutral or alone or not (named or data.hue_names)):
             found.setdefault(layer.label, (neutral, artist))
     ordered = sorted(found.items(), key=lambda entry: entry[1][0])
     return [*_of_two_keys(data), *((name, artist) for name, (_, artist) in ordered)]
