@@ -96,11 +96,7 @@ def test_the_thin_end_of_a_mean_has_the_name() -> None:
 
 
 def test_more_than_four_values_of_one_key_are_a_colour_scale() -> None:
-    fields: dict[str, Any] = {
-        "shades": (0.0, 0.25, 0.5, 0.75, 1.0),
-        "scale": tuple("abcde"),
-        "scale_label": "key",
-    }
+    fields: dict[str, Any] = {"shades": (0.0, 0.25, 0.5, 0.75, 1.0), "scale": tuple("abcde")}
     lines = [Line(X, k * X, f"key {name}", k) for k, name in enumerate("abcde")]
     figure = draw(figure_of(*lines, scale_label="key", **fields))
     assert len(figure.axes) == 2
