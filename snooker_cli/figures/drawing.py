@@ -106,7 +106,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
             panel.set_yscale("log" if content.log else "linear")
             _clip(panel, data, content.layers, (None, None), logarithmic=content.log)
             if content.log:
-                _few_decades(panel.yaxis)
+                _few_decades(panel.yaxis, PANEL_TICKS)
             else:
                 panel.locator_params("y", nbins=PANEL_TICKS)
             panel.set_xlim(axes.get_xlim())  # `_scale` may have changed the view of one axis alone
@@ -214,11 +214,14 @@ def _scale(axes: Axes, data: FigureData) -> None:
             _few_decades(axis)
 
 
-def _few_decades(axis: Axis) -> None:
-    """Label a logarithmic axis also if it has few powers of ten, and without them if it can."""
+def _few_decades(axis: Axis, most: int | None = None) -> None:
+    """Label a logarithmic axis also if it has few powers of ten, and without them if it can.
+
+    most : labels at most; None leaves them to the height of the axis
+    """
     low, high = axis.get_view_interval()
-    few = ticker.LogLocator(subs=(1, 2, 5))
-    for locator in (ticker.LogLocator(), few, ticker.AutoLocator()):
+    few = ticker.LogLocator(subs=(1, 2, 5), numticks=most)
+    for locator in (ticker.LogLocator(numticks=most), few, ticker.AutoLocator()):
         axis.set_major_locator(locator)
         if sum(low <= tick <= high for tick in axis.get_majorticklocs()) >= LEAST_TICKS:
             break
