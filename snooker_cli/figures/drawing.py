@@ -114,10 +114,9 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         axes.set_ylabel(textwrap.fill(data.y_label, LABEL_WIDTH), parse_math=False)
         figure.align_ylabels()
         axes.set_title("\n".join(title), loc="left", pad=4, parse_math=False)
-        scaled = is_scaled(data)
-        if scaled:
+        if is_scaled(data):
             add_scale(figure, [axes, *panels], data)
-        named = scaled or name_at_ends(axes, data)
+        named = name_at_ends(axes, data)
         lines = len(title) - 1 + add_legend(figure, entries(data, drawn, named))
         height = HEIGHT + PANEL_HEIGHT * len(panels) + LINE_HEIGHT * lines
         figure.set_size_inches(size or (WIDTH, height))

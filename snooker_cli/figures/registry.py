@@ -23,6 +23,7 @@ from snooker_cli.figures.selection import (
     MOST_SERIES,
     Selection,
     along,
+    as_series,
     changing_with,
     distinct,
     evenly,
@@ -88,7 +89,7 @@ class FigureSpec:
             name = self.alike.rpartition(".")[2]
             raise FigureError(f"it needs one {name}; choose it by {self.alike} with --where")
         if not self.along:
-            return [evenly(points, self.most)]
+            return [(as_series if self.most <= MOST_SERIES else evenly)(points, self.most)]
         xs, by = self.along, self.by
         if xs == ANY:
             xs = [_key_alone(points)]
