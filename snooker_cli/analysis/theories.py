@@ -509,6 +509,11 @@ def value_of_start(scene: Scene, quantity: Quantity, model: str) -> float | None
     return None
 
 
+def source_of(quantity: Quantity, model: str) -> str:
+    """Where the formula of a theory is from."""
+    return next(e.source for e in THEORIES if (e.quantity, e.model) == (quantity, model))
+
+
 def disk_ratios(scene: Scene) -> dict[str, DiskRatio]:
     """PV/NT of hard disks by the name of the theory."""
     models = known_models(scene, q.RATIO)

@@ -96,7 +96,8 @@ def test_means_go_on_with_the_repeats_that_remain(decaying: Run) -> None:
     assert np.isnan(singles.rows[0, singles.x > 0.5]).all()
     assert (band.high - band.low)[-1] / 2 == pytest.approx(0.5)  # of 4 and 5
     assert build._remaining_sentence() == (
-        "Means go on with the repeats that remain, 2 of 6 at the end; thin: fewer than half."
+        "Means go on with the repeats that remain, 2 of 6 at the end; a mean of fewer than "
+        "half is thin."
     )
 
 
