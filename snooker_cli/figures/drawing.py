@@ -20,6 +20,7 @@ from snooker_cli.figures.figure_data import (
     Line,
     Points,
     Reference,
+    Repeats,
 )
 from snooker_cli.files import atomic_write, out_of_sight, write_text
 from snooker_cli.formatting import plain
@@ -216,6 +217,8 @@ def _artist(
         case Band(x, low, high):
             common |= {"step": "post" if layer.steps else None}
             return axes.fill_between(x, low, high, alpha=0.22, linewidth=0, **common)
+        case Repeats(x, rows):
+            return axes.plot(x, rows.T, linewidth=0.4, alpha=0.45, linestyle="solid", **common)[0]
         case Points(x, y):
             drawn = axes.errorbar(
                 x,
