@@ -280,7 +280,8 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     build.lines.append(Points(*at_walls, "through the walls", 1))
     middle = mean_and_error(enskog.mean(axis=1))
     both = [mean_and_error(side) for side in through.T]
-    numbers, below = dict(zip(sides, both, strict=True)) | {"enskog": middle}, {}
+    numbers = dict(zip(sides, both, strict=True)) | {"enskog": middle}
+    panels: tuple[Panel, ...] = ()
     is_elastic = facts.hold(scene, "elastic_pairs")
     if is_elastic:
         flux = mean_and_error(through.mean(axis=1))
@@ -291,7 +292,7 @@ def heat_flux(build: FigureBuilder) -> FigureData:
         # To first order, as the mean of ratios would be too large.
         local = flux[0] / enskog.mean(axis=0) * (2 - enskog / enskog.mean(axis=0))
         layers = (Reference("y", 1.0), *mean_layers(middles[inside], local))
-        below = {"panels": (Panel(layers, "flux / Enskog's"),)}
+        panels = (Panel(layers, "flux / Enskog's"),)
     # A straight line through the strips at a wall gives the gas at it.
     for side, law in enumerate(walls.values()):
         if isinstance(law, Thermal):
@@ -306,7 +307,7 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     build.record(point, **numbers)
     assumed = "" if is_elastic else " κ is that of elastic balls."
     fitted = f" dT/dx is the slope of a line through {2 * NEAR + 1} of {BINS} strips."
-    return build.figure(f"{steady.text}{fitted}{assumed}", **below)
+    return build.figure(f"{steady.text}{fitted}{assumed}", panels=panels)
 
 
 def _slopes(rows: Array, width: float) -> Array:
@@ -325,21 +326,21 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
     for index, group in enumerate(build.groups):
         rows, scenes = [], [build.start(point) for point in group]
         for point, scene in zip(group, scenes, strict=True):
-            gas, disks = steady.gas(point), theories.disk_ratios(scene)
-            inner, outer = mean_and_error(_measured(gas, quantities.VIRIAL_RATIO)), mean_and_error(
-                _measured(gas, quantities.RATIO)
-            )
+            gas, packing = steady.gas(point), scene.packing_fraction
+            disks = theories.disk_ratios(scene)
+            inner = mean_and_error(_measured(gas, quantities.VIRIAL_RATIO))
+            outer = mean_and_error(_measured(gas, quantities.RATIO))
             # Without walls balls meet at a temperature of their own.
-            share = float(gas.meeting_ratio.mean()) * scene.packing_fraction
+            share = float(gas.meeting_ratio.mean()) * packing
             here = disks.get(theory.FINITE) or disks.get(theory.INFINITE)
-            expected = math.nan if here is None else (here.virial - 1) / scene.packing_fraction
-            rows.append((scene.packing_fraction, (inner[0] - 1) / share, inner[1] / share, expected))
+            expected = math.nan if here is None else (here.virial - 1) / packing
+            rows.append((packing, (inner[0] - 1) / share, inner[1] / share, expected))
             keys = {"theory": theory.INFINITE, "theory_here": theory.FINITE}
             numbers: dict[str, Any] = {
                 key: disks[name].virial for key, name in keys.items() if name in disks
             }
             numbers |= {"temperature": mean_and_error(gas.temperature), "virial": inner}
-            build.record(point, packing=scene.packing_fraction, **numbers, wall=outer)
+            build.record(point, packing=packing, **numbers, wall=outer)
         packings, added, errors, expected_here = np.array(rows).T
         build.add_residuals(index, packings, added, errors, expected_here)
         label = build.label(group[0], names) or "simulation"
