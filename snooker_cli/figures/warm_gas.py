@@ -8,14 +8,20 @@ import numpy as np
 
 from snooker_cli import facts, theory
 from snooker_cli.analysis import quantities, theories
-from snooker_cli.analysis.gas import finite_ratio
+from snooker_cli.analysis.gas import Gas, finite_ratio
 from snooker_cli.analysis.measurement import WINDOWS
 from snooker_cli.analysis.observables import mean_and_error, meeting_temperature, standard_errors
+from snooker_cli.analysis.profiles import (
+    Profile,
+    axis_across,
+    is_radial,
+    measured_profile,
+    walls_at_ends,
+)
 from snooker_cli.analysis.stationarity import stationary_part_of
 from snooker_cli.analysis.time_series import Averages
 from snooker_cli.config import Point
 from snooker_cli.containers import ENDS
-from snooker_cli.engine import States, replayed
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
@@ -30,13 +36,12 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import axis_label, gas_type_of, swept_numbers, traits, value_at
 from snooker_cli.formatting import counted
-from snooker_cli.laws import Law, Sides, Thermal
+from snooker_cli.laws import Thermal
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
 BINS, COARSE_BINS = 20, 10  # of profiles, and of those whose slope is taken
 MOST_BALLS = 4_000_000  # balls times states of a point's profiles, which take a second or two
-BATCH = 2**18  # balls times states at once: arrays of this size stay in the cache
 TIMES = 200  # times at which repeats are compared
 CURVE = 100  # vertices of a curve of theory
 
@@ -129,56 +134,21 @@ def stationary(build: FigureBuilder) -> FigureData:
     )
 
 
-def _profile(build: FigureBuilder, steady: _Steady, bins: int) -> tuple[Array, Array, Array, Array]:
-    """Profiles of the only point, across the container or along the radius.
-
-    Edges (*b* + 1,) of the bins, m; densities of centres (*repeats*, *b*), 1/m², and temperatures
-    m⟨v²⟩ of the motion across (or along the radius) and at right angles to it, J: means over states
-    at even times. Raises ``FigureError``.
-    """
+def _profile(build: FigureBuilder, steady: _Steady, bins: int) -> Profile:
+    """The profile of the only point in its steady part. Raises ``FigureError``."""
     (point,) = build.points
-    scene = build.start(point)
-    circle, axis = _is_radial(scene), _axis(scene)
-    reach = scene.container.size[axis] / 2 - float(scene.radii.min())
-    parts = np.linspace(0.0, 1.0, bins + 1)
-    # Rings of equal area, or strips of equal width.
-    edges = reach * np.sqrt(parts) if circle else reach * (2 * parts - 1)
-    area = scene.container.accessible(float(scene.radii.min())).area / bins
     most = build.states(point, MOST_BALLS, MOST_BALLS)
-
-    def sums(states: States) -> Array:
-        """Balls, and m v² across and along, in each bin: (3, *b*)."""
-        places = states.positions - states.container_positions[:, np.newaxis]
-        order = [axis, 1 - axis]
-        x, y = np.moveaxis(places, 2, 0)[order]
-        u, v = np.moveaxis(states.velocities, 2, 0)[order]
-        where = x
-        if circle:
-            where = np.hypot(x, y)
-            far = np.where(where > 0, where, 1.0)
-            u, v = (x * u + y * v) / far, (x * v - y * u) / far
-        bin_of = np.clip(np.searchsorted(edges, where.ravel(), side="right") - 1, 0, bins - 1)
-        squares = ((scene.masses * speed**2).ravel() for speed in (u, v))
-        weighted = [np.bincount(bin_of, square, bins) for square in squares]
-        return np.array([np.bincount(bin_of, minlength=bins), *weighted])
-
-    rows = []
-    for trace, since in steady.traces(point):
-        times = np.linspace(since, trace.stop.time, most)
-        balls, *squares = np.sum([sums(states) for states in replayed(trace, times, BATCH)], axis=0)
-        known = np.where(balls, balls, np.nan)
-        rows.append((balls / (most * area), *(square / known for square in squares)))
-    density, across, along = np.swapaxes(np.array(rows), 0, 1)
-    return edges, density, across, along
+    return measured_profile(build.start(point), steady.traces(point), bins, most)
 
 
 def profiles(build: FigureBuilder) -> FigureData:
     """Density and temperature across a box or channel, or along the radius of a circle."""
     steady, (point,) = _Steady(build), build.points
-    edges, density, across, along = _profile(build, steady, BINS)
-    scene, middles, temperature = build.start(point), _middles(edges), (across + along) / 2
+    profile, scene = _profile(build, steady, BINS), build.start(point)
+    middles, temperature = profile.middles, profile.temperature
+    _, density, across, along = profile
     warm = steady.temperatures(point)
-    mean, circle = float(warm.mean()), _is_radial(scene)
+    mean, circle = float(warm.mean()), is_radial(scene)
     columns = {
         "density": density / density.mean(),
         "temperature": temperature / mean,
@@ -188,7 +158,7 @@ def profiles(build: FigureBuilder) -> FigureData:
     for index, (name, rows) in enumerate(columns.items()):
         style: LineStyle = "solid" if index < 2 else "dashed"
         build.add_means(index, name, middles, rows, style)
-    walls = {place: law for place, law in _walls(scene).items() if isinstance(law, Thermal)}
+    walls = {place: law for place, law in walls_at_ends(scene).items() if isinstance(law, Thermal)}
     for place, law in walls.items():
         at = np.array([place]), np.array([law.temperature / mean])
         build.lines.append(Points(*at, None, None, 1, filled=False))
@@ -212,31 +182,6 @@ def profiles(build: FigureBuilder) -> FigureData:
         f"{steady.text}{' Open: the wall.' if walls else ''}",
         x_label="distance from the centre (m)" if circle else "place across (m)",
     )
-
-
-def _middles(values: Array) -> Array:
-    """Means of neighbours along the last axis."""
-    return (values[..., 1:] + values[..., :-1]) / 2
-
-
-def _walls(scene: Scene) -> dict[float, Law]:
-    """The laws of the walls that a profile ends at, by the place of the wall, m."""
-    right, law = scene.container.size[_axis(scene)] / 2, scene.wall_law
-    if _is_radial(scene):
-        return {right: law} if not isinstance(law, Sides) else {}
-    first, last = ENDS[scene.container.across or "x"]
-    both = (getattr(law, first), getattr(law, last)) if isinstance(law, Sides) else (law, law)
-    return {-right: both[0], right: both[1]}
-
-
-def _is_radial(scene: Scene) -> bool:
-    """Whether profiles are along the radius."""
-    return scene.container.across == "radius"
-
-
-def _axis(scene: Scene) -> int:
-    """The axis of profiles, 0 or 1: that across, or in a circle x."""
-    return int(scene.container.across == "y")
 
 
 def energy_balance(build: FigureBuilder) -> FigureData:
@@ -266,53 +211,65 @@ def energy_balance(build: FigureBuilder) -> FigureData:
 def heat_flux(build: FigureBuilder) -> FigureData:
     """The flux of heat through the walls, and by Enskog's conductivity between them."""
     (point,) = build.points
-    scene = build.start(point)
-    walls, height = _walls(scene), scene.container.size[1 - _axis(scene)]
+    scene, measurement, steady = build.start(point), build.measurement(point), _Steady(build)
+    height = scene.container.size[1 - axis_across(scene)]
     sides = ENDS[scene.container.across or "x"]
     ends = [scene.container.sides.index(side) for side in sides]
-    steady = _Steady(build)
-    edges, density, across, along = _profile(build, steady, COARSE_BINS)
-    warm, length = (across + along) / 2, steady.averages(point).length[:, np.newaxis]
-    given = build.measurement(point).by_side[:, steady.first(point) :, ends].sum(axis=1)
+    first, length = steady.first(point), steady.averages(point).length[:, np.newaxis]
+    given = measurement.by_side[:, first:, ends].sum(axis=1)
     through = given * (1, -1) / (height * length)
     if np.isnan(through).any():
         raise FigureError("a repeat has too many collisions for this figure; run a shorter one")
-    size, mass = float(scene.radii[0]), float(scene.masses[0])
-    packing = math.pi * size**2 * _middles(density).mean(axis=0)
-    between = _middles(warm).mean(axis=0)
-    conductivity = theory.thermal_conductivity(packing, size, between, mass)
-    enskog = -conductivity * np.diff(warm) / np.diff(_middles(edges))
-    build.lines += [
-        Points(x, rows.mean(axis=0), standard_errors(rows), label, series, filled=not series)
-        for series, (x, rows, label) in enumerate(
-            (
-                (np.array([*walls]), through, "through the walls"),
-                (edges[1:-1], enskog, "Enskog's conductivity, −κ dT/dx"),
-            )
-        )
-    ]
-    middle = mean_and_error(enskog[:, 2:-2].mean(axis=1))
     both = [mean_and_error(side) for side in through.T]
-    numbers = dict(zip(sides, both, strict=True)) | {"enskog": middle}
-    is_elastic = facts.hold(scene, "elastic_pairs")
+    numbers: dict[str, Any] = dict(zip(sides, both, strict=True))
+    places = np.array([*walls_at_ends(scene)])
+    _add_points(build, places, through, "through the walls")
+    is_elastic, caption = facts.hold(scene, "elastic_pairs"), steady.text
     if is_elastic:
-        flux = mean_and_error(through.mean(axis=1))
+        numbers["flux"] = flux = mean_and_error(through.mean(axis=1))
         build.lines.insert(0, Reference("y", flux[0], "mean of both walls", "dashed"))
-        over = flux[0] / middle[0]
-        ratio = over, math.hypot(flux[1], over * middle[1]) / abs(middle[0])
-        numbers |= {"flux": flux, "over_enskog": ratio}
+    law = theories.theory_of(scene, quantities.HEAT_FLUX, theories.CONDUCTIVITY)
+    if law is not None:
+        profile = _profile(build, steady, COARSE_BINS)
+        gas = Gas(measurement, first_window=first, profile=profile)
+        _add_points(build, profile.edges[1:-1], gas.conduction.flux, f"{law.model}, −κ dT/dx")
+        numbers["enskog"] = middle = mean_and_error(np.asarray(law.value(gas)))
+        if is_elastic:
+            over = flux[0] / middle[0]
+            ratio = over, math.hypot(flux[1], over * middle[1]) / abs(middle[0])
+            numbers |= {"over_enskog": ratio}
+        else:
+            caption += " κ is that of elastic balls."
+        numbers |= _jumps(gas, through)
+    build.record(point, **numbers)
+    return build.figure(caption)
+
+
+def _add_points(build: FigureBuilder, places: Array, rows: Array, label: str) -> None:
+    """Means with errors over the repeats at some places, m; those of theory are open."""
+    series = sum(isinstance(line, Points) for line in build.lines)
+    means, errors = rows.mean(axis=0), standard_errors(rows)
+    build.lines.append(Points(places, means, errors, label, series, filled=not series))
+
+
+def _jumps(gas: Gas, through: Array) -> dict[str, Any]:
+    """The jump of temperature at each thermal wall, measured and by theory, J.
+
+    through : the flux of heat through both walls in each repeat, J/(m s)
+    """
+    warm, found = gas.profile.temperature, dict[str, Any]()
+    packing, between, conductivity, _ = gas.conduction
     # A straight line through the two strips at a wall gives the gas at it.
-    for side, (law, beside) in enumerate(zip(walls.values(), ((0, 1), (-1, -2)), strict=True)):
+    walls = walls_at_ends(gas.scene).values()
+    for side, (law, beside) in enumerate(zip(walls, ((0, 1), (-1, -2)), strict=True)):
         if isinstance(law, Thermal):
             near = warm[:, beside] @ (1.5, -0.5)
-            here = float(packing[-side]), size, float(between[-side]), mass
+            here = float(packing[-side]), gas.radius, float(between[-side]), gas.mass
             slope = float(through[:, side].mean()) / conductivity[-side] * (-1) ** side
             expected = slope * theory.temperature_jump(*here)
             jump = mean_and_error(law.temperature - near)
-            numbers |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
-    build.record(point, **numbers)
-    assumed = "" if is_elastic else " κ is that of elastic balls."
-    return build.figure(f"{steady.text}{assumed}")
+            found |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
+    return found
 
 
 def equation_of_state(build: FigureBuilder) -> FigureData:
