@@ -10,9 +10,17 @@ from snooker_cli import facts, theory
 from snooker_cli.analysis import quantities, theories
 from snooker_cli.analysis.gas import Gas, finite_ratio
 from snooker_cli.analysis.observables import mean_and_error, standard_errors
+from snooker_cli.analysis.profiles import (
+    NEAR,
+    Profile,
+    axis_across,
+    is_radial,
+    measured_profile,
+    middles,
+    walls_at_ends,
+)
 from snooker_cli.analysis.quantities import Quantity
 from snooker_cli.containers import ENDS
-from snooker_cli.engine import States, replayed
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.counted_parts import CountedParts, gains, window_edges
@@ -31,16 +39,14 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import axis_label, swept_numbers, traits, value_at
 from snooker_cli.formatting import with_error
-from snooker_cli.laws import Law, Sides, Thermal
+from snooker_cli.laws import Thermal
 from snooker_cli.scene import Scene
 
 BINS = 20  # of profiles
-NEAR = 3  # bins on each side of one to which a line is fitted for the slope there
 AT_WALL = np.array([0.85, 0.45, 0.05, -0.35])
 """Weights of the first bins at a wall: the value at the wall of the line fitted to them."""
 
 MOST_BALLS = 4_000_000  # balls times states of a point's profiles, which take a second or two
-BATCH = 2**18  # balls times states at once: arrays of this size stay in the cache
 CURVE = 100  # vertices of a curve of theory
 
 SWEPT = "wall_speed", "wall_temperature", "balls.count", "balls.radius", "cor"
@@ -92,47 +98,11 @@ def stationary(build: FigureBuilder) -> FigureData:
     )
 
 
-def _profile(build: FigureBuilder, steady: CountedParts) -> tuple[Array, Array, Array, Array]:
-    """Profiles of the only point, across the container or along the radius.
-
-    Edges (*b* + 1,) of the bins, m; densities of centres (*repeats*, *b*), 1/m², and temperatures
-    m⟨v²⟩ of the motion across (or along the radius) and at right angles to it, J: means over states
-    at even times. Raises ``FigureError``.
-    """
+def _profile(build: FigureBuilder, steady: CountedParts) -> Profile:
+    """The profile of the only point in its steady part. Raises ``FigureError``."""
     (point,) = build.points
-    scene = build.start(point)
-    circle, axis = _is_radial(scene), _axis(scene)
-    reach = scene.container.size[axis] / 2 - float(scene.radii.min())
-    parts = np.linspace(0.0, 1.0, BINS + 1)
-    # Rings of equal area, or strips of equal width.
-    edges = reach * np.sqrt(parts) if circle else reach * (2 * parts - 1)
-    area = scene.container.accessible(float(scene.radii.min())).area / BINS
     most = build.states(point, MOST_BALLS, MOST_BALLS)
-
-    def sums(states: States) -> Array:
-        """Balls, and m v² across and along, in each bin: (3, *b*)."""
-        places = states.positions - states.container_positions[:, np.newaxis]
-        order = [axis, 1 - axis]
-        x, y = np.moveaxis(places, 2, 0)[order]
-        u, v = np.moveaxis(states.velocities, 2, 0)[order]
-        where = x
-        if circle:
-            where = np.hypot(x, y)
-            far = np.where(where > 0, where, 1.0)
-            u, v = (x * u + y * v) / far, (x * v - y * u) / far
-        bin_of = np.clip(np.searchsorted(edges, where.ravel(), side="right") - 1, 0, BINS - 1)
-        squares = ((scene.masses * speed**2).ravel() for speed in (u, v))
-        weighted = [np.bincount(bin_of, square, BINS) for square in squares]
-        return np.array([np.bincount(bin_of, minlength=BINS), *weighted])
-
-    rows = []
-    for trace, since in steady.traces(point):
-        times = np.linspace(since, trace.stop.time, most)
-        balls, *squares = np.sum([sums(states) for states in replayed(trace, times, BATCH)], axis=0)
-        known = np.where(balls, balls, np.nan)
-        rows.append((balls / (most * area), *(square / known for square in squares)))
-    density, across, along = np.swapaxes(np.array(rows), 0, 1)
-    return edges, density, across, along
+    return measured_profile(build.start(point), steady.traces(point), BINS, most)
 
 
 def profiles(build: FigureBuilder) -> FigureData:
@@ -141,40 +111,43 @@ def profiles(build: FigureBuilder) -> FigureData:
     The pressure is that of theory at the density and temperature of each place.
     """
     steady, (point,) = CountedParts(build), build.points
-    edges, density, across, along = _profile(build, steady)
-    scene, middles, temperature = build.start(point), _middles(edges), (across + along) / 2
-    gas, circle = steady.gas(point), _is_radial(scene)
+    profile, scene = _profile(build, steady), build.start(point)
+    places, temperature = profile.middles, profile.temperature
+    _, density, across, along = profile
+    gas, circle = steady.gas(point), is_radial(scene)
     warm = gas.temperature
     columns = {
         "T": temperature,
-        f"its part {'along the radius' if circle else 'across'}": across,
-        f"its part {'around' if circle else 'along the walls'}": along,
+        "along the radius" if circle else "across": across,
+        "around" if circle else "along the walls": along,
     }
     styles: tuple[LineStyle, ...] = ("solid", "dashed", "dotted")
     for index, ((name, rows), style) in enumerate(zip(columns.items(), styles, strict=True)):
-        build.add_means(index, name, middles, rows, style)
-    walls = {place: law for place, law in _walls(scene).items() if isinstance(law, Thermal)}
+        build.add_means(index, name, places, rows, style)
+    walls = {place: law for place, law in walls_at_ends(scene).items() if isinstance(law, Thermal)}
     for place, law in walls.items():
         at = np.array([place]), np.array([law.temperature])
         build.lines.append(Points(*at, None, None, 0, filled=False))
     packing = math.pi * float(np.mean(scene.radii**2)) * density
-    panels, pressure = [Panel(mean_layers(middles, packing), "packing")], None
+    panels, pressure = [Panel(mean_layers(places, packing), "packing")], None
     caption = " Open: the wall." * bool(walls)
     if facts.hold(scene, *theories.LARGE):
         factor = theory.granular_compressibility(packing.mean(axis=0), scene.restitution)
-        pressure = density * temperature * factor
-        at_walls = mean_and_error(gas.pressure)
-        layers = (Reference("y", at_walls[0], None, "dashed"), *mean_layers(middles, pressure))
-        panels.append(Panel(layers, "p = nTZ (Pa·m)"))
-        caption += (
-            f" Bottom: Z is that of a large gas at the packing there; dashed: P at the walls, "
-            f"{with_error(*at_walls, 'Pa·m')}."
-        )
+        # Beside a wall balls are in layers, of which Z of a uniform gas says nothing.
+        beside = np.abs(profile.edges[-1] - np.abs(places)) < 2 * gas.radius
+        pressure = np.where(beside, math.nan, density * temperature * factor)
+        # Centres reach less than the length of the walls, and take all of the force.
+        edge = scene.container.accessible(gas.radius).edge
+        force = mean_and_error(gas.pressure * scene.container.wall_length / edge)
+        line = Reference("y", force[0], None, "dashed")
+        panels.append(Panel((line, *mean_layers(places, pressure)), "p = nTZ (Pa·m)"))
+        walls_have = f"dashed: {with_error(*force, 'Pa·m')}, the force on the walls"
+        caption += f" Z is that of the packing there; {walls_have}."
     with np.errstate(divide="ignore", invalid="ignore"):  # balls that move along one line
         ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
     build.record(
         point,
-        place=middles,
+        place=places,
         across_over_along=ratio,
         density=density.mean(axis=0),
         temperature=temperature.mean(axis=0),
@@ -204,34 +177,9 @@ def mean_layers(x: Array, rows: Array, series: int = 0) -> tuple[Layer, ...]:
     return Band(x, mean - error, mean + error, None, series), line
 
 
-def _middles(values: Array) -> Array:
-    """Means of neighbours along the last axis."""
-    return (values[..., 1:] + values[..., :-1]) / 2
-
-
-def _walls(scene: Scene) -> dict[float, Law]:
-    """The laws of the walls that a profile ends at, by the place of the wall, m."""
-    right, law = scene.container.size[_axis(scene)] / 2, scene.wall_law
-    if _is_radial(scene):
-        return {right: law} if not isinstance(law, Sides) else {}
-    first, last = ENDS[scene.container.across or "x"]
-    both = (getattr(law, first), getattr(law, last)) if isinstance(law, Sides) else (law, law)
-    return {-right: both[0], right: both[1]}
-
-
-def _is_radial(scene: Scene) -> bool:
-    """Whether profiles are along the radius."""
-    return scene.container.across == "radius"
-
-
-def _axis(scene: Scene) -> int:
-    """The axis of profiles, 0 or 1: that across, or in a circle x."""
-    return int(scene.container.across == "y")
-
-
 def energy_balance(build: FigureBuilder) -> FigureData:
     """Power of the walls, of the losses in collisions, and what is left, in windows of time."""
-    steady = CountedParts(build)
+    steady, shares = CountedParts(build), list[Layer]()
     for index, point in enumerate(build.points):
         measurement, part = steady.gas(point).measurement, steady.averages(point)
         lossy = facts.hold(traits(point), "lossy_pairs")
@@ -239,9 +187,9 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         given = gains(measurement, edges, curve.wall_energy) / np.diff(edges)
         # Without losses only rounding is left.
         taken = gains(measurement, edges, curve.lost_energy) / np.diff(edges) * lossy
-        build.add_means(index, build.label(point), _middles(edges), given, "solid")
-        build.add_means(index, None, _middles(edges), taken, "dashed")
-        build.add_means(index, None, _middles(edges), given - taken, "dotted")
+        build.add_means(index, build.label(point), middles(edges), given, "solid")
+        build.add_means(index, None, middles(edges), taken, "dashed")
+        shares += mean_layers(middles(edges), (given - taken) / given.mean(axis=0), index)
         given_rate = mean_and_error(part.wall_energy / part.length)
         taken_rate = mean_and_error(part.lost_energy * lossy / part.length)
         rest = mean_and_error((part.wall_energy - part.lost_energy * lossy) / part.length)
@@ -249,72 +197,72 @@ def energy_balance(build: FigureBuilder) -> FigureData:
     build.lines += [
         legend_line("walls give", "solid"),
         legend_line("collisions take", "dashed"),
-        legend_line("the rest, dE/dt", "dotted"),
-        Reference("y", 0.0),
     ]
-    return build.figure(steady.text)
+    return build.figure(
+        steady.text,
+        logarithmic=build.covers_decades,
+        panel=(Reference("y", 0.0), *shares),
+    )
 
 
 def heat_flux(build: FigureBuilder) -> FigureData:
     """The flux of heat through the walls, and by Enskog's conductivity between them."""
     (point,) = build.points
-    steady = CountedParts(build)
-    gas, scene = steady.gas(point), build.start(point)
-    walls, height = _walls(scene), scene.container.size[1 - _axis(scene)]
+    steady, scene = CountedParts(build), build.start(point)
+    gas, panels = steady.gas(point), list[Panel]()
+    height = scene.container.size[1 - axis_across(scene)]
     sides = ENDS[scene.container.across or "x"]
     ends = [scene.container.sides.index(side) for side in sides]
-    edges, density, across, along = _profile(build, steady)
-    warm, length = (across + along) / 2, gas.means.length[:, np.newaxis]
     given = gas.measurement.by_side[:, gas.first_window :, ends].sum(axis=1)
-    through = given * (1, -1) / (height * length)
+    through = given * (1, -1) / (height * gas.means.length[:, np.newaxis])
     if np.isnan(through).any():
         raise FigureError("a repeat has too many collisions for this figure; run a shorter one")
-    size, mass = gas.radius, gas.mass
-    packing = math.pi * size**2 * density.mean(axis=0)
-    conductivity = theory.thermal_conductivity(packing, size, warm.mean(axis=0), mass)
-    inside, middles = slice(NEAR, BINS - NEAR), _middles(edges)
-    enskog = -conductivity[inside] * _slopes(warm, float(edges[1] - edges[0]))
-    build.add_means(0, "Enskog's conductivity, −κ dT/dx", middles[inside], enskog, "solid")
-    error = standard_errors(through)
-    at_walls = np.array([*walls]), through.mean(axis=0), error
-    build.lines.append(Points(*at_walls, "through the walls", 1))
-    middle = mean_and_error(enskog.mean(axis=1))
     both = [mean_and_error(side) for side in through.T]
-    numbers = dict(zip(sides, both, strict=True)) | {"enskog": middle}
-    panels: tuple[Panel, ...] = ()
-    is_elastic = facts.hold(scene, "elastic_pairs")
+    numbers: dict[str, Any] = dict(zip(sides, both, strict=True))
+    is_elastic, caption = facts.hold(scene, "elastic_pairs"), steady.text
     if is_elastic:
-        flux = mean_and_error(through.mean(axis=1))
-        build.lines.insert(0, Reference("y", flux[0], "mean of both walls", "dashed"))
-        over = flux[0] / middle[0]
-        ratio = over, math.hypot(flux[1], over * middle[1]) / abs(middle[0])
-        numbers |= {"flux": flux, "over_enskog": ratio}
-        # To first order, as the mean of ratios would be too large.
-        local = flux[0] / enskog.mean(axis=0) * (2 - enskog / enskog.mean(axis=0))
-        layers = (Reference("y", 1.0), *mean_layers(middles[inside], local))
-        panels = (Panel(layers, "flux / Enskog's"),)
-    # A straight line through the strips at a wall gives the gas at it.
-    for side, law in enumerate(walls.values()):
-        if isinstance(law, Thermal):
-            near = slice(None, None, -1 if side else 1)
-            strips = [column[..., near][..., : len(AT_WALL)] for column in (packing, warm)]
-            filling, heat = (float(strip.mean()) for strip in strips)
-            slope = float(through[:, side].mean()) * (-1) ** side
-            slope /= theory.thermal_conductivity(filling, size, heat, mass)
-            expected = slope * theory.temperature_jump(filling, size, heat, mass)
-            jump = mean_and_error(law.temperature - strips[1] @ AT_WALL)
-            numbers |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
+        numbers["flux"] = flux = mean_and_error(through.mean(axis=1))
+        build.lines.append(Reference("y", flux[0], "mean of both walls", "dashed"))
+    law = theories.theory_of(scene, quantities.HEAT_FLUX, theories.CONDUCTIVITY)
+    if law is not None:
+        gas = Gas(gas.measurement, first_window=gas.first_window, profile=_profile(build, steady))
+        places, local = gas.conduction
+        build.add_means(0, f"{law.model}, −κ dT/dx", places, local, "solid")
+        numbers["enskog"] = middle = mean_and_error(np.asarray(law.value(gas)))
+        caption += f" dT/dx is the slope of a line through {2 * NEAR + 1} of {BINS} strips."
+        if is_elastic:
+            over, mean = flux[0] / middle[0], local.mean(axis=0)
+            ratio = over, math.hypot(flux[1], over * middle[1]) / abs(middle[0])
+            numbers |= {"over_enskog": ratio}
+            # To first order, as the mean of ratios would be too large.
+            ratios = mean_layers(places, flux[0] / mean * (2 - local / mean))
+            panels.append(Panel((Reference("y", 1.0), *ratios), "flux / Enskog's"))
+        else:
+            caption += " κ is that of elastic balls."
+        numbers |= _jumps(gas, through)
+    at_walls = np.array([*walls_at_ends(scene)]), through.mean(axis=0), standard_errors(through)
+    build.lines.append(Points(*at_walls, "through the walls", 1))
     build.record(point, **numbers)
-    assumed = "" if is_elastic else " κ is that of elastic balls."
-    fitted = f" dT/dx is the slope of a line through {2 * NEAR + 1} of {BINS} strips."
-    return build.figure(f"{steady.text}{fitted}{assumed}", panels=panels)
+    return build.figure(caption, panels=tuple(panels))
 
 
-def _slopes(rows: Array, width: float) -> Array:
-    """Slopes of lines fitted to the ``NEAR`` bins on each side of a bin: (*repeats*, *inner*)."""
-    steps = np.arange(-NEAR, NEAR + 1)
-    windows = np.lib.stride_tricks.sliding_window_view(rows, len(steps), axis=1)
-    return np.asarray(windows @ steps / (np.sum(steps**2) * width))
+def _jumps(gas: Gas, through: Array) -> dict[str, Any]:
+    """The jump of temperature at each thermal wall, measured and by theory, J.
+
+    through : the flux of heat through both walls in each repeat, J/(m s)
+    """
+    found, profile = dict[str, Any](), gas.profile
+    for side, law in enumerate(walls_at_ends(gas.scene).values()):
+        if isinstance(law, Thermal):
+            strips = np.arange(len(AT_WALL)) if side == 0 else -1 - np.arange(len(AT_WALL))
+            warm = profile.temperature[:, strips]
+            packing = math.pi * gas.radius**2 * float(profile.density[:, strips].mean())
+            here = packing, gas.radius, float(warm.mean()), gas.mass
+            slope = float(through[:, side].mean()) / theory.thermal_conductivity(*here)
+            expected = slope * theory.temperature_jump(*here) * (-1) ** side
+            jump = mean_and_error(law.temperature - warm @ AT_WALL)
+            found |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
+    return found
 
 
 def equation_of_state(build: FigureBuilder) -> FigureData:
