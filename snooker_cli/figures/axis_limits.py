@@ -69,9 +69,9 @@ def _data(layers: Sequence[Layer], logarithmic: bool) -> Iterator[Array]:
 
 
 def _ends(layers: Sequence[Layer]) -> Iterator[Array]:
-    """All y of lines, markers and bands, and the ends of error bars."""
+    """All y of lines and bands, and the ends of error bars."""
     for layer in layers:
-        if isinstance(layer, Line | Points):
+        if isinstance(layer, Line):
             yield layer.y
         if isinstance(layer, Band):
             yield from (layer.low, layer.high)

@@ -6,15 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.analysis.gas import Gas
-from snooker_cli.analysis.measurement import WINDOWS, Measurement
+from snooker_cli.analysis.measurement import WINDOWS
+from snooker_cli.analysis.quantities import Quantity
 from snooker_cli.analysis.stationarity import stationary_part_of
-from snooker_cli.analysis.time_series import Averages
+from snooker_cli.analysis.time_series import Averages, interpolated
 from snooker_cli.config import Point
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import Array
 from snooker_cli.figures.selection import gas_type_of
 from snooker_cli.formatting import counted
 from snooker_cli.trace import Trace
+
+ROUNDING = 1e-12
+"""Share of its end by which the last window may pass the end of a repeat."""
 
 
 class CountedParts:
@@ -90,16 +94,25 @@ class CountedParts:
         return " ".join(sentences)
 
 
-def window_edges(measurement: Measurement, number: int = WINDOWS) -> Array:
-    """Edges (*n* + 1,) of equal windows of time, s, up to the median end of the repeats."""
-    return np.linspace(0.0, float(np.median(measurement.time)), number + 1)
+def measured(gas: Gas, quantity: Quantity) -> Array:
+    """The values of a quantity in the repeats that count, as ``snooker compare`` has them."""
+    assert quantity.measured is not None
+    return quantity.measured(gas)
 
 
-def gains(measurement: Measurement, edges: Array, values: Array) -> Array:
-    """What values of the curve's rows gain between edges of time (*n* + 1,), s: (*repeats*, *n*).
+def window_edges(along: Array, number: int = WINDOWS) -> Array:
+    """Edges (*n* + 1,) of equal windows, up to the median end of the repeats.
+
+    along : (*repeats*, *rows*) of a curve, such as its times
+    """
+    return np.linspace(0.0, float(np.median(along[:, -1])), number + 1)
+
+
+def gains(edges: Array, along: Array, values: Array) -> Array:
+    """What values of the rows of curves gain between edges: (*repeats*, *n*).
 
     It is nan after the end of a repeat.
     """
-    found = np.diff(measurement.curve.at(edges, values), axis=1)
-    found[edges[1:] > measurement.time[:, np.newaxis] * (1 + 1e-12)] = np.nan
+    found = np.diff(interpolated(edges, along, values), axis=1)
+    found[edges[1:] > along[:, -1:] * (1 + ROUNDING)] = np.nan
     return found

@@ -19,12 +19,12 @@ from snooker_cli.analysis.profiles import (
     middles,
     walls_at_ends,
 )
-from snooker_cli.analysis.quantities import Quantity
 from snooker_cli.containers import ENDS
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
-from snooker_cli.figures.counted_parts import CountedParts, gains, window_edges
+from snooker_cli.figures.counted_parts import CountedParts, gains, measured, window_edges
 from snooker_cli.figures.figure_data import (
+    LOG_MARGIN,
     Array,
     Band,
     FigureData,
@@ -89,10 +89,13 @@ def stationary(build: FigureBuilder) -> FigureData:
         build.lines.append(legend_line(", ".join(drawn), "dotted"))
     if theories.BALANCE in drawn:
         caption += " Dotted: balance of energy in a uniform gas (Kumaran 1998)."
-    log = more_than_a_decade(line.y for line in build.lines if isinstance(line, Points))
+    columns = [line.y for line in build.lines if isinstance(line, Points)]
+    log = more_than_a_decade(columns)
+    highest = max(float(column.max()) for column in columns if len(column))  # also of open markers
     return build.figure(
         caption,
         logarithmic=log,
+        y_limits=(None if log else 0.0, LOG_MARGIN * highest),
         x_label=axis_label(build.points[0], key),
         x_log=key == "wall_speed",
     )
@@ -183,10 +186,10 @@ def energy_balance(build: FigureBuilder) -> FigureData:
     for index, point in enumerate(build.points):
         measurement, part = steady.gas(point).measurement, steady.averages(point)
         lossy = facts.hold(traits(point), "lossy_pairs")
-        curve, edges = measurement.curve, window_edges(measurement)
-        given = gains(measurement, edges, curve.wall_energy) / np.diff(edges)
+        curve, edges = measurement.curve, window_edges(measurement.curve.time)
+        given = gains(edges, curve.time, curve.wall_energy) / np.diff(edges)
         # Without losses only rounding is left.
-        taken = gains(measurement, edges, curve.lost_energy) / np.diff(edges) * lossy
+        taken = gains(edges, curve.time, curve.lost_energy) / np.diff(edges) * lossy
         build.add_means(index, build.label(point), middles(edges), given, "solid")
         build.add_means(index, None, middles(edges), taken, "dashed")
         shares += mean_layers(middles(edges), (given - taken) / given.mean(axis=0), index)
@@ -276,8 +279,8 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
         for point, scene in zip(group, scenes, strict=True):
             gas, packing = steady.gas(point), scene.packing_fraction
             disks = theories.disk_ratios(scene)
-            inner = mean_and_error(_measured(gas, quantities.VIRIAL_RATIO))
-            outer = mean_and_error(_measured(gas, quantities.RATIO))
+            inner = mean_and_error(measured(gas, quantities.VIRIAL_RATIO))
+            outer = mean_and_error(measured(gas, quantities.RATIO))
             # Without walls balls meet at a temperature of their own.
             share = float(gas.meeting_ratio.mean()) * packing
             here = disks.get(theory.FINITE) or disks.get(theory.INFINITE)
@@ -300,12 +303,6 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
     legend = {"solid": theory.FINITE, "dotted": theory.INFINITE}
     build.lines += [legend_line(legend[style], style) for style in legend if style in drawn]
     return build.figure(f"Packing and T are means over the whole container. {steady.text}")
-
-
-def _measured(gas: Gas, quantity: Quantity) -> Array:
-    """The values of a quantity in the repeats, as ``snooker compare`` has them."""
-    assert quantity.measured is not None
-    return quantity.measured(gas)
 
 
 def _curves(scenes: Sequence[Scene], highest: float, series: int, *, both: bool) -> list[Line]:
