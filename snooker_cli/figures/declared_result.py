@@ -81,13 +81,15 @@ class Result(NamedTuple):
             theory = rows[0].get(self.theory)
             beside = f" (theory: {short(theory, 4)}{self._unit})" if theory is not None else ""
             return f"{name} = {low}{beside}."
+        missing = len(rows) - len(known)
+        without = f"; {missing} of {len(rows)} points have none" if missing else ""
+        if len(known) == 1:
+            return f"{name} is {low} ({least[1]}){without}."
         if low == high:
             number = len(known)
             return (
                 f"{name} is {low} at {f'all {number}' if number == len(rows) else number} points."
             )
-        missing = len(rows) - len(known)
-        without = f"; {missing} of {len(rows)} points have none" if missing else ""
         return f"{name} is between {low} ({least[1]}) and {high} ({most[1]}){without}."
 
     @property
