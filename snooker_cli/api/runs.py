@@ -214,7 +214,10 @@ def statuses(folder: str | PathLike[str] = "runs") -> Results:
 
 
 def figure_list() -> list[dict[str, Any]]:
-    """All figures: ``figure`` (its name), ``title``, ``needs`` and ``report_figures``."""
+    """All figures: ``figure`` (its name), ``title``, ``needs`` and ``report_figures``.
+
+    ``reproduce_only``: it is left out of the figures of a run, unless it is named.
+    """
     from snooker_cli.api.drawings import registry
 
     return registry()
@@ -246,10 +249,10 @@ def write_report(
 
     Raises ``FigureError`` without repeats, and ``UserError`` without the report's libraries.
     """
-    from snooker_cli.figures import FIGURES
+    from snooker_cli.figures import FIGURES, OWN_FIGURES
     from snooker_cli.report.run_report import run_report
 
-    asked = list(FIGURES) if figures == "all" else several(figures)
+    asked = list(OWN_FIGURES) if figures == "all" else several(figures)
     for name in asked:
         check_name(name, FIGURES, "figure", LIST_FIGURES)
     opened = [run if isinstance(run, Run) else open(run) for run in runs]

@@ -10,6 +10,7 @@ from snooker_cli import api
 from snooker_cli.cli.options import RUN, Replace, RunNames, Where, conditions, flag, option, split
 from snooker_cli.cli.output import print_line, print_table, print_wrapped
 from snooker_cli.errors import UserError, notice
+from snooker_cli.formatting import listed
 
 LISTED = "The list follows from the config. A figure may still need more collisions than there are."
 
@@ -101,8 +102,11 @@ def _print_registry() -> None:
             f"{row['title']}; for {row['needs'][0].lower()}{row['needs'][1:]}",
         ]
         for row in api.figure_list()
+        if not row["reproduce_only"]
     ]
     print_table(["figure", "source report's", "what it shows, and for which runs"], rows)
+    others = [row["figure"] for row in api.figure_list() if row["reproduce_only"]]
+    print_wrapped([f"The source report also has {listed(others)}. They are drawn by name."])
 
 
 def animate(

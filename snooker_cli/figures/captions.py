@@ -102,6 +102,7 @@ class FigureBuilder:
     beside_theory : whether the caption of the figure itself says the result beside theory
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
+    source : whether figures have the form and the theories of the source report's reproduction
     reading : is called for each repeat that is read
     """
 
@@ -124,6 +125,7 @@ class FigureBuilder:
     beside_theory: bool = False
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
+    source: bool = False
     reading: Reading = silent
     _statuses: dict[tuple[int, int | None], list[RepeatStatus]] = field(default_factory=dict)
 

@@ -30,6 +30,7 @@ with out_of_sight("matplotlibrc"):
     import matplotlib.style
     from matplotlib import ticker
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize, to_hex, to_rgb
@@ -123,7 +124,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         layout = ConstrainedLayoutEngine()
         figure = SnookerFigure(size or (WIDTH, HEIGHT), layout=layout)
         FigureCanvasAgg(figure)
-        ratios = [1.0, PANEL_SHARE][: 1 + bool(data.panel)]
+        ratios = [1.0, *(PANEL_SHARE for _ in data.all_panels)]
         grid = {"height_ratios": ratios}
         axes, *panels = figure.subplots(
             len(ratios), sharex=True, squeeze=False, gridspec_kw=grid
@@ -137,11 +138,15 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         # First the series, then what is for all.
         entries = sorted(named.items(), key=lambda entry: entry[1][0])
         _scale(axes, data)
-        for panel in panels:
-            _added(panel, data, data.panel, scaled)
-            panel.set_ylabel(textwrap.fill(data.panel_label, PANEL_LABEL_WIDTH), parse_math=False)
-            _clip(panel, data, data.panel, (None, None), logarithmic=False)
-            panel.locator_params("y", nbins=PANEL_TICKS)
+        for panel, content in zip(panels, data.all_panels, strict=True):
+            _added(panel, data, content.layers, scaled)
+            panel.set_ylabel(textwrap.fill(content.label, PANEL_LABEL_WIDTH), parse_math=False)
+            panel.set_yscale("log" if content.log else "linear")
+            _clip(panel, data, content.layers, (None, None), logarithmic=content.log)
+            if content.log:
+                _few_decades(panel.yaxis)
+            else:
+                panel.locator_params("y", nbins=PANEL_TICKS)
             panel.set_xlim(axes.get_xlim())  # `_scale` may have changed the view of one axis alone
         [axes, *panels][-1].set_xlabel(data.x_label, parse_math=False)
         axes.set_ylabel(textwrap.fill(data.y_label, LABEL_WIDTH), parse_math=False)
@@ -270,15 +275,20 @@ def _scale(axes: Axes, data: FigureData) -> None:
     _clip(axes, data, data.layers, data.y_limits, logarithmic=data.y_log)
     for axis in (axes.xaxis, axes.yaxis):
         if axis.get_scale() == "log":
-            low, high = axis.get_view_interval()
-            few = ticker.LogLocator(subs=(1, 2, 5))
-            for locator in (ticker.LogLocator(), few, ticker.AutoLocator()):
-                axis.set_major_locator(locator)
-                if sum(low <= tick <= high for tick in axis.get_majorticklocs()) >= LEAST_TICKS:
-                    break
-            axis.set_minor_formatter(ticker.NullFormatter())
-            if PLAIN[0] <= low and high < PLAIN[1]:
-                axis.set_major_formatter("{x:g}")
+            _few_decades(axis)
+
+
+def _few_decades(axis: Axis) -> None:
+    """Label a logarithmic axis also if it has few powers of ten, and without them if it can."""
+    low, high = axis.get_view_interval()
+    few = ticker.LogLocator(subs=(1, 2, 5))
+    for locator in (ticker.LogLocator(), few, ticker.AutoLocator()):
+        axis.set_major_locator(locator)
+        if sum(low <= tick <= high for tick in axis.get_majorticklocs()) >= LEAST_TICKS:
+            break
+    axis.set_minor_formatter(ticker.NullFormatter())
+    if PLAIN[0] <= low and high < PLAIN[1]:
+        axis.set_major_formatter("{x:g}")
 
 
 def _clip(
@@ -376,6 +386,10 @@ def to_json(data: FigureData) -> str:
             **{name: getattr(pictures, name) for name in ("label", "limits", "names")},
         }
     for name in ("layers", "panel"):
-        layers = content[name]
-        content[name] = [{"type": type(layer).__name__.lower()} | vars(layer) for layer in layers]
+        content[name] = _layers(content[name])
+    content["panels"] = [vars(p) | {"layers": _layers(p.layers)} for p in data.panels]
     return json.dumps(plain(content), ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+
+
+def _layers(layers: Sequence[Layer]) -> list[dict[str, Any]]:
+    return [{"type": type(layer).__name__.lower()} | vars(layer) for layer in layers]

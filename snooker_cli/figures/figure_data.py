@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.analysis.observables import instants
 from snooker_cli.errors import FigureError
-from snooker_cli.formatting import plain
+from snooker_cli.formatting import listed, plain
 from snooker_cli.trace import even_choice
 
 Array: TypeAlias = NDArray[np.float64]
@@ -79,6 +79,15 @@ class Reference:
 
 
 Layer: TypeAlias = Line | Band | Points | Reference
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """Axes below others with the same x: their layers, y label, and whether y is logarithmic."""
+
+    layers: tuple[Layer, ...]
+    label: str
+    log: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,6 +169,7 @@ class FigureData:
         labels of the series say no more; many of them are a colour scale instead of a legend
     panel, panel_label : layers of lower axes with the same x and a linear y, such as residuals, and
         their y label
+    panels : further axes between these two
     pictures : of states, instead of axes
     """
 
@@ -182,6 +192,7 @@ class FigureData:
     scale_label: str = ""
     panel: tuple[Layer, ...] = ()
     panel_label: str = ""
+    panels: tuple[Panel, ...] = ()
     pictures: Pictures | None = None
 
     def __post_init__(self) -> None:
@@ -194,13 +205,19 @@ class FigureData:
         return UNITS.get(name, "")
 
     @property
+    def all_panels(self) -> tuple[Panel, ...]:
+        """The axes below the first ones, from above."""
+        return (*self.panels, *([Panel(self.panel, self.panel_label)] if self.panel else []))
+
+    @property
     def alt(self) -> str:
         """The figure in a sentence, for readers who cannot see it: title, axes and legend."""
         if self.pictures is not None:
             return f"{self.title}. The colour of a ball shows: {self.pictures.label}."
         scales = [" (logarithmic)" if log else "" for log in (self.y_log, self.x_log)]
         axes = f"{self.y_label}{scales[0]} against {self.x_label}{scales[1]}"
-        below = f". Below: {self.panel_label}" if self.panel else ""
+        labels = [panel.label for panel in self.all_panels]
+        below = f". Below: {listed(labels)}" if labels else ""
         legend = "; ".join(dict.fromkeys(layer.label for layer in self.layers if layer.label))
         return f"{self.title}. {axes}{below}{f'. Legend: {legend}' if legend else ''}."
 
@@ -229,7 +246,8 @@ def with_logarithmic_axes(data: FigureData, x: bool, y: bool) -> FigureData:
             raise FigureError(f"{option} needs positive values of {axis}, and {has}; leave it out")
         changes[f"{axis}_log"] = True
         # Theory may fall by hundreds of decades where nothing is measured.
-        below = [layer for layer in data.panel if isinstance(layer, Points) and axis == "x"]
+        panels = [layer for panel in data.all_panels for layer in panel.layers]
+        below = [layer for layer in panels if isinstance(layer, Points) and axis == "x"]
         measured = [getattr(layer, axis) for layer in (*shown, *below) if layer.series != NEUTRAL]
         least = [row[row > 0].min() / LOG_MARGIN for row in measured if np.any(row > 0)]
         changes[f"{axis}_limits"] = min(least, default=None), None

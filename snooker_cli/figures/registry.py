@@ -62,6 +62,7 @@ class FigureSpec:
     most: int = MOST_SERIES
     each_point: bool = False
     sample: bool = False
+    reproduce_only: bool = False
 
     def fitting(self, points: Sequence[Point]) -> tuple[list[Point], Counter[str]]:
         """The points that the figure can show by their config; why it cannot show the others.
@@ -92,10 +93,17 @@ class FigureSpec:
         return [spread(group, MOST_ALONG) for group in groups]
 
     def make(
-        self, run: Run, selection: Selection, *, first: bool = False, reading: Reading = silent
+        self,
+        run: Run,
+        selection: Selection,
+        *,
+        first: bool = False,
+        source: bool = False,
+        reading: Reading = silent,
     ) -> FigureData:
         """The figure of the selected points; if it shows one point, ``first`` chooses the first.
 
+        source : whether it has the form that the reproduction of the source report prints
         reading : is called for each repeat that is read
 
         Raises ``FigureError`` if the run cannot give it, and ``StoreError`` if a repeat cannot be
@@ -114,7 +122,8 @@ class FigureSpec:
         fields = {"kind": self.name, "title": self.title, **self.axes}
         groups = self.groups(points)
         words = self.shows, self.result
-        build = FigureBuilder(run, selection, groups, fields, *words, total=total, reading=reading)
+        build = FigureBuilder(run, selection, groups, fields, *words, total=total, source=source)
+        build.reading = reading
         for point in build.points if self.sample else ():
             collisions = [status.collisions for status in build.statuses(point)]
             build.limit(point, MOST_COLLISIONS // len(build.points) // max(1, *collisions))
@@ -139,6 +148,9 @@ def _read() -> dict[str, FigureSpec]:
 
 FIGURES = _read()
 """Every figure by its name: the source report's in the order of its figures, then ours."""
+
+OWN_FIGURES = tuple(name for name, spec in FIGURES.items() if not spec.reproduce_only)
+"""The figures of one's own runs; the others are drawn by name and by ``snooker reproduce``."""
 
 
 def figures_of(

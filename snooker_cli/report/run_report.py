@@ -18,7 +18,7 @@ from snooker_cli.analysis.theories import CRITICAL, value_of
 from snooker_cli.analysis.trend import trends
 from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, FigureData, Selection, selected
+from snooker_cli.figures import FIGURES, OWN_FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
 from snooker_cli.figures.selection import gas_type_of, spread, swept_number, traits
 from snooker_cli.files import write_text
@@ -33,7 +33,7 @@ from snooker_cli.scene import Scene
 RELEVANCE: dict[str, dict[str, str]] = yaml.safe_load(packaged("relevance.yaml"))
 """Figures by relevance; relevance.yaml explains their conditions. Others come last."""
 
-ORDER = (*RELEVANCE, *(name for name in FIGURES if name not in RELEVANCE))
+ORDER = (*RELEVANCE, *(name for name in OWN_FIGURES if name not in RELEVANCE))
 
 MOST_TRENDS = 3  # sentences on how a result changes along the swept key
 MOST_TOGETHER = 6  # figures that show several runs
@@ -93,7 +93,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     # The other process makes figures while this one makes the analyses.
     drawings = {
         name: pages.other.submit(_figure, run, name, single)
-        for name in ORDER
+        for name in dict.fromkeys((*ORDER, *asked))
         if name not in left_out
     }
     status, fitted = run_status(run), fits(run, counting=counting)

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -52,11 +52,8 @@ def figure_data(runs: Mapping[str, Run], file: str) -> FigureData:
     if "run" not in entry:
         picture = accuracy_study.figures(measurement("error"))[f"{file}-report"]
         return replace(picture, caption=entry["caption"])
-    spec, run = FIGURES[entry["figure"]], runs[entry["run"]]
-    if spec.name in ("decay-against-cor", "haff-time"):
-        draw: Any = spec.draw
-        spec = replace(spec, draw=partial(draw, source=True))
-    picture = spec.make(run, Selection(entry.get("where", {})))
+    run, selection = runs[entry["run"]], Selection(entry.get("where", {}))
+    picture = FIGURES[entry["figure"]].make(run, selection, source=True)
     title = entry.get("title", picture.title)
     caption = entry["caption"].format(repeats=run.experiment.repeats)
     return replace(picture, title=title, caption=caption)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -101,8 +99,7 @@ def test_decay_against_cor(decaying: Run) -> None:
 
 
 def test_the_reproduction_has_the_enskog_rates_of_its_text(decaying: Run) -> None:
-    spec = FIGURES["decay-against-cor"]
-    found = replace(spec, draw=partial(spec.draw, source=True)).make(decaying, Selection())
+    found = FIGURES["decay-against-cor"].make(decaying, Selection(), source=True)
     density, contact = 19 / (100 * math.pi), float(theory.contact_value(0.19))
     rate = theory.ball_ball_rate(density, 1.0, 50.0, contact)
     expected = theory.haff_rate(theory.cooling_rate(0.9, rate))  # the wall is elastic

@@ -26,8 +26,9 @@ from snooker_cli.figures.drawing import (
     pattern,
     save,
     styled,
+    to_json,
 )
-from snooker_cli.figures.figure_data import Band, Pictures, with_logarithmic_axes
+from snooker_cli.figures.figure_data import Band, Panel, Pictures, with_logarithmic_axes
 from snooker_cli.figures.selection import Selection
 from snooker_cli.runs import Run
 
@@ -332,3 +333,20 @@ def test_letters_of_images_are_letters(tmp_path: Path) -> None:
     assert f">{EVERYTHING.x_label}</text>" in svg.read_text(encoding="utf-8")
     outlined, _ = save(EVERYTHING, tmp_path / "b", ("svg",), outlines=True)
     assert "<text" not in outlined.read_text(encoding="utf-8")
+
+
+def test_panels_share_the_x_axis_and_have_scales_of_their_own() -> None:
+    """Between the first axes and the residuals."""
+    x = np.array([1.0, 10.0, 100.0])
+    rate = Panel((Line(x, 1 / x**2),), "rate (s⁻¹)", log=True)
+    residuals = (Points(x, np.array([0.1, 0.0, -0.1])),)
+    content: dict[str, Any] = {"panels": (rate,), "panel": residuals, "panel_label": "residuals"}
+    data = FigureData("k", "t", "x", "y", (Line(x, x),), "c", x_log=True, **content)
+    axes = draw(data).axes
+    assert [each.get_yscale() for each in axes] == ["linear", "log", "linear"]
+    assert [each.get_ylabel() for each in axes] == ["y", "rate (s⁻¹)", "residuals"]
+    assert {each.get_xscale() for each in axes} == {"log"}
+    assert len({each.get_xlim() for each in axes}) == 1
+    assert data.alt.endswith("Below: rate (s⁻¹) and residuals.")
+    stored = json.loads(to_json(data))["panels"][0]
+    assert (stored["label"], stored["layers"][0]["type"]) == ("rate (s⁻¹)", "line")

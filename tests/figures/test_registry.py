@@ -9,11 +9,13 @@ from pathlib import Path
 import pytest
 from figure_runs import BASE, layers, made, shown, why_not
 
+import snooker_cli
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, FigureData, Points, Reference, Selection
+from snooker_cli.figures import FIGURES, OWN_FIGURES, FigureData, Points, Reference, Selection
 from snooker_cli.figures.registry import MOST_ALONG, possible
 from snooker_cli.figures.selection import AXES
+from snooker_cli.reproduction.reproduce import REPORT_FIGURES
 from snooker_cli.runs import Run
 
 
@@ -102,6 +104,21 @@ def test_the_list_of_figures_has_all_that_a_run_gives(
             assert not error or any(words in error for words in needs_more), (figure, error)
         else:
             assert error in why, figure
+
+
+def test_own_runs_leave_out_the_figures_of_the_source_report(decaying: Run, tmp_path: Path) -> None:
+    """They are drawn by name, and by ``snooker reproduce``."""
+    others = FIGURES.keys() - set(OWN_FIGURES)
+    assert others
+    assert others <= {entry["figure"] for entry in REPORT_FIGURES.values()}
+    run = snooker_cli.open(decaying.directory)
+    assert not others & {row["figure"] for row in run.possible_figures()}
+    (named,) = run.possible_figures("ideal-ratio")
+    assert named["possible"]
+    assert "ideal-ratio" in others
+    saved = run.save_figures("ideal-ratio", out=tmp_path, formats=["svg"])
+    assert [figure.name for figure in saved] == ["ideal-ratio"]
+    assert {row["figure"] for row in snooker_cli.figure_list() if row["reproduce_only"]} == others
 
 
 RATIOS = (
