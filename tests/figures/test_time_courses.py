@@ -30,6 +30,7 @@ from snooker_cli.figures import Line, Reference
 from snooker_cli.figures.captions import MEAN_SPREAD, SPREAD, FigureBuilder
 from snooker_cli.figures.figure_data import Band, Points, at_common_times, courses, lasting
 from snooker_cli.figures.selection import Selection
+from snooker_cli.formatting import short
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON, Scene
 
@@ -365,6 +366,25 @@ def test_figures_of_snapshots_have_the_stored_states(stored: Run) -> None:
 
 def value(function: structure.Observable, at: Scene) -> Array:
     return np.atleast_1d(function(at.positions, at.velocities, at))
+
+
+def test_a_gas_that_cools_has_the_structure_factor_at_four_times(stored: Run) -> None:
+    """Structures grow from short waves to long ones; one curve shows no growth."""
+    found = shown(stored, "structure-factor")
+    curves = layers(found, Line)
+    repeats = traces(stored, 0)
+    times = [0.0]
+    for share in (0.01, 0.1):
+        nearest = [
+            min(one.snapshots.time, key=lambda time: abs(time - share * one.stop.time))
+            for one in repeats
+        ]
+        times.append(float(np.mean(nearest)))
+    assert [line.label for line in curves[:3]] == [f"t = {short(time)} s" for time in times]
+    assert len(curves) == 4
+    assert found.shades == pytest.approx([0, 1 / 3, 2 / 3, 1])
+    begins = [value(structure.structure_factor, one.start) for one in repeats]
+    assert curves[0].y == pytest.approx(np.mean(begins, axis=0), rel=1e-9)
 
 
 def test_a_run_without_a_stored_state_gets_a_sentence(tmp_path: Path) -> None:
