@@ -378,8 +378,8 @@ def speeds(build: FigureBuilder) -> FigureData:
     of_law = "minus law at fixed energy" if fixed else "minus Maxwell's law"
     if crowded:
         build.lines.append(Reference("y", 0.0))
-        words = f"The density {of_law}; the largest standard error is {short(largest, 2)}."
-        return build.figure(words, y_label=f"density {of_law}", y_limits=(None, None))
+        error = f"The largest standard error is {short(largest, 2)}."
+        return build.figure(error, y_label=f"density {of_law}", y_limits=(None, None))
     reduced = np.linspace(0.0, fastest, 160)
     for index, (free, unit) in enumerate(laws):
         density = theory.maxwell_speed_density(reduced, REDUCED_TEMPERATURE) / unit
