@@ -394,7 +394,7 @@ def cluster_growth(build: FigureBuilder) -> FigureData:
                 f"at a packing of {short(packing, 2)} elastic balls are one cluster too; use a "
                 f"packing of {DENSEST_CLUSTERS:g} at most, or choose such points with --where"
             )
-    at_start = dict[str, Reference]()
+    without = dict[str, Reference]()  # by the packing
     over_time = _over_time(build, structure.mean_cluster, logarithmic=True)
     for index, (point, scene, times, rows) in enumerate(over_time):
         _, of_ball = build.add_means(index, build.label(point), times, rows[..., 0], "solid")
@@ -403,10 +403,10 @@ def cluster_growth(build: FigureBuilder) -> FigureData:
         kept, later = elastic(point), of_ball[:, of_ball.shape[1] // 2 :]
         before = float(later.mean()) if kept else _at_start(build, point)
         build.record(point, mean=mean, largest=largest, uniform=before, balls=scene.number)
-        packing = f"{scene.packing_fraction:.2g}"
-        if kept or packing not in at_start:  # elastic balls have it for longer
-            at_start[packing] = Reference("y", before, None, "dashed")
-    build.lines += at_start.values()
+        alike = f"{scene.packing_fraction:.2g}"
+        if kept or alike not in without:  # elastic balls have it for longer
+            without[alike] = Reference("y", before, None, "dashed")
+    build.lines += without.values()
     build.lines.append(legend_line("cluster of a ball, mean", "solid"))
     build.lines.append(legend_line("the largest cluster", "dotted"))
     build.lines.append(legend_line("without clustering", "dashed"))
