@@ -380,7 +380,7 @@ class FigureBuilder:
         if np.isfinite(errors).all():
             self.bands.append(Band(x, y - error, y + error, None, index, steps=True))
 
-    def _shown_singles(self) -> list[Repeats]:
+    def shown_singles(self) -> list[Repeats]:
         """An even choice of the single repeats of each series, as many as a figure can show."""
         each = MOST_SINGLE // max(1, len(self.singles))
         return [
@@ -439,7 +439,7 @@ class FigureBuilder:
         """
         if logarithmic:
             others = {"y_log": True, "y_limits": (None, None)} | others
-        singles = self._shown_singles()
+        singles = self.shown_singles()
         layers: list[Any] = [*singles, *self.bands, *theories_once(self._named("simulation"))]
         if self.panel:
             panel = (Reference("y", 0.0), *self.panel)

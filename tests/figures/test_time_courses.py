@@ -140,12 +140,12 @@ def test_thin_lines_are_an_even_choice_of_the_repeats(decaying: Run) -> None:
     build = FigureBuilder(decaying, Selection(), [[point]], {"title": "x", "kind": "x"})
     for index in range(3):
         build.add_means(index, None, x, rows)
-    shown_rows = [layer.rows[:, 0].tolist() for layer in build._shown_singles()]
+    shown_rows = [layer.rows[:, 0].tolist() for layer in build.shown_singles()]
     assert shown_rows == [[0.0, 10.0, 19.0, 29.0]] * 3
     assert sum(map(len, shown_rows)) == MOST_SINGLE
     for index in range(3, 7):
         build.add_means(index, None, x, rows)
-    assert build._shown_singles() == []
+    assert build.shown_singles() == []
     assert build._means_sentence(False) == "Bold: means over the repeats; bands: standard errors."
 
 
