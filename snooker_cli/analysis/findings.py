@@ -40,7 +40,7 @@ MOST_ERRORS = 3.0
 """Standard errors up to which a result agrees with theory."""
 
 FEWEST_TESTED = 3
-"""Repeats from which on a difference counts in errors: two have an error of one degree of freedom."""
+"""Repeats from which on a difference counts in errors. The error of two says little."""
 
 TOO_FEW = "too few repeats for a test"
 
