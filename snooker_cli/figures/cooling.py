@@ -9,6 +9,7 @@ import numpy as np
 
 from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import quantities, theories
+from snooker_cli.analysis.comparison import comparisons_of
 from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_constants
 from snooker_cli.analysis.findings import Findings
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
@@ -350,15 +351,23 @@ def cooling(build: FigureBuilder) -> FigureData:
 def _cooling_sentences(build: FigureBuilder, drawn: Collection[str], kept: str) -> Iterator[str]:
     """Sentences on the result of one point beside theory, and on how rates are measured."""
     if len(build.points) == 1 and not build.source:
-        (point,) = build.points
-        asked = {"parameters": point.as_json(), "requested": len(build.repeats(point))}
-        fitted = [decay.as_json() | asked for decay in build.energy_decays(point)]
-        yield f"{Findings(fitted, []).at_point(point_label(point.as_json()))}."
+        (point,), build.beside_theory = build.points, True
+        yield f"{_finding(build, point)}."
     yield f"Markers: means over {WINDOWS} windows of time."
     if any(record["windows"] < WINDOWS for record in build.records):
         yield f"Windows with fewer than {LEAST_COLLISIONS} collisions are left out."
     if "floor" in drawn:
         yield _FLOORS[kept].strip()
+
+
+def _finding(build: FigureBuilder, point: Point) -> str:
+    """Haff's α of a point beside theory, and whether its law holds; without a full stop."""
+    measurement, label = build.measurement(point), point_label(point.as_json())
+    asked = {"parameters": point.as_json(), "requested": len(build.repeats(point))}
+    fitted = build.energy_decays(point)
+    compared, _ = comparisons_of(measurement, decays_of(measurement))
+    rows = [row.as_json() | asked for row in compared if row.quantity == quantities.HAFF_RATE.name]
+    return Findings([decay.as_json() | asked for decay in fitted], rows).at_point(label)
 
 
 def _add_slowdown(
@@ -378,6 +387,7 @@ def _add_slowdown(
     rows = ratio**-0.5 - 1
     first = int(np.argmax(rows.mean(axis=0) >= alpha * begins / 2))
     build.add_means(index, build.label(point), x[first:] * inverse_time, rows[:, first:])
+    build.brief[index] = 0  # the result is fitted to all repeats
     return begins, end
 
 

@@ -169,7 +169,7 @@ def entries(found: FigureData) -> Iterator[tuple[Any, ...]]:
 def test_no_two_entries_of_a_legend_look_the_same(
     name: str, figures: dict[str, FigureData], decaying: Run
 ) -> None:
-    alone = [shown_of(decaying, name, cor=0.8)] if name == "haff-time" else []
+    alone = [shown_of(decaying, name, cor=0.8)] if name == "cooling" else []
     for found in (figures[name], *alone):
         seen = [*entries(found)]
         assert len(seen) == len(set(seen))
@@ -202,7 +202,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Run:
     return made(tmp_path_factory.mktemp("swept") / "run", values)
 
 
-@pytest.mark.parametrize("name", ["energy", "event-decay", "haff-time"])
+@pytest.mark.parametrize("name", ["energy", "event-decay", "cooling"])
 def test_many_values_of_one_key_are_a_colour_scale(name: str, swept: Run) -> None:
     """Each step has the colour of its series; the legend keeps what is for all."""
     shown = FIGURES[name].make(swept, Selection())

@@ -146,7 +146,7 @@ def test_a_caption_says_where_the_shortest_repeat_ends_a_curve(tmp_path: Path) -
     collisions = np.array([len(trace.events or ()) for trace in traces(run, 0)])
     assert ends.min() < 0.5 * np.median(ends)
     sentence = "The shortest repeat ends a curve at {:.3g} {}; half of the repeats of its point"
-    assert sentence.format(ends.min(), "s") in shown(run, "haff-time").caption
+    assert sentence.format(ends.min(), "s") in shown(run, "cooling").caption
     found = shown(run, "event-decay")
     assert sentence.format(collisions.min(), "collisions") in found.caption
     for name in ("energy", "a2", "cluster-growth"):
