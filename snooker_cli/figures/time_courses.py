@@ -8,7 +8,8 @@ import numpy as np
 
 from snooker_cli import facts, theory, two_temperatures
 from snooker_cli.analysis import observables, quantities, structure, theories
-from snooker_cli.analysis.gas import cooling_spins, fluid_state, temperatures
+from snooker_cli.analysis.comparison import ratio_changes
+from snooker_cli.analysis.gas import cooling_spins, fluid_state, haff_rate, temperatures
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
     collisions_per_ball,
@@ -20,7 +21,10 @@ from snooker_cli.config import Point
 from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.counted_parts import CountedParts, measured
+from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_data import (
+    NEUTRAL,
     Array,
     Band,
     Course,
@@ -36,8 +40,8 @@ from snooker_cli.figures.figure_data import (
     mean_of_remaining,
     places,
 )
-from snooker_cli.figures.selection import gas_type_of, varying
-from snooker_cli.formatting import listed, short
+from snooker_cli.figures.selection import elastic, gas_type_of, varying
+from snooker_cli.formatting import short
 from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 from snooker_cli.trace import even_choice
@@ -93,6 +97,7 @@ def _settled_top(time: Array, values: Array) -> float:
 # Means over the repeats of what the states have at even numbers of collisions.
 
 TIMES = 61  # times at which repeats are compared
+EARLIEST = 0.05  # collisions over balls at the first time of a logarithmic axis
 
 SUMS, TRIANGLES = (40_000_000, 1700), (500_000, 25)
 """What a figure can afford, for sums over balls and for neighbours: balls times states, and the
@@ -100,13 +105,20 @@ balls that a state counts more, because Python needs some 0.2 ms for it."""
 
 
 def _over_time(
-    build: FigureBuilder, observable: structure.Observable, cost: tuple[int, int] = SUMS
+    build: FigureBuilder,
+    observable: structure.Observable,
+    cost: tuple[int, int] = SUMS,
+    *,
+    logarithmic: bool = False,
 ) -> Iterator[tuple[Point, Scene, Array, Array]]:
     """Each point, its start, times (*t*,), s, and an observable of the states, (*n*, *t*, *k*).
 
+    logarithmic : whether the times are even on a logarithmic axis, and begin after the start
+
     It is nan after the end of a repeat.
     """
-    for point, times in _common_times(build, cost):
+    for point, times in _common_times(build, cost, logarithmic=logarithmic):
+        times = times[times > 0] if logarithmic else times
         rows = []
         for trace in build.traces(point):
             here = times[times <= trace.stop.time]
@@ -126,11 +138,16 @@ def _known(rows: Array) -> Array:
 
 
 def _common_times(
-    build: FigureBuilder, cost: tuple[int, int], *, of_states: bool = True
+    build: FigureBuilder,
+    cost: tuple[int, int],
+    *,
+    of_states: bool = True,
+    logarithmic: bool = False,
 ) -> Iterator[tuple[Point, Array]]:
     """Times (*t*,), s, of each point at even collision numbers of the second longest repeat.
 
     of_states : whether states are needed there, which a repeat without events has stored
+    logarithmic : whether the logarithms of these numbers are even, from `EARLIEST` on
 
     They end with this repeat. Raises ``FigureError`` if nothing happens in it.
     """
@@ -145,7 +162,11 @@ def _common_times(
         time, events = measurement.curve.time[chosen], measurement.curve.events[chosen]
         end = measurement.time[chosen]
         # The curve has its times between collisions: at one, two balls touch.
-        numbers = np.floor(np.linspace(0, np.interp(end, time, events) - 1, count))
+        last = float(np.interp(end, time, events)) - 1
+        numbers = np.floor(np.linspace(0, last, count))
+        if logarithmic:
+            first = min(max(1.0, EARLIEST * build.start(point).number), max(1.0, last))
+            numbers = np.unique(np.append(0.0, np.floor(np.geomspace(first, last, count))))
         between = np.minimum(np.interp(numbers[1:], events, time), end)
         times = np.unique(np.append(0.0, between))
         if len(times) < 2:
@@ -168,13 +189,24 @@ def _stored_times(build: FigureBuilder, point: Point, count: int) -> Array:
 
 
 def hexatic_order(build: FigureBuilder) -> FigureData:
-    """|⟨ψ6⟩| over time."""
-    over_time = _over_time(build, structure.hexatic_order, TRIANGLES)
+    """|⟨ψ6⟩| and ⟨|ψ6|⟩ over time, and what |⟨ψ6⟩| is for independent directions."""
+    over_time = _over_time(build, structure.hexatic_orders, TRIANGLES, logarithmic=True)
+    numbers = dict[int, None]()
     for index, (point, scene, times, rows) in enumerate(over_time):
-        _, kept = build.add_means(index, build.label(point), times, rows[..., 0])
-        build.record(point, final=mean_and_error(kept[:, -1]), balls=scene.number)
-    caption = "N balls of a fluid have about 1/√N."
-    return build.figure(caption, logarithmic=build.covers_decades)
+        _, of_all = build.add_means(index, build.label(point), times, rows[..., 0], "solid")
+        _, of_each = build.add_means(index, None, times, rows[..., 1], "dashed")
+        final, local = mean_and_error(of_all[:, -1]), mean_and_error(of_each[:, -1])
+        build.record(point, final=final, local=local, balls=scene.number)
+        numbers[scene.number] = None
+    build.lines.append(legend_line("all balls, |⟨ψ₆⟩|", "solid"))
+    build.lines.append(legend_line("of each ball, ⟨|ψ₆|⟩", "dashed"))
+    build.lines += [
+        Reference("y", number**-0.5, f"1/√N, N = {number:,}", "dotted") for number in numbers
+    ]
+    return build.figure(
+        "Both are 1 in a crystal. Without order |⟨ψ₆⟩| is below 1/√N.",
+        logarithmic=build.covers_decades,
+    )
 
 
 def a2(build: FigureBuilder) -> FigureData:
@@ -248,48 +280,56 @@ def _second_half(rows: Array) -> tuple[float, float]:
 
 
 def species_temperature(build: FigureBuilder) -> FigureData:
-    """Mean kinetic energy of each species over time."""
-    kept = gas_type_of(build.points[0]) != "cooling"  # the temperatures of one instant vary
-    if build.result is not None:
-        build.result = build.result._replace(when="in the second half" if kept else "at the end")
-    for point, scene, times, rows in _over_time(build, structure.species_temperature):
-        for index, name in enumerate(structure.species_names(scene)):
-            _, lasting = build.add_means(index, name, times, rows[..., index])
-            later = lasting[:, lasting.shape[1] // 2 if kept else -1 :].mean(axis=1)
-            build.record(point, species=name, temperature=mean_and_error(later))
-    return build.figure(logarithmic=build.covers_decades)
+    """Temperatures of the species over collisions per ball; of two T₁/T₂ below, with theory."""
+    parts, panels, numbers = CountedParts(build), list[Panel](), dict[str, float]()
+    ((point, scene, times, rows),) = _over_time(build, structure.species_temperature)
+    times, rows = build.lasting(0, times, rows)
+    curve, caption, kept = build.measurement(point).curve, "", gas_type_of(point) != "cooling"
+    pairs = curve.at(times, curve.pair_events).mean(axis=0)
+    collisions = collisions_per_ball(pairs, scene.number)
+    # The temperatures of one instant vary; those of a gas that cools have no mean.
+    later = rows[:, len(times) // 2 if kept else -1 :].mean(axis=1)
+    for index, name in enumerate(structure.species_names(scene)):
+        build.add_means(index, f"{index + 1}: {name}", collisions, rows[..., index])
+        build.record(point, species=name, temperature=mean_and_error(later[:, index]))
+    if rows.shape[2] > 2:
+        when = "in the second half" if kept else "at the end"
+        build.result = Result("temperature", "temperature", when)
+    else:
+        gas = parts.gas(point)
+        ratio = mean_and_error(measured(gas, quantities.SPECIES_RATIO))
+        numbers["ratio"], numbers["ratio_error"] = ratio
+        layers = _ratio_layers(collisions, rows)
+        law = theories.value_of(scene, quantities.SPECIES_RATIO, two_temperatures.EQUAL_RATES)
+        if law is not None:
+            numbers["theory"] = law
+            layers.append(Line(collisions[[0, -1]], np.array([law, law]), None, NEUTRAL, "dotted"))
+            caption = (
+                "Dotted: theory of uniform gases with Maxwell's velocities (Garzó & Dufty 1999)."
+            )
+        panels.append(Panel(tuple(layers), "T₁/T₂"))
+        change = ratio_changes(gas.measurement).get(quantities.SPECIES_RATIO.name)
+        if change is not None and change.refused:
+            caption = f"T₁/T₂: {change.sentence}. {caption}"
+    return build.figure(
+        " ".join(filter(None, [caption, parts.text])),
+        numbers=numbers,
+        logarithmic=build.covers_decades,
+        panels=tuple(panels),
+    )
 
 
-def species_ratio(build: FigureBuilder) -> FigureData:
-    """T₁/T₂ of two species over collisions per ball, beside theory."""
-    names, known = list[str](), False
-    for index, (point, scene, times, rows) in enumerate(
-        _over_time(build, structure.species_temperature)
-    ):
-        names = structure.species_names(scene)
-        times, rows = build.lasting(index, times, rows)
-        curve = build.measurement(point).curve
-        pairs = curve.at(times, curve.pair_events).mean(axis=0)
-        collisions = collisions_per_ball(pairs, scene.number)
-        ratio, error = _ratio(rows)
-        build.lines.append(Line(collisions, ratio, build.label(point), index, "solid"))
-        if len(rows) > 1:
-            band = Band(collisions, ratio - error, ratio + error, None, index)
-            build.bands.append(band)
-        expected = theories.value_of(scene, quantities.SPECIES_RATIO, two_temperatures.EQUAL_RATES)
-        if expected is not None:
-            flat = np.array([expected, expected])
-            build.lines.append(Line(collisions[[0, -1]], flat, None, index, "dotted"))
-            known = True
-        later = rows[:, len(times) // 2 :].mean(axis=1, keepdims=True)
-        second_half = tuple(float(column[0]) for column in _ratio(later))
-        build.record(point, second_half=second_half, theory=expected)
-    if known:
-        build.lines.append(legend_line(f"theory, {two_temperatures.EQUAL_RATES}", "dotted"))
-    caption = f"1: {names[0]}; 2: {names[1]}." if names else ""
-    if known:
-        caption += " Theory: uniform, Maxwell's velocities (Garzó & Dufty 1999)."
-    return build.figure(caption)
+def _ratio_layers(x: Array, rows: Array) -> list[Layer]:
+    """The ratio of two columns' means over repeats, of (*n*, *t*, 2), with its standard error.
+
+    Means come first: the mean of ratios is too large where the second species has few balls.
+    """
+    shares = rows / rows.sum(axis=2, keepdims=True)  # the repeats may cool at other rates
+    first, second = shares.mean(axis=0).T
+    ratio = first / second
+    error = standard_errors((shares[..., 0] - ratio * shares[..., 1]) / second)
+    band = [Band(x, ratio - error, ratio + error, None, NEUTRAL)] if len(rows) > 1 else []
+    return [*band, Line(x, ratio, None, NEUTRAL, "solid")]
 
 
 def rotation(build: FigureBuilder) -> FigureData:
@@ -333,73 +373,111 @@ ROTATION: LineStyle = "dashed"
 RESIDUALS = 10  # of a curve
 
 
-def _ratio(rows: Array) -> Course:
-    """The ratio of two columns' means over repeats, of (*n*, *t*, 2), and its standard error.
-
-    Means come first: the mean of ratios is too large where the second species has few balls.
-    """
-    shares = rows / rows.sum(axis=2, keepdims=True)  # the repeats may cool at other rates
-    first, second = shares.mean(axis=0).T
-    ratio = first / second
-    spread = (shares[..., 0] - ratio * shares[..., 1]) / second
-    return ratio, standard_errors(spread)
+DENSEST_CLUSTERS = 0.5
+"""Packing beyond which elastic balls are as close as those of a cluster, almost everywhere."""
 
 
 def cluster_growth(build: FigureBuilder) -> FigureData:
     """Mean size of the cluster that a ball is in, and of the largest cluster, over time."""
-    for index, (point, scene, times, rows) in enumerate(_over_time(build, structure.mean_cluster)):
-        later = times > 0
-        times, (of_ball, of_all) = times[later], rows[:, later].transpose(2, 0, 1)
-        _, of_ball = build.add_means(index, build.label(point), times, of_ball, "solid")
-        _, of_all = build.add_means(index, None, times, of_all, "dotted")
+    for point in build.points:
+        if (packing := build.start(point).packing_fraction) > DENSEST_CLUSTERS:
+            raise FigureError(
+                f"at a packing of {short(packing, 2)} elastic balls are one cluster too; use a "
+                f"packing of {DENSEST_CLUSTERS:g} at most, or choose such points with --where"
+            )
+    without = dict[str, Reference]()  # by the packing
+    over_time = _over_time(build, structure.mean_cluster, logarithmic=True)
+    for index, (point, scene, times, rows) in enumerate(over_time):
+        _, of_ball = build.add_means(index, build.label(point), times, rows[..., 0], "solid")
+        _, of_all = build.add_means(index, None, times, rows[..., 1], "dotted")
         mean, largest = mean_and_error(of_ball[:, -1]), mean_and_error(of_all[:, -1])
-        build.record(point, mean=mean, largest=largest, balls=scene.number)
+        kept, later = elastic(point), of_ball[:, of_ball.shape[1] // 2 :]
+        before = float(later.mean()) if kept else _at_start(build, point)
+        build.record(point, mean=mean, largest=largest, uniform=before, balls=scene.number)
+        alike = f"{scene.packing_fraction:.2g}"
+        if kept or alike not in without:  # elastic balls have it for longer
+            without[alike] = Reference("y", before, None, "dashed")
+    build.lines += without.values()
     build.lines.append(legend_line("cluster of a ball, mean", "solid"))
     build.lines.append(legend_line("the largest cluster", "dotted"))
+    build.lines.append(legend_line("without clustering", "dashed"))
     caption = (
         f"Balls with a gap of at most {structure.CLUSTER_GAP:g} mean diameters are in one cluster "
-        "(Luding & Herrmann 1999). The mean is over the balls."
+        "(Luding & Herrmann 1999). Without clustering: the mean of elastic balls, or else at the "
+        "start."
     )
     return build.figure(caption, logarithmic=build.covers_decades)
+
+
+def _at_start(build: FigureBuilder, point: Point) -> float:
+    """Mean size of the cluster of a ball at the start of the repeats."""
+    starts = [trace.start for trace in build.traces(point)]
+    sizes = [structure.mean_cluster(one.positions, one.velocities, one)[0] for one in starts]
+    return float(np.mean(sizes))
 
 
 def density_fluctuations(build: FigureBuilder) -> FigureData:
     """Variance over mean of the number of balls in cells, over time."""
-    over_time = _over_time(build, structure.density_fluctuation)
-    build.lines.append(Reference("y", 1.0))
-    limits = dict[str, None]()
+    over_time = _over_time(build, structure.density_fluctuation, logarithmic=True)
+    limits = dict[str, float]()
     for index, (point, scene, times, rows) in enumerate(over_time):
-        later, packing = times > 0, scene.packing_fraction
+        packing = scene.packing_fraction
         if scene.equal_balls and packing <= theory.DENSEST_FLUID:
-            limits[f"{short(theory.structure_at_zero(packing), 2)} at packing {packing:.2g}"] = None
-        _, kept = build.add_means(index, build.label(point), times[later], rows[:, later, 0])
+            limits[f"{packing:.2g}"] = theory.structure_at_zero(packing)
+        _, kept = build.add_means(index, build.label(point), times, rows[..., 0])
         build.record(point, final=mean_and_error(kept[:, -1]))
-    caption = (
-        f"Cells have {structure.DENSITY_BALLS:g} balls on average. Independent points have 1 "
-        "(Poisson), and a fluid has less."
-    )
+    build.lines.append(Reference("y", 1.0, "independent points"))
+    several = len(limits) > 1
+    build.lines += [
+        Reference("y", limit, f"S(0) of elastic disks{f', packing {at}' * several}", "dotted")
+        for at, limit in limits.items()
+    ]
+    caption = f"Cells have {structure.DENSITY_BALLS:g} balls on average."
     if limits:
-        limit = listed([*limits])
-        caption += f" Only far larger cells of elastic balls would have S(0), which is {limit}."
+        caption += " Elastic disks reach S(0) in far larger cells; in these they have some more."
     return build.figure(caption, logarithmic=build.covers_decades)
+
+
+LEAST_FLOW = 5  # last times at which the flow has more energy than its error, to be shown
 
 
 def local_energy(build: FigureBuilder) -> FigureData:
-    """Energy of a ball relative to the local flow, and in total, over the total at the start."""
-    for index, (point, scene, times, rows) in enumerate(_over_time(build, _both_energies)):
-        ratios = rows / (scene.kinetic_energy / scene.number)
-        _, local = build.add_means(index, build.label(point), times, ratios[..., 0], "solid")
-        _, total = build.add_means(index, None, times, ratios[..., 1], "dotted")
-        share = mean_and_error(local[:, -1] / total[:, -1])
-        build.record(point, share=share)
-    build.lines.append(legend_line("all kinetic energy", "dotted"))
-    caption = f"The flow is that of cells with {structure.BALLS_IN_CELL:g} balls on average."
-    return build.figure(caption, logarithmic=build.covers_decades)
+    """Energy of a ball relative to the local flow, and that of the flow, over Haff's law."""
+    known, over_time = list[bool](), _over_time(build, _both_energies, logarithmic=True)
+    for index, (point, scene, times, rows) in enumerate(over_time):
+        haff = theories.theory_of(scene, quantities.HAFF_RATE, theories.START_RATES)
+        rate = haff_rate(scene) if haff else None
+        known += [rate is not None] * (not elastic(point))
+        law = scene.kinetic_energy / scene.number * theory.haff_ratio(times, rate or 0.0)
+        thermal, flow = np.moveaxis(rows, 2, 0) / law
+        build.add_means(index, build.label(point), times, thermal, "solid")
+        # The logarithm of what is within its error of zero would be noise alone.
+        mean, deviation, number = mean_of_remaining(flow)
+        noise = mean <= deviation / np.sqrt(np.maximum(number, 1))
+        since = len(times) - int(np.argmax(noise[::-1])) if noise.any() else 0
+        if since <= len(times) - LEAST_FLOW:
+            build.add_means(index, None, times[since:], flow[:, since:], "dashed")
+        thermal, flow = build.lasting(index, times, rows)[1][:, -1].T
+        build.record(point, share=mean_and_error(thermal / (thermal + flow)), haff_rate=rate)
+    build.lines.append(Reference("y", 1.0, "Haff's law" if any(known) else None, "dotted"))
+    build.lines.append(legend_line("thermal, E_th", "solid"))
+    flows = any(isinstance(line, Line) and line.style == "dashed" for line in build.lines)
+    build.lines += [legend_line("flow", "dashed")] * flows
+    words = [f"The flow is that of cells with {structure.BALLS_IN_CELL:g} balls on average."]
+    words += ["It is shown from where it has more energy than its error."] * flows
+    if any(known):
+        words.append("Haff's law has the rate at the start, by Enskog's collisions.")
+    if known and not all(known):
+        words.append(f"{'Other curves' if any(known) else 'Curves'} are over E(0)/N.")
+    if not any(known):
+        build.fields = {**build.fields, "y_label": "energy of a ball over E(0)/N"}
+    return build.figure(" ".join(words), logarithmic=build.covers_decades)
 
 
 def _both_energies(positions: Array, velocities: Array, scene: Scene) -> Array:
+    """Energy of a ball relative to the local flow, and the rest, J."""
     local = structure.local_energy(positions, velocities, scene)
-    return np.array([local, scene.kinetic_energy / scene.number])
+    return np.array([local, scene.kinetic_energy / scene.number - local])
 
 
 RELAXED = 3.0  # collisions per ball in which equal speeds become those of a gas
