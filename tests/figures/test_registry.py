@@ -33,7 +33,8 @@ def test_figures_describe_the_shape_that_is_there(
             missing[name] = str(error)
     sweeps = {"pressure-temperature", "pressure-number", "temperature-ratio"}
     sweeps |= {"pressure-area", "pressure-area-linear", "van-der-waals"}
-    others = {"central-distances", "momentum-x", "momentum-y"}
+    others = {"central-distances", "momentum-x", "momentum-y", "swept-key"}
+    others |= {"momentum"} if shape == "box" else set()
     others |= {"species-temperature", "species-ratio", "rotation"}
     others |= {"stationary", "profiles", "energy-balance", "heat-flux", "equation-of-state"}
     others |= {"density-fluctuations", *(["structure-factor"] if shape == "box" else [])}
