@@ -172,7 +172,8 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         parts = _second_half(build, point, wanted, MOST_BALLS, each=OF_A_STATE)
         g = partial(structure.pair_correlation, edges=edges)
         rows = np.array([_mean(g, trace, parts) for trace in build.traces(point)])
-        build.add_means(index, build.label(point), (edges[1:] + edges[:-1]) / 2 / diameter, rows)
+        middle, label = (edges[1:] + edges[:-1]) / 2 / diameter, build.label(point) or "simulation"
+        build.add_means(index, label, middle, rows)
         if not facts.hold(scene, *theories.FINITE_FLUID):
             build.record(point, contact=None, theory=None)
             continue

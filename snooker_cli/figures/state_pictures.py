@@ -87,7 +87,7 @@ def draw_pictures(data: FigureData, pictures: Pictures, size: tuple[float, float
             scale.set_label(pictures.label, parse_math=False)
         layout.execute(figure)
         if size is None:  # pictures as wide as they can be may leave height
-            unused = rows * min(map(_unused_height, grid[:number]))
+            unused = rows * height * min(map(_unused_height, grid[:number]))
             figure.set_size_inches(width, height - unused)
             layout.execute(figure)
         figure.set_layout_engine(None)
@@ -95,10 +95,9 @@ def draw_pictures(data: FigureData, pictures: Pictures, size: tuple[float, float
 
 
 def _unused_height(axes: Axes) -> float:
-    """The height of the place of a picture less that of the picture, inches."""
+    """The height of the place of a picture less that of the picture, as a share of the figure's."""
     axes.apply_aspect()
-    given, used = axes.get_position(original=True), axes.get_position()
-    return float((given.height - used.height) * axes.figure.get_figheight())
+    return float(axes.get_position(original=True).height - axes.get_position().height)
 
 
 def _colours(pictures: Pictures) -> Colormap:
@@ -157,8 +156,8 @@ def _add_bar(axes: Axes, size: tuple[float, float]) -> None:
     length = next(step * unit for step in (5, 2, 1) if step * unit <= longest)
     left, below = -size[0] / 2, -size[1] / 2 - MARGIN * max(size)
     lower = ScaledTranslation(0, -BAR_HEIGHT / 2, axes.figure.dpi_scale_trans)
-    style = {"color": "0.2", "linewidth": 1.5, "clip_on": False}
-    axes.plot([left, left + length], [below, below], transform=axes.transData + lower, **style)
+    (bar,) = axes.plot([left, left + length], [below, below], color="0.2", linewidth=1.5)
+    bar.set(transform=axes.transData + lower, clip_on=False)
     axes.annotate(
         f"{short(length)} m",
         (left + length, below),
