@@ -242,6 +242,7 @@ DIFFUSION = Quantity(
     *("diffusion coefficient", "D", "m²/s", "diffusion coefficient"),
     *("diffusion_coefficient", "curve"),
 )
+HEAT_FLUX = Quantity("heat flux", "q", "J/(m s)", "heat flux", "heat_flux", "snapshots")
 
 OF_FIGURES = (
     Quantity("largest overlap", "δ", "m", "largest overlap", "largest_overlap", "curve"),
@@ -274,7 +275,6 @@ OF_FIGURES = (
         *("energy without the flow", "E_th/E", "1", "share of the energy without the flow"),
         *("thermal_share", "snapshots"),
     ),
-    Quantity("heat flux", "q", "J/(m s)", "heat flux", "heat_flux", "means"),
     Quantity(
         *("balls in a ball's cluster", "N_c", "1", "mean number of balls in a ball's cluster"),
         *("cluster_size", "snapshots"),
@@ -292,7 +292,8 @@ QUANTITIES: Mapping[str, Quantity] = {
         *(SPECIES_RATIO, SPIN_RATIO, TEMPERATURE, HAFF_RATE, RATIO, PRESSURE, VIRIAL_PRESSURE),
         *(VIRIAL_RATIO, WALL_RATE, PAIR_RATE, FREE_PATH, MEAN_SPEED, KURTOSIS, CHI_SQUARE),
         *(ENERGY_DECAY, PRESSURE_DECAY, ENERGY_LEFT, CRITICAL_RATIO, GIVEN, *SIDES_GIVEN.values()),
-        *(COLLISION_LOSS, ACROSS, CONTACT, SONINE, STRUCTURE, DIFFUSION, *OF_FIGURES),
+        *(COLLISION_LOSS, ACROSS, CONTACT, SONINE, STRUCTURE, DIFFUSION, HEAT_FLUX),
+        *OF_FIGURES,
     )
 }
 """Every quantity by its name; main ones first, in the order of the sentences."""

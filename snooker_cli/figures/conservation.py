@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -65,9 +66,13 @@ def energy(build: FigureBuilder) -> FigureData:
             time=float(times[-1]),
             largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves),
         )
+    axes: dict[str, Any] = {"logarithmic": log}
+    if not log:
+        axes["y_limits"] = 0.0, MORE * top
+    if not build.source:
+        axes |= _in_decades(build.lines)
     if not kept:
-        limits = (None, None) if log else (0.0, MORE * top)
-        return build.figure(logarithmic=log, y_limits=limits)
+        return build.figure(**axes)
     rounding = _rounding(build, kept, True)
     if len(kept) == len(build.points):
         build.lines, build.bands, build.singles = changes.lines, changes.bands, changes.singles
@@ -83,10 +88,24 @@ def energy(build: FigureBuilder) -> FigureData:
     below = (*changes.shown_singles(), *changes.bands, *changes.lines, *rounding)
     return build.figure(
         f"Below: the change of the energy of elastic balls. {ROUNDING}",
-        logarithmic=log,
-        y_limits=(None, None) if log else (0.0, MORE * top),
         panels=(Panel(below, CHANGE_LABEL),),
+        **axes,
     )
+
+
+DECADES = 100.0  # from this factor on, a falling energy is a power of the time
+BEGUN = 0.01  # share of the energy that is lost where a logarithmic time begins
+
+
+def _in_decades(lines: Sequence[Layer]) -> dict[str, Any]:
+    """A logarithmic time for energies that fall by two decades: Haff's law is then a line."""
+    curves = [line for line in lines if isinstance(line, Line)]
+    lowest = min((float(np.nanmin(line.y)) for line in curves), default=1.0)
+    if not 0 < lowest < 1 / DECADES:
+        return {}
+    begun = [line.x[line.y < 1 - BEGUN] for line in curves]
+    first = min(float(x[0]) for x in begun if len(x))
+    return {"x_log": True, "x_limits": (first, None)}
 
 
 def momentum(build: FigureBuilder) -> FigureData:

@@ -8,6 +8,7 @@ import numpy as np
 
 from snooker_cli import facts, theory, two_temperatures
 from snooker_cli.analysis import observables, quantities, structure, theories
+from snooker_cli.analysis.comparison import ratio_changes
 from snooker_cli.analysis.gas import cooling_spins, fluid_state, haff_rate, temperatures
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
@@ -20,7 +21,10 @@ from snooker_cli.config import Point
 from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.counted_parts import CountedParts, measured
+from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_data import (
+    NEUTRAL,
     Array,
     Band,
     Course,
@@ -120,9 +124,9 @@ def _over_time(
             here = times[times <= trace.stop.time]
             if not point.experiment.keeps_events:
                 here = np.intersect1d(here, stored_times(trace))
-            row = structure.over_time(observable, trace, here).reshape(len(here), -1)
-            ended = np.full((len(times) - len(here), row.shape[1]), math.nan)
-            rows.append(np.concatenate([row, ended]))
+            known = structure.over_time(observable, trace, here).reshape(len(here), -1)
+            rows.append(np.full((len(times), known.shape[1]), math.nan))
+            rows[-1][np.isin(times, here)] = known
         yield point, build.start(point), times, _known(np.array(rows))
 
 
@@ -276,48 +280,56 @@ def _second_half(rows: Array) -> tuple[float, float]:
 
 
 def species_temperature(build: FigureBuilder) -> FigureData:
-    """Mean kinetic energy of each species over time."""
-    kept = gas_type_of(build.points[0]) != "cooling"  # the temperatures of one instant vary
-    if build.result is not None:
-        build.result = build.result._replace(when="in the second half" if kept else "at the end")
-    for point, scene, times, rows in _over_time(build, structure.species_temperature):
-        for index, name in enumerate(structure.species_names(scene)):
-            _, lasting = build.add_means(index, name, times, rows[..., index])
-            later = lasting[:, lasting.shape[1] // 2 if kept else -1 :].mean(axis=1)
-            build.record(point, species=name, temperature=mean_and_error(later))
-    return build.figure(logarithmic=build.covers_decades)
+    """Temperatures of the species over collisions per ball; of two T₁/T₂ below, with theory."""
+    parts, panels, numbers = CountedParts(build), list[Panel](), dict[str, float]()
+    ((point, scene, times, rows),) = _over_time(build, structure.species_temperature)
+    times, rows = build.lasting(0, times, rows)
+    curve, caption, kept = build.measurement(point).curve, "", gas_type_of(point) != "cooling"
+    pairs = curve.at(times, curve.pair_events).mean(axis=0)
+    collisions = collisions_per_ball(pairs, scene.number)
+    # The temperatures of one instant vary; those of a gas that cools have no mean.
+    later = rows[:, len(times) // 2 if kept else -1 :].mean(axis=1)
+    for index, name in enumerate(structure.species_names(scene)):
+        build.add_means(index, f"{index + 1}: {name}", collisions, rows[..., index])
+        build.record(point, species=name, temperature=mean_and_error(later[:, index]))
+    if rows.shape[2] > 2:
+        when = "in the second half" if kept else "at the end"
+        build.result = Result("temperature", "temperature", when)
+    else:
+        gas = parts.gas(point)
+        ratio = mean_and_error(measured(gas, quantities.SPECIES_RATIO))
+        numbers["ratio"], numbers["ratio_error"] = ratio
+        layers = _ratio_layers(collisions, rows)
+        law = theories.value_of(scene, quantities.SPECIES_RATIO, two_temperatures.EQUAL_RATES)
+        if law is not None:
+            numbers["theory"] = law
+            layers.append(Line(collisions[[0, -1]], np.array([law, law]), None, NEUTRAL, "dotted"))
+            caption = (
+                "Dotted: theory of uniform gases with Maxwell's velocities (Garzó & Dufty 1999)."
+            )
+        panels.append(Panel(tuple(layers), "T₁/T₂"))
+        change = ratio_changes(gas.measurement).get(quantities.SPECIES_RATIO.name)
+        if change is not None and change.refused:
+            caption = f"T₁/T₂: {change.sentence}. {caption}"
+    return build.figure(
+        " ".join(filter(None, [caption, parts.text])),
+        numbers=numbers,
+        logarithmic=build.covers_decades,
+        panels=tuple(panels),
+    )
 
 
-def species_ratio(build: FigureBuilder) -> FigureData:
-    """T₁/T₂ of two species over collisions per ball, beside theory."""
-    names, known = list[str](), False
-    for index, (point, scene, times, rows) in enumerate(
-        _over_time(build, structure.species_temperature)
-    ):
-        names = structure.species_names(scene)
-        times, rows = build.lasting(index, times, rows)
-        curve = build.measurement(point).curve
-        pairs = curve.at(times, curve.pair_events).mean(axis=0)
-        collisions = collisions_per_ball(pairs, scene.number)
-        ratio, error = _ratio(rows)
-        build.lines.append(Line(collisions, ratio, build.label(point), index, "solid"))
-        if len(rows) > 1:
-            band = Band(collisions, ratio - error, ratio + error, None, index)
-            build.bands.append(band)
-        expected = theories.value_of(scene, quantities.SPECIES_RATIO, two_temperatures.EQUAL_RATES)
-        if expected is not None:
-            flat = np.array([expected, expected])
-            build.lines.append(Line(collisions[[0, -1]], flat, None, index, "dotted"))
-            known = True
-        later = rows[:, len(times) // 2 :].mean(axis=1, keepdims=True)
-        second_half = tuple(float(column[0]) for column in _ratio(later))
-        build.record(point, second_half=second_half, theory=expected)
-    if known:
-        build.lines.append(legend_line(f"theory, {two_temperatures.EQUAL_RATES}", "dotted"))
-    caption = f"1: {names[0]}; 2: {names[1]}." if names else ""
-    if known:
-        caption += " Theory: uniform, Maxwell's velocities (Garzó & Dufty 1999)."
-    return build.figure(caption)
+def _ratio_layers(x: Array, rows: Array) -> list[Layer]:
+    """The ratio of two columns' means over repeats, of (*n*, *t*, 2), with its standard error.
+
+    Means come first: the mean of ratios is too large where the second species has few balls.
+    """
+    shares = rows / rows.sum(axis=2, keepdims=True)  # the repeats may cool at other rates
+    first, second = shares.mean(axis=0).T
+    ratio = first / second
+    error = standard_errors((shares[..., 0] - ratio * shares[..., 1]) / second)
+    band = [Band(x, ratio - error, ratio + error, None, NEUTRAL)] if len(rows) > 1 else []
+    return [*band, Line(x, ratio, None, NEUTRAL, "solid")]
 
 
 def rotation(build: FigureBuilder) -> FigureData:
@@ -359,18 +371,6 @@ def rotation(build: FigureBuilder) -> FigureData:
 MOTION: LineStyle = "solid"
 ROTATION: LineStyle = "dashed"
 RESIDUALS = 10  # of a curve
-
-
-def _ratio(rows: Array) -> Course:
-    """The ratio of two columns' means over repeats, of (*n*, *t*, 2), and its standard error.
-
-    Means come first: the mean of ratios is too large where the second species has few balls.
-    """
-    shares = rows / rows.sum(axis=2, keepdims=True)  # the repeats may cool at other rates
-    first, second = shares.mean(axis=0).T
-    ratio = first / second
-    spread = (shares[..., 0] - ratio * shares[..., 1]) / second
-    return ratio, standard_errors(spread)
 
 
 DENSEST_CLUSTERS = 0.5

@@ -19,7 +19,7 @@ from snooker_cli.analysis.trend import trends
 from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, OWN_FIGURES, FigureData, Selection, selected
-from snooker_cli.figures.captions import setting
+from snooker_cli.figures.caption_text import setting
 from snooker_cli.figures.selection import gas_type_of, spread, swept_number, traits
 from snooker_cli.files import write_text
 from snooker_cli.formatting import point_label, printable

@@ -13,7 +13,7 @@ from repeating import batches_of, file_of, run_of
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Points, Selection, registry, selected
-from snooker_cli.figures.captions import unfinished
+from snooker_cli.figures.caption_text import unfinished
 from snooker_cli.figures.selection import along, as_series, evenly, matching, value_at
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
