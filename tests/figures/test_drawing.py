@@ -78,7 +78,6 @@ def figures(
         "van-der-waals": (wide, {}),
         "speeds": (warm, {}),
         "species-temperature": (mixture, {}),
-        "species-ratio": (mixture, {}),
         "stationary": (driven, {}),
         "equation-of-state": (driven, {}),
         "energy-balance": (driven, {"cor": 0.9}),
