@@ -156,9 +156,9 @@ def ratio_changes(measurement: Measurement) -> dict[str, Change]:
     return changes
 
 
-def gas_kinds(scene: Scene) -> tuple[GasKind, ...]:
+def gas_kinds(gas: facts.Traits | Scene) -> tuple[GasKind, ...]:
     """What decides the main quantities of a gas."""
-    traits = facts.traits_of(scene)
+    traits = gas if isinstance(gas, facts.Traits) else facts.traits_of(gas)
     mixture: tuple[GasKind, ...] = () if facts.hold(traits, "equal_balls") else ("mixture",)
     rough: tuple[GasKind, ...] = ("rough",) if facts.hold(traits, "rough") else ()
     return facts.gas_type(traits), *mixture, *rough

@@ -250,6 +250,14 @@ OF_FIGURES = (
         *("change of the momentum", "|Δp|/p", "1", "largest change of the momentum"),
         *("momentum_change", "curve"),
     ),
+    Quantity(
+        *("rounding of the momentum", "|Δp|/Σm|v|", "1", "largest change of the momentum"),
+        *("momentum_rounding", "curve"),
+    ),
+    Quantity(
+        *("change of the energy", "|ΔE|/E", "1", "largest change of the energy"),
+        *("energy_change", "curve"),
+    ),
     Quantity("NT/PV", "NT/PV", "1", "NT/PV", "inverse_ideal_gas_ratio", "means"),
     Quantity(
         *("van der Waals' b", "b", "areas of a disk", "van der Waals' constant"),

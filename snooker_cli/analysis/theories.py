@@ -499,6 +499,26 @@ def value_of(scene: Scene, quantity: Quantity, model: str) -> float | None:
     return values_of(scene, quantity, model).get(model)
 
 
+def value_of_start(scene: Scene, quantity: Quantity, model: str) -> float | None:
+    """The value of a theory in the state of a start, without what was measured.
+
+    ``None`` where it does not hold, or needs more than that.
+    """
+    rates = {FINITE: gas_numbers.finite_haff_rate, START_RATES: gas_numbers.haff_rate}
+    if theory_of(scene, quantity, model) is None:
+        return None
+    if quantity == q.HAFF_RATE and model in rates:
+        return rates[model](scene)
+    if quantity == q.RATIO and model in (INFINITE, FINITE):
+        return _disk_ratio(model)(scene).pressure
+    return None
+
+
+def source_of(quantity: Quantity, model: str) -> str:
+    """Where the formula of a theory is from."""
+    return next(e.source for e in THEORIES if (e.quantity, e.model) == (quantity, model))
+
+
 def disk_ratios(scene: Scene) -> dict[str, DiskRatio]:
     """PV/NT of hard disks by the name of the theory."""
     models = known_models(scene, q.RATIO)

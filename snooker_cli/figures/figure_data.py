@@ -178,6 +178,8 @@ class FigureData:
     equal_axes : whether a metre is as long in y as in x
     shades : the rank of each series in a sequential palette, from 0 to 1; empty: other colours
     hues : the number of the colour of each series, of which ``shades`` are pale; empty: one palette
+    hue_names : what each of these colours stands for, if the labels of the series say no more than
+        these and ``scale``: a legend of both is shorter
     scale, scale_label : the value of each series in these shades as a text, and what it is, if the
         labels of the series say no more; many of them are a colour scale instead of a legend
     panel, panel_label : layers of lower axes with the same x and a linear y, such as residuals, and
@@ -201,6 +203,7 @@ class FigureData:
     equal_axes: bool = False
     shades: Sequence[float] = ()
     hues: Sequence[int] = ()
+    hue_names: Sequence[str] = ()
     scale: Sequence[str] = ()
     scale_label: str = ""
     panel: tuple[Layer, ...] = ()

@@ -19,7 +19,7 @@ from snooker_cli.analysis.trend import trends
 from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, OWN_FIGURES, FigureData, Selection, selected
-from snooker_cli.figures.captions import setting
+from snooker_cli.figures.caption_text import setting
 from snooker_cli.figures.selection import gas_type_of, spread, swept_number, traits
 from snooker_cli.files import write_text
 from snooker_cli.formatting import point_label, printable
@@ -168,7 +168,6 @@ def trivial(
         "always": True,
         "untagged": not any(given),
         "dilute": not clusters and all(scene.packing_fraction < DENSE for scene in starts),
-        "by_cor": _by_cor(points),
         "calm": all(ratio is not None and ratio <= 1 for ratio in ratios),
     }
     conditions |= {
@@ -178,12 +177,6 @@ def trivial(
     }
     reasons = ((name, *reason) for name, given in RELEVANCE.items() for reason in given.items())
     return {name: why for name, when, why in reasons if conditions[when] and name not in asked}
-
-
-def _by_cor(points: Sequence[Point]) -> bool:
-    """Whether points are a sweep over the CoR with two or more that cool."""
-    cors = {point.experiment.cor for point in points if gas_type_of(point) == "cooling"}
-    return len(cors) > 1 and swept_number(points) == "cor"
 
 
 def _figure(run: Run, name: str, single: Point) -> FigureData | str:
