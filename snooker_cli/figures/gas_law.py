@@ -103,7 +103,7 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
         ratios = [mean_and_error(state.over_ideal) for state in states]
         for state, pressure, ratio in zip(states, means, ratios, strict=True):
             build.record(state.point, **state.conditions, pressure=pressure, over_ideal=ratio)
-    build.lines.append(legend_line(THEORY, "dotted"))
+    build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), "dotted"))
     return build.figure(parts.text)
 
 
@@ -125,7 +125,7 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
     build.add_residuals(0, radii, y, y_error, np.array(theory_of(radii)))
     build.lines += [
         IDEAL_RATIO,
-        Line(fine, curve, THEORY, NEUTRAL, "dotted"),
+        Line(fine, curve, build.cite(quantities.RATIO, THEORY), NEUTRAL, "dotted"),
         Points(radii, y, y_error, "simulation"),
     ]
     return build.figure(parts.text)
@@ -157,9 +157,10 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     real = np.array([state.expected / state.ideal_pressure for state in scaled])
     theirs = (1 - 1 / expected) / packing
     build.add_residuals(0, packing, excluded, excluded_errors, theirs)
+    name = build.cite(quantities.RATIO, THEORY)
     build.lines += [
         Reference("y", 2.0, "second virial coefficient, b = 2", "dashed"),
-        Line(grid, (1 - 1 / real) / grid, THEORY, NEUTRAL, "dotted"),
+        Line(grid, (1 - 1 / real) / grid, name, NEUTRAL, "dotted"),
         Points(packing, excluded, excluded_errors, "simulation"),
     ]
     for k, state in enumerate(states):
@@ -222,7 +223,7 @@ def pressure(build: FigureBuilder) -> FigureData:
             theory=None if law is None else expected,
         )
     if any(record["theory"] is not None for record in build.records):
-        build.lines.append(legend_line(THEORY, "dotted"))
+        build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), "dotted"))
     return build.figure(parts.text, x_label="collisions per ball" if meet else "time (s)")
 
 
