@@ -227,6 +227,39 @@ def pressure(build: FigureBuilder) -> FigureData:
     return build.figure(parts.text, x_label="collisions per ball" if meet else "time (s)")
 
 
+def collision_rate(build: FigureBuilder) -> FigureData:
+    """Collisions of a ball with others over Boltzmann's, against packing, with Enskog's χ."""
+    names, parts = [group[0] for group in build.groups], CountedParts(build)
+    packings = []
+    for index, group in enumerate(build.groups):
+        rows = []
+        for point in group:
+            gas = parts.gas(point)
+            laws = [
+                theories.theory_of(gas.scene, quantities.PAIR_RATE, model)
+                for model in (theories.BOLTZMANN, theories.ENSKOG)
+            ]
+            if None in laws:
+                raise FigureError("theory has no rate for a point; it needs a fluid of equal balls")
+            boltzmann, enskog = (np.asarray(law.value(gas)) for law in laws if law is not None)
+            rate = measured(gas, quantities.PAIR_RATE)
+            over, expected = mean_and_error(rate / boltzmann), float(np.mean(enskog / boltzmann))
+            packing = gas.scene.packing_fraction
+            rows.append((packing, *over, expected))
+            predicted = float(enskog.mean())
+            build.record(point, packing=packing, rate=mean_and_error(rate), theory=predicted)
+        x, y, error, expected_here = np.array(rows).T
+        packings.append(x)
+        label = build.label(group[0], names) or "simulation"
+        build.lines.append(Points(x, y, error, label, index))
+        build.add_residuals(index, x, y, error, expected_here)
+    grid = np.linspace(0.0, float(np.max(np.concatenate(packings))), CURVE)
+    curve = np.array([float(theory.contact_value(packing)) for packing in grid])
+    name = build.cite(quantities.PAIR_RATE, theories.ENSKOG)
+    build.lines.insert(0, Line(grid, curve, name, NEUTRAL, "solid"))
+    return build.figure(parts.text)
+
+
 def ideal_ratio(build: FigureBuilder) -> FigureData:
     """Simulated over ideal pressure against temperature, two markers for each repeat.
 
