@@ -43,7 +43,8 @@ def histogram_of_repeats(build: FigureBuilder) -> FigureData:
     number, spread = len(values), float(values.std(ddof=1))
     mean, error = mean_and_error(values)
     repeats, edges = np.histogram(values, max(FEWEST_BINS, math.ceil(math.sqrt(number))))
-    build.add_histogram(0, point, edges, repeats, np.full(len(repeats), math.nan))
+    x, counts = np.append(edges[0], edges), np.pad(repeats, 1).astype(np.float64)
+    build.lines.append(Line(x, counts, "number of repeats", 0, steps=True))
     if spread > 0:
         x = np.linspace(mean - 3 * spread, mean + 3 * spread, CURVE)
         normal = np.exp(-(((x - mean) / spread) ** 2) / 2) / (spread * math.sqrt(2 * math.pi))
@@ -112,7 +113,7 @@ def wall_impulses(build: FigureBuilder) -> FigureData:
         mean_impulse=mean_and_error(impulses),
         hits=float(len(impulses)),
     )
-    below = Panel((Points(time, impulses),), "impulse J (kg m/s)")
+    below = Panel((Points(time, impulses),), "J (kg m/s)")
     caption = f"Below: the first {len(time)} hits of the wall in the first repeat. {parts.text}"
     return build.figure(caption, panels=(below,))
 
