@@ -128,7 +128,7 @@ def test_no_colour_is_too_pale_on_white() -> None:
 
 def test_what_is_fitted_and_what_is_predicted_have_colours_of_their_own(decaying: Run) -> None:
     """Of one point, all lines of the local decay rate had one colour."""
-    found = shown(decaying, "haff-time", cor=0.8)
+    found = shown(decaying, "cooling", cor=0.8)
     lines = [layer for layer in found.layers if isinstance(layer, Line)]
     fitted, theory = (
         [line for line in lines if line.label and word in line.label]

@@ -54,7 +54,7 @@ def test_reasons_for_missing_figures(warm: Run, decaying: Run) -> None:
     for kind in ("central-distances", "pair-distances"):
         assert "run the config with `record: events`" in why_not(warm, kind)
     assert "fixed walls take momentum" in why_not(warm, "momentum-x")
-    for kind in ("decay-against-cor", "haff-time", "event-decay", "energy-fit"):
+    for kind in ("decay-against-cor", "cooling", "event-decay", "energy-fit"):
         assert "nothing decays" in why_not(warm, kind)
     for kind, keys in (
         ("pressure-temperature", "balls.speed"),
@@ -72,7 +72,7 @@ def test_odd_scenes_get_a_sentence(tmp_path: Path) -> None:
         assert "two or more" in why_not(one, kind)
     assert layers(shown(one, "pressure", cor=1.0), Reference) == []  # of one ball, no theory
     still = made(tmp_path / "still", "balls.speed=0", "repeats=1")
-    for kind in ("energy", "energy-fit", "haff-time", "event-decay"):
+    for kind in ("energy", "energy-fit", "cooling", "event-decay"):
         assert "nothing moves" in why_not(still, kind)
     assert "momentum in x is zero" in why_not(still, "momentum-x")
     assert "nothing moves" in why_not(still, "pressure")
