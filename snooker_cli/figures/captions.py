@@ -1,5 +1,6 @@
 """``FigureBuilder`` collects the layers, numbers and caption of a figure of several points."""
 
+import math
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -34,14 +35,14 @@ from snooker_cli.figures.figure_data import (
     LineStyle,
     Points,
     Reference,
+    Repeats,
     at_common_times,
-    bands,
+    last_known,
     lasting,
-    legend_line,
+    lasting_rows,
     mean_of_remaining,
     more_than_a_decade,
     remaining,
-    thinned,
 )
 from snooker_cli.figures.selection import (
     SCENE_WORDS,
@@ -52,23 +53,23 @@ from snooker_cli.figures.selection import (
     of_label,
     ranks,
     scale,
-    shades_of_runs,
     spread,
     statuses,
+    two_keys,
     value_at,
     varying,
 )
 from snooker_cli.formatting import counted, short
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.scene import Scene
-from snooker_cli.trace import Trace
+from snooker_cli.trace import Trace, even_choice
 
-SPREAD = "mean ± standard deviation of a repeat"  # what a band shows
-MEAN_SPREAD = "mean ± standard error of it"  # the same around a mean over the repeats
+SPREAD = "mean ± standard deviation of a repeat"  # what the band of a fit shows
 LOG_SPREAD = "mean ± standard deviation of logarithms"  # the same on a logarithmic axis
 FEWEST_STATES = 2  # of a repeat that a figure over time or space can have
 BARS = "Bars: standard errors over the repeats."  # of all markers with errors
 OVER_THEORY = "ln(result / theory)"  # the y label of a panel of residuals
+MOST_SINGLE = 12  # thin lines of single repeats in a figure at most
 EARLY = 0.8  # share of the median end, before which the end of a repeat is early
 
 
@@ -92,9 +93,9 @@ class FigureBuilder:
     panel : layers of the panel below
     records : the numbers of each point, as JSON
     places : the point of each record in words
-    means : whether lines are means over the repeats and bands their standard errors
+    singles : thin lines of single repeats, behind all of them
     thin : whether theory is left out for a mean free path that exceeds the container
-    brief : number of repeats that the result of a mean course leaves out, because they end early
+    brief : numbers of repeats that results of means leave out because they end early, by series
     shortest : where the curves of a point end, the median end of its repeats, and the unit; of the
         points whose curves end with their shortest repeat, the one that ends earliest by share
     fewest : number of repeats that remain at the end of a mean course, and number of all; of the
@@ -114,12 +115,12 @@ class FigureBuilder:
     result: Result | None = None
     lines: list[Layer] = field(default_factory=list)
     bands: list[Band] = field(default_factory=list)
+    singles: list[Repeats] = field(default_factory=list)
     panel: list[Layer] = field(default_factory=list)
     records: list[dict[str, Any]] = field(default_factory=list)
     places: list[str] = field(default_factory=list)
-    means: bool = False
     thin: bool = False
-    brief: int = 0
+    brief: dict[int, int] = field(default_factory=dict)
     shortest: tuple[float, float, str] = (1.0, 1.0, "")
     fewest: tuple[int, int] = (1, 1)
     beside_theory: bool = False
@@ -235,10 +236,11 @@ class FigureBuilder:
 
     def _left_out(self) -> str:
         """A sentence on the repeats that the result of a mean course leaves out."""
-        if not self.brief:
+        brief = sum(self.brief.values())
+        if not brief:
             return ""
-        number = counted(self.brief, "repeat")
-        verb, whose = ("ends", "its") if self.brief == 1 else ("end", "their")
+        number = counted(brief, "repeat")
+        verb, whose = ("ends", "its") if brief == 1 else ("end", "their")
         half = f"half of {whose} point's median time"
         return f"The result leaves out {number} that {verb} before {half}."
 
@@ -266,41 +268,53 @@ class FigureBuilder:
         where = _joined(self.points[0], fixed)
         return f"{self.fields['title']}: {where}" if where else self.fields["title"]
 
-    def add_course(
-        self, index: int, point: Point, curves: Sequence[Course], style: LineStyle = "series"
-    ) -> None:
-        """Add the curve of the first repeat as a line, and the band of all of them."""
-        time, values = curves[0]
-        kept = thinned(time)
-        self.lines.append(Line(time[kept], values[kept], self.label(point), index, style))
-        self.bands += bands(curves, index)
-
     def add_mean_course(self, index: int, point: Point, curves: Sequence[Course]) -> Course:
-        """Add the mean of the repeats that remain, and the band of its error.
-
-        Returns times and rows until the first of the `lasting` repeats ends: results are of the
-        same repeats at all times. One that ends at once would leave nothing of the others.
-        """
+        """`add_means` of curves that have times of their own, at common times."""
         times, rows = remaining(curves)
-        few = int(np.argmax(2 * np.isfinite(rows).sum(axis=0) < len(rows))) or len(times)
-        if times[few - 1] >= EARLY * times[-1]:  # a few that last a bit longer show no more
-            times, rows = times[:few], rows[:, :few]
-        mean, deviation, number = mean_of_remaining(rows)
-        self.means = True
-        self.lines.append(Line(times[:few], mean[:few], self.label(point), index))
-        if few < len(times):
-            self.lines.append(Line(times[few - 1 :], mean[few - 1 :], None, index, thin=True))
-        if len(rows) > 1:
-            error = deviation / np.sqrt(number)
-            self.bands.append(Band(times, mean - error, mean + error, None, index))
-        self.note_remaining(curves, float(times[-1]))
+        self.add_means(index, self.label(point), times, rows)
         kept = lasting(curves)
-        self.brief += len(curves) - len(kept)
+        self.brief[index] = len(curves) - len(kept)
         return at_common_times(kept)
 
-    def note_remaining(self, curves: Sequence[Course], end: float) -> None:
-        """Let the caption say how many curves remain at an end, if one ends long before it."""
-        ends = np.array([time[-1] for time, _ in curves])
+    def add_means(
+        self, index: int, label: str | None, x: Array, rows: Array, style: LineStyle = "series"
+    ) -> Course:
+        """Add the mean of rows (*n*, *x*) of the repeats, the band of its error, and the repeats.
+
+        A row is nan where its repeat has ended: the mean goes on with those that remain. Where
+        fewer than half remain it is thin, and ends there if this is near the end.
+
+        Returns the rows of which results are: `lasting`.
+        """
+        kept = self.lasting(index, x, rows)
+        ends = x[last_known(rows)]
+        few = int(np.argmax(2 * np.sum(ends[:, np.newaxis] >= x, axis=0) < len(rows))) or len(x)
+        if x[few - 1] >= EARLY * x[-1]:  # a few that last a bit longer show no more
+            x, rows = x[:few], rows[:, :few]
+        mean, deviation, number = mean_of_remaining(rows)
+        self.lines.append(Line(x[:few], mean[:few], label, index, style))
+        if few < len(x):
+            self.lines.append(Line(x[few - 1 :], mean[few - 1 :], None, index, style, thin=True))
+        if len(rows) > 1:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                error = np.where(number > 1, deviation / np.sqrt(number), math.nan)
+            self.bands.append(Band(x, mean - error, mean + error, None, index))
+            if style in ("series", "solid"):
+                self.singles.append(Repeats(x, rows, None, index))
+        self.note_remaining(ends, float(x[-1]))
+        return kept
+
+    def lasting(self, index: int, x: Array, rows: Array) -> Course:
+        """`lasting_rows` of a series, while the caption counts the repeats that these leave out."""
+        kept = lasting_rows(x, rows)
+        self.brief[index] = max(self.brief.get(index, 0), len(rows) - len(kept[1]))
+        return kept
+
+    def note_remaining(self, ends: Array, end: float) -> None:
+        """Let the caption say how many repeats remain at an end, if one ends long before it.
+
+        ends : (*repeats*,)
+        """
         if ends.min() < EARLY * end:
             left = int(np.count_nonzero(ends >= end)), len(ends)
             self.fewest = min(self.fewest, left, key=lambda pair: pair[0] / pair[1])
@@ -336,16 +350,6 @@ class FigureBuilder:
         thin = "; thin: fewer than half" * few
         return f"Means go on with the repeats that remain, {left} of {total} at the end{thin}."
 
-    def add_means(
-        self, index: int, label: str | None, x: Array, rows: Array, style: LineStyle = "series"
-    ) -> None:
-        """Add the mean of rows (*n*, *x*) of the repeats, and a band of its standard error."""
-        self.means = True
-        mean, error = rows.mean(axis=0), standard_errors(rows)
-        self.lines.append(Line(x, mean, label, index, style))
-        if len(rows) > 1:
-            self.bands.append(Band(x, mean - error, mean + error, None, index))
-
     def add_points(self, index: int, label: str | None, x: Array, rows: Array) -> None:
         """Add markers at the mean of rows (*n*, *x*) of the repeats, with standard errors."""
         mean, errors = rows.mean(axis=0), standard_errors(rows)
@@ -371,11 +375,42 @@ class FigureBuilder:
         self, index: int, point: Point, edges: Array, heights: Array, errors: Array
     ) -> None:
         """Add the outline of bins between edges (*n* + 1,), and the band of their errors."""
-        self.means = True
         x, y, error = np.append(edges[0], edges), np.pad(heights, 1), np.pad(errors, 1)
         self.lines.append(Line(x, y, self.label(point), index, steps=True))
         if np.isfinite(errors).all():
             self.bands.append(Band(x, y - error, y + error, None, index, steps=True))
+
+    def _shown_singles(self) -> list[Repeats]:
+        """An even choice of the single repeats of each series, as many as a figure can show."""
+        each = MOST_SINGLE // max(1, len(self.singles))
+        return [
+            replace(layer, rows=layer.rows[even_choice(len(layer.rows), each)])
+            for layer in self.singles
+            if each > 1
+        ]
+
+    def _means_sentence(self, singles: bool) -> str:
+        """A sentence on means over the repeats, their bands, and the repeats, if they are drawn."""
+        if not any(band.label is None for band in self.bands):
+            return ""
+        thin = "; thin: single repeats" * singles
+        return f"Bold: means over the repeats{thin}; bands: standard errors."
+
+    def _series_styles(self, series: Sequence[Point], labels: set[str | None]) -> dict[str, Any]:
+        """The fields of ``FigureData`` for the colours of series and their names.
+
+        labels : of all layers of the series
+        """
+        both = two_keys(series)
+        if both is None:
+            label, values = scale(series)
+            names = {described(point, key) for point in series for key in varying(series)}
+            named = {"scale": values, "scale_label": label} if labels <= names else {}
+            return {"shades": ranks(series), **named}
+        named = {}
+        if both.hue_names and labels <= {self.label(point, series) for point in series}:
+            named = {"hue_names": both.hue_names, "scale": both.shade_names}
+        return {"shades": both.shades, "hues": both.hues, **named}
 
     def _named(self, name: str) -> list[Layer]:
         """The lines; if they are of one series that no label names, its first one has this name."""
@@ -404,29 +439,16 @@ class FigureBuilder:
         """
         if logarithmic:
             others = {"y_log": True, "y_limits": (None, None)} | others
-        unnamed = [band for band in self.bands if band.label is None]
-        spread, shown = SPREAD, "the first repeat"
-        if self.means:
-            spread, shown = MEAN_SPREAD, "means over the repeats"
-        empty = np.empty(0)
-        legend: list[Layer] = [Band(empty, empty, empty, spread, NEUTRAL)] if unnamed else []
-        only_first = bool(unnamed) and not self.means
-        lines = self._named(f"simulation, {shown}" if only_first else "simulation")
-        if only_first and lines == self.lines:
-            legend.insert(0, legend_line(f"line: {shown}", "solid"))
-        layers: list[Any] = [*self.bands, *theories_once(lines), *legend]
+        singles = self._shown_singles()
+        layers: list[Any] = [*singles, *self.bands, *theories_once(self._named("simulation"))]
         if self.panel:
             panel = (Reference("y", 0.0), *self.panel)
             others = {"panel": panel, "panel_label": OVER_THEORY} | others
         owners = {_owner(layer) for layer in layers} - {NEUTRAL}
         series = [group[0] for group in self.groups] if self.groups[1:] else self.groups[0]
         if owners == set(range(len(series))):
-            shades, hues = shades_of_runs(series)
-            others = {"shades": shades or ranks(series), "hues": hues} | others
-            label, values = scale(series)
-            names = {described(point, key) for point in series for key in varying(series)}
-            if all(layer.label in {None, *names} for layer in layers if _owner(layer) != NEUTRAL):
-                others = {"scale": values, "scale_label": label} | others
+            labels = {layer.label for layer in layers if _owner(layer) != NEUTRAL}
+            others = self._series_styles(series, labels - {None}) | others
         if len(owners) == 1:  # entries of the legend alone have the colour of the only series
             for number, layer in enumerate(layers):
                 if np.size(getattr(layer, "x", 0)) == 0:
@@ -442,7 +464,7 @@ class FigureBuilder:
                 others.get("y_limits", self.fields.get("y_limits", (None, None)))[1]
             ),
             BARS if any(error is not None and np.isfinite(error).any() for error in errors) else "",
-            f"Lines: {shown}; bands: {spread}." if unnamed else "",
+            self._means_sentence(bool(singles)),
             self._remaining_sentence(),
             self._shortest_sentence(),
             self._left_out(),

@@ -104,7 +104,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     label = f"simulation, repeat {number}"
     if build.bands and not chosen:
         (band,) = build.bands
-        build.note_remaining(started, float(band.x[-1]))
+        build.note_remaining(np.array([each[-1] for each, _ in started]), float(band.x[-1]))
         value = np.sqrt(band.low * band.high) if log else (band.low + band.high) / 2
         time, label = band.x, f"simulation, mean of {len(started)} repeats"
     build.lines.append(Line(time, value, label, broad=True))

@@ -20,10 +20,20 @@ from snooker_cli.figures.figure_data import (
     Line,
     Points,
     Reference,
+    Repeats,
+)
+from snooker_cli.figures.legends import (
+    add_legend,
+    add_scale,
+    colour,
+    dashes,
+    entries,
+    is_scaled,
+    marker,
+    name_at_ends,
 )
 from snooker_cli.files import atomic_write, out_of_sight, write_text
 from snooker_cli.formatting import plain
-from snooker_cli.trace import even_choice
 
 with out_of_sight("matplotlibrc"):
     import matplotlib
@@ -32,8 +42,6 @@ with out_of_sight("matplotlibrc"):
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import ListedColormap, Normalize, to_hex, to_rgb
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
@@ -46,10 +54,6 @@ LINE_HEIGHT = 0.14  # height of a further line of text, inches
 # How many characters fit: of the bold title, of a y label, of a panel's, of the x axis's numbers.
 TITLE_WIDTH, LABEL_WIDTH, PANEL_LABEL_WIDTH, TICKS_WIDTH = 40, 31, 14, 50
 
-PALEST = 0.6  # share of white in the palest series of a run
-MOST_ENTRIES = 5  # series in a legend; more shades are a colour scale
-SCALE_TICKS = 9  # values at a colour scale at most
-LEGEND_SHARE = 0.97  # of the figure's width, for the legend
 LEAST_TICKS, MOST_TICKS = 3, 9  # labels of a logarithmic axis, of a linear x axis
 PANEL_TICKS = 4  # intervals between labels of a panel's y axis at most
 PLAIN = 1e-4, 1e6  # a logarithmic axis within these limits has no powers of ten
@@ -58,46 +62,11 @@ MARGIN = 0.05  # margin above the data, as a share of the axis, where only its l
 MANY_MARKERS = 30  # more markers of a figure are drawn smaller
 MANY_VERTICES = 400  # lines of more vertices are mostly noise, and drawn thinner
 
-_COLOURS = matplotlib.color_sequences["petroff10"]
-_SHADES, LIGHTEST = matplotlib.colormaps["plasma"], 0.88  # its yellow end is pale on white
-_MARKERS = ("o", "s", "^", "D", "v", "P")
-_DASHES: tuple[Any, ...] = (
-    "solid",
-    (0, (5, 1.5)),
-    (0, (6, 1.5, 1.2, 1.5)),
-    (0, (1.2, 1.2)),
-    (0, (6, 1.5, 1.2, 1.5, 1.2, 1.5)),
-    (0, (2.5, 1.2)),
-)
-
 
 def styled() -> AbstractContextManager[None]:
     """While inside, matplotlib has our style and nothing of the user's own settings."""
     style = files("snooker_cli.figures") / "snooker.mplstyle"
     return matplotlib.style.context(["default", str(style)])
-
-
-def colour(series: int, shades: Sequence[float] = (), hues: Sequence[int] = ()) -> str:
-    """The colour of a series, which the colour-blind can tell apart.
-
-    shades, hues : of ``FigureData``
-    """
-    if series == NEUTRAL:
-        return "0.3"
-    if hues:
-        pale = PALEST * shades[series]
-        red, green, blue = to_rgb(_COLOURS[hues[series] % len(_COLOURS)])
-        return to_hex(
-            (pale + (1 - pale) * red, pale + (1 - pale) * green, pale + (1 - pale) * blue)
-        )
-    if shades:
-        return to_hex(_SHADES(LIGHTEST * shades[series]))
-    return to_hex(_COLOURS[series % len(_COLOURS)])
-
-
-def pattern(series: int) -> int:
-    """Which dashes and markers a series has: in grey, those with the same differ in lightness."""
-    return (series + series // 6 + series // 12) % 6
 
 
 class SnookerFigure(Figure):
@@ -129,17 +98,10 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         axes, *panels = figure.subplots(
             len(ratios), sharex=True, squeeze=False, gridspec_kw=grid
         ).flat
-        scaled = len(data.scale) > MOST_ENTRIES
-        named: dict[str, tuple[bool, Any]] = {}  # several series may have limits of one name
-        for layer, artist in _added(axes, data, data.layers, scaled):
-            neutral = getattr(layer, "series", NEUTRAL) == NEUTRAL
-            if layer.label and (neutral or not scaled):
-                named.setdefault(layer.label, (neutral, artist))
-        # First the series, then what is for all.
-        entries = sorted(named.items(), key=lambda entry: entry[1][0])
+        drawn = _added(axes, data, data.layers)
         _scale(axes, data)
         for panel, content in zip(panels, data.all_panels, strict=True):
-            _added(panel, data, content.layers, scaled)
+            _added(panel, data, content.layers)
             panel.set_ylabel(textwrap.fill(content.label, PANEL_LABEL_WIDTH), parse_math=False)
             panel.set_yscale("log" if content.log else "linear")
             _clip(panel, data, content.layers, (None, None), logarithmic=content.log)
@@ -152,10 +114,11 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         axes.set_ylabel(textwrap.fill(data.y_label, LABEL_WIDTH), parse_math=False)
         figure.align_ylabels()
         axes.set_title("\n".join(title), loc="left", pad=4, parse_math=False)
+        scaled = is_scaled(data)
         if scaled:
-            _add_scale(figure, [axes, *panels], data)
-        columns = _legend(figure, [e[1][1] for e in entries], [label for label, _ in entries])
-        lines = len(title) - 1 - (-len(entries) // columns)
+            add_scale(figure, [axes, *panels], data)
+        named = scaled or name_at_ends(axes, data)
+        lines = len(title) - 1 + add_legend(figure, entries(data, drawn, named))
         height = HEIGHT + PANEL_HEIGHT * len(panels) + LINE_HEIGHT * lines
         figure.set_size_inches(size or (WIDTH, height))
         if not data.x_log:
@@ -175,39 +138,24 @@ def title_lines(title: str, width: float) -> list[str]:
     return [line for part in parts for line in textwrap.wrap(part, most)]
 
 
-def _added(
-    axes: Axes, data: FigureData, layers: Sequence[Layer], scaled: bool
-) -> list[tuple[Layer, Any]]:
-    """Draw layers from the back to the front; each with its artist for the legend.
-
-    scaled : whether a colour scale explains the shades, which has no markers
-    """
+def _added(axes: Axes, data: FigureData, layers: Sequence[Layer]) -> list[tuple[Layer, Any]]:
+    """Draw layers from the back to the front; each with its artist for the legend."""
     markers = sum(len(layer.x) for layer in layers if isinstance(layer, Points))
     size = 2.8 if markers > MANY_MARKERS else 4.0
-    shapes = _MARKERS[:1] if scaled else _MARKERS
-    return [(layer, _artist(axes, layer, k, data, size, shapes)) for k, layer in enumerate(layers)]
+    return [(layer, _artist(axes, layer, depth, data, size)) for depth, layer in enumerate(layers)]
 
 
-def _artist(
-    axes: Axes,
-    layer: Layer,
-    depth: int,
-    data: FigureData,
-    size: float,
-    shapes: Sequence[str],
-) -> Any:
-    """Draw a layer with markers of a size and of shapes. Shades need no dashes beside them."""
+def _artist(axes: Axes, layer: Layer, depth: int, data: FigureData, size: float) -> Any:
+    """Draw a layer with markers of a size."""
     series = getattr(layer, "series", NEUTRAL)
     tint = colour(series, data.shades, data.hues)
-    common: dict[str, Any] = {"color": tint, "zorder": 2 + depth / 10}
-    kind = data.hues[series] if data.hues and series != NEUTRAL else series
-    dashes = "solid" if data.shades and not data.hues else _DASHES[pattern(kind)]
+    common: dict[str, Any] = {"color": tint, "zorder": 2 + depth / 100}
     match layer:
         case Line(x, y):
             return axes.plot(
                 x,
                 y,
-                linestyle=dashes if layer.style == "series" else layer.style,
+                linestyle=dashes(series, data) if layer.style == "series" else layer.style,
                 drawstyle="steps-post" if layer.steps else "default",
                 linewidth=_width(layer),
                 alpha=0.45 if layer.broad else None,
@@ -216,6 +164,8 @@ def _artist(
         case Band(x, low, high):
             common |= {"step": "post" if layer.steps else None}
             return axes.fill_between(x, low, high, alpha=0.22, linewidth=0, **common)
+        case Repeats(x, rows):
+            return axes.plot(x, rows.T, linewidth=0.4, alpha=0.45, linestyle="solid", **common)[0]
         case Points(x, y):
             drawn = axes.errorbar(
                 x,
@@ -223,7 +173,7 @@ def _artist(
                 yerr=layer.y_error,
                 linestyle="none",
                 elinewidth=0.8,
-                marker="o" if series == NEUTRAL else shapes[pattern(kind) % len(shapes)],
+                marker=marker(series, data),
                 markersize=size,
                 markerfacecolor=common["color"] if layer.filled else "none",
                 markeredgewidth=0.7,
@@ -242,19 +192,6 @@ def _width(line: Line) -> float:
     if line.thin:
         return 0.4
     return 0.8 if len(line.x) > MANY_VERTICES else 1.2
-
-
-def _add_scale(figure: Figure, axes: list[Axes], data: FigureData) -> None:
-    """Add a colour scale beside the axes: a step for each series, with its value."""
-    steps = sorted(range(len(data.scale)), key=lambda series: data.shades[series])
-    colours = ListedColormap([colour(series, data.shades) for series in steps])
-    shades = ScalarMappable(Normalize(0, len(steps)), colours)
-    bar = figure.colorbar(shades, ax=axes, aspect=30, pad=0.02)
-    shown = even_choice(len(steps), SCALE_TICKS)
-    bar.set_ticks([row + 0.5 for row in shown], labels=[data.scale[steps[row]] for row in shown])
-    bar.ax.tick_params(length=0)
-    bar.outline.set_linewidth(0)
-    bar.set_label(data.scale_label, parse_math=False)
 
 
 def _scale(axes: Axes, data: FigureData) -> None:
@@ -317,18 +254,6 @@ def _clip(
             in_layout=False,
             zorder=5,
         )
-
-
-def _legend(figure: Figure, artists: list[Any], labels: list[str]) -> int:
-    """Add the legend below the axes; the most columns, up to three, in which it fits the width."""
-    for columns in (3, 2, 1):
-        legend = figure.legend(artists, labels, loc="outside lower center", ncols=columns)
-        for text in legend.get_texts():
-            text.set_parse_math(False)  # labels are texts, not formulas
-        if columns == 1 or legend.get_window_extent().width <= LEGEND_SHARE * figure.bbox.width:
-            break
-        legend.remove()
-    return columns
 
 
 # Figure data -> SVG, PNG and JSON, the same bytes every time.

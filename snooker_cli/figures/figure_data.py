@@ -31,7 +31,7 @@ class Line:
     series : the number of its series, from 0; it decides the colour
     steps : whether y stays as it is until the next x
     broad : whether it is drawn wide and pale, so that lines on it leave it visible
-    thin : whether it is drawn thin, as a mean of the few repeats that remain
+    thin : whether it is drawn thin, as a mean of fewer than half of the repeats
     """
 
     x: Array
@@ -57,6 +57,19 @@ class Band:
 
 
 @dataclass(frozen=True, eq=False)
+class Repeats:
+    """Thin curves of single repeats, rows (*n*, *x*) over x, behind the mean of their series.
+
+    A row is nan where its repeat has ended.
+    """
+
+    x: Array
+    rows: Array
+    label: str | None = None
+    series: int = 0
+
+
+@dataclass(frozen=True, eq=False)
 class Points:
     """Markers at (x, y), with error bars of y where the error is not nan."""
 
@@ -78,7 +91,7 @@ class Reference:
     style: LineStyle = "solid"
 
 
-Layer: TypeAlias = Line | Band | Points | Reference
+Layer: TypeAlias = Line | Band | Repeats | Points | Reference
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,6 +178,8 @@ class FigureData:
     equal_axes : whether a metre is as long in y as in x
     shades : the rank of each series in a sequential palette, from 0 to 1; empty: other colours
     hues : the number of the colour of each series, of which ``shades`` are pale; empty: one palette
+    hue_names : what each of these colours stands for, if the labels of the series say no more than
+        these and ``scale``: a legend of both is shorter
     scale, scale_label : the value of each series in these shades as a text, and what it is, if the
         labels of the series say no more; many of them are a colour scale instead of a legend
     panel, panel_label : layers of lower axes with the same x and a linear y, such as residuals, and
@@ -188,6 +203,7 @@ class FigureData:
     equal_axes: bool = False
     shades: Sequence[float] = ()
     hues: Sequence[int] = ()
+    hue_names: Sequence[str] = ()
     scale: Sequence[str] = ()
     scale_label: str = ""
     panel: tuple[Layer, ...] = ()
@@ -328,6 +344,24 @@ def mean_of_remaining(rows: Array) -> tuple[Array, Array, NDArray[np.intp]]:
     return mean, np.sqrt(squares / np.maximum(number - 1, 1)), number
 
 
+def lasting_rows(x: Array, rows: Array) -> tuple[Array, Array]:
+    """The rows (*n*, *t*, …) of `lasting` repeats, until the first of these ends.
+
+    A row is nan from its end on. What a figure states as a result is of the same repeats at all x.
+    One repeat that ends at once would leave nothing of the others.
+    """
+    ends = last_known(rows)
+    kept = x[ends] >= np.median(x[ends]) / 2
+    until = int(ends[kept].min()) + 1
+    return x[:until], rows[kept, :until]
+
+
+def last_known(rows: Array) -> NDArray[np.intp]:
+    """The last place of each row (*n*, *t*, …) that is finite; the last of all without one."""
+    known: NDArray[np.bool_] = np.any(np.isfinite(rows).reshape(*rows.shape[:2], -1), axis=2)
+    return np.asarray(rows.shape[1] - 1 - np.argmax(known[:, ::-1], axis=1))
+
+
 def bands(
     curves: Sequence[Course],
     series: int,
@@ -351,7 +385,8 @@ def bands(
 def more_than_a_decade(columns: Iterable[Array]) -> bool:
     """Whether values above zero cover a factor of more than ten, so that a logarithm shows more."""
     values = np.concatenate(list(columns))
-    return bool(0 < 10 * values.min() < values.max())
+    values = values[np.isfinite(values)]
+    return bool(len(values) and 0 < 10 * values.min() < values.max())
 
 
 def thinned(time: Array) -> NDArray[np.intp]:

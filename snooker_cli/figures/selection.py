@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from snooker_cli.config import Point, unit_of
 from snooker_cli.config.models import Model
@@ -231,18 +231,57 @@ def swept_number(points: Sequence[Point]) -> str:
     return keys[0]
 
 
-def shades_of_runs(points: Sequence[Point]) -> tuple[tuple[float, ...], tuple[int, ...]]:
-    """Shades and hues of series of runs side by side, if a run has several; else none."""
-    if RUN not in varying(points):
-        return (), ()
-    runs = by_run(points)
-    if max(map(len, runs)) == 1:
-        return (), ()
-    shade = {
-        point.index: rank / max(len(run) - 1, 1) for run in runs for rank, point in enumerate(run)
-    }
-    hue = {point.index: number for number, run in enumerate(runs) for point in run}
-    return tuple(shade[p.index] for p in points), tuple(hue[p.index] for p in points)
+class TwoKeys(NamedTuple):
+    """Series that differ in two keys: the hue and the shade of each, and the words for both.
+
+    hues, shades : a number from 0, and a rank from 0 to 1, for each series
+    hue_names : of each hue
+    shade_names : of the shade of each series
+    """
+
+    hues: tuple[int, ...]
+    shades: tuple[float, ...]
+    hue_names: tuple[str, ...] = ()
+    shade_names: tuple[str, ...] = ()
+
+
+def two_keys(points: Sequence[Point]) -> TwoKeys | None:
+    """Hues and shades of series that differ in two keys; of runs side by side a hue for each run.
+
+    ``None`` if no key has several values for one value of the other. Runs whose points do not
+    differ in one key have no names.
+    """
+    keys = varying(points)
+    if RUN in keys:
+        runs = by_run(points)
+        if max(map(len, runs)) == 1:
+            return None
+        inside = {key for run in runs for key in varying(run)}
+        names = (RUN, *inside) if len(inside) == 1 else ()
+        return _two_keys(points, runs, names)
+    if len(keys) != 2:
+        return None
+    hue, shade = sorted(keys, key=lambda key: len(distinct(points, key)))
+    if len(points) == len(distinct(points, shade)):
+        return None
+    groups = [[p for p in points if value_at(p, hue) == value] for value in distinct(points, hue)]
+    return _two_keys(points, groups, (hue, shade))
+
+
+def _two_keys(
+    points: Sequence[Point], groups: Sequence[Sequence[Point]], names: Sequence[str]
+) -> TwoKeys:
+    """A hue for each group, and shades in it; `names` are the keys of both, or none."""
+    shade = {p.index: rank / max(len(g) - 1, 1) for g in groups for rank, p in enumerate(g)}
+    hue = {point.index: number for number, group in enumerate(groups) for point in group}
+    hues, shades = tuple(hue[p.index] for p in points), tuple(shade[p.index] for p in points)
+    if not names:
+        return TwoKeys(hues, shades)
+    of_hue, of_shade = names
+    values = distinct(points, of_shade)
+    shades = tuple(values.index(value_at(p, of_shade)) / max(len(values) - 1, 1) for p in points)
+    hue_names = tuple(described(group[0], of_hue) for group in groups)
+    return TwoKeys(hues, shades, hue_names, tuple(described(p, of_shade) for p in points))
 
 
 def changing_with(points: Sequence[Point], x: str) -> list[str]:

@@ -1,5 +1,6 @@
 """Over time: energy, momentum, pressure, hexatic order, a2, species' temperatures, local energy."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -68,13 +69,13 @@ def energy(build: FigureBuilder) -> FigureData:
 
 def momentum_component(name: str, build: FigureBuilder) -> FigureData:
     """A component of the total momentum over that at the start, and how far this is from 1."""
-    deviation = replace(build, lines=[], bands=[])
+    deviation = replace(build, lines=[], bands=[], singles=[])
     for index, point in enumerate(build.points):
         totals = [_momentum(trace, name) for trace in build.traces(point)]
         ratios = [(time, total / total[0]) for time, total in totals]
         curves = [(time, (ratio - 1) / MOMENTUM_UNIT) for time, ratio in ratios]
-        build.add_course(index, point, ratios)
-        deviation.add_course(index, point, curves, style="solid")  # dashes are lost in the noise
+        build.add_mean_course(index, point, ratios)
+        deviation.add_mean_course(index, point, curves)
         build.record(
             point,
             momentum_at_start=float(totals[0][1][0]),
@@ -85,7 +86,7 @@ def momentum_component(name: str, build: FigureBuilder) -> FigureData:
     return build.figure(
         f"Below: how far the total momentum is from p{name}(0).",
         numbers={"largest_deviation": worst},
-        panel=(*deviation.bands, Reference("y", 0.0), *deviation.lines),
+        panel=(*deviation.singles, *deviation.bands, Reference("y", 0.0), *deviation.lines),
     )
 
 
@@ -157,11 +158,20 @@ balls that a state counts more, because Python needs some 0.2 ms for it."""
 def _over_time(
     build: FigureBuilder, observable: structure.Observable, cost: tuple[int, int] = SUMS
 ) -> Iterator[tuple[Point, Scene, Array, Array]]:
-    """Each point, its start, times (*t*,), s, and an observable of the states, (*n*, *t*, *k*)."""
+    """Each point, its start, times (*t*,), s, and an observable of the states, (*n*, *t*, *k*).
+
+    It is nan after the end of a repeat.
+    """
     for point, times in _common_times(build, cost):
-        traces = build.traces(point)
-        rows = np.array([structure.over_time(observable, trace, times) for trace in traces])
-        yield point, build.start(point), times, _known(rows.reshape(*rows.shape[:2], -1))
+        rows = []
+        for trace in build.traces(point):
+            here = times[times <= trace.stop.time]
+            if not point.experiment.keeps_events:
+                here = np.intersect1d(here, stored_times(trace))
+            row = structure.over_time(observable, trace, here).reshape(len(here), -1)
+            ended = np.full((len(times) - len(here), row.shape[1]), math.nan)
+            rows.append(np.concatenate([row, ended]))
+        yield point, build.start(point), times, _known(np.array(rows))
 
 
 def _known(rows: Array) -> Array:
@@ -174,11 +184,11 @@ def _known(rows: Array) -> Array:
 def _common_times(
     build: FigureBuilder, cost: tuple[int, int], *, of_states: bool = True
 ) -> Iterator[tuple[Point, Array]]:
-    """Times (*t*,), s, of each point at even collision numbers of the first repeat.
+    """Times (*t*,), s, of each point at even collision numbers of the second longest repeat.
 
     of_states : whether states are needed there, which a repeat without events has stored
 
-    They end with the shortest repeat. Raises ``FigureError`` if nothing happens until then.
+    They end with this repeat. Raises ``FigureError`` if nothing happens in it.
     """
     most, each = cost
     for point in build.points:
@@ -187,30 +197,28 @@ def _common_times(
             yield point, _stored_times(build, point, count)
             continue
         measurement = build.measurement(point)
-        time, events = measurement.curve.time[0], measurement.curve.events[0]
-        end = build.end_of_all(measurement.time)
+        chosen = int(np.argsort(measurement.time)[-2:][0])
+        time, events = measurement.curve.time[chosen], measurement.curve.events[chosen]
+        end = measurement.time[chosen]
         # The curve has its times between collisions: at one, two balls touch.
         numbers = np.floor(np.linspace(0, np.interp(end, time, events) - 1, count))
         between = np.minimum(np.interp(numbers[1:], events, time), end)
         times = np.unique(np.append(0.0, between))
         if len(times) < 2:
-            raise FigureError("nothing happens until the end of the shortest repeat; run longer")
+            raise FigureError("nothing happens in the repeats; run longer")
         yield point, times
 
 
 def _stored_times(build: FigureBuilder, point: Point, count: int) -> Array:
-    """At most ``count`` times at which each repeat of a point has a stored state, s.
+    """At most ``count`` times at which two repeats of a point have a stored state, s, or the only.
 
     Start and end are among them, but different ends are not. Raises ``FigureError`` if there is
     only the start.
     """
-    common: Array | None = None
-    for trace in build.traces(point):
-        if trace.snapshots is None:
-            raise FigureError("a repeat ended before its first snapshot; give earlier `snapshots`")
-        own = stored_times(trace)
-        common = own if common is None else np.intersect1d(common, own)
-    if common is None or len(common) < 2:
+    stored = [stored_times(trace) for trace in build.traces(point) if trace.snapshots is not None]
+    times, number = np.unique(np.concatenate([np.empty(0), *stored]), return_counts=True)
+    common = times[number >= min(2, len(stored))]
+    if len(common) < 2:
         raise FigureError("a repeat ended before its first snapshot; give earlier `snapshots`")
     return np.asarray(common[even_choice(len(common), count)])
 
@@ -219,9 +227,8 @@ def hexatic_order(build: FigureBuilder) -> FigureData:
     """|⟨ψ6⟩| over time."""
     over_time = _over_time(build, structure.hexatic_order, TRIANGLES)
     for index, (point, scene, times, rows) in enumerate(over_time):
-        build.add_means(index, build.label(point), times, rows[..., 0])
-        final = mean_and_error(rows[:, -1, 0])
-        build.record(point, final=final, balls=scene.number)
+        _, kept = build.add_means(index, build.label(point), times, rows[..., 0])
+        build.record(point, final=mean_and_error(kept[:, -1]), balls=scene.number)
     caption = "N balls of a fluid have about 1/√N."
     return build.figure(caption, logarithmic=build.covers_decades)
 
@@ -237,11 +244,11 @@ def a2(build: FigureBuilder) -> FigureData:
             if not np.isfinite(column).any():
                 continue
             label, index = ", ".join(filter(None, [build.label(point), name])), len(build.records)
-            build.add_means(index, label or None, times, column)
+            _, kept = build.add_means(index, label or None, times, column)
             if expected is not None:
                 flat = np.array([expected, expected])
                 build.lines.append(Line(times[[0, -1]], flat, None, index, "dotted"))
-            final = mean_and_error(column[:, column.shape[1] // 2 :].mean(axis=1))
+            final = mean_and_error(kept[:, kept.shape[1] // 2 :].mean(axis=1))
             build.record(point, species=name, second_half=final, theory=expected)
     source = ""
     if any(record["theory"] is not None for record in build.records):
@@ -256,21 +263,21 @@ def species_temperature(build: FigureBuilder) -> FigureData:
     if build.result is not None:
         build.result = build.result._replace(when="in the second half" if kept else "at the end")
     for point, scene, times, rows in _over_time(build, structure.species_temperature):
-        names, start = structure.species_names(scene), len(times) // 2 if kept else -1
-        means = rows[:, start:].mean(axis=1)
-        for index, name in enumerate(names):
-            build.add_means(index, name, times, rows[..., index])
-            build.record(point, species=name, temperature=mean_and_error(means[:, index]))
+        for index, name in enumerate(structure.species_names(scene)):
+            _, lasting = build.add_means(index, name, times, rows[..., index])
+            later = lasting[:, lasting.shape[1] // 2 if kept else -1 :].mean(axis=1)
+            build.record(point, species=name, temperature=mean_and_error(later))
     return build.figure(logarithmic=build.covers_decades)
 
 
 def species_ratio(build: FigureBuilder) -> FigureData:
     """T₁/T₂ of two species over collisions per ball, beside theory."""
-    build.means, names, known = True, list[str](), False
+    names, known = list[str](), False
     for index, (point, scene, times, rows) in enumerate(
         _over_time(build, structure.species_temperature)
     ):
         names = structure.species_names(scene)
+        times, rows = build.lasting(index, times, rows)
         curve = build.measurement(point).curve
         pairs = curve.at(times, curve.pair_events).mean(axis=0)
         collisions = collisions_per_ball(pairs, scene.number)
@@ -297,7 +304,7 @@ def species_ratio(build: FigureBuilder) -> FigureData:
 
 def rotation(build: FigureBuilder) -> FigureData:
     """T_tr and T_rot over collisions per ball, beside theory, and their ratio below."""
-    build.means, below, known = True, list[Layer](), False
+    below, known = list[Layer](), False
     for index, point in enumerate(build.points):
         measurement = build.measurement(point)
         collisions, both = temperatures(measurement)
@@ -350,9 +357,10 @@ def cluster_growth(build: FigureBuilder) -> FigureData:
     """Mean size of the cluster that a ball is in, and of the largest cluster, over time."""
     for index, (point, scene, times, rows) in enumerate(_over_time(build, structure.mean_cluster)):
         later = times > 0
-        build.add_means(index, build.label(point), times[later], rows[:, later, 0], "solid")
-        build.add_means(index, None, times[later], rows[:, later, 1], "dotted")
-        mean, largest = (mean_and_error(column) for column in rows[:, -1].T)
+        times, (of_ball, of_all) = times[later], rows[:, later].transpose(2, 0, 1)
+        _, of_ball = build.add_means(index, build.label(point), times, of_ball, "solid")
+        _, of_all = build.add_means(index, None, times, of_all, "dotted")
+        mean, largest = mean_and_error(of_ball[:, -1]), mean_and_error(of_all[:, -1])
         build.record(point, mean=mean, largest=largest, balls=scene.number)
     build.lines.append(legend_line("cluster of a ball, mean", "solid"))
     build.lines.append(legend_line("the largest cluster", "dotted"))
@@ -372,8 +380,8 @@ def density_fluctuations(build: FigureBuilder) -> FigureData:
         later, packing = times > 0, scene.packing_fraction
         if scene.equal_balls and packing <= theory.DENSEST_FLUID:
             limits[f"{short(theory.structure_at_zero(packing), 2)} at packing {packing:.2g}"] = None
-        build.add_means(index, build.label(point), times[later], rows[:, later, 0])
-        build.record(point, final=mean_and_error(rows[:, -1, 0]))
+        _, kept = build.add_means(index, build.label(point), times[later], rows[:, later, 0])
+        build.record(point, final=mean_and_error(kept[:, -1]))
     caption = (
         f"Cells have {structure.DENSITY_BALLS:g} balls on average. Independent points have 1 "
         "(Poisson), and a fluid has less."
@@ -388,9 +396,9 @@ def local_energy(build: FigureBuilder) -> FigureData:
     """Energy of a ball relative to the local flow, and in total, over the total at the start."""
     for index, (point, scene, times, rows) in enumerate(_over_time(build, _both_energies)):
         ratios = rows / (scene.kinetic_energy / scene.number)
-        build.add_means(index, build.label(point), times, ratios[..., 0], "solid")
-        build.add_means(index, None, times, ratios[..., 1], "dotted")
-        share = mean_and_error(rows[:, -1, 0] / rows[:, -1, 1])
+        _, local = build.add_means(index, build.label(point), times, ratios[..., 0], "solid")
+        _, total = build.add_means(index, None, times, ratios[..., 1], "dotted")
+        share = mean_and_error(local[:, -1] / total[:, -1])
         build.record(point, share=share)
     build.lines.append(legend_line("all kinetic energy", "dotted"))
     caption = f"The flow is that of cells with {structure.BALLS_IN_CELL:g} balls on average."
@@ -410,5 +418,6 @@ def _a2(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
     for point, times in _common_times(build, SUMS, of_states=False):
         curve = build.measurement(point).curve
         moments = np.diff(curve.at(times, curve.energy_moment_integral), axis=1) / np.diff(times)
+        moments[times[1:] > build.measurement(point).time[:, np.newaxis]] = math.nan
         middle = (times[1:] + times[:-1]) / 2
         yield point, build.start(point), middle, _known(moments[..., np.newaxis] / 2 - 1)

@@ -24,7 +24,6 @@ from snooker_cli.figures import (
     Selection,
     distributions,
 )
-from snooker_cli.figures.captions import MEAN_SPREAD
 from snooker_cli.figures.distributions import _reduced_components
 from snooker_cli.figures.figure_data import NEUTRAL, Band
 from snooker_cli.runs import Run
@@ -133,8 +132,8 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: Run) -> None:
     assert np.all(line.y[line.x < 0.99] == 0)
     assert abs(np.mean(line.y[line.x > 4]) - 1) < 0.05
     assert (marker.x.tolist(), marker.y.tolist()) == ([1.0], [pytest.approx(record["theory"])])
-    (band, _) = layers(found, Band)
-    assert f"Lines: means over the repeats; bands: {MEAN_SPREAD}." in found.caption
+    (band,) = layers(found, Band)
+    assert "Bold: means over the repeats; thin: single repeats; bands: standard" in found.caption
     np.testing.assert_allclose((band.low + band.high) / 2, line.y, atol=1e-12)
 
 

@@ -18,17 +18,9 @@ from matplotlib.text import Text
 
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Line, Points, Reference, state_pictures
-from snooker_cli.figures.drawing import (
-    _DASHES,
-    MOST_ENTRIES,
-    colour,
-    draw,
-    pattern,
-    save,
-    styled,
-    to_json,
-)
+from snooker_cli.figures.drawing import draw, save, styled, to_json
 from snooker_cli.figures.figure_data import Band, Panel, Pictures, with_logarithmic_axes
+from snooker_cli.figures.legends import _DASHES, MOST_ENTRIES, colour, pattern
 from snooker_cli.figures.selection import Selection
 from snooker_cli.runs import Run
 

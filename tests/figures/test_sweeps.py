@@ -16,8 +16,8 @@ from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.captions import FigureBuilder, theories_once
-from snooker_cli.figures.drawing import colour
 from snooker_cli.figures.figure_data import NEUTRAL, Line, Points
+from snooker_cli.figures.legends import colour
 from snooker_cli.figures.registry import possible
 from snooker_cli.figures.selection import described, scale
 from snooker_cli.runs import Run

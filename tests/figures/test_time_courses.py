@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import ROUGH, STORED, around, in_circle, layers, made, shown, traces, why_not
+from figure_runs import ROUGH, STORED, in_circle, layers, made, shown, traces, why_not
 
 from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import gas, structure
@@ -16,8 +16,16 @@ from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.analysis.structure import Array
 from snooker_cli.engine import replay, series
 from snooker_cli.figures import Line, Reference
-from snooker_cli.figures.captions import MEAN_SPREAD, SPREAD, FigureBuilder
-from snooker_cli.figures.figure_data import Band, Points, at_common_times, courses, lasting
+from snooker_cli.figures.captions import MOST_SINGLE, FigureBuilder
+from snooker_cli.figures.figure_data import (
+    Band,
+    Points,
+    Repeats,
+    at_common_times,
+    courses,
+    lasting,
+    lasting_rows,
+)
 from snooker_cli.figures.selection import Selection
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON, Scene
@@ -28,9 +36,10 @@ def test_energy_is_a_mean_over_the_repeats(decaying: Run) -> None:
     records, lines = found.numbers["points"], layers(found, Line)
     assert [line.label for line in lines] == ["CoR 0.8", "CoR 0.9", "CoR 1"]
     assert [record["elastic"] for record in records] == [False, False, True]
-    assert f"Lines: means over the repeats; bands: {MEAN_SPREAD}." in found.caption
+    bold = "Bold: means over the repeats; thin: single repeats; bands: standard errors."
+    assert bold in found.caption
     assert found.y_log  # at CoR 0.8 less than a tenth is left
-    for index, (line, band) in enumerate(zip(lines, layers(found, Band)[:-1], strict=True)):
+    for index, (line, band) in enumerate(zip(lines, layers(found, Band), strict=True)):
         curve = measure(traces(decaying, index)).curve
         curves = courses(curve.time, curve.energy / curve.energy[:, :1])
         end = min(time[-1] for time, _ in curves)
@@ -63,7 +72,7 @@ def test_repeats_that_end_early_do_not_shorten_a_mean_course() -> None:
     curves = [(np.array([0.0, end]), np.array([1.0, 0.5])) for end in ends]
     assert [time[-1] for time, _ in lasting(curves)] == ends[1:]
     assert at_common_times(lasting(curves))[0][-1] == 8.0
-    build = FigureBuilder(None, None, [[None]], {}, brief=1)  # type: ignore[list-item,arg-type]
+    build = FigureBuilder(None, None, [[None]], {}, brief={0: 1})  # type: ignore[list-item,arg-type]
     assert build._left_out().startswith("The result leaves out 1 repeat that ends before half")
 
 
@@ -81,9 +90,10 @@ def test_means_go_on_with_the_repeats_that_remain(decaying: Run) -> None:
     assert np.interp(0.4, thick.x, thick.y) == pytest.approx(2.5)
     assert np.interp(5.0, thick.x, thick.y) == pytest.approx(3.0)  # without the first
     assert thin.y[-1] == pytest.approx(4.5)
-    (band,) = build.bands
+    (band,), (singles,) = build.bands, build.singles
     assert isinstance(band, Band)
     assert band.x[-1] == 15.0
+    assert np.isnan(singles.rows[0, singles.x > 0.5]).all()
     assert (band.high - band.low)[-1] / 2 == pytest.approx(0.5)  # of 4 and 5
     assert build._remaining_sentence() == (
         "Means go on with the repeats that remain, 2 of 6 at the end; thin: fewer than half."
@@ -102,6 +112,32 @@ def test_a_few_repeats_that_last_a_bit_longer_draw_no_tail(decaying: Run) -> Non
     assert build._remaining_sentence() == ""
 
 
+def test_results_of_rows_are_of_the_same_repeats_at_all_times() -> None:
+    """A value that is not known before the end is no end."""
+    nan, x = np.nan, np.arange(6.0)
+    rows = np.array([[9, nan, nan, nan, nan, nan], [1, nan, 3, 4, 5, nan], [1, 2, 3, 4, 5, 6]])
+    times, kept = lasting_rows(x, rows)
+    assert times.tolist() == [0, 1, 2, 3, 4]
+    np.testing.assert_array_equal(kept, rows[1:, :5])
+    np.testing.assert_array_equal(lasting_rows(x, np.stack([rows, rows], axis=2))[1][..., 1], kept)
+
+
+def test_thin_lines_are_an_even_choice_of_the_repeats(decaying: Run) -> None:
+    """Of many series they would hide the means, and there are none."""
+    (point, *_), x = decaying.points, np.linspace(0.0, 1.0, 5)
+    rows = np.repeat(np.arange(30.0), 5).reshape(30, 5)
+    build = FigureBuilder(decaying, Selection(), [[point]], {"title": "x", "kind": "x"})
+    for index in range(3):
+        build.add_means(index, None, x, rows)
+    shown_rows = [layer.rows[:, 0].tolist() for layer in build._shown_singles()]
+    assert shown_rows == [[0.0, 10.0, 19.0, 29.0]] * 3
+    assert sum(map(len, shown_rows)) == MOST_SINGLE
+    for index in range(3, 7):
+        build.add_means(index, None, x, rows)
+    assert build._shown_singles() == []
+    assert build._means_sentence(False) == "Bold: means over the repeats; bands: standard errors."
+
+
 def test_a_caption_says_where_the_shortest_repeat_ends_a_curve(tmp_path: Path) -> None:
     """Curves that need all repeats at each place: one is trapped at the wall early."""
     overrides = ("balls.rings=1", "cor=0.85", "wall_cor=null", "repeats=8", "seed=8")
@@ -110,11 +146,16 @@ def test_a_caption_says_where_the_shortest_repeat_ends_a_curve(tmp_path: Path) -
     collisions = np.array([len(trace.events or ()) for trace in traces(run, 0)])
     assert ends.min() < 0.5 * np.median(ends)
     sentence = "The shortest repeat ends a curve at {:.3g} {}; half of the repeats of its point"
-    for name in ("haff-time", "a2", "cluster-growth"):
-        assert sentence.format(ends.min(), "s") in shown(run, name).caption, name
+    assert sentence.format(ends.min(), "s") in shown(run, "haff-time").caption
     found = shown(run, "event-decay")
     assert sentence.format(collisions.min(), "collisions") in found.caption
-    assert "ends a curve" not in shown(run, "energy").caption
+    for name in ("energy", "a2", "cluster-growth"):
+        found = shown(run, name)
+        assert "ends a curve" not in found.caption
+        assert "Means go on with the repeats that remain" in found.caption, name
+        assert max(line.x[-1] for line in layers(found, Line) if len(line.x)) > np.median(ends)
+        (singles,) = layers(found, Repeats)
+        assert np.isnan(singles.rows[:, -1]).any()
 
 
 def test_momentum_is_summed_from_the_states(decaying: Run) -> None:
@@ -129,15 +170,17 @@ def test_momentum_is_summed_from_the_states(decaying: Run) -> None:
     assert found.numbers["largest_deviation"] == np.max(np.abs(deviation))
     (line,) = layers(found, Line)
     assert line.y.tolist() == (total[:, component] / total[0, component]).tolist()
-    _, line = found.panel
+    line = found.panel[-1]
     assert isinstance(line, Line)
     assert line.y.tolist() == (deviation / 1e-15).tolist()
     lines = [shown(decaying, kind, repeat=repeat, cor=0.9).panel[-1] for repeat in range(3)]
     of_all = shown(decaying, kind, cor=0.9)
-    assert layers(of_all, Band)[-1].label == SPREAD
-    band = of_all.panel[0]
+    band, _, mean = of_all.panel[1:]
     assert isinstance(band, Band)
-    around(band, [(line.x, line.y) for line in lines if isinstance(line, Line)])
+    assert isinstance(mean, Line)
+    values = [float(np.interp(mean.x[99], line.x, line.y)) for line in lines]  # type: ignore
+    assert mean.y[99] == pytest.approx(np.mean(values))
+    assert (band.high - band.low)[99] / 2 == pytest.approx(np.std(values, ddof=1) / math.sqrt(3))
     # A collision rounds two momenta of at most that of a ball with all of the energy.
     largest = math.sqrt(2 * trace.start.kinetic_energy)
     bound = 4 * EPSILON * largest * len(line.x) / abs(total[0, component])
@@ -170,25 +213,26 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
 # Means over the repeats of what the states have.
 
 
-def test_times_end_with_the_shortest_repeat_and_begin_at_zero(periodic: Run) -> None:
+def test_times_end_with_the_second_longest_repeat_and_begin_at_zero(periodic: Run) -> None:
     found = shown(periodic, "hexatic-order", cor=0.8)
     (line,) = layers(found, Line)
     repeats = traces(periodic, 0)
     assert line.x[0] == 0
-    shortest = min(trace.stop.time for trace in repeats)
-    assert 0.97 * shortest < line.x[-1] < shortest
+    longer = sorted(trace.stop.time for trace in repeats)[-2]
+    assert 0.97 * longer < line.x[-1] < longer
     # No time is that of a collision, where two balls touch.
     assert not np.any(np.isin(line.x, series(repeats[0]).time[1:]))
     rows = [structure.over_time(structure.hexatic_order, one, line.x[[20]]) for one in repeats]
     assert line.y[20] == pytest.approx(float(np.mean(rows)), rel=1e-12)
-    (band, _) = layers(found, Band)
+    (band,) = layers(found, Band)
     error = float(standard_errors(np.array(rows))[0])
     assert (band.high[20] - band.low[20]) / 2 == pytest.approx(error, rel=1e-9)
 
 
 def test_the_share_of_heat_is_that_of_the_last_states(periodic: Run) -> None:
     found = shown(periodic, "local-energy", cor=0.8)
-    last = layers(found, Line)[0].x[[-1]]
+    times, end = layers(found, Line)[0].x, min(trace.stop.time for trace in traces(periodic, 0))
+    last = times[times < end][-1:]
 
     def share(positions: Array, velocities: Array, scene: Scene) -> float:
         heat = structure.local_energy(positions, velocities, scene)

@@ -1,0 +1,282 @@
+"""How series look, and where a reader finds their names.
+
+Up to four series have their names at the ends of their lines. More values of one key are a colour
+scale, and two keys have a hue and a shade each. What is left is in a legend below the axes.
+"""
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from snooker_cli.figures.figure_data import NEUTRAL, Array, FigureData, Layer, Line, Points
+from snooker_cli.files import out_of_sight
+from snooker_cli.trace import even_choice
+
+with out_of_sight("matplotlibrc"):
+    import matplotlib
+    from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize, to_hex, to_rgb
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+PALEST = 0.5  # share of white in the palest series of a hue
+MOST_ENTRIES = 4  # names of series at lines or in a legend; more shades are a colour scale
+SCALE_TICKS = 9  # values at a colour scale at most
+LEGEND_SHARE = 0.97  # of the figure's width, for the legend
+
+_COLOURS = matplotlib.color_sequences["petroff10"]
+_HUES = tuple(_COLOURS[k] for k in (0, 2, 4, 6, 5, 8))  # whose pale shades can be seen on white
+_SHADES, LIGHTEST = matplotlib.colormaps["plasma"], 0.78  # its yellow end is pale on white
+_MARKERS = ("o", "s", "^", "D", "v", "P")
+_DASHES: tuple[Any, ...] = (
+    "solid",
+    (0, (5, 1.5)),
+    (0, (6, 1.5, 1.2, 1.5)),
+    (0, (1.2, 1.2)),
+    (0, (6, 1.5, 1.2, 1.5, 1.2, 1.5)),
+    (0, (2.5, 1.2)),
+)
+
+
+def colour(series: int, shades: Sequence[float] = (), hues: Sequence[int] = ()) -> str:
+    """The colour of a series, which the colour-blind can tell apart.
+
+    shades, hues : of ``FigureData``
+    """
+    if series == NEUTRAL:
+        return "0.3"
+    if hues:
+        return _paler(_HUES[hues[series] % len(_HUES)], shades[series])
+    if shades:
+        return to_hex(_SHADES(LIGHTEST * shades[series]))
+    return to_hex(_COLOURS[series % len(_COLOURS)])
+
+
+def _paler(name: Any, shade: float) -> str:
+    """A colour with white, of which the shade 1 has most."""
+    white = PALEST * shade
+    red, green, blue = (white + (1 - white) * part for part in to_rgb(name))
+    return to_hex((red, green, blue))
+
+
+def pattern(series: int) -> int:
+    """Which dashes and markers a series has: in grey, those with the same differ in lightness."""
+    return (series + series // 6 + series // 12) % 6
+
+
+def dashes(series: int, data: FigureData) -> Any:
+    """The dash pattern of a series. Shades need none beside them."""
+    if data.hues and series != NEUTRAL:
+        return _DASHES[pattern(data.hues[series])]
+    return "solid" if data.shades else _DASHES[pattern(series)]
+
+
+def marker(series: int, data: FigureData) -> str:
+    """The marker of a series; beside a colour scale, which has no markers, all have one."""
+    if series == NEUTRAL or is_scaled(data):
+        return _MARKERS[0]
+    return _MARKERS[pattern(data.hues[series] if data.hues else series)]
+
+
+def is_scaled(data: FigureData) -> bool:
+    """Whether a colour scale names the series."""
+    return len(data.scale) > MOST_ENTRIES and not data.hues
+
+
+# Names at the ends of lines.
+
+END_LETTERS = 16  # of a name at the end of its line at most
+LINE_SPACE = 1.25  # from name to name, in heights of letters
+APART = 0.4  # distance of the ends of two lines that a reader tells apart, in these spaces
+FARTHEST = 2.0  # way from the end of a line to its name up or down at most, in these spaces
+LETTER_WIDTH = 0.6  # of a letter, over its height
+BESIDE = 0.015  # from the end of a line to its name, over the width of the axes
+
+
+class _End(NamedTuple):
+    """The end of a series: its name, and its place as data and as shares of the axes."""
+
+    series: int
+    name: str
+    data: tuple[float, float]
+    x: float
+    y: float
+
+
+def name_at_ends(axes: Axes, data: FigureData) -> bool:
+    """Write the names of up to four series at the ends of their lines; whether all have room.
+
+    The limits of the axes are those in the end.
+    """
+    ends = sorted(_ends(axes, data), key=lambda end: end.y)
+    if not 0 < len(ends) <= MOST_ENTRIES or data.hues:
+        return False
+    if any(len(end.name) > END_LETTERS or not -0.02 < end.y < 1.02 for end in ends):
+        return False
+    points = float(matplotlib.rcParams["legend.fontsize"])
+    box, size = axes.get_window_extent(), points * axes.figure.dpi / 72
+    line = LINE_SPACE * size / box.height
+    if any(high.y - low.y < APART * line for low, high in itertools.pairwise(ends)):
+        return False
+    curves = [_in_axes(axes, layer) for layer in data.layers if isinstance(layer, Line | Points)]
+    places: list[tuple[_End, float, float, float]] = []
+    for end in ends:
+        width = LETTER_WIDTH * size * len(end.name) / box.width
+        place = _free_place(end, width, line, curves, places)
+        if place is None:
+            return False
+        places.append((end, *place, width))
+    for end, x, y, _ in places:
+        far = x > 1 and (end.x < 1 - 2 * BESIDE or abs(y - end.y) > line / 4)
+        tint = colour(end.series, data.shades, data.hues)
+        axes.annotate(
+            end.name,
+            end.data,
+            (x, y),
+            textcoords="axes fraction",
+            color=tint,
+            fontsize=points,
+            verticalalignment="center",
+            arrowprops={"arrowstyle": "-", "linewidth": 0.4, "color": tint, "shrinkA": 0}
+            if far
+            else None,
+            annotation_clip=False,
+            parse_math=False,
+        )
+    return True
+
+
+def _ends(axes: Axes, data: FigureData) -> Iterator[_End]:
+    """The ends of all series that have a name."""
+    for layer in data.layers:
+        if not isinstance(layer, Line | Points) or not layer.label or layer.series == NEUTRAL:
+            continue
+        # The thin end of a mean has no name of its own.
+        parts = [layer] + [
+            other
+            for other in data.layers
+            if isinstance(other, Line) and other.thin and other.series == layer.series
+        ]
+        places = [place for part in parts for place in _finite(part).tolist()]
+        if places:
+            x, y = max(places)
+            (share,) = axes.transAxes.inverted().transform(axes.transData.transform([(x, y)]))
+            yield _End(layer.series, layer.label, (x, y), float(share[0]), float(share[1]))
+
+
+def _finite(layer: Line | Points) -> Array:
+    """The places (*n*, 2) of a layer that are finite."""
+    places = np.column_stack([layer.x, layer.y])
+    return places[np.isfinite(places).all(axis=1)]
+
+
+def _in_axes(axes: Axes, layer: Line | Points) -> Array:
+    """Places (*n*, 2) along a layer as shares of the axes, close to each other on a line."""
+    shares = axes.transAxes.inverted().transform(axes.transData.transform(_finite(layer)))
+    shares = shares[np.isfinite(shares).all(axis=1)]
+    if isinstance(layer, Points) or len(shares) < 2:
+        return np.asarray(shares)
+    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(shares, axis=0).T)))
+    along = np.linspace(0.0, way[-1], 400)
+    return np.column_stack([np.interp(along, way, column) for column in shares.T])
+
+
+def _free_place(
+    end: _End,
+    width: float,
+    line: float,
+    curves: Sequence[Array],
+    taken: Sequence[tuple[_End, float, float, float]],
+) -> tuple[float, float] | None:
+    """The place of a name nearest to its end that covers no curve and no other name, if any.
+
+    A name that has no room inside the axes is right of them.
+    """
+    left = end.x + BESIDE
+    if left + width > 1:
+        left = 1 + BESIDE
+    steps = np.arange(0.0, FARTHEST + 0.1, 0.25) * line
+    for y in (end.y + step for pair in zip(steps, -steps, strict=True) for step in pair):
+        names_clear = all(
+            abs(y - other) >= line * 0.99 or left + width < start or left > start + length
+            for _, start, other, length in taken
+        )
+        curves_clear = left > 1 or not any(
+            np.any(
+                (left < curve[:, 0])
+                & (curve[:, 0] < left + width)
+                & (np.abs(curve[:, 1] - y) < line / 2)
+            )
+            for curve in curves
+        )
+        if names_clear and curves_clear:
+            return left, y
+    return None
+
+
+# A colour scale, and the legend.
+
+
+def add_scale(figure: Figure, axes: list[Axes], data: FigureData) -> None:
+    """Add a colour scale beside the axes: a step for each series, with its value."""
+    steps = sorted(range(len(data.scale)), key=lambda series: data.shades[series])
+    colours = ListedColormap([colour(series, data.shades) for series in steps])
+    shades = ScalarMappable(Normalize(0, len(steps)), colours)
+    bar = figure.colorbar(shades, ax=axes, aspect=30, pad=0.02)
+    shown = even_choice(len(steps), SCALE_TICKS)
+    bar.set_ticks([row + 0.5 for row in shown], labels=[data.scale[steps[row]] for row in shown])
+    bar.ax.tick_params(length=0)
+    bar.outline.set_linewidth(0)
+    bar.set_label(data.scale_label, parse_math=False)
+
+
+def entries(
+    data: FigureData, drawn: Sequence[tuple[Layer, Any]], named: bool
+) -> list[tuple[str, Any]]:
+    """The names in the legend with what they are the names of: first series, then what is for all.
+
+    drawn : layers with their artists
+    named : whether the series have their names already
+    """
+    found: dict[str, tuple[bool, Any]] = {}  # several series may have limits of one name
+    for layer, artist in drawn:
+        neutral = getattr(layer, "series", NEUTRAL) == NEUTRAL
+        if layer.label and (neutral or not (named or data.hue_names)):
+            found.setdefault(layer.label, (neutral, artist))
+    ordered = sorted(found.items(), key=lambda entry: entry[1][0])
+    return [*_of_two_keys(data), *((name, artist) for name, (_, artist) in ordered)]
+
+
+def _of_two_keys(data: FigureData) -> Iterator[tuple[str, Any]]:
+    """An entry for each hue, and one for each shade, in grey."""
+    marked = any(isinstance(layer, Points) for layer in data.layers)
+    for hue, name in enumerate(data.hue_names):
+        style = {"linestyle": _DASHES[pattern(hue)]}
+        if marked:
+            style = {"linestyle": "none", "marker": _MARKERS[pattern(hue)]}
+        yield name, Line2D([], [], color=_HUES[hue % len(_HUES)], markersize=3, **style)
+    if data.hue_names:
+        names = dict(sorted(zip(data.shades, data.scale, strict=True)))
+        shown = [*names.items()]
+        for row in even_choice(len(shown), MOST_ENTRIES):
+            shade, name = shown[row]
+            yield name, Line2D([], [], color=_paler("0.1", shade), linewidth=4)
+
+
+def add_legend(figure: Figure, found: Sequence[tuple[str, Any]]) -> int:
+    """Add the legend below the axes, in up to three columns; the number of its lines."""
+    if not found:
+        return 0
+    labels, artists = zip(*found, strict=True)
+    for columns in (3, 2, 1):
+        legend = figure.legend(artists, labels, loc="outside lower center", ncols=columns)
+        for text in legend.get_texts():
+            text.set_parse_math(False)  # labels are texts, not formulas
+        if columns == 1 or legend.get_window_extent().width <= LEGEND_SHARE * figure.bbox.width:
+            break
+        legend.remove()
+    return math.ceil(len(found) / columns)
