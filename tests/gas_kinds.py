@@ -45,6 +45,8 @@ KINDS = {
     "thermal": RINGS + "cor: 1\nwall_temperature: 30\n",
     "thermal, inelastic": RINGS + "cor: 0.9\nwall_temperature: 30\n",
     "two temperatures": BOX + "cor: 0.95\nwall_temperature: {left: 20, right: 60}\n",
+    "two temperatures, mixture": BOX.split("\n")[0] + "\n" + MIXED + "cor: 0.95\n"
+    "wall_temperature: {left: 20, right: 60}\n",
     "light container": RINGS.replace("10}", "10, mass: 50}", 1) + "cor: 0.9\n",
     "tc": RINGS + "cor: 0.9\nwall_cor: 1\ncollapse: {tc: 0.01}\n" + ROUGH,
 }

@@ -19,6 +19,7 @@ from snooker_cli.analysis import theories
 from snooker_cli.analysis.decay import decays_of
 from snooker_cli.analysis.gas import Gas
 from snooker_cli.analysis.measurement import measure
+from snooker_cli.analysis.profiles import measured_profile
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection
@@ -41,8 +42,9 @@ OF_FIGURES: dict[str, list[tuple[q.Quantity, str]]] = {
     "rotation": [(q.SPIN_RATIO, MEAN_FIELD)],
     "stationary": [(q.TEMPERATURE, theories.WALLS), (q.TEMPERATURE, theories.BALANCE)],
     "equation-of-state": [(q.RATIO, INFINITE), (q.RATIO, FINITE)],
+    "heat-flux": [(q.HEAT_FLUX, theories.CONDUCTIVITY)],
 }
-"""The theories that figures draw, and record as ``theory``."""
+"""The theories that figures draw, and record."""
 
 
 @pytest.fixture(scope="module", params=KINDS)
@@ -112,7 +114,11 @@ def test_theories_have_a_value_wherever_their_needs_hold(finished: tuple[str, Ru
         for decay in decays_of(measurement)
     }
     is_warm = facts.hold(measurement.scene, "warm_walls")
-    gas = Gas(measurement, fitted, first_window=10 if is_warm else None)
+    profile = None
+    if facts.hold(measurement.scene, "hot_ends"):
+        halves = ((trace, trace.stop.time / 2) for trace in run.traces(point))
+        profile = measured_profile(measurement.scene, halves, bins=10, times=500)
+    gas = Gas(measurement, fitted, first_window=10 if is_warm else None, profile=profile)
     for entry in theories.holding(measurement.scene):
         if entry.model != theories.NO_THEORY:
             value = np.asarray(entry.value(gas))
@@ -154,6 +160,8 @@ def test_figures_show_theory_only_where_its_needs_hold(
 
 def _has_theory(found: FigureData) -> bool:
     """Whether a figure's numbers have a value of theory."""
-    values = [found.numbers.get("theory")]
-    values += [row.get("theory") for row in found.numbers.get("points", ())]
+    result = FIGURES[found.kind].result
+    key = (result and result.theory) or "theory"
+    values = [found.numbers.get(key)]
+    values += [row.get(key) for row in found.numbers.get("points", ())]
     return any(value not in (None, [], math.nan) for value in values)

@@ -156,10 +156,12 @@ def ratio_changes(measurement: Measurement) -> dict[str, Change]:
     return changes
 
 
-def gas_kinds(scene: Scene) -> tuple[GasKind, ...]:
-    """What decides the main quantities of a gas."""
-    traits = facts.traits_of(scene)
-    critical = theories.value_of(scene, CRITICAL_RATIO, theories.CRITICAL)
+def gas_kinds(gas: facts.Traits | Scene) -> tuple[GasKind, ...]:
+    """What decides the main quantities of a gas. Traits alone do not show clusters."""
+    traits = gas if isinstance(gas, facts.Traits) else facts.traits_of(gas)
+    critical = None
+    if isinstance(gas, Scene):
+        critical = theories.value_of(gas, CRITICAL_RATIO, theories.CRITICAL)
     further: dict[GasKind, bool] = {
         "mixture": not facts.hold(traits, "equal_balls"),
         "rough": facts.hold(traits, "rough"),

@@ -39,6 +39,11 @@ from snooker_cli.two_temperatures import EQUAL_RATES, MEAN_FIELD
 MOST_ERRORS = 3.0
 """Standard errors up to which a result agrees with theory."""
 
+FEWEST_TESTED = 3
+"""Repeats from which on a difference counts in errors. The error of two says little."""
+
+TOO_FEW = "too few repeats for a test"
+
 MOST_NAMED = 3  # points that a sentence names
 LARGE_FACTOR = 2.0  # from this many times theory on, a factor says more than a percentage
 
@@ -78,7 +83,7 @@ _THEORIES = {
 
 def errors_from_theory(row: Row) -> float | None:
     """The difference from theory in errors; ``None`` if too few repeats have one."""
-    return row["difference_in_errors"] if row["repeats"] > 2 else None
+    return row["difference_in_errors"] if row["repeats"] >= FEWEST_TESTED else None
 
 
 def distance(row: Row) -> str:
@@ -119,7 +124,7 @@ def result_and_theory(row: Row) -> str:
         return f"{result_text(row)} (an ideal gas has {short(row['predicted'])})"
     errors, theory = errors_from_theory(row), theory_name(row)
     if errors is None:
-        why = "too few repeats for a test" if row["repeats"] < 3 else "without an error"
+        why = TOO_FEW if row["repeats"] < FEWEST_TESTED else "without an error"
         return f"{result_text(row)}, {distance(row)} {theory} ({why})"
     number = f"{abs(errors):.1f} errors"
     if abs(errors) <= MOST_ERRORS:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import observables, structure
 from snooker_cli.analysis.measurement import Measurement
+from snooker_cli.analysis.profiles import Conduction, Profile, conduction
 from snooker_cli.analysis.time_series import Averages
 from snooker_cli.containers import Container
 from snooker_cli.laws import Law, Sides
@@ -278,6 +279,7 @@ class Gas:
     repeats : the measurement, or a scene for values that need no more
     constants : the fitted constants of the repeats, 1/s, by quantity and law
     first_window : the window in which the steady part begins, of a gas that walls keep warm
+    profile : density and temperature across the container in the steady part
     """
 
     def __init__(
@@ -285,8 +287,10 @@ class Gas:
         repeats: Measurement | Scene,
         constants: Mapping[tuple[str, str], Array] | None = None,
         first_window: int | None = None,
+        profile: Profile | None = None,
     ) -> None:
         self._repeats = None if isinstance(repeats, Scene) else repeats
+        self._profile = profile
         self.scene = repeats if isinstance(repeats, Scene) else repeats.scene
         self.constants, self.first_window = constants or {}, first_window
         self.number, self.container = self.scene.number, self.scene.container
@@ -298,6 +302,17 @@ class Gas:
         """The measurement of these repeats."""
         assert self._repeats is not None
         return self._repeats
+
+    @property
+    def profile(self) -> Profile:
+        """The profile of these repeats."""
+        assert self._profile is not None
+        return self._profile
+
+    @cached_property
+    def conduction(self) -> Conduction:
+        """The heat that this profile conducts."""
+        return conduction(self.scene, self.profile)
 
     @cached_property
     def means(self) -> Averages:

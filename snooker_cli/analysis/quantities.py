@@ -107,7 +107,9 @@ CLUSTER_SIZE = Quantity(
     *("balls in a ball's cluster", "N_c", "1", "mean number of balls in a ball's cluster"),
     *("cluster_size", "snapshots", ("clusters",)),
 )
-HEAT_FLUX = Quantity("heat flux", "q", "J/(m s)", "heat flux", "heat_flux", "means", ("uneven",))
+HEAT_FLUX = Quantity(
+    *("heat flux", "q", "J/(m s)", "heat flux", "heat_flux", "snapshots", ("uneven",))
+)
 """A result of figures, as the one before."""
 
 TEMPERATURE = Quantity(
@@ -250,12 +252,19 @@ DIFFUSION = Quantity(
     *("diffusion coefficient", "D", "m²/s", "diffusion coefficient"),
     *("diffusion_coefficient", "curve"),
 )
-
 OF_FIGURES = (
     Quantity("largest overlap", "δ", "m", "largest overlap", "largest_overlap", "curve"),
     Quantity(
         *("change of the momentum", "|Δp|/p", "1", "largest change of the momentum"),
         *("momentum_change", "curve"),
+    ),
+    Quantity(
+        *("rounding of the momentum", "|Δp|/Σm|v|", "1", "largest drift of the momentum"),
+        *("momentum_rounding", "curve"),
+    ),
+    Quantity(
+        *("change of the energy", "|ΔE|/E", "1", "largest change of the energy"),
+        *("energy_change", "curve"),
     ),
     Quantity("NT/PV", "NT/PV", "1", "NT/PV", "inverse_ideal_gas_ratio", "means"),
     Quantity(

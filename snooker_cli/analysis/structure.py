@@ -155,14 +155,23 @@ def _triangles(positions: Array, scene: Scene) -> "Delaunay":
     return triangles
 
 
-def hexatic_order(positions: Array, velocities: Array, scene: Scene) -> float:
-    """|mean of ψ6| over the balls, see `bond_order`: 1 in a triangular lattice, 0 in a fluid.
+def hexatic_orders(positions: Array, velocities: Array, scene: Scene) -> Array:
+    """|mean of ψ6| over the balls, and the mean of |ψ6|, see `bond_order`; (2,).
 
-    Independent directions give about 1/√N. nan if no ball has neighbours all around.
+    Both are 1 in a triangular lattice. Independent directions give about 1/√N for the first; the
+    second is that of a ball and its neighbours, whatever the other balls do. nan if no ball has
+    neighbours all around.
     """
     orders = bond_order(positions, velocities, scene)
     orders = orders[np.isfinite(orders)]
-    return float(abs(orders.mean())) if len(orders) else math.nan
+    if not len(orders):
+        return np.full(2, math.nan)
+    return np.array([abs(orders.mean()), np.abs(orders).mean()])
+
+
+def hexatic_order(positions: Array, velocities: Array, scene: Scene) -> float:
+    """|mean of ψ6| over the balls: the first of `hexatic_orders`."""
+    return float(hexatic_orders(positions, velocities, scene)[0])
 
 
 def species(scene: Scene) -> list[NDArray[np.intp]]:

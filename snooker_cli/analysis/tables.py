@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 from snooker_cli.analysis.decay import FURTHER
-from snooker_cli.analysis.findings import Findings, few_repeats
+from snooker_cli.analysis.findings import FEWEST_TESTED, Findings, few_repeats
 from snooker_cli.analysis.quantities import QUANTITIES
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.analysis.theories import SOURCE_REPORT
@@ -151,7 +151,7 @@ def compare_cells(row: dict[str, Any], every: bool = False) -> list[str]:
     in_errors, difference = row["difference_in_errors"], row["difference"]
     error = None if in_errors is None else row["difference_error"]
     plus = "" if difference is None or difference < 0 else "+"
-    known = in_errors is not None and (row["samples"] or row["repeats"] > 2)
+    known = in_errors is not None and (row["samples"] or row["repeats"] >= FEWEST_TESTED)
     shows_error = every or row["predicted"] is None  # else the difference has one
     quantity, model = row["quantity"], row["model"]
     if not every:

@@ -54,6 +54,7 @@ MAXWELL, FIXED, COOLING = "Maxwell-Boltzmann", "fixed energy", "homogeneous cool
 CRITICAL, BY_COUNT = "critical length", "by event count"
 ABOVE_ROTATION, ABOVE_DRIFT = f"{BY_COUNT}, above L²/2I", f"{BY_COUNT}, above p²/2M"
 CHI, COMPRESSIBILITY = "contact value χ", "compressibility, k → 0"
+CONDUCTIVITY = "Enskog's conductivity"
 SOURCE_REPORT = "source report"
 """How models of the source report begin, which only --all prints."""
 
@@ -393,6 +394,10 @@ THEORIES: tuple[Theory, ...] = (
         *(q.DIFFUSION, ENSKOG, KINETIC, ("elastic", "smooth", "several", "moves")),
         lambda g: diffusion.expected(g.scene, 0).coefficient,
     ),
+    Theory(
+        *(q.HEAT_FLUX, CONDUCTIVITY, "Gass 1971", ("warm_walls", "hot_ends", *FLUID, "smooth")),
+        lambda g: g.conduction.middle,
+    ),
 )
 """Every theory, in the order of the rows of `snooker compare`."""
 
@@ -492,6 +497,26 @@ def values_of(scene: Scene, quantity: Quantity, *models: str) -> dict[str, float
 def value_of(scene: Scene, quantity: Quantity, model: str) -> float | None:
     """The value of a theory that needs only a scene; ``None`` where it does not hold."""
     return values_of(scene, quantity, model).get(model)
+
+
+def value_of_start(scene: Scene, quantity: Quantity, model: str) -> float | None:
+    """The value of a theory in the state of a start, without what was measured.
+
+    ``None`` where it does not hold, or needs more than that.
+    """
+    rates = {FINITE: gas_numbers.finite_haff_rate, START_RATES: gas_numbers.haff_rate}
+    if theory_of(scene, quantity, model) is None:
+        return None
+    if quantity == q.HAFF_RATE and model in rates:
+        return rates[model](scene)
+    if quantity == q.RATIO and model in (INFINITE, FINITE):
+        return _disk_ratio(model)(scene).pressure
+    return None
+
+
+def source_of(quantity: Quantity, model: str) -> str:
+    """Where the formula of a theory is from."""
+    return next(e.source for e in THEORIES if (e.quantity, e.model) == (quantity, model))
 
 
 def disk_ratios(scene: Scene) -> dict[str, DiskRatio]:

@@ -189,7 +189,7 @@ class Analyses(runs.Run):
         states: Sequence[dict[str, Any]] = (),
     ) -> Records:
         """An analysis of the points with some values, and of quantities and models by name."""
-        from snooker_cli.figures.captions import unfinished, unlisted
+        from snooker_cli.figures.caption_text import unfinished, unlisted
         from snooker_cli.figures.selection import Selection
 
         points = self.matching(**where)

@@ -20,7 +20,7 @@ from snooker_cli.errors import (
     check_name,
 )
 from snooker_cli.figures import FIGURES, OWN_FIGURES, FigureData, Selection, selected
-from snooker_cli.figures.captions import unfinished
+from snooker_cli.figures.caption_text import unfinished
 from snooker_cli.figures.figure_data import with_logarithmic_axes
 from snooker_cli.figures.registry import figures_of, possible
 from snooker_cli.figures.selection import MOST_SERIES, begun, matching

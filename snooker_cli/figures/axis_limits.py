@@ -97,6 +97,36 @@ def measured(layers: Sequence[Layer]) -> list[Line | Points]:
     return [*points] or [*broad] or of_series
 
 
+MANY_DECADES = 100.0
+"""A factor between the ends of an axis, from which on a logarithmic one shows more."""
+
+CHANGED = 0.01  # share of y by which a curve has left its start
+
+
+def beginning_of_decades(layers: Sequence[Layer]) -> float | None:
+    """Where a logarithmic x axis begins, if series span more than two decades of x and of y.
+
+    That is where the first curve has left its start, or the first marker. ``None`` if an axis has
+    fewer decades, or values that are not positive.
+    """
+    begins, ends, values = list[float](), list[float](), list[Array]()
+    for layer in measured(layers):
+        shown = np.isfinite(layer.y)
+        x, y = layer.x[shown], layer.y[shown]
+        if not len(x) or np.any(y <= 0) or np.any(x < 0):
+            return None
+        left = x > 0
+        if isinstance(layer, Line):
+            left &= np.abs(np.log(y / y[0])) > CHANGED
+        begins += [float(x[left].min())] if left.any() else []
+        ends.append(float(x.max()))
+        values.append(y)
+    if not begins or max(ends) <= MANY_DECADES * min(begins):
+        return None
+    y = np.concatenate(values)
+    return min(begins) if y.max() > MANY_DECADES * y.min() else None
+
+
 def outside(layers: Sequence[Layer], low: float, high: float) -> Iterator[Outside]:
     """Where measured values or their error bars leave an axis from ``low`` to ``high``."""
     for layer in measured(layers):

@@ -1,12 +1,14 @@
-"""A tagged ball, ball 0: its path, mean squared displacement and velocity autocorrelation."""
+"""The path of ball 0; mean squared displacement and velocity autocorrelation of its species."""
 
 import math
+from collections.abc import Set
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from snooker_cli.analysis import diffusion
-from snooker_cli.analysis.observables import mean_and_error
+from snooker_cli.analysis.observables import mean_and_error, standard_errors
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
@@ -14,6 +16,7 @@ from snooker_cli.figures.figure_data import (
     NEUTRAL,
     Array,
     FigureData,
+    Layer,
     Line,
     Points,
     Reference,
@@ -32,6 +35,7 @@ SLOPE, OF_TWO, SHORTEST = (5.0, 10.0), 3, -20
 and number of the first lag, which is 0.05 relaxation times, counted from that of 5."""
 
 DOT = 0.1  # a path of less than this share of its container is shown without it
+COLOURS = 24  # parts of a path, each with the colour of its time
 
 
 def tagged_path(build: FigureBuilder) -> FigureData:
@@ -40,7 +44,8 @@ def tagged_path(build: FigureBuilder) -> FigureData:
     trace = next(build.traces(point))
     container = trace.start.container
     times = np.unique(np.append([0.0, trace.stop.time], diffusion.contact_times(trace, BALL)))
-    x, y = diffusion.path(trace, BALL, times[thinned(times)])[0].T
+    shown = times[thinned(times)]
+    x, y = diffusion.path(trace, BALL, shown)[0].T
     distance, extent = math.hypot(x[-1] - x[0], y[-1] - y[0]), max(np.ptp(x), np.ptp(y))
     around = "" if container.period is None else " The box repeats itself; the path goes on."
     if 0 < extent < DOT * (size := max(container.size)):
@@ -48,63 +53,101 @@ def tagged_path(build: FigureBuilder) -> FigureData:
     else:
         corners = container.outline[np.arange(-1, len(container.outline))].T
         build.lines.append(Line(corners[0], corners[1], container.title, NEUTRAL, "dashed"))
+    ends = np.unique(np.linspace(0, len(shown) - 1, COLOURS + 1).round().astype(int))
+    parts = [*pairwise(ends.tolist())]
+    for series, (first, last) in enumerate(parts):
+        part = slice(first, last + 1)
+        build.lines.append(Line(x[part], y[part], series=series, style="solid"))
     build.lines += [
-        Line(x, y, f"ball {BALL}"),
-        Points(x[:1], y[:1], label="start", filled=False),
-        Points(x[-1:], y[-1:], label="end", series=1),
+        Points(x[:1], y[:1], label="start", series=NEUTRAL, filled=False),
+        Points(x[-1:], y[-1:], label="end", series=NEUTRAL),
     ]
     build.record(point, time=trace.stop.time, distance=distance, collisions=len(times) - 2)
     return build.figure(
         f"The first repeat, with every collision of the ball.{around}",
+        shades=[series / max(len(parts) - 1, 1) for series in range(len(parts))],
+        scale=[short(float(shown[last])) for _, last in parts],
+        scale_label="time (s)",
     )
 
 
 def mean_squared_displacement(build: FigureBuilder) -> FigureData:
-    """The mean squared displacement, its ballistic and its diffusive limit."""
-    walls, limits = "", dict[float, str]()
+    """The mean squared displacement, its ballistic and its diffusive limit; below, over 4Dt."""
+    walls, limits, panel = "", dict[float, str](), list[Layer]([Reference("y", 1.0)])
+    longest, tagged = np.empty(0), set[int]()
     for index, point in enumerate(build.points):
         theory, scene = _theory(build, point), build.start(point)
         tau, slope = theory.relaxation_time, np.multiply(SLOPE, theory.relaxation_time)
         span = min(trace.stop.time for trace in build.traces(point)) - diffusion.RELAXING * tau
         most = math.log2(max(slope[1], span / 4) / slope[0])
         lags = slope[0] * 2.0 ** (np.arange(SHORTEST, int(OF_TWO * most) + 1) / OF_TWO)
-        rows = _repeats(build, point, lags)[0]
-        flight, diffusive = lags[lags <= 3 * tau], lags[lags >= tau / 2]
-        build.lines += [
-            Line(flight, theory.mean_square_speed * flight**2, None, index, "dashed"),
-            Line(diffusive, 4 * theory.coefficient * diffusive, None, index, "dotted"),
-        ]
+        rows = _repeats(build, point, lags, tagged)[0]
+        limit = math.inf
         if scene.container.period is None:
-            name = f"random places in the {scene.container.title}"
-            limits[diffusion.farthest(scene, BALL)] = name
+            limit = diffusion.farthest(scene, BALL)
+            limits[limit] = f"random places in the {scene.container.title}"
             walls = " With walls the displacement has a limit."
+        flight, far = lags[lags <= tau], 4 * theory.coefficient * lags
+        diffusive = (lags >= 2 * tau) & (far <= limit)
+        build.lines += [
+            Line(flight / tau, theory.mean_square_speed * flight**2, None, index, "dashed"),
+            Line(lags[diffusive] / tau, far[diffusive], None, index, "dotted"),
+        ]
+        longest = max(longest, lags / tau, key=len)
+        mean, errors = (rows / far).mean(axis=0), standard_errors(rows / far)
+        panel.append(Points(lags / tau, mean, errors, None, index))
         low, high = -SHORTEST, OF_TWO - SHORTEST
         rises = (rows[:, high] - rows[:, low]) / (4 * (lags[high] - lags[low]))
-        _add(build, point, index, lags, rows, rises)
+        _add(build, point, index, lags / tau, rows, rises)
     build.lines += [
         *(Reference("y", most, name) for most, name in limits.items()),
         legend_line("ballistic, ⟨v²⟩t²", "dashed"),
         legend_line("diffusive, 4Dt with Enskog's D", "dotted"),
     ]
+    panel.append(Line(longest, 1 + np.expm1(-longest) / longest, None, NEUTRAL, "dashed"))
     return build.figure(
-        f"D is from the slope between {SLOPE[0]:g} and {SLOPE[1]:g} relaxation times.{walls}"
+        f"{_tagged(tagged)} D is from the slope between {SLOPE[0]:g} and {SLOPE[1]:g} τ. "
+        f"Below: over 4Dt; dashed: Langevin's equation with Enskog's τ.{walls}",
+        panel=tuple(panel),
+        panel_label="MSD / 4Dt",
     )
 
 
 def velocity_autocorrelation(build: FigureBuilder) -> FigureData:
-    """The velocity autocorrelation over the measured ⟨v²⟩ at no delay, and exponential decay."""
+    """The velocity autocorrelation over ⟨v²⟩ at no delay, and below over an exponential decay."""
+    panel, tagged = list[Layer]([Reference("y", 0.0)]), set[int]()
     for index, point in enumerate(build.points):
         theory = _theory(build, point)
-        lags = np.linspace(0.0, FARTHEST, LAGS) * theory.relaxation_time
-        rows = _repeats(build, point, lags)[1]
-        law = np.exp(-lags / theory.relaxation_time)
-        build.lines.append(Line(lags, law, None, index, "dashed"))
+        delays = np.linspace(0.0, FARTHEST, LAGS)
+        lags = delays * theory.relaxation_time
+        rows = _repeats(build, point, lags, tagged)[1]
+        law = np.exp(-delays)
+        build.lines.append(Line(delays, law, None, index, "dashed"))
         integrals = np.trapezoid(rows, lags, axis=1) / 2
         # ⟨v²⟩ is that of the same samples, so that the curve begins at 1.
-        _add(build, point, index, lags, rows / rows[:, 0].mean(), integrals)
-        build.records[-1]["mean_square_speed"] = float(rows[:, 0].mean())
-    build.lines += [Reference("y", 0.0), legend_line("exp(−t/τ) with Enskog's τ", "dashed")]
-    return build.figure("Half of the integral times ⟨v(0)²⟩ is D.")
+        square = float(rows[:, 0].mean())
+        mean, errors = rows.mean(axis=0) / square, standard_errors(rows / square)
+        panel.append(Points(delays, mean - law, errors, None, index))
+        known = ~(mean <= np.nan_to_num(errors))  # a logarithm of noise shows nothing
+        until = len(mean) if known.all() else int(np.argmin(known))
+        _add(build, point, index, delays[:until], rows[:, :until] / square, integrals)
+        build.records[-1]["mean_square_speed"] = square
+    build.lines.append(legend_line("exp(−t/τ) with Enskog's τ", "dashed"))
+    return build.figure(
+        f"{_tagged(tagged)} Half of the integral times ⟨v(0)²⟩ is D. A curve ends where it is "
+        "within its error of zero; below: all of it, less exp(−t/τ).",
+        panel=tuple(panel),
+        panel_label="less exp(−t/τ)",
+    )
+
+
+def _tagged(balls: Set[int]) -> str:
+    """The sentence on how many balls of a repeat are shown."""
+    numbers = sorted(balls)
+    if numbers == [1]:
+        return "The tagged ball is ball 0; no other is of its species."
+    most = " to ".join(map(str, dict.fromkeys((numbers[0], numbers[-1]))))
+    return f"Means over {most} balls of the species of ball 0."
 
 
 def _theory(build: FigureBuilder, point: Point) -> diffusion.Diffusion:
@@ -115,22 +158,29 @@ def _theory(build: FigureBuilder, point: Point) -> diffusion.Diffusion:
     return expected
 
 
-def _repeats(build: FigureBuilder, point: Point, lags: Array) -> Array:
-    """Squares and products, (2, *repeats*, *l*); ``FigureError`` if a repeat is too short."""
+def _repeats(build: FigureBuilder, point: Point, lags: Array, tagged: set[int]) -> Array:
+    """Squares and products, (2, *repeats*, *l*); ``FigureError`` if a repeat is too short.
+
+    tagged : gets the number of balls of a repeat
+    """
     states = diffusion.MOST_ORIGINS * len(lags)
     build.limit(point, MOST_STATES // len(build.points) // states)
-    try:
-        rows = [diffusion.correlations(trace, BALL, lags) for trace in build.traces(point)]
-    except ValueError as error:
-        raise FigureError(str(error)) from None
+    rows = []
+    for trace in build.traces(point):
+        balls = diffusion.tagged_balls(trace, len(lags))
+        tagged.add(len(balls))
+        try:
+            rows.append(diffusion.correlations(trace, balls, lags))
+        except ValueError as error:
+            raise FigureError(str(error)) from None
     return np.array(rows).transpose(1, 0, 2)
 
 
 def _add(
-    build: FigureBuilder, point: Point, index: int, lags: Array, rows: Array, constants: Array
+    build: FigureBuilder, point: Point, index: int, x: Array, rows: Array, constants: Array
 ) -> None:
     """Add the means of a point, and what its repeats (*repeats*,) have as D, m²/s."""
-    build.add_points(index, build.label(point), lags, rows)
+    build.add_points(index, build.label(point), x, rows)
     constant, theory = mean_and_error(constants), _theory(build, point)
     numbers: dict[str, Any] = {f"theory_{key}": value for key, value in theory._asdict().items()}
     build.record(point, **numbers, diffusion_coefficient=constant)

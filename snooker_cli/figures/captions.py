@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
@@ -10,19 +9,20 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis.decay import Decay, decays_of, early_endings
+from snooker_cli.analysis import theories
+from snooker_cli.analysis.decay import Decay, decays_of
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import standard_errors
+from snooker_cli.analysis.quantities import Quantity
 from snooker_cli.analysis.run_analysis import measurement_of
 from snooker_cli.config import Point
-from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.axis_limits import farthest
+from snooker_cli.figures.axis_limits import beginning_of_decades, farthest
+from snooker_cli.figures.caption_text import Caption, setting, theory_sentence
 from snooker_cli.figures.declared_result import (
     Result,
     deviation_sentence,
     deviations,
-    with_units_of_axes,
 )
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
@@ -45,18 +45,14 @@ from snooker_cli.figures.figure_data import (
     remaining,
 )
 from snooker_cli.figures.selection import (
-    SCENE_WORDS,
     Selection,
     described,
-    distinct,
-    matching,
     of_label,
     ranks,
     scale,
     spread,
     statuses,
     two_keys,
-    value_at,
     varying,
 )
 from snooker_cli.formatting import counted, short
@@ -94,6 +90,7 @@ class FigureBuilder:
     records : the numbers of each point, as JSON
     places : the point of each record in words
     singles : thin lines of single repeats, behind all of them
+    cited : sources of the theories that the caption names, by their names
     thin : whether theory is left out for a mean free path that exceeds the container
     brief : numbers of repeats that results of means leave out because they end early, by series
     shortest : where the curves of a point end, the median end of its repeats, and the unit; of the
@@ -119,6 +116,7 @@ class FigureBuilder:
     panel: list[Layer] = field(default_factory=list)
     records: list[dict[str, Any]] = field(default_factory=list)
     places: list[str] = field(default_factory=list)
+    cited: dict[str, str] = field(default_factory=dict)
     thin: bool = False
     brief: dict[int, int] = field(default_factory=dict)
     shortest: tuple[float, float, str] = (1.0, 1.0, "")
@@ -191,6 +189,19 @@ class FigureBuilder:
         numbers = [status.repeat for status in self.statuses(point)]
         return spread(numbers, self.most.get(point.index, len(numbers)))
 
+    def predicted(self, scene: Scene, quantity: Quantity, *models: str) -> float | None:
+        """What the first of these theories that holds for a scene says; the caption cites it."""
+        known = theories.values_of(scene, quantity, *models)
+        for model, value in known.items():
+            self.cite(quantity, model)
+            return value
+        return None
+
+    def cite(self, quantity: Quantity, model: str) -> str:
+        """Let the caption name a theory with its source; returns its name."""
+        self.cited[model] = theories.source_of(quantity, model)
+        return model
+
     def too_thin(self, scene: Scene) -> bool:
         """Whether a ball flies farther than the container's size from ball to ball."""
         density, radius = scene.number / scene.container.area, float(np.mean(scene.radii))
@@ -258,7 +269,8 @@ class FigureBuilder:
     def _largest_deviation(self) -> str:
         """A sentence on the residuals of the panel, unless the caption has one already."""
         names = {_owner(line): line.label for line in self.lines if line.label}
-        return "" if self.beside_theory else deviation_sentence(self.panel, names)
+        repeats = min(len(self.repeats(point)) for point in self.points)
+        return "" if self.beside_theory else deviation_sentence(self.panel, names, repeats)
 
     @property
     def title(self) -> str:
@@ -347,7 +359,7 @@ class FigureBuilder:
         if left == total:
             return ""
         few = any(isinstance(line, Line) and line.thin for line in self.lines)
-        thin = "; thin: fewer than half" * few
+        thin = "; a mean of fewer than half is thin" * few
         return f"Means go on with the repeats that remain, {left} of {total} at the end{thin}."
 
     def add_points(self, index: int, label: str | None, x: Array, rows: Array) -> None:
@@ -380,7 +392,7 @@ class FigureBuilder:
         if np.isfinite(errors).all():
             self.bands.append(Band(x, y - error, y + error, None, index, steps=True))
 
-    def _shown_singles(self) -> list[Repeats]:
+    def shown_singles(self) -> list[Repeats]:
         """An even choice of the single repeats of each series, as many as a figure can show."""
         each = MOST_SINGLE // max(1, len(self.singles))
         return [
@@ -395,6 +407,17 @@ class FigureBuilder:
             return ""
         thin = "; thin: single repeats" * singles
         return f"Bold: means over the repeats{thin}; bands: standard errors."
+
+    def _axes(self, others: Mapping[str, Any]) -> dict[str, Any]:
+        """Two logarithmic axes if the series span more than two decades of both; else none.
+
+        The figures of the source report keep theirs.
+        """
+        begins = beginning_of_decades(self.lines)
+        if self.source or begins is None or {**self.fields, **others}.get("x_log"):
+            return {}
+        limits = {"x_limits": (begins, None), "y_limits": (None, None)}
+        return {"x_log": True, "y_log": True, **limits}
 
     def _series_styles(self, series: Sequence[Point], labels: set[str | None]) -> dict[str, Any]:
         """The fields of ``FigureData`` for the colours of series and their names.
@@ -439,7 +462,8 @@ class FigureBuilder:
         """
         if logarithmic:
             others = {"y_log": True, "y_limits": (None, None)} | others
-        singles = self._shown_singles()
+        others = self._axes(others) | others
+        singles = self.shown_singles()
         layers: list[Any] = [*singles, *self.bands, *theories_once(self._named("simulation"))]
         if self.panel:
             panel = (Reference("y", 0.0), *self.panel)
@@ -454,26 +478,32 @@ class FigureBuilder:
                 if np.size(getattr(layer, "x", 0)) == 0:
                     layers[number] = replace(layer, series=min(owners))
         errors = [layer.y_error for layer in layers if isinstance(layer, Points)]
-        sentences = [
-            self.shows,
-            self._result_sentence(numbers or {}),
-            caption,
-            self._largest_deviation() if others.get("panel_label") == OVER_THEORY else "",
-            "Theory fails where the mean free path exceeds the container." if self.thin else "",
-            self._arrows_sentence(
-                others.get("y_limits", self.fields.get("y_limits", (None, None)))[1]
-            ),
-            BARS if any(error is not None and np.isfinite(error).any() for error in errors) else "",
-            self._means_sentence(bool(singles)),
-            self._remaining_sentence(),
-            self._shortest_sentence(),
-            self._left_out(),
-            setting(self.run, self.points, self.selection),
-            self._choice(),
-        ]
+        barred = any(error is not None and np.isfinite(error).any() for error in errors)
+        limits = others.get("y_limits", self.fields.get("y_limits", (None, None)))
+        text = Caption(
+            shows=[self.shows],
+            result=[
+                self._result_sentence(numbers or {}),
+                caption,
+                self._largest_deviation() if others.get("panel_label") == OVER_THEORY else "",
+            ],
+            theory=[
+                theory_sentence(self.cited),
+                "Theory fails where the mean free path exceeds the container." if self.thin else "",
+            ],
+            drawn=[
+                self._arrows_sentence(limits[1]),
+                BARS if barred else "",
+                self._means_sentence(bool(singles)),
+                self._remaining_sentence(),
+                self._shortest_sentence(),
+                self._left_out(),
+            ],
+            scene=[setting(self.run, self.points, self.selection), self._choice()],
+        ).text
         return FigureData(
             layers=tuple(layers),
-            caption=with_units_of_axes(" ".join(filter(None, sentences))),
+            caption=text,
             numbers={
                 **(numbers or {}),
                 **deviations(self.panel),
@@ -528,68 +558,3 @@ def _same_curve(line: Line, other: Line) -> bool:
     x = np.linspace(low, high, COMPARED_AT)
     y, other_y = np.interp(x, line.x, line.y), np.interp(x, other.x, other.y)
     return bool(np.allclose(y, other_y, rtol=SAME_CURVE, atol=0.0))
-
-
-def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
-    """The sentences that end a caption: the scene's constants, the repeats and their endings."""
-    ended = [status for point in points for status in statuses(run, point, selection)]
-    for status in ended:
-        status.raise_if_unusable()
-    early = early_endings(Counter(status.header.stop.reason for status in ended if status.header))
-    numbers = sorted({run.requested(point) for point in points})
-    number = " to ".join(map(str, dict.fromkeys((numbers[0], numbers[-1]))))
-    single = numbers == [1] or selection.repeat is not None
-    repeats = f"{number} repeats" if numbers != [1] else "one repeat"
-    if selection.repeat is not None:
-        repeats = f"repeat {selection.repeat} of {number}"
-    ends = [
-        described(points[0], key)
-        for key in ("collisions", "time")
-        if len(distinct(points, key)) == 1 and value_at(points[0], key) is not None
-    ]
-    length = f", {'at most ' if early else ''}{' or '.join(ends)}" if ends else ""
-    scene = f"Scene: {', '.join(_constants(points))}; {repeats}{length}"
-    sentences = [
-        f"{scene}: {early or ('complete' if single else 'all complete')}.",
-        f"T{missing[1:]}." if (missing := unfinished(run, selection)) else "",
-        f"T{others[1:]}." if (others := unlisted(run)) and not selection.where else "",
-    ]
-    return " ".join(filter(None, sentences))
-
-
-def _constants(points: Sequence[Point]) -> Iterator[str]:
-    experiment = points[0].experiment
-    if isinstance(experiment.balls, tuple):
-        yield f"N = {experiment.number} of several species"
-    elif balls := getattr(experiment.balls, "list", None):
-        yield f"N = {len(balls)}"
-    wall = any(point.experiment.container.shape_class.has_wall for point in points)
-    for key in SCENE_WORDS:
-        try:
-            first, *others = distinct(points, key)
-        except FigureError:
-            continue  # not a key of these balls
-        is_default = first is None or first == Circle.name or (key == "wall_cor" and not wall)
-        if not others and not is_default:
-            yield described(points[0], key)
-
-
-def unfinished(run: Run, selection: Selection) -> str:
-    """How many of the requested repeats an unfinished run has; empty for a finished one."""
-    points = matching(run, selection)
-    single = selection.repeat is not None
-    wanted = sum(1 if single else run.requested(point) for point in points)
-    numbers = [len(statuses(run, point, selection)) for point in points]
-    there, begun = sum(numbers), len(points) - numbers.count(0)
-    if there == wanted:
-        return ""
-    of_points = f", of {begun} of {len(points)} points" if begun < len(points) else ""
-    return f"the run is unfinished: {there} of {wanted} repeats are there{of_points}"
-
-
-def unlisted(run: Run) -> str:
-    """How many of the points in a run's folder its sweep lists; empty if it lists all of them."""
-    listed = len(run.points)
-    if not run.unlisted:
-        return ""
-    return f"the sweep lists {listed} of the {listed + run.unlisted} points that are stored"

@@ -1,19 +1,20 @@
 """Fits of a decay, decay constants against the CoR, the decay rate over time, energy by events."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from snooker_cli import theory
+from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import quantities, theories
 from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_constants
 from snooker_cli.analysis.findings import Findings
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.gas import (
     components,
+    cooling_spins,
     enskog_rates,
     finite_haff_rate,
     floors,
@@ -32,15 +33,20 @@ from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder
 from snooker_cli.figures.figure_data import (
+    COMMON_TIMES,
     NEUTRAL,
     Array,
     FigureData,
+    Layer,
     Line,
     LineStyle,
+    Panel,
     Points,
+    Reference,
     bands,
     courses,
     legend_line,
+    mean_of_remaining,
     places,
 )
 from snooker_cli.figures.selection import Selection, described
@@ -66,17 +72,23 @@ _FLOORS = {
 """The floor of the energy in a circle, and in a periodic box."""
 
 _HAFF: dict[str, tuple[str, LineStyle]] = {
-    "fitted": ("Haff's law 2α/(1 + αt), α fitted", "solid"),
-    "theory": (f"Haff's law, α of {theory.FINITE}", "dashed"),
-    "floor": ("Haff's law above the energy kept by {}", "dashdot"),
+    "fitted": ("Haff's law, α fitted", "dotted"),
+    "theory": ("Haff's law, α of {model}", "dashed"),
+    "floor": ("Haff's law above the energy kept by {kept}", "dashdot"),
 }
-"""The forms of Haff's law: in the legend, and their dashes. What is fitted has the law's colour."""
+"""The forms of Haff's law: in the legend, and their dashes."""
 
-_COMMON = {
-    "theory": "Haff's law 1/(1 + αt), α of kinetic theory",
-    "fitted": "Haff's law 1/(1 + αt), α fitted",
+BEGINNING = 0.01
+"""αt where curves of the slowdown begin: a hundredth of the time in which the speeds halve."""
+
+TOO_FAR = 100.0  # from this many times the measured energy on, a theory of it says nothing
+
+_LEFT: dict[str, tuple[str, LineStyle]] = {
+    "theory": ("expected from the counted collisions", "solid"),
+    "theory_above_floor": ("the same above the energy kept by {}", "dashed"),
+    "mean_field": (f"theory, {two_temperatures.MEAN_FIELD}", "solid"),
 }
-"""The one curve of Haff's law for several points, by where their α is from."""
+"""Theories of the energy left: in the legend, and their dashes."""
 
 _SERIES = {law: series for series, law in enumerate(LAWS, start=1)}
 """The series whose colour a law has in each figure; the simulation is series 0."""
@@ -128,80 +140,75 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     # An exponential leaves slower decays by many decades.
     least = min(values.min() for _, values in started) / 10 if log else 0.0
     lower = not log or any(line.y.min() < least for line in build.lines if isinstance(line, Line))
-    seen = ""
-    if quantity == "kinetic_energy":
-        asked = {"parameters": point.as_json(), "requested": len(build.repeats(point))}
-        findings = Findings([decay.as_json() | asked for decay in fitted], [])
-        seen = f"{findings.at_point(point_label(point.as_json()))}. "
     return build.figure(
-        f"{seen}Each repeat is fitted; the law has the mean of their constants.",
+        "Each repeat is fitted; the law has the mean of their constants.",
         numbers=numbers,
         logarithmic=log,
         y_limits=(float(least) if lower else None, None),
     )
 
 
-def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
-    """The decay constants of the energy against the CoR; with the source report's k if wanted.
+def decay_against_cor(build: FigureBuilder) -> FigureData:
+    """α of Haff's law over 1 − e², which is near the rate of collisions, against the CoR e.
 
-    One series has a colour for each constant. Several, of runs side by side, have a colour each.
+    The reproduction has α itself, with the constants k of an exponential. Of several runs side by
+    side each has a colour; α is that of `_haff_constants`.
     """
     names, several = [group[0] for group in build.groups], len(build.groups) > 1
-    caption, model = "", _model(source)
-    if source:
-        caption = (
-            "Dashed: the source report's k = −2 ln(CoR)⟨v⟩/λ, ⟨v⟩ of complete repeats and "
-            "λ = 1/(√2 n 2πr). "
-        )
+    model, shared = _model(build.source), build.source or not all(map(_loses_alike, names))
+    sentences = []
     for index, points in enumerate(build.groups):
-        series = dict.fromkeys(LAWS, index) if several else _SERIES
-        k_series = series["exponential"]
-        records = [_constants(build, point, source) for point in points]
+        records = [_constants(build, point) for point in points]
         cors = np.array([point.experiment.cor for point in points])
         column = {name: np.array([row[name] for row in records]) for name in records[0]}
-        if source:
-            name = "k by the source report"
-            build.lines.append(Line(cors, column["report_k"], name, k_series, "dashed"))
+        alpha, error = column["alpha"], column["alpha_error"]
         scene = build.start(points[0])
         if theories.theory_of(scene, quantities.HAFF_RATE, model):
-            rates = enskog_rates(scene, starting_temperature(scene))
-            # The logarithm has no value at CoR 0.
+            # The logarithm of the source report has no value at CoR 0.
             grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
-            if source:
-                free_path, speed = rates.mean_free_path, rates.mean_speed
-                law = [theory.source_decay_constant(float(e), free_path, speed) for e in grid]
-                name = "k, mean free path after Enskog"
-                build.lines.append(Line(grid, np.array(law), name, k_series, "dotted"))
-                caption += "Dotted: ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ). "
-            expected = _haff_constants(points[0], scene, np.append(grid, cors), source)
-            curve, theory_name = expected[: len(grid)], None if several else f"α, {model}"
-            build.lines.append(Line(grid, curve, theory_name, series["haff"], "solid"))
-            alpha, error = column["alpha"], column["alpha_error"]
-            build.add_residuals(series["haff"], cors, alpha, error, expected[len(grid) :])
+            curve, expected = (_haff_constants(build, points[0], scene, e) for e in (grid, cors))
+            name = None if several else f"α, {model}"
+            y = curve if shared else curve / (1 - grid**2)
+            build.lines.append(Line(grid, y, name, index, "solid"))
+            build.add_residuals(index, cors, alpha, error, expected)
             if len(build.groups) <= MOST_SENTENCES:
                 about = f"{build.label(points[0], names)}: " if several else ""
                 build.beside_theory = True
-                caption += f"{about}{_along_cor(records, expected[len(grid) :], model)}. "
-        for law_name, law_model in LAWS.items():
-            label: str | None = f"{law_model.symbol}, {law_model.label} fitted"
-            if several:
-                label = build.label(points[0], names) if law_name == "haff" else None
-            filled, errors = not several or law_name == "haff", column[f"{law_model.key}_error"]
-            build.lines.append(
-                Points(cors, column[law_model.key], errors, label, series[law_name], filled)
-            )
+                sentences.append(f"{about}{_along_cor(records, expected, model)}.")
+            if build.source:
+                _add_source_constants(build, index, scene, grid)
+        label = build.label(points[0], names) if several else "α, Haff's law fitted"
+        scale = 1.0 if shared else 1 / (1 - cors**2)
+        build.lines.append(Points(cors, alpha * scale, error * scale, label, index))
+        if build.source:
+            series, name = index + len(build.groups), "k by the source report"
+            build.lines.append(Line(cors, column["report_k"], name, series, "dashed"))
+            name = "k, exponential fitted"
+            build.lines.append(Points(cors, column["k"], column["k_error"], name, series, False))
     if several:
-        empty = np.empty(0)
-        build.lines += [
-            Points(empty, empty, None, f"{m.symbol}, {m.label} fitted", NEUTRAL, law == "haff")
-            for law, m in LAWS.items()
-        ]
         build.lines.append(legend_line(f"α, {model}", "solid"))
     title, walls = build.title, {described(point, "wall_cor") for point in names}
     if names[0].experiment.container.shape_class.has_wall and len(walls) == 1:
         title = f"{title}: {walls.pop()}"
     early = sum(record["ended_early"] for record in build.records)
-    return build.figure(caption.strip(), numbers={"ended_early": early}, title=title)
+    axes: dict[str, Any] = {}
+    if shared:
+        axes = {"y_label": "decay constant (s⁻¹)", "logarithmic": True}
+    return build.figure(" ".join(sentences), numbers={"ended_early": early}, title=title, **axes)
+
+
+def _loses_alike(point: Point) -> bool:
+    """Whether all collisions that lose energy lose 1 − e² of the normal motion."""
+    return point.experiment.wall_cor in (None, 1.0)
+
+
+def _add_source_constants(build: FigureBuilder, index: int, scene: Scene, cors: Array) -> None:
+    """Add the source report's k with Enskog's free path and the speed at the start."""
+    rates = enskog_rates(scene, starting_temperature(scene))
+    free_path, speed = rates.mean_free_path, rates.mean_speed
+    law = [theory.source_decay_constant(float(e), free_path, speed) for e in cors]
+    name, series = "k, mean free path after Enskog", index + len(build.groups)
+    build.lines.append(Line(cors, np.array(law), name, series, "dotted"))
 
 
 def _along_cor(records: Sequence[dict[str, Any]], expected: Array, model: str) -> str:
@@ -226,12 +233,12 @@ def _along_cor(records: Sequence[dict[str, Any]], expected: Array, model: str) -
     return Trend("cor", rows, words={cor: f"CoR {cor:g}" for cor in cors}).sentence()
 
 
-def _constants(build: FigureBuilder, point: Point, source: bool) -> dict[str, Any]:
+def _constants(build: FigureBuilder, point: Point) -> dict[str, Any]:
     """The decay constants of a point with their errors, which become its record."""
     fitted = build.energy_decays(point)
     means = {LAWS[decay.law].key: decay.over_repeats for decay in fitted}
     constants = {key: (mean.value, mean.error) for key, mean in means.items()}
-    if source:
+    if build.source:
         constants["report_k"] = mean_and_error(reported_constants(build.measurement(point)))
     repeats, early = fitted[-1].over_repeats.repeats, fitted[-1].short
     build.record(point, **constants, repeats=repeats, ended_early=early)
@@ -248,13 +255,13 @@ def _rate(source: bool) -> Callable[[Scene], float]:
     return haff_rate if source else finite_haff_rate
 
 
-def _haff_constants(point: Point, scene: Scene, cors: Array, source: bool) -> Array:
+def _haff_constants(build: FigureBuilder, point: Point, scene: Scene, cors: Array) -> Array:
     """Haff's α of a point with these CoR by theory, from the state at the start; 1/s."""
     follows, rates = point.experiment.wall_cor is None, []
     for cor in cors.tolist():
         law = Constant(cor)
         gas = replace(scene, pair_law=law, wall_law=law if follows else scene.wall_law)
-        rates.append(_rate(source)(gas))
+        rates.append(_rate(build.source)(gas))
     return np.array(rates)
 
 
@@ -266,6 +273,7 @@ class _LocalDecay(NamedTuple):
     k : constant of the fitted exponential, s⁻¹
     alpha_error : standard error of the fitted α, s⁻¹
     floor : energy that the balls keep, over that at the start
+    holds : time until which Haff's law is not refused, s; infinite if it is not refused at all
     laws : α (s⁻¹) and floor of each form in ``_HAFF``
     """
 
@@ -275,87 +283,136 @@ class _LocalDecay(NamedTuple):
     k: float
     alpha_error: float
     floor: float
+    holds: float
     laws: dict[str, tuple[float, float]]
 
 
-def haff_time(build: FigureBuilder, source: bool = False) -> FigureData:
-    """The local decay rate −d ln E/dt against time, with Haff's law and, of one point, a constant.
+def cooling(build: FigureBuilder) -> FigureData:
+    """√(E(0)/E) − 1, which is αt by Haff's law, the decay rate −d ln E/dt, and its residuals.
 
-    Haff's laws of several points are one curve, with times in units of 1/α and rates of 2α.
+    Of several points, times are in units of 1/α and rates of 2α, so that the law is one curve.
     """
-    decays = [_local_decay(build, point, source) for point in build.points]
-    several, kept, ends = len(decays) > 1, _kept(build.points), []
+    decays = [_local_decay(build, point) for point in build.points]
+    several, kept, rate = len(decays) > 1, _kept(build.points), list[Layer]()
+    words = {"model": _model(build.source), "kept": kept}
     drawn = {law for decay in decays for law in decay.laws}
     common = "theory" if all("theory" in decay.laws for decay in decays) else "fitted"
+    ends = list[float]()
     for index, (point, decay) in enumerate(zip(build.points, decays, strict=True)):
         alpha = decay.laws[common][0]
         inverse_time, inverse_rate = (alpha, 0.5 / alpha) if several else (1.0, 1.0)
-        # A mean over a window is drawn where Haff's law has it.
-        of_windows = _mean_haff_rates(decay.edges, alpha, 0.0)
-        x = (2 / of_windows - 1 / alpha) * inverse_time
-        fine = places(0.0, float(decay.edges[-1, 1]), 200)
-        ends.append(fine[-1] * inverse_time)
-        curves = {law: _haff_rate(fine, *decay.laws[law]) for law in decay.laws}
-        for law, rate in curves.items():
+        begins, end = _add_slowdown(build, index, point, alpha, inverse_time)
+        fine = np.geomspace(begins, decay.edges[-1, 1], 200)
+        ends += [alpha * begins, alpha * end]
+        for law, constants in decay.laws.items():
             if law == "floor" or not several:
                 text, style = _HAFF[law]
-                owner = index if several else _SERIES["haff"] if law == "fitted" else NEUTRAL
-                name = None if several else text.format(kept)
-                line = Line(fine * inverse_time, rate * inverse_rate, name, owner, style)
-                build.lines.append(line)
-        if "floor" in curves:
-            above = np.log(curves["floor"] / curves["theory"])
-            owner = index if several else NEUTRAL
+                name, owner = (None, index) if several else (text.format(**words), NEUTRAL)
+                x, speed = fine * inverse_time, _haff_rate(fine, *constants) * inverse_rate
+                build.lines.append(Line(x, _slowdown(fine, *constants), name, owner, style))
+                rate.append(Line(x, speed, None, owner, style))
+        if "floor" in decay.laws:
+            forms = [_haff_rate(fine, *decay.laws[law]) for law in ("floor", "theory")]
+            above, owner = np.log(forms[0] / forms[1]), index if several else NEUTRAL
             build.panel.append(Line(fine * inverse_time, above, None, owner, _HAFF["floor"][1]))
-        if not several:
-            flat, name, owner = (
-                np.array([decay.k] * 2),
-                "one constant k, fitted",
-                _SERIES["exponential"],
-            )
-            build.lines.append(Line(fine[[0, -1]], flat, name, owner, "dotted"))
-        y, error, name = decay.rates * inverse_rate, decay.errors * inverse_rate, build.label(point)
-        build.lines.append(Points(x, y, error, name or "simulation", index))
+        # A mean over a window is drawn where Haff's law has it.
+        x = (2 / _mean_haff_rates(decay.edges, alpha, 0.0) - 1 / alpha) * inverse_time
+        y, error = decay.rates * inverse_rate, decay.errors * inverse_rate
+        rate.append(Points(x, y, error, None, index))
         means = {law: _mean_haff_rates(decay.edges, *decay.laws[law]) for law in decay.laws}
         record: dict[str, Any] = {"k": decay.k, "floor": decay.floor, "windows": len(decay.rates)}
         record |= {f"{law}_last_rate": float(mean[-1]) for law, mean in means.items()}
         record["alpha"] = decay.laws["fitted"][0], decay.alpha_error
         if "theory" in decay.laws:
             record["theory_alpha"] = decay.laws["theory"][0]
-            build.add_residuals(index, x, decay.rates, decay.errors, means["theory"])
+        build.add_residuals(index, x, decay.rates, decay.errors, means[common])
         first, *_, last = zip(decay.rates, decay.errors, strict=True)
         build.record(point, **record, first_rate=first, last_rate=last)
-    labels: dict[str, Any] = {}
+    labels, unit, holds = dict[str, Any](), "s⁻¹", min(decay.holds for decay in decays)
     if several:
-        x, drawn = places(0.0, max(ends), 200), drawn & {"floor"}
-        build.lines.insert(0, Line(x, 1 / (1 + x), _COMMON[common], NEUTRAL, "solid"))
-        labels = {"x_label": "α t", "y_label": "−d ln E / dt / (2α)"}
+        x = np.geomspace(min(ends), max(ends), 200)
+        build.lines.append(Line(x, x, _HAFF[common][0].format(**words), NEUTRAL, "dashed"))
+        rate.append(Line(x, 1 / (1 + x), None, NEUTRAL, "dashed"))
+        labels, unit, drawn = {"x_label": "α t"}, "2α", drawn & {"floor"}
         if drawn:
             text, style = _HAFF["floor"]
-            build.lines.append(legend_line(text.format(kept), style))
-    caption = f"Markers: means over {WINDOWS} windows of time."
+            build.lines.append(legend_line(text.format(**words), style))
+    elif math.isfinite(holds):
+        build.lines.append(Reference("x", holds, "Haff's law is refused", "dotted"))
+    return build.figure(
+        " ".join(filter(None, _cooling_sentences(build, drawn, kept))),
+        y_limits=(min(ends) / 2, None),
+        panels=(Panel(tuple(rate), f"−d ln E/dt ({unit})", log=True),),
+        **labels,
+    )
+
+
+def _cooling_sentences(build: FigureBuilder, drawn: Collection[str], kept: str) -> Iterator[str]:
+    """Sentences on the result of one point beside theory, and on how rates are measured."""
+    if len(build.points) == 1 and not build.source:
+        (point,) = build.points
+        asked = {"parameters": point.as_json(), "requested": len(build.repeats(point))}
+        fitted = [decay.as_json() | asked for decay in build.energy_decays(point)]
+        yield f"{Findings(fitted, []).at_point(point_label(point.as_json()))}."
+    yield f"Markers: means over {WINDOWS} windows of time."
     if any(record["windows"] < WINDOWS for record in build.records):
-        caption += f" Windows with fewer than {LEAST_COLLISIONS} collisions are left out."
-    return build.figure(caption + (_FLOORS[kept] if "floor" in drawn else ""), **labels)
+        yield f"Windows with fewer than {LEAST_COLLISIONS} collisions are left out."
+    if "floor" in drawn:
+        yield _FLOORS[kept].strip()
 
 
-def _local_decay(build: FigureBuilder, point: Point, source: bool) -> _LocalDecay:
+def _add_slowdown(
+    build: FigureBuilder, index: int, point: Point, alpha: float, inverse_time: float
+) -> tuple[float, float]:
+    """Add the mean of √(E(0)/E) − 1 over the repeats; the beginning and the end of the axis, s.
+
+    It begins where Haff's law has ``BEGINNING``, or at a hundredth of a shorter time. The mean
+    begins where it has a half of that.
+    """
+    energy = course(build.measurement(point), "kinetic_energy")
+    curves = courses(energy.time, energy.value)
+    end = sorted(float(time[-1]) for time, _ in curves)[-2:][0]
+    begins = min(BEGINNING / alpha, end / 100)
+    x = np.geomspace(begins, end, COMMON_TIMES)
+    ratio = np.array([np.interp(x, *curve, right=math.nan) for curve in curves])
+    rows = ratio**-0.5 - 1
+    first = int(np.argmax(rows.mean(axis=0) >= alpha * begins / 2))
+    build.add_means(index, build.label(point), x[first:] * inverse_time, rows[:, first:])
+    return begins, end
+
+
+def _slowdown(time: Array, alpha: float, floor: float) -> Array:
+    """√(E(0)/E) − 1 where Haff's law holds for the energy above the floor."""
+    return np.asarray((floor + (1 - floor) * theory.haff_ratio(time, alpha)) ** -0.5 - 1)
+
+
+def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
     """The local decay of a point. Raises ``FigureError`` if it has too few collisions."""
     measurement = build.measurement(point)
-    edges, rates, errors, left = _local_rates(measurement)
-    build.end_of_all(measurement.time)
-    means = {decay.law: decay.over_repeats for decay in build.energy_decays(point)}
-    k, alpha = means["exponential"].value, means["haff"].value
+    if measurement.time.min() == 0:
+        raise FigureError("a repeat has no length; run longer")
+    decays = {decay.law: decay for decay in build.energy_decays(point)}
+    k, alpha = (decays[law].over_repeats.value for law in ("exponential", "haff"))
     if not (math.isfinite(k) and math.isfinite(alpha)):
         raise FigureError("a point's repeats are too short to be fitted; run longer")
-    floor = float(floors(measurement).mean())
+    if build.source:
+        edges = np.linspace(0.0, float(np.min(measurement.time)), WINDOWS + 1)
+    else:  # as many collisions in each, by Haff's law
+        end = float(np.median(measurement.time))
+        edges = np.expm1(np.linspace(0.0, np.log1p(alpha * end), WINDOWS + 1)) / alpha
+        edges[-1] = end
+    windows, rates, errors, left = _local_rates(measurement, edges)
+    floor, holds = float(floors(measurement).mean()), math.inf
+    if not build.source and decays["haff"].goodness.holds_to < decays["haff"].goodness.judged_to:
+        holds = decays["haff"].goodness.holds_to
     laws = {"fitted": (alpha, 0.0)}
-    if theories.theory_of(measurement.scene, quantities.HAFF_RATE, _model(source)):
-        expected = _rate(source)(measurement.scene)
+    if theories.theory_of(measurement.scene, quantities.HAFF_RATE, _model(build.source)):
+        expected = _rate(build.source)(measurement.scene)
         laws["theory"] = (expected, 0.0)
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)
-    return _LocalDecay(edges, rates, errors, k, means["haff"].error, floor, laws)
+    error = decays["haff"].over_repeats.error
+    return _LocalDecay(windows, rates, errors, k, error, floor, holds, laws)
 
 
 def _haff_rate(time: Array, alpha: float, floor: float) -> Array:
@@ -371,38 +428,45 @@ def _mean_haff_rates(edges: Array, alpha: float, floor: float) -> Array:
     return np.asarray((logs[:, 0] - logs[:, 1]) / np.ptp(edges, axis=1))
 
 
-def _local_rates(measurement: Measurement) -> tuple[Array, Array, Array, float]:
-    """Edges of windows (*w*, 2), −d ln of the mean energy/dt there, its standard error (s⁻¹).
+def _local_rates(measurement: Measurement, edges: Array) -> tuple[Array, Array, Array, float]:
+    """Windows (*w*, 2) between edges, s; −d ln of the mean energy/dt there, s⁻¹; its error.
 
-    Last, the mean energy ratio in the end. Windows with too few collisions are left out.
+    A window has the repeats that reach its end. Last, the mean energy ratio in the last window.
+    Windows with too few collisions are left out.
     """
-    end, curve = float(measurement.time.min()), measurement.curve
-    if end == 0:
-        raise FigureError("a repeat has no length; run longer")
-    edges = np.linspace(0.0, end, WINDOWS + 1)
+    curve = measurement.curve
     energies = curve.at(edges, course(measurement, "kinetic_energy").value)
+    there = measurement.time[:, np.newaxis] >= edges[1:]
     if np.any(energies <= 0):
         raise FigureError("a repeat loses all of its energy, so it has no decay rate")
     calm = measurement.calm_events.sum(axis=1, keepdims=True)
     counts = np.minimum(np.rint(curve.at(edges, curve.events)), calm)
-    collisions = np.diff(counts).sum(axis=0)
+    collisions = np.where(there, np.diff(counts), 0.0).sum(axis=0)
     good = collisions >= LEAST_COLLISIONS
     if np.count_nonzero(good) < 2:
         raise FigureError(
             f"its windows of time have fewer than {LEAST_COLLISIONS} collisions, too few for a "
             "rate; run longer or more repeats"
         )
-    width = end / WINDOWS
-    rates = -np.diff(np.log(energies.mean(axis=0))) / width
+    width = np.diff(edges)
+    means = [np.where(there, energies[:, k : k + WINDOWS], 0.0).sum(axis=0) for k in (0, 1)]
+    rates = np.log(means[0] / means[1]) / width
     # Each repeat's own rate varies as much around the mean.
-    errors = standard_errors(-np.diff(np.log(energies), axis=1) / width)
+    _, deviation, number = mean_of_remaining(
+        np.where(there, -np.diff(np.log(energies), axis=1) / width, math.nan)
+    )
+    errors = np.where(number > 1, deviation / np.sqrt(np.maximum(number, 1)), math.nan)
     windows = np.column_stack([edges[:-1], edges[1:]])
-    return windows[good], rates[good], errors[good], float(energies[:, -1].mean())
+    left = float(energies[there[:, -1], -1].mean())
+    return windows[good], rates[good], errors[good], left
 
 
 def event_decay(build: FigureBuilder) -> FigureData:
-    """The energy against collisions, where kinetic theory has an exponential at any density."""
-    floor_drawn = False
+    """The energy against collisions, where kinetic theory has an exponential at any density.
+
+    A curve of theory ends where the energy is `TOO_FAR` from it.
+    """
+    kept, drawn, ends = _kept(build.points), dict[str, None](), False
     for index, point in enumerate(build.points):
         measurement = build.measurement(point)
         events = measurement.calm_events.sum(axis=1)
@@ -410,59 +474,98 @@ def event_decay(build: FigureBuilder) -> FigureData:
         if shortest == 0:
             raise FigureError("a repeat has no collisions; run longer")
         counts = np.unique(np.linspace(0.0, shortest, COUNTS + 1).round())
-        pairs, energies, expected, of_heat = _against_counts(measurement, counts)
-        kept_shares = floors(measurement)[:, np.newaxis]
+        pairs, energies = _against_counts(measurement, counts)
         x = collisions_per_ball(pairs, scene.number).mean(axis=0)
         if x[-1] == 0:
             raise FigureError("no ball has met another one; run longer")
-        final = mean_and_error(energies[:, -1])
         build.add_points(index, build.label(point), x, energies)
-        floor, alone = float(kept_shares.mean()), expected.mean(axis=0)
+        mean, error = energies.mean(axis=0), standard_errors(energies)
+        floor, nearest = float(floors(measurement).mean()), None
         record = {"collisions_per_ball": x[-1], "floor": floor}
-        known = theories.theory_of(scene, quantities.ENERGY_LEFT, theories.BY_COUNT)
-        if known and not build.too_thin(scene):
-            record["theory"] = alone[-1]
-            build.lines.append(Line(x, alone, None, index, "solid"))
-            nearest = alone
-            if math.isfinite(floor):
-                nearest = above = (kept_shares + (1 - kept_shares) * of_heat).mean(axis=0)
-                record["theory_above_floor"] = above[-1]
-                if floor >= FLOOR_MATTERS * final[0]:
-                    build.lines.append(Line(x, above, None, index, "dashed"))
-                    floor_drawn = True
-            mean, error = energies.mean(axis=0), standard_errors(energies)
-            build.add_residuals(index, x[1:], mean[1:], error[1:], nearest[1:])  # E(0) is exact
-        build.record(point, **record, final_ratio=final)
-    kept, caption = _kept(build.points), ""
-    if any("theory" in record for record in build.records):
-        build.lines.append(legend_line("expected from the counted collisions", "solid"))
+        for name, expected in _expected_left(build, measurement, counts).items():
+            nearest = (
+                expected
+                if build.source
+                else np.where(
+                    np.abs(np.log(expected / mean)) < math.log(TOO_FAR), expected, math.nan
+                )
+            )
+            record[name] = nearest[-1] if np.isfinite(nearest[-1]) else None
+            if name == "theory_above_floor" and floor < FLOOR_MATTERS * mean[-1]:
+                continue
+            near = np.isfinite(nearest)
+            ends |= not near.all()
+            build.lines.append(Line(x[near], nearest[near], None, index, _LEFT[name][1]))
+            drawn[name] = None
+        if nearest is not None:  # E(0) is exact
+            build.add_residuals(index, x[1:], mean[1:], error[1:], nearest[1:])
+        build.record(point, **record, final_ratio=(mean[-1], error[-1]))
+    build.lines += [legend_line(_LEFT[name][0].format(kept), _LEFT[name][1]) for name in drawn]
+    caption = ""
+    if "theory" in drawn:
         shared = "(N + ½)" if kept == "L" else "(N − ½)"
-        caption += f"Lines: a collision takes (1 − e²)E/{shared}."
-    if floor_drawn:
-        build.lines.append(legend_line(f"the same above the energy kept by {kept}", "dashed"))
+        caption += f"A collision takes (1 − e²)E/{shared} by theory."
+    if "theory_above_floor" in drawn:
         caption += f"{_FLOORS[kept][:-1]}, counted below."
+    if ends:
+        caption += f" A curve of theory ends where the energy is {TOO_FAR:g} times as large."
     return build.figure(caption)
 
 
-def _against_counts(measurement: Measurement, counts: Array) -> tuple[Array, Array, Array, Array]:
-    """Collisions between balls (*repeats*, *n*) among these; energy ratios; those expected.
+def _expected_left(
+    build: FigureBuilder, measurement: Measurement, counts: Array
+) -> dict[str, Array]:
+    """The energy left after numbers of collisions by theory, (*n*,), by its name in ``_LEFT``."""
+    scene, known = measurement.scene, dict[str, Array]()
+    if build.too_thin(scene):
+        return known
+    if theories.theory_of(scene, quantities.ENERGY_LEFT, theories.BY_COUNT):
+        free, above = _left_by_counts(measurement, counts)
+        shares = floors(measurement)[:, np.newaxis]
+        known["theory"] = free.mean(axis=0)
+        if np.isfinite(shares).all():
+            known["theory_above_floor"] = (shares + (1 - shares) * above).mean(axis=0)
+    elif theories.theory_of(scene, quantities.SPIN_RATIO, two_temperatures.MEAN_FIELD):
+        rows = interpolated(counts, measurement.curve.events, _rough_energies(measurement))
+        known["mean_field"] = rows.mean(axis=0)
+    return known
 
-    Last, the ratio of the energy above the kept one: in a circle a component less shares it.
+
+def _rough_energies(measurement: Measurement) -> Array:
+    """The energy of rough balls over that at the start by theory, at the rows of the curve.
+
+    The common motion keeps its energy.
+    """
+    moving, turning = cooling_spins(measurement)
+    drift, first = measurement.drift_energy[:, np.newaxis], measurement.curve.kinetic_energy[:, :1]
+    energy = drift + (first - drift) * moving / moving[:, :1]
+    energy += measurement.scene.number * turning / 2
+    return np.asarray(energy / energy[:, :1])
+
+
+def _against_counts(measurement: Measurement, counts: Array) -> tuple[Array, Array]:
+    """Collisions between balls among these numbers of all, and energy ratios; (*repeats*, *n*)."""
+    curve = measurement.curve
+    energy = course(measurement, "kinetic_energy").value
+    pairs, ratio = (
+        interpolated(counts, curve.events, values) for values in (curve.pair_events, energy)
+    )
+    return pairs, ratio
+
+
+def _left_by_counts(measurement: Measurement, counts: Array) -> Iterator[Array]:
+    """Expected energy ratios, (*repeats*, *n*), and those of the energy above the kept one.
+
+    In a circle a component less shares it.
     """
     scene, curve = measurement.scene, measurement.curve
-    energy = course(measurement, "kinetic_energy").value
-    ratio, wall, pairs = (
+    wall, pairs = (
         interpolated(counts, curve.events, values)
-        for values in (energy, curve.wall_events, curve.pair_events)
+        for values in (curve.wall_events, curve.pair_events)
     )
-    shared = components(scene)
-    free, above = (
-        theory.energy_ratio_by_events(
-            number, scene.restitution, pairs, scene.wall_restitution, wall
-        )
-        for number in (shared, shared - scene.container.has_wall)
-    )
-    return pairs, ratio, free, above
+    shared, cors = components(scene), (scene.restitution, scene.wall_restitution)
+    for number in (shared, shared - scene.container.has_wall):
+        yield theory.energy_ratio_by_events(number, cors[0], pairs, cors[1], wall)
 
 
 def _kept(points: Sequence[Point]) -> str:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from snooker_cli.analysis.findings import FEWEST_TESTED, TOO_FEW
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity
 from snooker_cli.figures.figure_data import Layer, Points
 from snooker_cli.formatting import short, with_error
@@ -80,13 +81,15 @@ class Result(NamedTuple):
             theory = rows[0].get(self.theory)
             beside = f" (theory: {short(theory, 4)}{self._unit})" if theory is not None else ""
             return f"{name} = {low}{beside}."
+        missing = len(rows) - len(known)
+        without = f"; {missing} of {len(rows)} points have none" if missing else ""
+        if len(known) == 1:
+            return f"{name} is {low} ({least[1]}){without}."
         if low == high:
             number = len(known)
             return (
                 f"{name} is {low} at {f'all {number}' if number == len(rows) else number} points."
             )
-        missing = len(rows) - len(known)
-        without = f"; {missing} of {len(rows)} points have none" if missing else ""
         return f"{name} is between {low} ({least[1]}) and {high} ({most[1]}){without}."
 
     @property
@@ -139,10 +142,13 @@ def deviations(panel: Sequence[Layer]) -> dict[str, Any]:
     return {"residuals": number, "largest_residual": share, "largest_residual_error": error}
 
 
-def deviation_sentence(panel: Sequence[Layer], names: Mapping[int, str]) -> str:
+def deviation_sentence(
+    panel: Sequence[Layer], names: Mapping[int, str], repeats: int = FEWEST_TESTED
+) -> str:
     """A sentence on the residuals of a panel; empty without any.
 
     names : of series
+    repeats : of a point at least; few do not count errors, as in findings
     """
     points = [layer for layer in panel if isinstance(layer, Points)]
     if not points:
@@ -153,7 +159,9 @@ def deviation_sentence(panel: Sequence[Layer], names: Mapping[int, str]) -> str:
     if not 1 / FACTOR < 1 + share / 100 < FACTOR:
         value = f"a factor of {with_error(1 + share / 100, error / 100)}"
     about = []
-    if largest.error > 0:
+    if largest.error > 0 and repeats < FEWEST_TESTED:
+        about.append(TOO_FEW)
+    elif largest.error > 0:
         of_logarithm = f"{abs(largest.residual / largest.error):.1f} errors"
         same = of_logarithm == f"{abs(share / error):.1f} errors"
         about.append(of_logarithm if same else f"{of_logarithm} of its logarithm")

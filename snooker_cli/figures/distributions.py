@@ -36,6 +36,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
 )
 from snooker_cli.figures.selection import elastic, gas_type_of
+from snooker_cli.formatting import short
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace
 
@@ -151,12 +152,17 @@ LAST = 0.99
 """Part of a repeat's time that is its last state: at its last collision, two balls touch."""
 
 
+CLOSEST = 0.9  # first distance that is shown, over the least that two balls can have
+
+
 def pair_correlation(build: FigureBuilder) -> FigureData:
     """g(r): mean over the second half of repeats that do not cool, else at the end."""
     build.lines.append(Reference("y", 1.0))
+    nearest = 1.0
     for index, point in enumerate(build.points):
         scene = build.start(point)
         diameter = 2 * float(np.mean(scene.radii))
+        nearest = min(nearest, float(np.sort(scene.radii)[:2].sum()) / diameter)
         edges = structure.distance_edges(scene)
         if edges[-1] <= diameter:
             raise FigureError(
@@ -172,11 +178,15 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             continue
         first = int(np.argmin(np.abs(edges - diameter)))
         beside, contact = rows[:, first : first + 2], None
+        named = {layer.label for layer in build.lines if isinstance(layer, Points)}
         if beside.shape[1] == 2:  # on a straight line through two bins
             contact = mean_and_error(beside @ (1.5, -0.5))
+            name = None if EXTRAPOLATED in named else EXTRAPOLATED
+            value, error = (np.array([number]) for number in contact)
+            build.lines.append(Points(np.ones(1), value, error, name, index))
         expected = theories.value_of(scene, quantities.CONTACT, theories.CHI)
         if expected is not None:
-            name = None if any(isinstance(layer, Points) for layer in build.lines) else "theory, χ"
+            name = None if CONTACT_VALUE in named else CONTACT_VALUE
             marker = Points(np.ones(1), np.array([expected]), None, name, index, filled=False)
             build.lines.append(marker)
         build.record(point, contact=contact, theory=expected)
@@ -185,9 +195,14 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
     if len(kinds) > 1:
         when = "Elastic points: mean over the second half; others: the last state"
     caption = f"{when} of each repeat."
+    if any(isinstance(layer, Points) for layer in build.lines):
+        caption += " g(σ⁺) is on a straight line through the two bins beside contact."
     equal = all(build.start(point).equal_balls for point in build.points)
     x_label = f"distance / {'' if equal else 'mean '}diameter"
-    return build.figure(caption, x_label=x_label)
+    return build.figure(caption, x_label=x_label, x_limits=(CLOSEST * nearest, None))
+
+
+EXTRAPOLATED, CONTACT_VALUE = "g(σ⁺)", "χ, Clisby & McCoy"
 
 
 def _second_half(
@@ -206,8 +221,10 @@ def _mean(observable: structure.Observable, trace: Trace, parts: Array) -> Array
     return np.asarray(over_time(observable, trace, _times(trace, parts)).mean(axis=0))
 
 
-def _times(trace: Trace, parts: Array) -> Array:
+def _times(trace: Trace, parts: Array, *, each: bool = False) -> Array:
     """Parts of a repeat's time, s; without events the nearest that are stored.
+
+    each : whether there is a time for each part, even if two parts have the same
 
     Raises ``FigureError`` if it has no snapshot.
     """
@@ -216,29 +233,43 @@ def _times(trace: Trace, parts: Array) -> Array:
         if trace.snapshots is None:
             raise FigureError("a repeat ended before its first snapshot; give earlier `snapshots`")
         stored = stored_times(trace)
-        times = np.unique([stored[np.argmin(np.abs(stored - time))] for time in times])
-    return times
+        times = np.array([stored[np.argmin(np.abs(stored - time))] for time in times])
+    return times if each else np.unique(times)
+
+
+MOMENTS = 0.0, 0.01, 0.1, LAST
+"""Parts of the time of a gas that cools, at which its structure factor is shown."""
 
 
 def structure_factor(build: FigureBuilder) -> FigureData:
-    """S(k): mean over the second half of repeats that do not cool, else at the end."""
+    """S(k): mean over the second half of repeats that do not cool; else at the end, or four times.
+
+    A single point that cools has a curve for each of ``MOMENTS``.
+    """
     build.lines.append(Reference("y", 1.0))
-    for index, point in enumerate(build.points):
+    cooling = [gas_type_of(point) == "cooling" for point in build.points]
+    others: dict[str, Any] = {}
+    for index, (point, cools) in enumerate(zip(build.points, cooling, strict=True)):
         scene = build.start(point)
-        diameter = 2 * float(np.mean(scene.radii))
         chosen = structure.waves(scene)
-        wanted = MOST_STATES if gas_type_of(point) != "cooling" else 1
-        parts = _second_half(build, point, wanted, MOST_WAVES // len(chosen.vectors))
+        x = chosen.numbers * 2 * float(np.mean(scene.radii))
+        parts = _second_half(build, point, MOST_STATES, MOST_WAVES // len(chosen.vectors))
+        parts = np.array(MOMENTS) if cools else parts
         s = partial(structure.structure_factor, chosen=chosen)
-        cools, x = gas_type_of(point) == "cooling", chosen.numbers * diameter
-        rows, begins = [], []
-        for trace in build.traces(point):
-            rows.append(_mean(s, trace, parts))
-            if cools:
-                begins.append(_mean(s, trace, np.zeros(1)))
-        build.add_means(index, build.label(point), x, np.array(rows))
-        if cools:
-            build.lines.append(Line(x, np.mean(begins, axis=0), None, index, "dashed"))
+        if cools and len(build.points) == 1:
+            rows, times = _at_moments(s, build, point, parts)
+            for series, time in enumerate(times):
+                build.add_means(series, f"t = {short(time)} s", x, rows[:, series], "solid")
+            others["shades"] = np.linspace(0.0, 1.0, len(times)).tolist()
+            last = rows[:, -1]
+        elif cools:
+            rows = _at_moments(s, build, point, parts[[0, -1]])[0]
+            last = rows[:, -1]
+            build.add_means(index, build.label(point), x, last)
+            build.lines.append(Line(x, rows[:, 0].mean(axis=0), None, index, "dashed"))
+        else:
+            last = np.array([_mean(s, trace, parts) for trace in build.traces(point)])
+            build.add_means(index, build.label(point), x, last)
         expected = theories.value_of(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
         if expected is not None:
             name = (
@@ -247,13 +278,26 @@ def structure_factor(build: FigureBuilder) -> FigureData:
                 else "theory, k → 0"
             )
             build.lines.append(Reference("y", expected, name, "dotted"))
-        build.record(point, longest=mean_and_error(np.array(rows)[:, 0]), theory=expected)
+        build.record(point, longest=mean_and_error(last[:, 0]), theory=expected)
     equal = all(build.start(point).equal_balls for point in build.points)
-    if any(gas_type_of(point) == "cooling" for point in build.points):
+    if any(cooling) and len(cooling) > 1:
         build.lines.append(legend_line("the same at the start", "dashed"))
     when = "The last state of repeats that cool; else the mean over the second half."
+    if len(cooling) == 1:
+        when = "One state of each repeat." if cooling[0] else "The mean over the second half."
     x_label = f"wave number k times the {'' if equal else 'mean '}diameter"
-    return build.figure(when, x_label=x_label, logarithmic=build.covers_decades)
+    return build.figure(when, x_label=x_label, logarithmic=build.covers_decades, **others)
+
+
+def _at_moments(
+    observable: structure.Observable, build: FigureBuilder, point: Point, parts: Array
+) -> tuple[Array, Array]:
+    """An observable at parts of the time of each repeat (*n*, *t*, ...); mean times (*t*,), s."""
+    times = np.array([_times(trace, parts, each=True) for trace in build.traces(point)])
+    kept = np.flatnonzero(np.append(True, np.diff(times.mean(axis=0)) > 0))
+    pairs = zip(build.traces(point), times, strict=True)
+    rows = [over_time(observable, trace, own[kept]) for trace, own in pairs]
+    return np.array(rows), times[:, kept].mean(axis=0)
 
 
 MOST_WAVES = 300_000_000  # balls times states times waves of a figure, which take seconds
@@ -267,20 +311,26 @@ REDUCED_TEMPERATURE = 0.5
 """The reduced speed v sqrt(m/2T) is the speed of a ball of mass 1 at this temperature."""
 
 
+MOST_HISTOGRAMS = 5  # more of them hide each other
+
+
 def speeds(build: FigureBuilder) -> FigureData:
     """Speeds at times that are several collisions apart, of all repeats.
 
     In m/s if no energy is lost and all balls have one mass; else in reduced units, v sqrt(m/2T)
-    with the temperature of the moment.
+    with the temperature of the moment. More than ``MOST_HISTOGRAMS`` points show their differences
+    from the law alone.
     """
     starts = [build.start(point) for point in build.points]
+    crowded = len(build.points) > MOST_HISTOGRAMS and not build.source
     in_metres = all(map(elastic, build.points)) and all(scene.equal_balls for scene in starts)
+    in_metres = in_metres and not crowded
     edges = np.arange(SPEED_BINS + 1, dtype=np.float64) * SPEED_BIN
     laws: dict[tuple[int | None, float], None] = {}
     known = [theories.speed_laws(scene) for scene in starts]
     fixed = all(theories.FIXED in laws for laws in known)
     panel: list[Layer] = [Reference("y", 0.0)]
-    fastest = 3.0
+    fastest, largest, few = 3.0, 0.0, False
     of_points = zip(build.points, starts, known, strict=True)
     for index, (point, scene, of_scene) in enumerate(of_points):
         rows = build.measurement(point).speeds
@@ -300,8 +350,12 @@ def speeds(build: FigureBuilder) -> FigureData:
         heights = counts[:used] / (total * width)
         # Of shares whose sums vary: the deviations of the counts from these shares of each sum.
         shares = rows - counts / total * rows.sum(axis=1, keepdims=True)
-        errors = len(rows) * standard_errors(shares)[:used] / (total * width)
-        build.add_histogram(index, point, edges[: used + 1] * unit, heights, errors)
+        errors = len(rows) * standard_errors(shares)[:used]
+        errors = count_errors(counts[:used], errors) / (total * width)
+        largest = max(largest, float(np.max(np.nan_to_num(errors))))
+        few |= bool(np.any(counts[:used] < len(POISSON)))
+        if not crowded:
+            build.add_histogram(index, point, edges[: used + 1] * unit, heights, errors)
         free = independent_velocities(scene) if theories.FIXED in of_scene else None
         laws[free, unit] = None
         # The largest difference of cumulative shares, at the bins' edges.
@@ -311,13 +365,21 @@ def speeds(build: FigureBuilder) -> FigureData:
         difference = float(np.max(np.abs(np.cumsum(counts) / total - law[1:])[:-1]))
         expected = np.diff(law if fixed else maxwell)[:used] / width
         middle = (edges[1 : used + 1] + edges[:used]) / 2 * unit
-        panel.append(Points(middle, heights - expected, errors, None, index))
+        if crowded:
+            build.lines.append(Line(middle, heights - expected, build.label(point), index, "solid"))
+        else:
+            panel.append(Points(middle, heights - expected, errors, None, index))
         build.record(
             point,
             speeds=int(total),
             distance_from_fixed_energy=math.nan if free is None else difference,
             expected_distance=KOLMOGOROV / math.sqrt(total),
         )
+    of_law = "minus law at fixed energy" if fixed else "minus Maxwell's law"
+    if crowded:
+        build.lines.append(Reference("y", 0.0))
+        error = f"The largest standard error is {short(largest, 2)}."
+        return build.figure(error, y_label=f"density {of_law}", y_limits=(None, None))
     reduced = np.linspace(0.0, fastest, 160)
     for index, (free, unit) in enumerate(laws):
         density = theory.maxwell_speed_density(reduced, REDUCED_TEMPERATURE) / unit
@@ -333,14 +395,26 @@ def speeds(build: FigureBuilder) -> FigureData:
     words: dict[str, Any] = {"x_label": "speed (m/s)", "y_label": "probability density (s/m)"}
     panel_unit = " (s/m)" if in_metres else ""
     return build.figure(
+        FEW_WORDS * few,
         panel=tuple(panel),
-        panel_label=("minus law at fixed energy" if fixed else "minus Maxwell's law") + panel_unit,
+        panel_label=of_law + panel_unit,
         **(words if in_metres else {}),
     )
 
 
+POISSON = np.array([0.921, 1.563, 1.965, 2.275, 2.539])
+"""Half of the 68 % interval of 0 to 4 events (Gehrels, Astrophys. J. 303 (1986) 336)."""
+
+FEW_WORDS = f"Poisson's intervals for bins of fewer than {len(POISSON)}."
+
+
+def count_errors(counts: Array, errors: Array) -> Array:
+    """Standard errors (*n*,) of counts, but for few counts ``POISSON``, which needs no repeats."""
+    few = counts < len(POISSON)
+    return np.where(few, POISSON[np.where(few, counts, 0).astype(int)], errors)
+
+
 TAIL_BIN = 0.25  # of reduced velocities, whose Maxwell's law has the width 1/√2
-LEAST_IN_TAIL = 10  # velocities in a bin; fewer have an error of a third or more
 TAIL_STATES = 400  # of all repeats of a point, at most
 
 
@@ -349,7 +423,7 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
 
     Each species of a mixture has a law and a temperature of its own.
     """
-    farthest, mixed = 0.0, False
+    farthest, mixed, few = 0.0, False, False
     for point in build.points:
         scene = build.start(point)
         names = [None] if scene.equal_balls else structure.species_names(scene)
@@ -359,7 +433,9 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
         for name, of_species in zip(names, zip(*repeats, strict=True), strict=True):
             index = len(build.records)
             label = ", ".join(filter(None, [build.label(point), name])) or None
-            farthest = max(farthest, _add_tail(build, index, label, of_species))
+            counts, edges = _add_tail(build, index, label, of_species)
+            farthest = max(farthest, float(edges[1:][counts > 0].max(initial=0.0)))
+            few |= bool(np.any(counts[counts > 0] < len(POISSON)))
             largest = max(float(np.max(values)) for values in of_species)
             build.record(point, species=name, velocities=sum(map(len, of_species)), largest=largest)
     if farthest == 0.0:
@@ -368,29 +444,34 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
     build.lines.append(
         Line(c, theory.maxwell_component_density(c), "Maxwell's law", NEUTRAL, "dashed")
     )
-    least = f"Bins with fewer than {LEAST_IN_TAIL} velocities are left out."
-    when = f"States of the second half of each repeat. {least}"
-    if mixed:
-        when += " T is that of each species."
-    return build.figure(when, panel_label="ln(density / law)")
+    when = "States of the second half of each repeat."
+    when += " T is that of each species." if mixed else ""
+    if not all(map(elastic, build.points)):
+        when += (
+            " T is that of the whole container: where places differ in T or in their flow, tails "
+            "are longer."
+        )
+    return build.figure(f"{when} {FEW_WORDS * few}".rstrip(), panel_label="ln(density / law)")
 
 
 def _add_tail(
     build: FigureBuilder, index: int, label: str | None, repeats: Sequence[Array]
-) -> float:
-    """Add the shares of reduced components of balls in each repeat; the end of the last bin."""
+) -> tuple[Array, Array]:
+    """Add the shares of reduced components of balls in each repeat; counts and edges of bins."""
     largest = max(float(np.max(values)) for values in repeats)
     edges = np.arange(math.ceil(largest / TAIL_BIN) + 1, dtype=np.float64) * TAIL_BIN
     counts = np.array([np.histogram(values, edges)[0] for values in repeats])
     sizes = np.array([len(values) for values in repeats])[:, np.newaxis]
     rows = counts / (sizes * 2 * TAIL_BIN)  # both signs
-    filled = counts.sum(axis=0) >= LEAST_IN_TAIL
-    middle = (edges[1:] + edges[:-1]) / 2
-    build.add_points(index, label, middle[filled], rows[:, filled])
+    total = counts.sum(axis=0)
+    filled = total > 0
+    middle, mean = ((edges[1:] + edges[:-1]) / 2)[filled], rows.mean(axis=0)[filled]
+    unit = mean / total[filled]
+    errors = count_errors(total[filled], standard_errors(rows[:, filled]) / unit) * unit
+    build.lines.append(Points(middle, mean, errors, label or "simulation", index))
     maxwell = theory.maxwell_component_share(edges) / (2 * TAIL_BIN)
-    errors = standard_errors(rows[:, filled])
-    build.add_residuals(index, middle[filled], rows.mean(axis=0)[filled], errors, maxwell[filled])
-    return float(edges[1:][filled].max(initial=0.0))
+    build.add_residuals(index, middle, mean, errors, maxwell[filled])
+    return total, edges
 
 
 def _reduced_components(trace: Trace, parts: Array) -> list[Array]:

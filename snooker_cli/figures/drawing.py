@@ -107,7 +107,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
             panel.set_yscale("log" if content.log else "linear")
             _clip(panel, data, content.layers, (None, None), logarithmic=content.log)
             if content.log:
-                _few_decades(panel.yaxis)
+                _few_decades(panel.yaxis, PANEL_TICKS)
             else:
                 panel.locator_params("y", nbins=PANEL_TICKS)
             panel.set_xlim(axes.get_xlim())  # `_scale` may have changed the view of one axis alone
@@ -115,10 +115,9 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         axes.set_ylabel(textwrap.fill(data.y_label, LABEL_WIDTH), parse_math=False)
         figure.align_ylabels()
         axes.set_title("\n".join(title), loc="left", pad=4, parse_math=False)
-        scaled = is_scaled(data)
-        if scaled:
+        if is_scaled(data):
             add_scale(figure, [axes, *panels], data)
-        named = scaled or name_at_ends(axes, data)
+        named = name_at_ends(axes, data)
         lines = len(title) - 1 + add_legend(figure, entries(data, drawn, named))
         lines += max(0, len(data.y_names) - LINES)
         height = HEIGHT + PANEL_HEIGHT * len(panels) + LINE_HEIGHT * lines
@@ -223,11 +222,14 @@ def _scale(axes: Axes, data: FigureData) -> None:
             _few_decades(axis)
 
 
-def _few_decades(axis: Axis) -> None:
-    """Label a logarithmic axis also if it has few powers of ten, and without them if it can."""
+def _few_decades(axis: Axis, most: int | None = None) -> None:
+    """Label a logarithmic axis also if it has few powers of ten, and without them if it can.
+
+    most : labels at most; None leaves them to the height of the axis
+    """
     low, high = axis.get_view_interval()
-    few = ticker.LogLocator(subs=(1, 2, 5))
-    for locator in (ticker.LogLocator(), few, ticker.AutoLocator()):
+    few = ticker.LogLocator(subs=(1, 2, 5), numticks=most)
+    for locator in (ticker.LogLocator(numticks=most), few, ticker.AutoLocator()):
         axis.set_major_locator(locator)
         if sum(low <= tick <= high for tick in axis.get_majorticklocs()) >= LEAST_TICKS:
             break

@@ -1,4 +1,4 @@
-"""Pressure against temperature, area and number of balls, beside the ideal gas and theory."""
+"""Pressure over time, and against temperature, area and number of balls, with theory."""
 
 import math
 from typing import NamedTuple
@@ -6,22 +6,24 @@ from typing import NamedTuple
 import numpy as np
 
 from snooker_cli import facts, theory
-from snooker_cli.analysis import theories
+from snooker_cli.analysis import quantities, theories
 from snooker_cli.analysis.fitting import attraction, excluded_area
 from snooker_cli.analysis.measurement import Measurement
-from snooker_cli.analysis.observables import mean_and_error
+from snooker_cli.analysis.observables import collisions_per_ball, mean_and_error
+from snooker_cli.analysis.profiles import middles
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.counted_parts import CountedParts, gains, measured, window_edges
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
     Array,
     FigureData,
     Line,
-    LineStyle,
     Points,
     Reference,
     legend_line,
+    mean_of_remaining,
 )
 from snooker_cli.figures.selection import gas_type_of
 from snooker_cli.formatting import short
@@ -30,8 +32,11 @@ from snooker_cli.scene import Scene
 IDEAL = "ideal gas"
 IDEAL_RATIO = Reference("y", 1.0, IDEAL, "dashed")
 THEORY = theory.FINITE
+COURSE = 10  # windows of a course
 CURVE = 120  # vertices of a curve of theory
 SAME = 1e-9  # packings or temperatures are the same within this share
+FEWEST_PACKINGS = 3  # to which one b is fitted
+FITTED = "excluded_disks", "excluded_disks_error", "attraction", "attraction_error"
 
 
 class _GasState(NamedTuple):
@@ -72,8 +77,9 @@ class _GasState(NamedTuple):
 
 def pressures(axis: str, build: FigureBuilder) -> FigureData:
     """Pressures along a field of ``_GasState``, a series for each ball radius, with theory."""
+    parts = CountedParts(build)
     for index, group in enumerate(build.groups):
-        states = [_gas_state(build, point) for point in group]
+        states = [_gas_state(parts, point) for point in group]
         x = np.array([getattr(state, axis) for state in states])
         grid = np.linspace(x.max() / CURVE, x.max(), CURVE)
         if axis == "area":
@@ -98,12 +104,13 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
         for state, pressure, ratio in zip(states, means, ratios, strict=True):
             build.record(state.point, **state.conditions, pressure=pressure, over_ideal=ratio)
     build.lines.append(legend_line(THEORY, "dotted"))
-    return build.figure()
+    return build.figure(parts.text)
 
 
 def temperature_ratio(build: FigureBuilder) -> FigureData:
     """The temperature by equipartition over that of the ideal gas law, against the ball radius."""
-    states = [_gas_state(build, point) for point in build.points]
+    parts = CountedParts(build)
+    states = [_gas_state(parts, point) for point in build.points]
 
     def theory_of(radii: Array) -> list[float]:
         gases = [states[0]._replace(radius=float(radius)) for radius in radii]
@@ -121,12 +128,13 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
         Line(fine, curve, THEORY, NEUTRAL, "dotted"),
         Points(radii, y, y_error, "simulation"),
     ]
-    return build.figure()
+    return build.figure(parts.text)
 
 
 def van_der_waals(build: FigureBuilder) -> FigureData:
-    """P V/(N T) against packing, with van der Waals' b, also by single points, and a."""
-    states = [_gas_state(build, point) for point in build.points]
+    """Van der Waals' b of each point against packing, with theory; b and a of all of them."""
+    parts = CountedParts(build)
+    states = [_gas_state(parts, point) for point in build.points]
     first, radius, disk = states[0], states[0].radius, math.pi * states[0].radius ** 2
     densities = np.array([state.number / state.area for state in states])
     temperatures = np.array([state.temperature for state in states])
@@ -139,45 +147,83 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     walls = first.scene.container.has_wall
     noise = ratios if walls else ratios - 1
     errors = np.abs(noise) * math.sqrt(np.mean((errors / noise) ** 2))
-    packing, single = disk * densities, (1 - 1 / ratios) / densities / disk
-    b, b_error = (value / disk for value in excluded_area(densities, ratios, errors))
-    residuals = (ratios - 1 / (1 - b * packing)) / errors
-    misfit = math.sqrt(np.sum(residuals**2) / max(1, len(states) - 1))
-    a, a_error = attraction(densities, temperatures, ratios, errors)
-    grid = np.linspace(0.0, packing.max() * 1.05, CURVE)[1:]
+    packing = disk * densities
+    excluded, excluded_errors = (1 - 1 / ratios) / packing, errors / ratios**2 / packing
+    expected = np.array([state.expected / state.ideal_pressure for state in states])
+    grid = np.linspace(0.8 * packing.min(), 1.05 * packing.max(), CURVE)
     scaled = [first._replace(area=first.number * disk / float(value)) for value in grid]
     if first.number != states[-1].number:  # few balls have a smaller pressure at the same packing
         scaled = [first._replace(number=first.area * float(value) / disk) for value in grid]
     real = np.array([state.expected / state.ideal_pressure for state in scaled])
-    build.lines += [IDEAL_RATIO, Line(grid, real, THEORY, NEUTRAL, "dotted")]
-    fits: list[tuple[float, str, LineStyle]] = [
-        (2.0, "van der Waals, b = 2 disks", "dashdot"),
-        (b, f"van der Waals, b = {short(b)} disks, fitted", "dashed"),
+    theirs = (1 - 1 / expected) / packing
+    build.add_residuals(0, packing, excluded, excluded_errors, theirs)
+    build.lines += [
+        Reference("y", 2.0, "second virial coefficient, b = 2", "dashed"),
+        Line(grid, (1 - 1 / real) / grid, THEORY, NEUTRAL, "dotted"),
+        Points(packing, excluded, excluded_errors, "simulation"),
     ]
-    for value, text, style in fits:
-        below = value * grid < 1 - 1 / (1.2 * ratios.max())  # towards its pole it leaves the figure
-        build.lines.append(Line(grid[below], 1 / (1 - value * grid[below]), text, 1, style))
-    build.lines.append(Points(packing, ratios, errors, "simulation"))
     for k, state in enumerate(states):
         build.record(
             state.point,
             **state.conditions,
             packing=packing[k],
             over_ideal=(ratios[k], errors[k]),
-            excluded_disks=(single[k], errors[k] / ratios[k] ** 2 / packing[k]),
-            van_der_waals=1 / (1 - b * packing[k]),
-            theory=state.expected / state.ideal_pressure,
+            excluded_disks=(excluded[k], excluded_errors[k]),
+            theory=expected[k],
         )
-    return build.figure(
-        "With walls, b has the strip that no centre reaches." * walls,
-        numbers={
-            "excluded_disks": b,
-            # The points may differ from the law by more than their errors.
-            "excluded_disks_error": b_error * max(misfit, 1.0),
-            "attraction": a,
-            "attraction_error": a_error,
-        },
-    )
+    numbers: dict[str, float] = {}
+    caption = parts.text + " With walls, b has the strip that no centre reaches." * walls
+    if len({float(f"{value:.9g}") for value in packing}) >= FEWEST_PACKINGS:
+        b, b_error = (value / disk for value in excluded_area(densities, ratios, errors))
+        residuals = (ratios - 1 / (1 - b * packing)) / errors
+        # The points may differ from the law by more than their errors.
+        b_error *= max(1.0, math.sqrt(np.sum(residuals**2) / (len(states) - 1)))
+        a, a_error = attraction(densities, temperatures, ratios, errors)
+        numbers = dict(zip(FITTED, (b, b_error, a, a_error), strict=True))
+        build.lines.insert(1, Reference("y", b, f"b = {short(b)}, fitted to all", "dashdot"))
+    else:
+        caption += f" Fewer than {FEWEST_PACKINGS} packings fit no b."
+    return build.figure(caption, numbers=numbers)
+
+
+def pressure(build: FigureBuilder) -> FigureData:
+    """PV/NT in windows of collisions, with theory of as many hard disks in this container."""
+    parts = CountedParts(build)
+    measurements = [build.measurement(point) for point in build.points]
+    meet = all(float(np.median(m.events[:, 1])) >= COURSE for m in measurements)
+    for index, (point, measurement) in enumerate(zip(build.points, measurements, strict=True)):
+        gas, curve = parts.gas(point), measurement.curve
+        scene, along = gas.scene, curve.time
+        if meet:
+            along = collisions_per_ball(curve.pair_events, scene.number)
+        edges = window_edges(along, COURSE)
+        impulses = np.nan_to_num(curve.pressure) * curve.time  # per length
+        steps = np.diff(curve.time, axis=1) * middles(curve.kinetic_energy)
+        energies = np.cumsum(np.pad(steps, ((0, 0), (1, 0))), axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = gains(edges, along, impulses) / gains(edges, along, energies)
+        rows = ratio * scene.container.area
+        if not np.any(rows > 0):
+            raise FigureError("nothing hits the wall, so there is no pressure; run longer")
+        build.add_means(index, build.label(point), middles(edges), rows)
+        law = theories.theory_of(scene, quantities.RATIO, THEORY)
+        expected = math.nan if law is None else float(np.mean(law.value(gas)))
+        if law is not None:
+            flat = np.array([expected, expected])
+            build.lines.append(Line(edges[[0, -1]], flat, None, index, "dotted"))
+            mean, deviation, number = mean_of_remaining(rows)
+            error = deviation / np.sqrt(np.maximum(number, 1))
+            build.add_residuals(index, middles(edges), mean, error, np.full(len(mean), expected))
+        build.record(
+            point,
+            over_ideal=mean_and_error(measured(gas, quantities.RATIO)),
+            pressure=mean_and_error(gas.pressure),
+            temperature=mean_and_error(gas.temperature),
+            theory=None if law is None else expected,
+        )
+    if any(record["theory"] is not None for record in build.records):
+        build.lines.append(legend_line(THEORY, "dotted"))
+    return build.figure(parts.text, x_label="collisions per ball" if meet else "time (s)")
 
 
 def ideal_ratio(build: FigureBuilder) -> FigureData:
@@ -229,14 +275,12 @@ def _means(measurement: Measurement) -> tuple[Array, Array, Array]:
     return warm, whole.pressure(scene), whole.ideal_gas_ratio(scene)
 
 
-def _gas_state(build: FigureBuilder, point: Point) -> _GasState:
+def _gas_state(parts: CountedParts, point: Point) -> _GasState:
     """A point's repeats. Raises ``FigureError`` if one has no collisions with the wall."""
-    measurement = build.measurement(point)
-    warm, pressures, over_ideal = _means(measurement)
+    gas = parts.gas(point)
+    pressures, over_ideal = gas.pressure, measured(gas, quantities.RATIO)
     if not np.all(pressures > 0):
         raise FigureError("a repeat has no collisions with the wall, so no pressure; run longer")
-    scene = measurement.scene
-    area = scene.container.area
-    size, traits = float(scene.radii[0]), facts.traits_of(scene)
-    heat = warm.mean()
-    return _GasState(point, scene, traits, size, scene.number, heat, area, pressures, over_ideal)
+    scene, area, number = gas.scene, gas.container.area, gas.number
+    traits, heat = facts.traits_of(scene), float(gas.temperature.mean())
+    return _GasState(point, scene, traits, gas.radius, number, heat, area, pressures, over_ideal)

@@ -30,7 +30,7 @@ LEGEND_SHARE = 0.97  # of the figure's width, for the legend
 
 _COLOURS = matplotlib.color_sequences["petroff10"]
 _HUES = tuple(_COLOURS[k] for k in (0, 2, 4, 6, 5, 8))  # whose pale shades can be seen on white
-_SHADES, LIGHTEST = matplotlib.colormaps["plasma"], 0.78  # its yellow end is pale on white
+_SHADES, LIGHTEST = matplotlib.colormaps["plasma"], 0.82  # its yellow end is pale on white
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _DASHES: tuple[Any, ...] = (
     "solid",
@@ -107,28 +107,28 @@ class _End(NamedTuple):
     y: float
 
 
-def name_at_ends(axes: Axes, data: FigureData) -> bool:
-    """Write the names of up to four series at the ends of their lines; whether all have room.
+def name_at_ends(axes: Axes, data: FigureData) -> set[str]:
+    """Write the names of up to four series at the ends of their lines; none if one has no room.
 
-    The limits of the axes are those in the end.
+    The limits of the axes are those in the end. Returns the names that are written.
     """
     ends = sorted(_ends(axes, data), key=lambda end: end.y)
-    if not 0 < len(ends) <= MOST_ENTRIES or data.hues:
-        return False
+    if len(ends) > MOST_ENTRIES or data.hues:
+        return set()
     if any(len(end.name) > END_LETTERS or not -0.02 < end.y < 1.02 for end in ends):
-        return False
+        return set()
     points = float(matplotlib.rcParams["legend.fontsize"])
     box, size = axes.get_window_extent(), points * axes.figure.dpi / 72
     line = LINE_SPACE * size / box.height
     if any(high.y - low.y < APART * line for low, high in itertools.pairwise(ends)):
-        return False
+        return set()
     curves = [_in_axes(axes, layer) for layer in data.layers if isinstance(layer, Line | Points)]
     places: list[tuple[_End, float, float, float]] = []
     for end in ends:
         width = LETTER_WIDTH * size * len(end.name) / box.width
         place = _free_place(end, width, line, curves, places)
         if place is None:
-            return False
+            return set()
         places.append((end, *place, width))
     for end, x, y, _ in places:
         far = x > 1 and (end.x < 1 - 2 * BESIDE or abs(y - end.y) > line / 4)
@@ -147,13 +147,15 @@ def name_at_ends(axes: Axes, data: FigureData) -> bool:
             annotation_clip=False,
             parse_math=False,
         )
-    return True
+    return {end.name for end in ends}
 
 
 def _ends(axes: Axes, data: FigureData) -> Iterator[_End]:
-    """The ends of all series that have a name."""
+    """The ends of all series that have a name. Dashes of its own are those of a theory or a fit."""
     for layer in data.layers:
         if not isinstance(layer, Line | Points) or not layer.label or layer.series == NEUTRAL:
+            continue
+        if isinstance(layer, Line) and layer.style not in ("series", "solid"):
             continue
         # The thin end of a mean has no name of its own.
         parts = [layer] + [
@@ -235,17 +237,18 @@ def add_scale(figure: Figure, axes: list[Axes], data: FigureData) -> None:
 
 
 def entries(
-    data: FigureData, drawn: Sequence[tuple[Layer, Any]], named: bool
+    data: FigureData, drawn: Sequence[tuple[Layer, Any]], named: set[str]
 ) -> list[tuple[str, Any]]:
     """The names in the legend with what they are the names of: first series, then what is for all.
 
     drawn : layers with their artists
-    named : whether the series have their names already
+    named : names that are at the lines
     """
     found: dict[str, tuple[bool, Any]] = {}  # several series may have limits of one name
+    elsewhere = is_scaled(data) or bool(data.hue_names)
     for layer, artist in drawn:
         neutral = getattr(layer, "series", NEUTRAL) == NEUTRAL
-        if layer.label and (neutral or not (named or data.hue_names)):
+        if layer.label and layer.label not in named and (neutral or not elsewhere):
             found.setdefault(layer.label, (neutral, artist))
     ordered = sorted(found.items(), key=lambda entry: entry[1][0])
     return [*_of_two_keys(data), *((name, artist) for name, (_, artist) in ordered)]

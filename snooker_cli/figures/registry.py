@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
@@ -11,6 +12,8 @@ from typing import Any
 import yaml
 
 from snooker_cli import facts
+from snooker_cli.analysis.comparison import gas_kinds
+from snooker_cli.analysis.quantities import Quantity, main_quantities
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder, Reading, silent
@@ -20,12 +23,15 @@ from snooker_cli.figures.selection import (
     MOST_SERIES,
     Selection,
     along,
+    as_series,
     changing_with,
+    distinct,
     evenly,
     file_stem,
     selected,
     spread,
     swept_number,
+    swept_numbers,
     traits,
     varying,
     with_runs,
@@ -83,10 +89,10 @@ class FigureSpec:
             name = self.alike.rpartition(".")[2]
             raise FigureError(f"it needs one {name}; choose it by {self.alike} with --where")
         if not self.along:
-            return [evenly(points, self.most)]
+            return [(as_series if self.most <= MOST_SERIES else evenly)(points, self.most)]
         xs, by = self.along, self.by
         if xs == ANY:
-            xs = [swept_number(points)]
+            xs = [_key_alone(points)]
             linked = changing_with(points, *xs)
             by = next((key for key in varying(points) if key not in (RUN, *xs, *linked)), None)
         groups = along(points, xs, by, together=self.along == ANY)
@@ -128,6 +134,36 @@ class FigureSpec:
             collisions = [status.collisions for status in build.statuses(point)]
             build.limit(point, MOST_COLLISIONS // len(build.points) // max(1, *collisions))
         return self.draw(build)
+
+
+def _key_alone(points: Sequence[Point]) -> str:
+    """The first swept number along which no other figure has the main result of points.
+
+    Raises ``FigureError`` without one.
+    """
+    swept_number(points)
+    kinds = gas_kinds(traits(points[0]))
+    main = next(quantity for quantity in main_quantities(*kinds) if quantity.measured)
+    shown = {key: _name_along(points, key, main) for key in swept_numbers(points)}
+    alone = [key for key, name in shown.items() if name is None]
+    if not alone:
+        (key, name), *_ = shown.items()
+        raise FigureError(f"{name} has {main.name} along {key}; draw {name}")
+    return alone[0]
+
+
+def _name_along(points: Sequence[Point], key: str, main: Quantity) -> str | None:
+    """The name of the figure of own runs that has a main quantity of points along a key."""
+    for name, spec in FIGURES.items():
+        if spec.reproduce_only or spec.along == ANY or key not in spec.along:
+            continue
+        if spec.result is None or spec.result.definition.symbol != main.symbol:
+            continue
+        fitting, _ = spec.fitting(points)
+        with suppress(FigureError):
+            if len(distinct(fitting, key)) > 1 and spec.groups(fitting):
+                return name
+    return None
 
 
 def _read() -> dict[str, FigureSpec]:

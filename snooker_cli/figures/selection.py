@@ -25,6 +25,7 @@ from snooker_cli.trace import even_choice
 Item = TypeVar("Item")
 
 MOST_DIFFERENCES = 2  # between runs side by side, that a legend names
+MOST_KEYS = 2  # in which series of one figure differ
 MOST_SERIES = 16  # a figure with more series than this is unreadable
 
 
@@ -180,11 +181,17 @@ def of_label(points: Sequence[Point]) -> list[str]:
 
 
 def evenly(points: Sequence[Point], most: int = MOST_SERIES) -> list[Point]:
-    """Points as series of one figure; of too many an even choice along the first key.
+    """Points of one figure; of too many an even choice along the first key.
 
     The other keys then have their middle value.
     """
     return spread(at_middle(points, varying(points)[1:]) if len(points) > most else points, most)
+
+
+def as_series(points: Sequence[Point], most: int = MOST_SERIES) -> list[Point]:
+    """`evenly` of points that differ in two keys at most, since colours show no third one."""
+    keys = varying(points)
+    return evenly(points if RUN in keys else at_middle(points, keys[MOST_KEYS:]), most)
 
 
 def at_middle(points: Sequence[Point], keys: Sequence[str]) -> Sequence[Point]:

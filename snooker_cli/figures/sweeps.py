@@ -1,15 +1,19 @@
 """The main result of a run against a swept key, beside theory."""
 
+import math
+
 import numpy as np
 
 from snooker_cli.analysis.comparison import comparisons_of
 from snooker_cli.analysis.decay import decays_of
+from snooker_cli.analysis.theories import value_of_start
 from snooker_cli.analysis.trend import Trend, trend_of
-from snooker_cli.config import unit_of
-from snooker_cli.errors import FigureError
+from snooker_cli.config import ConfigError, Point, unit_of, with_values
+from snooker_cli.errors import FigureError, SceneError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_data import (
+    Array,
     FigureData,
     Line,
     Points,
@@ -20,17 +24,19 @@ from snooker_cli.figures.selection import (
     axis_label,
     changing_with,
     described,
-    swept_number,
+    swept_numbers,
     value_at,
 )
 from snooker_cli.formatting import counted
+from snooker_cli.placement.starting_scene import starting_scene
 
 MOST_NAMED = 3  # points that a caption names
 
 
 def against_key(build: FigureBuilder) -> FigureData:
     """The main result of each point against the swept key, with theory at the same points."""
-    key, names = swept_number(build.points), [group[0] for group in build.groups]
+    names, longest = [group[0] for group in build.groups], max(build.groups, key=len)
+    key = swept_numbers(longest)[0]  # of a series only this one changes, and what changes with it
     key_unit = unit_of(build.points[0].experiment, key)
     drawn: list[Trend] = []
     for index, group in enumerate(build.groups):
@@ -47,7 +53,7 @@ def against_key(build: FigureBuilder) -> FigureData:
             build.lines.append(Points(x, y, error, label, index))
             if trend.theory:
                 expected = trend.column("predicted")
-                build.lines.append(Line(x, expected, None, index, "dashed"))
+                build.lines.append(Line(*_curve(build, group[0], trend), None, index, "dashed"))
                 build.add_residuals(index, x, y, trend.column("difference_error"), expected)
             for row in trend.rows:
                 (point,) = (p for p in group if p.as_json() == row["parameters"])
@@ -84,6 +90,40 @@ def against_key(build: FigureBuilder) -> FigureData:
         y_label=f"{symbol}{unit}",
         logarithmic=more_than_a_decade([values]) and bool(values.min() > 0),
     )
+
+
+FINE = 100  # places of a curve of theory
+MOST_BALLS = 100_000  # balls that are placed for a curve
+
+
+def _curve(build: FigureBuilder, point: Point, trend: Trend) -> tuple[Array, Array]:
+    """Places and values of the theory of a trend, between its points too where the start has it.
+
+    What else was measured for a prediction changes it by a factor, which is drawn between points.
+    """
+    x, predicted = trend.x, trend.column("predicted")
+    whole = all(isinstance(row["parameters"][trend.key], int) for row in trend.rows)
+    grid = np.linspace(x[0], x[-1], FINE)
+    grid = np.union1d(np.round(grid) if whole else grid, x)
+    alone = not changing_with(build.points, trend.key)
+    if not alone or len(grid) * build.start(point).number > MOST_BALLS:
+        return x, predicted
+    values = {place: _at_start(point, trend, int(place) if whole else place) for place in grid}
+    known = np.array([place for place in grid if math.isfinite(values[place])])
+    factors = predicted / np.array([values[place] for place in x])
+    if not np.isfinite(factors).all():
+        return x, predicted
+    return known, np.array([values[place] for place in known]) * np.interp(known, x, factors)
+
+
+def _at_start(point: Point, trend: Trend, place: float) -> float:
+    """The theory of a trend at the start of a point with another value of the key, or nan."""
+    try:
+        scene = starting_scene(with_values(point.experiment, {trend.key: place}), 0)
+    except (ConfigError, SceneError):  # balls that overlap
+        return math.nan
+    value = value_of_start(scene, trend.quantity, trend.rows[0]["model"])
+    return math.nan if value is None else value
 
 
 def _left_out(build: FigureBuilder) -> str:

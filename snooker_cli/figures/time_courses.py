@@ -1,4 +1,4 @@
-"""Over time: energy, momentum, pressure, hexatic order, a2, species' temperatures, local energy."""
+"""Over time: pressure, hexatic order, a2, species' temperatures, local energy."""
 
 import math
 from collections.abc import Iterator
@@ -8,8 +8,8 @@ import numpy as np
 
 from snooker_cli import facts, theory, two_temperatures
 from snooker_cli.analysis import observables, quantities, structure, theories
-from snooker_cli.analysis.decay import course
-from snooker_cli.analysis.gas import cooling_spins, fluid_state, temperatures
+from snooker_cli.analysis.comparison import ratio_changes
+from snooker_cli.analysis.gas import cooling_spins, fluid_state, haff_rate, temperatures
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
     collisions_per_ball,
@@ -21,73 +21,32 @@ from snooker_cli.config import Point
 from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.counted_parts import CountedParts, measured
+from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_data import (
+    NEUTRAL,
     Array,
     Band,
     Course,
     FigureData,
     Layer,
     Line,
+    LineStyle,
+    Panel,
+    Points,
     Reference,
     courses,
     legend_line,
-    more_than_a_decade,
+    mean_of_remaining,
     places,
 )
-from snooker_cli.figures.selection import elastic, gas_type_of
-from snooker_cli.formatting import listed, short
-from snooker_cli.scene import EPSILON, Scene
-from snooker_cli.trace import Trace, even_choice
-
-MOMENTUM_UNIT = 1e-15
-"""The unit of the momentum's deviation: about four roundings of a number near one."""
+from snooker_cli.figures.selection import elastic, gas_type_of, varying
+from snooker_cli.formatting import short
+from snooker_cli.laws import Constant
+from snooker_cli.scene import Scene
+from snooker_cli.trace import even_choice
 
 MARGIN = 0.1  # margin above settled pressures, as a share of them
-MORE = 1.05  # the axis of energies over their highest value
-
-
-def energy(build: FigureBuilder) -> FigureData:
-    """Kinetic energy of balls and container over that at the start."""
-    ratios_of = []
-    for point in build.points:
-        energy = course(build.measurement(point), "kinetic_energy")
-        ratios_of.append(courses(energy.time, energy.value))
-    log = more_than_a_decade(ratios for curves in ratios_of for _, ratios in curves)
-    for index, (point, curves) in enumerate(zip(build.points, ratios_of, strict=True)):
-        times, rows = build.add_mean_course(index, point, curves)
-        build.record(
-            point,
-            elastic=elastic(point),
-            final_ratio=mean_and_error(rows[:, -1]),
-            time=float(times[-1]),
-            largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves),
-        )
-    top = max(float(ratios.max()) for curves in ratios_of for _, ratios in curves)
-    limits = (None, None) if log else (0.0, MORE * max(top, 1.0))
-    return build.figure(logarithmic=log, y_limits=limits)
-
-
-def momentum_component(name: str, build: FigureBuilder) -> FigureData:
-    """A component of the total momentum over that at the start, and how far this is from 1."""
-    deviation = replace(build, lines=[], bands=[], singles=[])
-    for index, point in enumerate(build.points):
-        totals = [_momentum(trace, name) for trace in build.traces(point)]
-        ratios = [(time, total / total[0]) for time, total in totals]
-        curves = [(time, (ratio - 1) / MOMENTUM_UNIT) for time, ratio in ratios]
-        build.add_mean_course(index, point, ratios)
-        deviation.add_mean_course(index, point, curves)
-        build.record(
-            point,
-            momentum_at_start=float(totals[0][1][0]),
-            largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in ratios),
-            states=max(len(time) for time, _ in totals),
-        )
-    worst = max(record["largest_deviation"] for record in build.records)
-    return build.figure(
-        f"Below: how far the total momentum is from p{name}(0).",
-        numbers={"largest_deviation": worst},
-        panel=(*deviation.singles, *deviation.bands, Reference("y", 0.0), *deviation.lines),
-    )
 
 
 def pressure(build: FigureBuilder) -> FigureData:
@@ -118,17 +77,6 @@ def pressure(build: FigureBuilder) -> FigureData:
     )
 
 
-def _momentum(trace: Trace, name: str) -> Course:
-    """Times (s) and one component of the total momentum, kg m/s. Raises ``FigureError``."""
-    scene, component = trace.start, "xy".index(name)
-    states = observables.at_collisions(trace)
-    total = observables.momentum(states.velocities, states.container_velocities, scene).T[component]
-    parts = np.abs(scene.masses * scene.velocities[:, component])
-    if abs(total[0]) <= scene.number * EPSILON * float(np.sum(parts)):
-        raise FigureError(f"the momentum in {name} is zero at the start, so it has no ratio to it")
-    return states.time, total
-
-
 def _pressures(measurement: Measurement) -> list[Course]:
     """Times (s) and mean pressures since the start (Pa·m): at first 0, without walls the ideal."""
     scene, curve = measurement.scene, measurement.curve
@@ -149,6 +97,7 @@ def _settled_top(time: Array, values: Array) -> float:
 # Means over the repeats of what the states have at even numbers of collisions.
 
 TIMES = 61  # times at which repeats are compared
+EARLIEST = 0.05  # collisions over balls at the first time of a logarithmic axis
 
 SUMS, TRIANGLES = (40_000_000, 1700), (500_000, 25)
 """What a figure can afford, for sums over balls and for neighbours: balls times states, and the
@@ -156,13 +105,20 @@ balls that a state counts more, because Python needs some 0.2 ms for it."""
 
 
 def _over_time(
-    build: FigureBuilder, observable: structure.Observable, cost: tuple[int, int] = SUMS
+    build: FigureBuilder,
+    observable: structure.Observable,
+    cost: tuple[int, int] = SUMS,
+    *,
+    logarithmic: bool = False,
 ) -> Iterator[tuple[Point, Scene, Array, Array]]:
     """Each point, its start, times (*t*,), s, and an observable of the states, (*n*, *t*, *k*).
 
+    logarithmic : whether the times are even on a logarithmic axis, and begin after the start
+
     It is nan after the end of a repeat.
     """
-    for point, times in _common_times(build, cost):
+    for point, times in _common_times(build, cost, logarithmic=logarithmic):
+        times = times[times > 0] if logarithmic else times
         rows = []
         for trace in build.traces(point):
             here = times[times <= trace.stop.time]
@@ -182,11 +138,16 @@ def _known(rows: Array) -> Array:
 
 
 def _common_times(
-    build: FigureBuilder, cost: tuple[int, int], *, of_states: bool = True
+    build: FigureBuilder,
+    cost: tuple[int, int],
+    *,
+    of_states: bool = True,
+    logarithmic: bool = False,
 ) -> Iterator[tuple[Point, Array]]:
     """Times (*t*,), s, of each point at even collision numbers of the second longest repeat.
 
     of_states : whether states are needed there, which a repeat without events has stored
+    logarithmic : whether the logarithms of these numbers are even, from `EARLIEST` on
 
     They end with this repeat. Raises ``FigureError`` if nothing happens in it.
     """
@@ -201,7 +162,11 @@ def _common_times(
         time, events = measurement.curve.time[chosen], measurement.curve.events[chosen]
         end = measurement.time[chosen]
         # The curve has its times between collisions: at one, two balls touch.
-        numbers = np.floor(np.linspace(0, np.interp(end, time, events) - 1, count))
+        last = float(np.interp(end, time, events)) - 1
+        numbers = np.floor(np.linspace(0, last, count))
+        if logarithmic:
+            first = min(max(1.0, EARLIEST * build.start(point).number), max(1.0, last))
+            numbers = np.unique(np.append(0.0, np.floor(np.geomspace(first, last, count))))
         between = np.minimum(np.interp(numbers[1:], events, time), end)
         times = np.unique(np.append(0.0, between))
         if len(times) < 2:
@@ -224,193 +189,320 @@ def _stored_times(build: FigureBuilder, point: Point, count: int) -> Array:
 
 
 def hexatic_order(build: FigureBuilder) -> FigureData:
-    """|⟨ψ6⟩| over time."""
-    over_time = _over_time(build, structure.hexatic_order, TRIANGLES)
+    """|⟨ψ6⟩| and ⟨|ψ6|⟩ over time, and what |⟨ψ6⟩| is for independent directions."""
+    over_time = _over_time(build, structure.hexatic_orders, TRIANGLES, logarithmic=True)
+    numbers = dict[int, None]()
     for index, (point, scene, times, rows) in enumerate(over_time):
-        _, kept = build.add_means(index, build.label(point), times, rows[..., 0])
-        build.record(point, final=mean_and_error(kept[:, -1]), balls=scene.number)
-    caption = "N balls of a fluid have about 1/√N."
-    return build.figure(caption, logarithmic=build.covers_decades)
+        _, of_all = build.add_means(index, build.label(point), times, rows[..., 0], "solid")
+        _, of_each = build.add_means(index, None, times, rows[..., 1], "dashed")
+        final, local = mean_and_error(of_all[:, -1]), mean_and_error(of_each[:, -1])
+        build.record(point, final=final, local=local, balls=scene.number)
+        numbers[scene.number] = None
+    build.lines.append(legend_line("all balls, |⟨ψ₆⟩|", "solid"))
+    build.lines.append(legend_line("of each ball, ⟨|ψ₆|⟩", "dashed"))
+    build.lines += [
+        Reference("y", number**-0.5, f"1/√N, N = {number:,}", "dotted") for number in numbers
+    ]
+    return build.figure(
+        "Both are 1 in a crystal. Without order |⟨ψ₆⟩| is below 1/√N.",
+        logarithmic=build.covers_decades,
+    )
 
 
 def a2(build: FigureBuilder) -> FigureData:
-    """a2 over time, with theory for balls of one type; of a mixture for each species."""
-    for point, scene, times, rows in _a2(build):
+    """a2 over collisions per ball, or against the CoR if it alone is swept.
+
+    With theory for balls of one type; of a mixture for each species. The first collisions belong to
+    the start.
+    """
+    if varying(build.points) == ["cor"] and all(build.start(p).equal_balls for p in build.points):
+        return _a2_against_cor(build)
+    for point, scene, collisions, rows in _a2(build):
         names = [None] if scene.equal_balls else structure.species_names(scene)
-        models = () if build.too_thin(scene) else (theories.FIXED, theories.COOLING)
-        known = theories.values_of(scene, quantities.SONINE, *models)
-        expected = next(iter(known.values()), None)
+        expected = None if build.too_thin(scene) else _sonine(scene)
         for column, name in zip(np.moveaxis(rows, 2, 0), names, strict=True):
             if not np.isfinite(column).any():
                 continue
             label, index = ", ".join(filter(None, [build.label(point), name])), len(build.records)
-            _, kept = build.add_means(index, label or None, times, column)
+            _, kept = build.add_means(index, label or None, collisions, column)
             if expected is not None:
                 flat = np.array([expected, expected])
-                build.lines.append(Line(times[[0, -1]], flat, None, index, "dotted"))
-            final = mean_and_error(kept[:, kept.shape[1] // 2 :].mean(axis=1))
-            build.record(point, species=name, second_half=final, theory=expected)
-    source = ""
-    if any(record["theory"] is not None for record in build.records):
+                build.lines.append(Line(collisions[[0, -1]], flat, None, index, "dotted"))
+            build.record(point, species=name, second_half=_second_half(kept), theory=expected)
+    known = any(record["theory"] is not None for record in build.records)
+    if known:
         build.lines.append(legend_line("theory", "dotted"))
-        source = "Theory: homogeneous cooling (van Noije & Ernst 1998); at CoR 1 about −1/N."
-    return build.figure(source)
+    return build.figure(SONINE_THEORY * known)
 
 
-def species_temperature(build: FigureBuilder) -> FigureData:
-    """Mean kinetic energy of each species over time."""
-    kept = gas_type_of(build.points[0]) != "cooling"  # the temperatures of one instant vary
-    if build.result is not None:
-        build.result = build.result._replace(when="in the second half" if kept else "at the end")
-    for point, scene, times, rows in _over_time(build, structure.species_temperature):
-        for index, name in enumerate(structure.species_names(scene)):
-            _, lasting = build.add_means(index, name, times, rows[..., index])
-            later = lasting[:, lasting.shape[1] // 2 if kept else -1 :].mean(axis=1)
-            build.record(point, species=name, temperature=mean_and_error(later))
-    return build.figure(logarithmic=build.covers_decades)
+NEARLY_ELASTIC = 0.999  # the theory at CoR 1 is another one
+SONINE_THEORY = "Theory: homogeneous cooling (van Noije & Ernst 1998); at CoR 1 about −1/N."
 
 
-def species_ratio(build: FigureBuilder) -> FigureData:
-    """T₁/T₂ of two species over collisions per ball, beside theory."""
-    names, known = list[str](), False
-    for index, (point, scene, times, rows) in enumerate(
-        _over_time(build, structure.species_temperature)
-    ):
-        names = structure.species_names(scene)
-        times, rows = build.lasting(index, times, rows)
-        curve = build.measurement(point).curve
-        pairs = curve.at(times, curve.pair_events).mean(axis=0)
-        collisions = collisions_per_ball(pairs, scene.number)
-        ratio, error = _ratio(rows)
-        build.lines.append(Line(collisions, ratio, build.label(point), index, "solid"))
-        if len(rows) > 1:
-            band = Band(collisions, ratio - error, ratio + error, None, index)
-            build.bands.append(band)
-        expected = theories.value_of(scene, quantities.SPECIES_RATIO, two_temperatures.EQUAL_RATES)
-        if expected is not None:
-            flat = np.array([expected, expected])
-            build.lines.append(Line(collisions[[0, -1]], flat, None, index, "dotted"))
-            known = True
-        later = rows[:, len(times) // 2 :].mean(axis=1, keepdims=True)
-        second_half = tuple(float(column[0]) for column in _ratio(later))
-        build.record(point, second_half=second_half, theory=expected)
-    if known:
-        build.lines.append(legend_line(f"theory, {two_temperatures.EQUAL_RATES}", "dotted"))
-    caption = f"1: {names[0]}; 2: {names[1]}." if names else ""
-    if known:
-        caption += " Theory: uniform, Maxwell's velocities (Garzó & Dufty 1999)."
-    return build.figure(caption)
-
-
-def rotation(build: FigureBuilder) -> FigureData:
-    """T_tr and T_rot over collisions per ball, beside theory, and their ratio below."""
-    below, known = list[Layer](), False
-    for index, point in enumerate(build.points):
-        measurement = build.measurement(point)
-        collisions, both = temperatures(measurement)
-        end = build.end_of_all(collisions[:, -1], "collisions per ball")
-        x = places(0.0, end, TIMES)[1:]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = interpolated(x, collisions, both[1] / both[0])
-            moving = np.exp(interpolated(x, collisions, np.log(both[0] / both[0, :, :1])))
-        build.add_means(index, build.label(point), x, moving, "solid")
-        build.add_means(index, None, x, moving * ratio, "dashed")
-        mean, error = ratio.mean(axis=0), standard_errors(ratio)
-        below.append(Line(x, mean, None, index, "solid"))
-        if len(ratio) > 1:
-            below.insert(0, Band(x, mean - error, mean + error, None, index))
-        expected, spins = None, (quantities.SPIN_RATIO, two_temperatures.MEAN_FIELD)
-        if gas_type_of(point) != "warm" and theories.theory_of(measurement.scene, *spins):
-            expected = cooling_spins(measurement)
-            later = collisions[0] > 0
-            known, since, first = True, collisions[0, later], expected[:, 0, later] / both[0, 0, 0]
-            build.lines += [Line(since, row, None, index, "dotted") for row in first]
-            below.append(Line(since, first[1] / first[0], None, index, "dotted"))
-        final = None if expected is None else np.mean(expected[1, :, -1] / expected[0, :, -1])
-        build.record(point, final_ratio=mean_and_error(ratio[:, -1]), theory=final)
-    build.lines.append(legend_line("motion, T_tr", "solid"))
-    build.lines.append(legend_line("rotation, T_rot", "dashed"))
-    caption = ""
-    if known:
-        build.lines.append(legend_line(f"theory, {two_temperatures.MEAN_FIELD}", "dotted"))
-        caption = "Theory: velocities and spins are independent (Luding et al. 1998)."
+def _a2_against_cor(build: FigureBuilder) -> FigureData:
+    """a2 in the second half of the collisions of each point, with theory, and their difference."""
+    means = []
+    for index, (point, _, collisions, rows) in enumerate(_a2(build)):
+        _, kept = build.lasting(index, collisions, rows[..., 0])
+        means.append(_second_half(kept))
+        build.record(point, second_half=means[-1], theory=_sonine(build.start(point)))
+    cors, (mean, error) = np.array([p.experiment.cor for p in build.points]), np.transpose(means)
+    order = np.argsort(cors)
+    cors, mean, error = cors[order], mean[order], error[order]
+    build.groups = [[build.points[place] for place in order]]
+    grid = np.linspace(cors[0], min(cors[-1], NEARLY_ELASTIC), 100)
+    scene = build.start(build.points[0])
+    laws = [replace(scene, pair_law=Constant(float(cor))) for cor in (*grid, *cors)]
+    expected = np.array([math.nan if (a2 := _sonine(law)) is None else a2 for law in laws])
+    build.lines.append(Points(cors, mean, error, "simulation", 0))
+    difference: list[Layer] = []
+    if np.isfinite(expected).any():
+        build.lines.append(Line(grid, expected[: len(grid)], "theory", 0, "solid"))
+        difference += [Reference("y", 0.0), Points(cors, mean - expected[len(grid) :], error)]
     return build.figure(
-        caption,
-        logarithmic=build.covers_decades,
-        panel=tuple(below),
+        SONINE_THEORY * bool(difference),
+        title="Second Sonine coefficient: a₂ against the CoR",
+        x_label="coefficient of restitution e",
+        x_limits=(None, None),
+        panels=(Panel(tuple(difference), "a₂ − theory"),) if difference else (),
     )
 
 
-def _ratio(rows: Array) -> Course:
-    """The ratio of two columns' means over repeats, of (*n*, *t*, 2), and its standard error.
+def _sonine(scene: Scene) -> float | None:
+    """a2 by the theory of a scene, if it has one."""
+    known = theories.values_of(scene, quantities.SONINE, theories.FIXED, theories.COOLING)
+    return next(iter(known.values()), None)
+
+
+def _second_half(rows: Array) -> tuple[float, float]:
+    """The mean of rows (*n*, *t*) over their second half, and its standard error."""
+    return mean_and_error(rows[:, rows.shape[1] // 2 :].mean(axis=1))
+
+
+def species_temperature(build: FigureBuilder) -> FigureData:
+    """Temperatures of the species over collisions per ball; of two T₁/T₂ below, with theory."""
+    parts, panels, numbers = CountedParts(build), list[Panel](), dict[str, float]()
+    ((point, scene, times, rows),) = _over_time(build, structure.species_temperature)
+    times, rows = build.lasting(0, times, rows)
+    curve, caption, kept = build.measurement(point).curve, "", gas_type_of(point) != "cooling"
+    pairs = curve.at(times, curve.pair_events).mean(axis=0)
+    collisions = collisions_per_ball(pairs, scene.number)
+    # The temperatures of one instant vary; those of a gas that cools have no mean.
+    later = rows[:, len(times) // 2 if kept else -1 :].mean(axis=1)
+    for index, name in enumerate(structure.species_names(scene)):
+        build.add_means(index, f"{index + 1}: {name}", collisions, rows[..., index])
+        build.record(point, species=name, temperature=mean_and_error(later[:, index]))
+    if rows.shape[2] > 2:
+        when = "in the second half" if kept else "at the end"
+        build.result = Result("temperature", "temperature", when)
+    else:
+        gas = parts.gas(point)
+        ratio = mean_and_error(measured(gas, quantities.SPECIES_RATIO))
+        numbers["ratio"], numbers["ratio_error"] = ratio
+        layers = _ratio_layers(collisions, rows)
+        law = theories.value_of(scene, quantities.SPECIES_RATIO, two_temperatures.EQUAL_RATES)
+        if law is not None:
+            numbers["theory"] = law
+            layers.append(Line(collisions[[0, -1]], np.array([law, law]), None, NEUTRAL, "dotted"))
+            caption = (
+                "Dotted: theory of uniform gases with Maxwell's velocities (Garzó & Dufty 1999)."
+            )
+        panels.append(Panel(tuple(layers), "T₁/T₂"))
+        change = ratio_changes(gas.measurement).get(quantities.SPECIES_RATIO.name)
+        if change is not None and change.refused:
+            caption = f"T₁/T₂: {change.sentence}. {caption}"
+    return build.figure(
+        " ".join(filter(None, [caption, parts.text])),
+        numbers=numbers,
+        logarithmic=build.covers_decades,
+        panels=tuple(panels),
+    )
+
+
+def _ratio_layers(x: Array, rows: Array) -> list[Layer]:
+    """The ratio of two columns' means over repeats, of (*n*, *t*, 2), with its standard error.
 
     Means come first: the mean of ratios is too large where the second species has few balls.
     """
     shares = rows / rows.sum(axis=2, keepdims=True)  # the repeats may cool at other rates
     first, second = shares.mean(axis=0).T
     ratio = first / second
-    spread = (shares[..., 0] - ratio * shares[..., 1]) / second
-    return ratio, standard_errors(spread)
+    error = standard_errors((shares[..., 0] - ratio * shares[..., 1]) / second)
+    band = [Band(x, ratio - error, ratio + error, None, NEUTRAL)] if len(rows) > 1 else []
+    return [*band, Line(x, ratio, None, NEUTRAL, "solid")]
+
+
+def rotation(build: FigureBuilder) -> FigureData:
+    """T_rot/T_tr over collisions per ball, beside theory; below both temperatures."""
+    decay, known, spins = list[Layer](), False, (quantities.SPIN_RATIO, two_temperatures.MEAN_FIELD)
+    for index, point in enumerate(build.points):
+        measurement = build.measurement(point)
+        collisions, both = temperatures(measurement)
+        ends = collisions[:, -1:]
+        x = places(0.0, float(np.sort(ends[:, 0])[-2:][0]), TIMES)[1:]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = interpolated(x, collisions, both[1] / both[0])
+            moving = np.exp(interpolated(x, collisions, np.log(both[0] / both[0, :, :1])))
+        ratio, moving = (np.where(x <= ends, rows, math.nan) for rows in (ratio, moving))
+        _, kept = build.add_means(index, build.label(point), x, ratio, "solid")
+        last, final = kept.shape[1] - 1, None
+        for rows, style in ((moving, MOTION), (moving * ratio, ROTATION)):
+            decay.append(Line(x, mean_of_remaining(rows)[0], None, index, style))
+        if gas_type_of(point) != "warm" and theories.theory_of(measurement.scene, *spins):
+            expected, known = cooling_spins(measurement), True
+            of_ratio = interpolated(x, collisions, expected[1] / expected[0]).mean(axis=0)
+            build.lines.append(Line(x, of_ratio, None, index, "dotted"))
+            for rows in expected / both[0, :, :1]:
+                of_motion = interpolated(x, collisions, rows).mean(axis=0)
+                decay.append(Line(x, of_motion, None, index, "dotted"))
+            mean, deviation, number = mean_of_remaining(ratio)
+            error = deviation / np.sqrt(number)
+            few = np.searchsorted(x, np.linspace(0.0, x[-1], RESIDUALS + 1)[1:])
+            build.add_residuals(index, x[few], mean[few], error[few], of_ratio[few])
+            final = float(of_ratio[last])
+        build.record(point, final_ratio=mean_and_error(kept[:, -1]), theory=final)
+    caption = "Panel of temperatures: T_tr solid, T_rot dashed."
+    if known:
+        build.lines.append(legend_line(f"theory, {two_temperatures.MEAN_FIELD}", "dotted"))
+        caption += " Theory: velocities and spins are independent (Luding et al. 1998)."
+    return build.figure(caption, panels=(Panel(tuple(decay), "T / T_tr(0)", log=True),))
+
+
+MOTION: LineStyle = "solid"
+ROTATION: LineStyle = "dashed"
+RESIDUALS = 10  # of a curve
+
+
+DENSEST_CLUSTERS = 0.5
+"""Packing beyond which elastic balls are as close as those of a cluster, almost everywhere."""
 
 
 def cluster_growth(build: FigureBuilder) -> FigureData:
     """Mean size of the cluster that a ball is in, and of the largest cluster, over time."""
-    for index, (point, scene, times, rows) in enumerate(_over_time(build, structure.mean_cluster)):
-        later = times > 0
-        times, (of_ball, of_all) = times[later], rows[:, later].transpose(2, 0, 1)
-        _, of_ball = build.add_means(index, build.label(point), times, of_ball, "solid")
-        _, of_all = build.add_means(index, None, times, of_all, "dotted")
+    for point in build.points:
+        if (packing := build.start(point).packing_fraction) > DENSEST_CLUSTERS:
+            raise FigureError(
+                f"at a packing of {short(packing, 2)} elastic balls are one cluster too; use a "
+                f"packing of {DENSEST_CLUSTERS:g} at most, or choose such points with --where"
+            )
+    without = dict[str, Reference]()  # by the packing
+    over_time = _over_time(build, structure.mean_cluster, logarithmic=True)
+    for index, (point, scene, times, rows) in enumerate(over_time):
+        _, of_ball = build.add_means(index, build.label(point), times, rows[..., 0], "solid")
+        _, of_all = build.add_means(index, None, times, rows[..., 1], "dotted")
         mean, largest = mean_and_error(of_ball[:, -1]), mean_and_error(of_all[:, -1])
-        build.record(point, mean=mean, largest=largest, balls=scene.number)
+        kept, later = elastic(point), of_ball[:, of_ball.shape[1] // 2 :]
+        before = float(later.mean()) if kept else _at_start(build, point)
+        build.record(point, mean=mean, largest=largest, uniform=before, balls=scene.number)
+        alike = f"{scene.packing_fraction:.2g}"
+        if kept or alike not in without:  # elastic balls have it for longer
+            without[alike] = Reference("y", before, None, "dashed")
+    build.lines += without.values()
     build.lines.append(legend_line("cluster of a ball, mean", "solid"))
     build.lines.append(legend_line("the largest cluster", "dotted"))
+    build.lines.append(legend_line("without clustering", "dashed"))
     caption = (
         f"Balls with a gap of at most {structure.CLUSTER_GAP:g} mean diameters are in one cluster "
-        "(Luding & Herrmann 1999). The mean is over the balls."
+        "(Luding & Herrmann 1999). Without clustering: the mean of elastic balls, or else at the "
+        "start."
     )
     return build.figure(caption, logarithmic=build.covers_decades)
+
+
+def _at_start(build: FigureBuilder, point: Point) -> float:
+    """Mean size of the cluster of a ball at the start of the repeats."""
+    starts = [trace.start for trace in build.traces(point)]
+    sizes = [structure.mean_cluster(one.positions, one.velocities, one)[0] for one in starts]
+    return float(np.mean(sizes))
 
 
 def density_fluctuations(build: FigureBuilder) -> FigureData:
     """Variance over mean of the number of balls in cells, over time."""
-    over_time = _over_time(build, structure.density_fluctuation)
-    build.lines.append(Reference("y", 1.0))
-    limits = dict[str, None]()
+    over_time = _over_time(build, structure.density_fluctuation, logarithmic=True)
+    limits = dict[str, float]()
     for index, (point, scene, times, rows) in enumerate(over_time):
-        later, packing = times > 0, scene.packing_fraction
+        packing = scene.packing_fraction
         if scene.equal_balls and packing <= theory.DENSEST_FLUID:
-            limits[f"{short(theory.structure_at_zero(packing), 2)} at packing {packing:.2g}"] = None
-        _, kept = build.add_means(index, build.label(point), times[later], rows[:, later, 0])
+            limits[f"{packing:.2g}"] = theory.structure_at_zero(packing)
+        _, kept = build.add_means(index, build.label(point), times, rows[..., 0])
         build.record(point, final=mean_and_error(kept[:, -1]))
-    caption = (
-        f"Cells have {structure.DENSITY_BALLS:g} balls on average. Independent points have 1 "
-        "(Poisson), and a fluid has less."
-    )
+    build.lines.append(Reference("y", 1.0, "independent points"))
+    several = len(limits) > 1
+    build.lines += [
+        Reference("y", limit, f"S(0) of elastic disks{f', packing {at}' * several}", "dotted")
+        for at, limit in limits.items()
+    ]
+    caption = f"Cells have {structure.DENSITY_BALLS:g} balls on average."
     if limits:
-        limit = listed([*limits])
-        caption += f" Only far larger cells of elastic balls would have S(0), which is {limit}."
+        caption += " Elastic disks reach S(0) in far larger cells; in these they have some more."
     return build.figure(caption, logarithmic=build.covers_decades)
+
+
+LEAST_FLOW = 5  # last times at which the flow has more energy than its error, to be shown
 
 
 def local_energy(build: FigureBuilder) -> FigureData:
-    """Energy of a ball relative to the local flow, and in total, over the total at the start."""
-    for index, (point, scene, times, rows) in enumerate(_over_time(build, _both_energies)):
-        ratios = rows / (scene.kinetic_energy / scene.number)
-        _, local = build.add_means(index, build.label(point), times, ratios[..., 0], "solid")
-        _, total = build.add_means(index, None, times, ratios[..., 1], "dotted")
-        share = mean_and_error(local[:, -1] / total[:, -1])
-        build.record(point, share=share)
-    build.lines.append(legend_line("all kinetic energy", "dotted"))
-    caption = f"The flow is that of cells with {structure.BALLS_IN_CELL:g} balls on average."
-    return build.figure(caption, logarithmic=build.covers_decades)
+    """Energy of a ball relative to the local flow, and that of the flow, over Haff's law."""
+    known, over_time = list[bool](), _over_time(build, _both_energies, logarithmic=True)
+    for index, (point, scene, times, rows) in enumerate(over_time):
+        haff = theories.theory_of(scene, quantities.HAFF_RATE, theories.START_RATES)
+        rate = haff_rate(scene) if haff else None
+        known += [rate is not None] * (not elastic(point))
+        law = scene.kinetic_energy / scene.number * theory.haff_ratio(times, rate or 0.0)
+        thermal, flow = np.moveaxis(rows, 2, 0) / law
+        build.add_means(index, build.label(point), times, thermal, "solid")
+        # The logarithm of what is within its error of zero would be noise alone.
+        mean, deviation, number = mean_of_remaining(flow)
+        noise = mean <= deviation / np.sqrt(np.maximum(number, 1))
+        since = len(times) - int(np.argmax(noise[::-1])) if noise.any() else 0
+        if since <= len(times) - LEAST_FLOW:
+            build.add_means(index, None, times[since:], flow[:, since:], "dashed")
+        thermal, flow = build.lasting(index, times, rows)[1][:, -1].T
+        build.record(point, share=mean_and_error(thermal / (thermal + flow)), haff_rate=rate)
+    build.lines.append(Reference("y", 1.0, "Haff's law" if any(known) else None, "dotted"))
+    build.lines.append(legend_line("thermal, E_th", "solid"))
+    flows = any(isinstance(line, Line) and line.style == "dashed" for line in build.lines)
+    build.lines += [legend_line("flow", "dashed")] * flows
+    words = [f"The flow is that of cells with {structure.BALLS_IN_CELL:g} balls on average."]
+    words += ["It is shown from where it has more energy than its error."] * flows
+    if any(known):
+        words.append("Haff's law has the rate at the start, by Enskog's collisions.")
+    if known and not all(known):
+        words.append(f"{'Other curves' if any(known) else 'Curves'} are over E(0)/N.")
+    if not any(known):
+        build.fields = {**build.fields, "y_label": "energy of a ball over E(0)/N"}
+    return build.figure(" ".join(words), logarithmic=build.covers_decades)
 
 
 def _both_energies(positions: Array, velocities: Array, scene: Scene) -> Array:
+    """Energy of a ball relative to the local flow, and the rest, J."""
     local = structure.local_energy(positions, velocities, scene)
-    return np.array([local, scene.kinetic_energy / scene.number])
+    return np.array([local, scene.kinetic_energy / scene.number - local])
+
+
+RELAXED = 3.0  # collisions per ball in which equal speeds become those of a gas
 
 
 def _a2(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
+    """As of `_over_time`, from ``RELAXED`` collisions per ball on, instead of times.
+
+    Of balls of one type means between the times, of a mixture at the times. Raises ``FigureError``
+    without so many collisions.
+    """
+    for point, scene, times, rows in _a2_over_time(build):
+        curve = build.measurement(point).curve
+        pairs = curve.at(times, curve.pair_events).mean(axis=0)
+        collisions = collisions_per_ball(pairs, scene.number)
+        later = collisions >= RELAXED
+        if np.count_nonzero(later) < 2:
+            raise FigureError(
+                f"the first {RELAXED:g} collisions per ball are left out, and too few follow; run "
+                "longer"
+            )
+        yield point, scene, collisions[later], _known(rows[:, later])
+
+
+def _a2_over_time(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
     """As of `_over_time`: of balls of one type means between times, of a mixture at the times."""
     if not all(build.start(point).equal_balls for point in build.points):
         yield from _over_time(build, structure.a2)

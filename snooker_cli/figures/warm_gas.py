@@ -1,100 +1,68 @@
 """Gases whose walls give energy: temperature, profiles, balance of energy, heat, pressure."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from snooker_cli import facts, theory
 from snooker_cli.analysis import quantities, theories
-from snooker_cli.analysis.gas import finite_ratio
-from snooker_cli.analysis.measurement import WINDOWS
-from snooker_cli.analysis.observables import mean_and_error, meeting_temperature, standard_errors
-from snooker_cli.analysis.stationarity import stationary_part_of
-from snooker_cli.analysis.time_series import Averages
-from snooker_cli.config import Point
+from snooker_cli.analysis.gas import Gas, finite_ratio
+from snooker_cli.analysis.observables import mean_and_error, standard_errors
+from snooker_cli.analysis.profiles import (
+    NEAR,
+    Profile,
+    axis_across,
+    is_radial,
+    measured_profile,
+    middles,
+    walls_at_ends,
+)
 from snooker_cli.containers import ENDS
-from snooker_cli.engine import States, replayed
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.counted_parts import CountedParts, gains, measured, window_edges
 from snooker_cli.figures.figure_data import (
+    LOG_MARGIN,
     Array,
+    Band,
     FigureData,
+    Layer,
     Line,
     LineStyle,
+    Panel,
     Points,
     Reference,
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import axis_label, gas_type_of, swept_numbers, traits, value_at
-from snooker_cli.formatting import counted
-from snooker_cli.laws import Law, Sides, Thermal
+from snooker_cli.figures.selection import axis_label, swept_numbers, traits, value_at
+from snooker_cli.formatting import with_error
+from snooker_cli.laws import Thermal
 from snooker_cli.scene import Scene
-from snooker_cli.trace import Trace
 
-BINS, COARSE_BINS = 20, 10  # of profiles, and of those whose slope is taken
+BINS = 20  # of profiles
+AT_WALL = np.array([0.85, 0.45, 0.05, -0.35])
+"""Weights of the first bins at a wall: the value at the wall of the line fitted to them."""
+
 MOST_BALLS = 4_000_000  # balls times states of a point's profiles, which take a second or two
-BATCH = 2**18  # balls times states at once: arrays of this size stay in the cache
-TIMES = 200  # times at which repeats are compared
 CURVE = 100  # vertices of a curve of theory
 
 SWEPT = "wall_speed", "wall_temperature", "balls.count", "balls.radius", "cor"
 """The keys that the temperature is shown along; the first one that has several values."""
 
 
-class _Steady:
-    """The part of each repeat that counts as steady: that of `stationarity.stationary_part`.
-
-    All figures of this module take it from here. A point without such a part, and elastic balls
-    that no wall heats, have the second half.
-    """
-
-    def __init__(self, build: FigureBuilder) -> None:
-        self.build = build
-        warm = [point for point in build.points if gas_type_of(point) == "warm"]
-        parts = {point.index: stationary_part_of(build.measurement(point)) for point in warm}
-        self.firsts = {index: part.first_window for index, part in parts.items()}
-        self.changing = {index for index, part in parts.items() if part.changes}
-
-    def first(self, point: Point) -> int:
-        """The first window of ``WINDOWS`` that counts."""
-        return self.firsts.get(point.index) or WINDOWS // 2
-
-    def averages(self, point: Point) -> Averages:
-        """Averages over this part of the repeats of a point."""
-        return self.build.measurement(point).windows.from_window(self.first(point))
-
-    def temperatures(self, point: Point) -> Array:
-        """Mean energies of a ball in this part, J; (*repeats*,)."""
-        return self.averages(point).kinetic_energy / self.build.start(point).number
-
-    def traces(self, point: Point) -> Iterator[tuple[Trace, float]]:
-        """The repeats of a point, and when the part begins in each, s."""
-        for trace in self.build.traces(point):
-            yield trace, self.first(point) / WINDOWS * trace.stop.time
-
-    @property
-    def text(self) -> str:
-        """A sentence on the parts of all points."""
-        lasts = {100 - 100 * self.first(point) // WINDOWS for point in self.build.points}
-        span = " to ".join(map(str, sorted({min(lasts), max(lasts)})))
-        unsure = [*self.firsts.values()].count(None)
-        points = f" (not confirmed for {counted(unsure, 'point')})" if unsure else ""
-        return f"Steady part: the last {span} % of each repeat{points}."
-
-
 def stationary(build: FigureBuilder) -> FigureData:
     """Temperature against a swept key, a series for each CoR, with the balance of energy."""
     numbers = swept_numbers(build.groups[0])  # of runs side by side not their names
     key = next(key for key in SWEPT if key in numbers)
-    names, steady = [group[0] for group in build.groups], _Steady(build)
+    names, steady = [group[0] for group in build.groups], CountedParts(build)
     drawn = dict[str, float]()
     for index, group in enumerate(build.groups):
         rows, expected = [], []
         for point in group:
-            mean, error = mean_and_error(steady.temperatures(point))
+            mean, error = mean_and_error(steady.gas(point).temperature)
             rows.append((mean, error))
             changes = point.index in steady.changing
             models = theories.WALLS, theories.BALANCE
@@ -111,6 +79,7 @@ def stationary(build: FigureBuilder) -> FigureData:
         label = build.label(group[0], names) or "simulation"
         settled = np.array([point.index not in steady.changing for point in group])
         build.lines.append(Points(x[settled], y[settled], errors[settled], label, index))
+        build.add_residuals(index, x, y, errors, np.array(expected))
         if not settled.all():  # an error would say that this is the mean of a steady gas
             build.lines.append(Points(x[~settled], y[~settled], None, None, index, filled=False))
     caption = steady.text
@@ -120,199 +89,183 @@ def stationary(build: FigureBuilder) -> FigureData:
         build.lines.append(legend_line(", ".join(drawn), "dotted"))
     if theories.BALANCE in drawn:
         caption += " Dotted: balance of energy in a uniform gas (Kumaran 1998)."
-    log = more_than_a_decade(line.y for line in build.lines if isinstance(line, Points))
+    columns = [line.y for line in build.lines if isinstance(line, Points)]
+    log = more_than_a_decade(columns)
+    highest = max(float(column.max()) for column in columns if len(column))  # also of open markers
     return build.figure(
         caption,
         logarithmic=log,
+        y_limits=(None if log else 0.0, LOG_MARGIN * highest),
         x_label=axis_label(build.points[0], key),
         x_log=key == "wall_speed",
     )
 
 
-def _profile(build: FigureBuilder, steady: _Steady, bins: int) -> tuple[Array, Array, Array, Array]:
-    """Profiles of the only point, across the container or along the radius.
-
-    Edges (*b* + 1,) of the bins, m; densities of centres (*repeats*, *b*), 1/m², and temperatures
-    m⟨v²⟩ of the motion across (or along the radius) and at right angles to it, J: means over states
-    at even times. Raises ``FigureError``.
-    """
+def _profile(build: FigureBuilder, steady: CountedParts) -> Profile:
+    """The profile of the only point in its steady part. Raises ``FigureError``."""
     (point,) = build.points
-    scene = build.start(point)
-    circle, axis = _is_radial(scene), _axis(scene)
-    reach = scene.container.size[axis] / 2 - float(scene.radii.min())
-    parts = np.linspace(0.0, 1.0, bins + 1)
-    # Rings of equal area, or strips of equal width.
-    edges = reach * np.sqrt(parts) if circle else reach * (2 * parts - 1)
-    area = scene.container.accessible(float(scene.radii.min())).area / bins
     most = build.states(point, MOST_BALLS, MOST_BALLS)
-
-    def sums(states: States) -> Array:
-        """Balls, and m v² across and along, in each bin: (3, *b*)."""
-        places = states.positions - states.container_positions[:, np.newaxis]
-        order = [axis, 1 - axis]
-        x, y = np.moveaxis(places, 2, 0)[order]
-        u, v = np.moveaxis(states.velocities, 2, 0)[order]
-        where = x
-        if circle:
-            where = np.hypot(x, y)
-            far = np.where(where > 0, where, 1.0)
-            u, v = (x * u + y * v) / far, (x * v - y * u) / far
-        bin_of = np.clip(np.searchsorted(edges, where.ravel(), side="right") - 1, 0, bins - 1)
-        squares = ((scene.masses * speed**2).ravel() for speed in (u, v))
-        weighted = [np.bincount(bin_of, square, bins) for square in squares]
-        return np.array([np.bincount(bin_of, minlength=bins), *weighted])
-
-    rows = []
-    for trace, since in steady.traces(point):
-        times = np.linspace(since, trace.stop.time, most)
-        balls, *squares = np.sum([sums(states) for states in replayed(trace, times, BATCH)], axis=0)
-        known = np.where(balls, balls, np.nan)
-        rows.append((balls / (most * area), *(square / known for square in squares)))
-    density, across, along = np.swapaxes(np.array(rows), 0, 1)
-    return edges, density, across, along
+    return measured_profile(build.start(point), steady.traces(point), BINS, most)
 
 
 def profiles(build: FigureBuilder) -> FigureData:
-    """Density and temperature across a box or channel, or along the radius of a circle."""
-    steady, (point,) = _Steady(build), build.points
-    edges, density, across, along = _profile(build, steady, BINS)
-    scene, middles, temperature = build.start(point), _middles(edges), (across + along) / 2
-    warm = steady.temperatures(point)
-    mean, circle = float(warm.mean()), _is_radial(scene)
+    """Temperature, packing and pressure across a box or channel, or along the radius of a circle.
+
+    The pressure is that of theory at the density and temperature of each place.
+    """
+    steady, (point,) = CountedParts(build), build.points
+    profile, scene = _profile(build, steady), build.start(point)
+    places, temperature = profile.middles, profile.temperature
+    _, density, across, along = profile
+    gas, circle = steady.gas(point), is_radial(scene)
+    warm = gas.temperature
     columns = {
-        "density": density / density.mean(),
-        "temperature": temperature / mean,
-        f"its part {'along the radius' if circle else 'across'}": across / mean,
-        f"its part {'around' if circle else 'along the walls'}": along / mean,
+        "T": temperature,
+        "along the radius" if circle else "across": across,
+        "around" if circle else "along the walls": along,
     }
-    for index, (name, rows) in enumerate(columns.items()):
-        style: LineStyle = "solid" if index < 2 else "dashed"
-        build.add_means(index, name, middles, rows, style)
-    walls = {place: law for place, law in _walls(scene).items() if isinstance(law, Thermal)}
+    styles: tuple[LineStyle, ...] = ("solid", "dashed", "dotted")
+    for index, ((name, rows), style) in enumerate(zip(columns.items(), styles, strict=True)):
+        build.add_means(index, name, places, rows, style)
+    walls = {place: law for place, law in walls_at_ends(scene).items() if isinstance(law, Thermal)}
     for place, law in walls.items():
-        at = np.array([place]), np.array([law.temperature / mean])
-        build.lines.append(Points(*at, None, None, 1, filled=False))
+        at = np.array([place]), np.array([law.temperature])
+        build.lines.append(Points(*at, None, None, 0, filled=False))
+    packing = math.pi * float(np.mean(scene.radii**2)) * density
+    panels, pressure = [Panel(mean_layers(places, packing), "packing")], None
+    caption = " Open: the wall." * bool(walls)
+    if facts.hold(scene, *theories.LARGE):
+        factor = theory.granular_compressibility(packing.mean(axis=0), scene.restitution)
+        # Beside a wall balls are in layers, of which Z of a uniform gas says nothing.
+        beside = np.abs(profile.edges[-1] - np.abs(places)) < 2 * gas.radius
+        pressure = np.where(beside, math.nan, density * temperature * factor)
+        # Centres reach less than the length of the walls, and take all of the force.
+        edge = scene.container.accessible(gas.radius).edge
+        force = mean_and_error(gas.pressure * scene.container.wall_length / edge)
+        line = Reference("y", force[0], None, "dashed")
+        panels.append(Panel((line, *mean_layers(places, pressure)), "p = nTZ (Pa·m)"))
+        walls_have = f"dashed: {with_error(*force, 'Pa·m')}, the force on the walls"
+        caption += f" Z is that of the packing there; {walls_have}."
     with np.errstate(divide="ignore", invalid="ignore"):  # balls that move along one line
         ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
     build.record(
         point,
-        place=middles,
+        place=places,
         across_over_along=ratio,
         density=density.mean(axis=0),
         temperature=temperature.mean(axis=0),
         across=across.mean(axis=0),
         along=along.mean(axis=0),
         mean_temperature=mean_and_error(warm),
+        packing=packing.mean(axis=0),
+        local_pressure=None if pressure is None else pressure.mean(axis=0),
         first_temperature=mean_and_error(temperature[:, 0]),
         last_temperature=mean_and_error(temperature[:, -1]),
         first_density=mean_and_error(density[:, 0] / density.mean()),
         last_density=mean_and_error(density[:, -1] / density.mean()),
     )
     return build.figure(
-        f"{steady.text}{' Open: the wall.' if walls else ''}",
+        f"{steady.text}{caption}",
+        panels=tuple(panels),
         x_label="distance from the centre (m)" if circle else "place across (m)",
     )
 
 
-def _middles(values: Array) -> Array:
-    """Means of neighbours along the last axis."""
-    return (values[..., 1:] + values[..., :-1]) / 2
-
-
-def _walls(scene: Scene) -> dict[float, Law]:
-    """The laws of the walls that a profile ends at, by the place of the wall, m."""
-    right, law = scene.container.size[_axis(scene)] / 2, scene.wall_law
-    if _is_radial(scene):
-        return {right: law} if not isinstance(law, Sides) else {}
-    first, last = ENDS[scene.container.across or "x"]
-    both = (getattr(law, first), getattr(law, last)) if isinstance(law, Sides) else (law, law)
-    return {-right: both[0], right: both[1]}
-
-
-def _is_radial(scene: Scene) -> bool:
-    """Whether profiles are along the radius."""
-    return scene.container.across == "radius"
-
-
-def _axis(scene: Scene) -> int:
-    """The axis of profiles, 0 or 1: that across, or in a circle x."""
-    return int(scene.container.across == "y")
+def mean_layers(x: Array, rows: Array, series: int = 0) -> tuple[Layer, ...]:
+    """The mean of rows (*repeats*, *x*), and behind it the band of its standard error."""
+    mean, line = rows.mean(axis=0), Line(x, rows.mean(axis=0), None, series, "solid")
+    if len(rows) < 2:
+        return (line,)
+    error = standard_errors(rows)
+    return Band(x, mean - error, mean + error, None, series), line
 
 
 def energy_balance(build: FigureBuilder) -> FigureData:
-    """Energy that walls gave, that collisions took, and their difference, over time."""
-    steady = _Steady(build)
+    """Power of the walls, of the losses in collisions, and what is left, in windows of time."""
+    steady, shares = CountedParts(build), list[Layer]()
     for index, point in enumerate(build.points):
-        measurement = build.measurement(point)
+        measurement, part = steady.gas(point).measurement, steady.averages(point)
         lossy = facts.hold(traits(point), "lossy_pairs")
-        curve, part = measurement.curve, steady.averages(point)
-        times = np.linspace(0.0, build.end_of_all(measurement.time), TIMES)
-        given = curve.at(times, curve.wall_energy)
-        taken = curve.at(times, curve.lost_energy) * lossy  # else only rounding is left
-        build.add_means(index, build.label(point), times, given, "solid")
-        build.add_means(index, None, times, taken, "dashed")
-        build.add_means(index, None, times, given - taken, "dotted")
+        curve, edges = measurement.curve, window_edges(measurement.curve.time)
+        given = gains(edges, curve.time, curve.wall_energy) / np.diff(edges)
+        # Without losses only rounding is left.
+        taken = gains(edges, curve.time, curve.lost_energy) / np.diff(edges) * lossy
+        build.add_means(index, build.label(point), middles(edges), given, "solid")
+        build.add_means(index, None, middles(edges), taken, "dashed")
+        shares += mean_layers(middles(edges), (given - taken) / given.mean(axis=0), index)
         given_rate = mean_and_error(part.wall_energy / part.length)
         taken_rate = mean_and_error(part.lost_energy * lossy / part.length)
-        build.record(point, given_rate=given_rate, taken_rate=taken_rate)
+        rest = mean_and_error((part.wall_energy - part.lost_energy * lossy) / part.length)
+        build.record(point, given_rate=given_rate, taken_rate=taken_rate, rest_rate=rest)
     build.lines += [
-        legend_line("walls gave", "solid"),
-        legend_line("collisions took", "dashed"),
-        legend_line("their difference, E − E(0)", "dotted"),
+        legend_line("walls give", "solid"),
+        legend_line("collisions take", "dashed"),
     ]
-    return build.figure(steady.text)
+    return build.figure(
+        steady.text,
+        logarithmic=build.covers_decades,
+        panel=(Reference("y", 0.0), *shares),
+    )
 
 
 def heat_flux(build: FigureBuilder) -> FigureData:
     """The flux of heat through the walls, and by Enskog's conductivity between them."""
     (point,) = build.points
-    scene = build.start(point)
-    walls, height = _walls(scene), scene.container.size[1 - _axis(scene)]
+    steady, scene = CountedParts(build), build.start(point)
+    gas, panels = steady.gas(point), list[Panel]()
+    height = scene.container.size[1 - axis_across(scene)]
     sides = ENDS[scene.container.across or "x"]
     ends = [scene.container.sides.index(side) for side in sides]
-    steady = _Steady(build)
-    edges, density, across, along = _profile(build, steady, COARSE_BINS)
-    warm, length = (across + along) / 2, steady.averages(point).length[:, np.newaxis]
-    given = build.measurement(point).by_side[:, steady.first(point) :, ends].sum(axis=1)
-    through = given * (1, -1) / (height * length)
+    given = gas.measurement.by_side[:, gas.first_window :, ends].sum(axis=1)
+    through = given * (1, -1) / (height * gas.means.length[:, np.newaxis])
     if np.isnan(through).any():
         raise FigureError("a repeat has too many collisions for this figure; run a shorter one")
-    size, mass = float(scene.radii[0]), float(scene.masses[0])
-    packing = math.pi * size**2 * _middles(density).mean(axis=0)
-    between = _middles(warm).mean(axis=0)
-    conductivity = theory.thermal_conductivity(packing, size, between, mass)
-    enskog = -conductivity * np.diff(warm) / np.diff(_middles(edges))
-    build.lines += [
-        Points(x, rows.mean(axis=0), standard_errors(rows), label, series, filled=not series)
-        for series, (x, rows, label) in enumerate(
-            (
-                (np.array([*walls]), through, "through the walls"),
-                (edges[1:-1], enskog, "Enskog's conductivity, −κ dT/dx"),
-            )
-        )
-    ]
-    middle = mean_and_error(enskog[:, 2:-2].mean(axis=1))
     both = [mean_and_error(side) for side in through.T]
-    numbers = dict(zip(sides, both, strict=True)) | {"enskog": middle}
-    is_elastic = facts.hold(scene, "elastic_pairs")
+    numbers: dict[str, Any] = dict(zip(sides, both, strict=True))
+    is_elastic, caption = facts.hold(scene, "elastic_pairs"), steady.text
     if is_elastic:
-        flux = mean_and_error(through.mean(axis=1))
-        build.lines.insert(0, Reference("y", flux[0], "mean of both walls", "dashed"))
-        over = flux[0] / middle[0]
-        ratio = over, math.hypot(flux[1], over * middle[1]) / abs(middle[0])
-        numbers |= {"flux": flux, "over_enskog": ratio}
-    # A straight line through the two strips at a wall gives the gas at it.
-    for side, (law, beside) in enumerate(zip(walls.values(), ((0, 1), (-1, -2)), strict=True)):
-        if isinstance(law, Thermal):
-            near = warm[:, beside] @ (1.5, -0.5)
-            here = float(packing[-side]), size, float(between[-side]), mass
-            slope = float(through[:, side].mean()) / conductivity[-side] * (-1) ** side
-            expected = slope * theory.temperature_jump(*here)
-            jump = mean_and_error(law.temperature - near)
-            numbers |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
+        numbers["flux"] = flux = mean_and_error(through.mean(axis=1))
+        build.lines.append(Reference("y", flux[0], "mean of both walls", "dashed"))
+    law = theories.theory_of(scene, quantities.HEAT_FLUX, theories.CONDUCTIVITY)
+    if law is not None:
+        gas = Gas(gas.measurement, first_window=gas.first_window, profile=_profile(build, steady))
+        places, local = gas.conduction
+        build.add_means(0, f"{law.model}, −κ dT/dx", places, local, "solid")
+        numbers["enskog"] = middle = mean_and_error(np.asarray(law.value(gas)))
+        caption += f" dT/dx is the slope of a line through {2 * NEAR + 1} of {BINS} strips."
+        if is_elastic:
+            over, mean = flux[0] / middle[0], local.mean(axis=0)
+            ratio = over, math.hypot(flux[1], over * middle[1]) / abs(middle[0])
+            numbers |= {"over_enskog": ratio}
+            # To first order, as the mean of ratios would be too large.
+            ratios = mean_layers(places, flux[0] / mean * (2 - local / mean))
+            panels.append(Panel((Reference("y", 1.0), *ratios), "flux / Enskog's"))
+        else:
+            caption += " κ is that of elastic balls."
+        numbers |= _jumps(gas, through)
+    at_walls = np.array([*walls_at_ends(scene)]), through.mean(axis=0), standard_errors(through)
+    build.lines.append(Points(*at_walls, "through the walls", 1))
     build.record(point, **numbers)
-    assumed = "" if is_elastic else " κ is that of elastic balls."
-    return build.figure(f"{steady.text}{assumed}")
+    return build.figure(caption, panels=tuple(panels))
+
+
+def _jumps(gas: Gas, through: Array) -> dict[str, Any]:
+    """The jump of temperature at each thermal wall, measured and by theory, J.
+
+    through : the flux of heat through both walls in each repeat, J/(m s)
+    """
+    found, profile = dict[str, Any](), gas.profile
+    for side, law in enumerate(walls_at_ends(gas.scene).values()):
+        if isinstance(law, Thermal):
+            strips = np.arange(len(AT_WALL)) if side == 0 else -1 - np.arange(len(AT_WALL))
+            warm = profile.temperature[:, strips]
+            packing = math.pi * gas.radius**2 * float(profile.density[:, strips].mean())
+            here = packing, gas.radius, float(warm.mean()), gas.mass
+            slope = float(through[:, side].mean()) / theory.thermal_conductivity(*here)
+            expected = slope * theory.temperature_jump(*here) * (-1) ** side
+            jump = mean_and_error(law.temperature - warm @ AT_WALL)
+            found |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
+    return found
 
 
 def equation_of_state(build: FigureBuilder) -> FigureData:
@@ -320,39 +273,53 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
 
     It is (1 + e) χ in a very large gas. PV/NT itself differs little between dilute gases.
     """
-    names, steady = [group[0] for group in build.groups], _Steady(build)
+    names, steady = [group[0] for group in build.groups], CountedParts(build)
     for index, group in enumerate(build.groups):
         rows, scenes = [], [build.start(point) for point in group]
         for point, scene in zip(group, scenes, strict=True):
-            part, warm = steady.averages(point), mean_and_error(steady.temperatures(point))
-            inner = mean_and_error(part.virial_ratio)
-            outer = mean_and_error(part.ideal_gas_ratio(scene))
-            packing, disks = scene.packing_fraction, theories.disk_ratios(scene)
+            gas, packing = steady.gas(point), scene.packing_fraction
+            disks = theories.disk_ratios(scene)
+            inner = mean_and_error(measured(gas, quantities.VIRIAL_RATIO))
+            outer = mean_and_error(measured(gas, quantities.RATIO))
             # Without walls balls meet at a temperature of their own.
-            met = meeting_temperature(scene.kinetic_energy, scene) * scene.number
-            share = met / scene.kinetic_energy * packing
-            rows.append((packing, (inner[0] - 1) / share, inner[1] / share))
+            share = float(gas.meeting_ratio.mean()) * packing
+            here = disks.get(theory.FINITE) or disks.get(theory.INFINITE)
+            expected = math.nan if here is None else (here.virial - 1) / packing
+            rows.append((packing, (inner[0] - 1) / share, inner[1] / share, expected))
             keys = {"theory": theory.INFINITE, "theory_here": theory.FINITE}
             numbers: dict[str, Any] = {
                 key: disks[name].virial for key, name in keys.items() if name in disks
             }
-            numbers |= {"temperature": warm, "virial": inner, "wall": outer}
-            build.record(point, packing=packing, **numbers)
-        first = scenes[0]
-        packings, added, errors = np.array(rows).T
+            numbers |= {"temperature": mean_and_error(gas.temperature), "virial": inner}
+            build.record(point, packing=packing, **numbers, wall=outer)
+        packings, added, errors, expected_here = np.array(rows).T
+        build.add_residuals(index, packings, added, errors, expected_here)
         label = build.label(group[0], names) or "simulation"
-        build.lines.append(Points(packings, added, errors, label, index))
-        if theory.INFINITE in theories.disk_ratios(first):
-            grid = np.linspace(packings.max() / CURVE, packings.max(), CURVE)
-            large = theory.granular_compressibility(grid, first.restitution)
-            build.lines.append(Line(grid, (large - 1) / grid, None, index, "dotted"))
-            here = [_of_scene(first, float(packing)) for packing in grid]
-            if len({scene.number for scene in scenes}) == 1 and np.isfinite(here).any():
-                build.lines.append(Line(grid, (np.array(here) - 1) / grid, None, index, "solid"))
+        build.lines += [
+            *_curves(scenes, float(packings.max()), index, both=build.source),
+            Points(packings, added, errors, label, index),
+        ]
     drawn = {line.style for line in build.lines if isinstance(line, Line)}
     legend = {"solid": theory.FINITE, "dotted": theory.INFINITE}
     build.lines += [legend_line(legend[style], style) for style in legend if style in drawn]
-    return build.figure(steady.text)
+    return build.figure(f"Packing and T are means over the whole container. {steady.text}")
+
+
+def _curves(scenes: Sequence[Scene], highest: float, series: int, *, both: bool) -> list[Line]:
+    """What theory has for (PV/NT − 1)/packing up to a packing: of this container, else a large gas.
+
+    both : whether the curve of a large gas is drawn in any case
+    """
+    first = scenes[0]
+    if theory.INFINITE not in theories.disk_ratios(first):
+        return []
+    grid = np.linspace(highest / CURVE, highest, CURVE)
+    large = theory.granular_compressibility(grid, first.restitution)
+    curves = [Line(grid, (large - 1) / grid, None, series, "dotted")]
+    here = np.array([_of_scene(first, float(packing)) for packing in grid])
+    if len({scene.number for scene in scenes}) == 1 and np.isfinite(here).any():
+        return [*curves * both, Line(grid, (here - 1) / grid, None, series, "solid")]
+    return curves
 
 
 def _of_scene(scene: Scene, packing: float) -> float:

@@ -28,7 +28,7 @@ from snooker_cli.analysis.trend import trends
 from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, OWN_FIGURES, FigureData, Selection, selected
-from snooker_cli.figures.captions import setting
+from snooker_cli.figures.caption_text import setting
 from snooker_cli.figures.selection import gas_type_of, spread, swept_number, traits
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label, printable
@@ -44,7 +44,6 @@ RELEVANCE: dict[str, dict[str, str]] = yaml.safe_load(packaged("relevance.yaml")
 """Figures by relevance; relevance.yaml explains their conditions. Others come last."""
 
 SHOWN = {name: spec.result.quantity for name, spec in FIGURES.items() if spec.result} | {
-    "energy-fit": "Haff's α",
     "profiles": "heat flux",
     "snapshot": "balls in a ball's cluster",
 }
@@ -201,7 +200,6 @@ def trivial(
         "always": True,
         "untagged": not any(given),
         "dilute": not clusters and all(scene.packing_fraction < DENSE for scene in starts),
-        "by_cor": _by_cor(points),
         "calm": all(ratio is not None and ratio <= 1 for ratio in ratios),
     }
     conditions |= {
@@ -257,12 +255,6 @@ def _plainly(starts: Collection[Scene], kinds: Collection[GasKind], verdict: str
     titles = " or ".join(dict.fromkeys(scene.container.title for scene in starts))
     does = " or ".join(DOES[kind] for kind in kinds if kind in DOES)
     return f"A gas of {number}{balls} in a {titles} {does}{f': {verdict}' * bool(verdict)}"
-
-
-def _by_cor(points: Sequence[Point]) -> bool:
-    """Whether points are a sweep over the CoR with two or more that cool."""
-    cors = {point.experiment.cor for point in points if gas_type_of(point) == "cooling"}
-    return len(cors) > 1 and swept_number(points) == "cor"
 
 
 def _figure(run: Run, name: str, single: Point) -> FigureData | str:

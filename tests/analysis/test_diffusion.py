@@ -63,7 +63,7 @@ def test_heavy_balls_in_a_dilute_gas_diffuse_with_enskogs_coefficient() -> None:
     theory = diffusion.expected(trace.start, 0)
     tau = theory.relaxation_time
     lags = tau * np.array([0.02, 1.0, 5.0, 10.0])
-    rows = [diffusion.correlations(trace, ball, lags) for ball in range(25)]
+    rows = [diffusion.correlations(trace, [ball], lags) for ball in range(25)]
     squares, products = (np.array(column) for column in zip(*rows, strict=True))
     rises = (squares[:, 3] - squares[:, 2]) / (4 * 5 * tau)
     for measured, known, most in (
@@ -82,6 +82,6 @@ def test_velocities_are_measured_after_they_relaxed_and_within_the_repeat() -> N
     trace = simulated("shape: periodic, width: 20", balls, 30.0)
     tau = diffusion.expected(trace.start, 0).relaxation_time
     last = 30.0 - diffusion.RELAXING * tau
-    diffusion.correlations(trace, 0, np.array([last * 0.999]))
+    diffusion.correlations(trace, [0], np.array([last * 0.999]))
     with pytest.raises(ValueError, match="ends before"):
-        diffusion.correlations(trace, 0, np.array([last * 1.001]))
+        diffusion.correlations(trace, [0], np.array([last * 1.001]))

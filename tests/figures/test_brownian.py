@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -35,19 +36,27 @@ def test_the_displacement_has_its_limits_and_a_coefficient(brownian: Run) -> Non
     (points,) = layers(found, Points)
     ballistic, diffusive, *_ = layers(found, Line)
     theory = diffusion.expected(traces(brownian, 0)[0].start, 0)
-    assert ballistic.y == pytest.approx(theory.mean_square_speed * ballistic.x**2)
-    assert diffusive.y == pytest.approx(4 * theory.coefficient * diffusive.x)
+    tau = theory.relaxation_time
+    assert ballistic.y == pytest.approx(theory.mean_square_speed * (tau * ballistic.x) ** 2)
+    assert diffusive.y == pytest.approx(4 * theory.coefficient * tau * diffusive.x)
+    assert ballistic.x[-1] <= 1 < 2 <= diffusive.x[0]  # guides end where the motion changes
     steps = np.diff(np.log2(points.x))
     assert steps == pytest.approx(1 / 3, rel=1e-9)  # even, and without near-doubles
-    rows = [diffusion.correlations(trace, 0, points.x)[0] for trace in traces(brownian, 0)]
+    lags = points.x * tau
+    rows = [diffusion.correlations(trace, [0], lags)[0] for trace in traces(brownian, 0)]
     assert points.y == pytest.approx(np.mean(rows, axis=0), rel=1e-12)
     assert points.y_error == pytest.approx(np.std(rows, axis=0, ddof=1) / np.sqrt(3), rel=1e-9)
     numbers = found.numbers["points"][0]
-    five, ten = (int(np.argmin(abs(points.x - k * theory.relaxation_time))) for k in (5, 10))
-    slope = (points.y[ten] - points.y[five]) / (points.x[ten] - points.x[five]) / 4
+    five, ten = (int(np.argmin(abs(points.x - k))) for k in (5, 10))
+    slope = (points.y[ten] - points.y[five]) / (lags[ten] - lags[five]) / 4
     assert numbers["diffusion_coefficient"] == pytest.approx(slope, rel=1e-9)
     assert "In two dimensions D depends on the time" in found.caption
     assert not layers(found, Reference)
+    over = next(layer for layer in found.panel if isinstance(layer, Points))
+    assert over.y == pytest.approx(points.y / (4 * theory.coefficient * lags), rel=1e-9)
+    langevin = next(layer for layer in found.panel if isinstance(layer, Line))
+    assert langevin.y[0] == pytest.approx(langevin.x[0] / 2, rel=0.02)  # ballistic
+    assert langevin.y[-1] == pytest.approx(1 - 1 / langevin.x[-1], rel=1e-6)
 
 
 def test_velocities_forget_and_their_integral_is_a_coefficient(brownian: Run) -> None:
@@ -55,15 +64,45 @@ def test_velocities_forget_and_their_integral_is_a_coefficient(brownian: Run) ->
     (points,) = layers(found, Points)
     theory = diffusion.expected(traces(brownian, 0)[0].start, 0)
     law = layers(found, Line)[0]
-    assert law.y == pytest.approx(np.exp(-law.x / theory.relaxation_time))
+    assert law.y == pytest.approx(np.exp(-law.x))
     assert points.y[0] == pytest.approx(1, rel=1e-12)
     numbers = found.numbers["points"][0]
-    rows = [diffusion.correlations(trace, 0, points.x)[1] for trace in traces(brownian, 0)]
-    assert numbers["mean_square_speed"] == pytest.approx(np.mean(rows, axis=0)[0], rel=1e-12)
+    lags = law.x * theory.relaxation_time
+    rows = [diffusion.correlations(trace, [0], lags)[1] for trace in traces(brownian, 0)]
+    mean, errors = np.mean(rows, axis=0), np.std(rows, axis=0, ddof=1) / np.sqrt(3)
+    assert numbers["mean_square_speed"] == pytest.approx(mean[0], rel=1e-12)
     assert numbers["mean_square_speed"] != pytest.approx(theory.mean_square_speed, rel=1e-3)
-    integral = np.trapezoid(points.y, points.x) * numbers["mean_square_speed"] / 2
+    integral = np.trapezoid(mean, lags) / 2
     assert numbers["diffusion_coefficient"] == pytest.approx(integral, rel=1e-9)
     assert numbers["theory_coefficient"] == theory.coefficient
+    # A logarithm of noise shows nothing: the curve ends, and the panel has all of it.
+    end = len(points.x)
+    assert found.y_log
+    assert np.all(points.y > 0)
+    assert mean[end] <= errors[end]
+    over = next(layer for layer in found.panel if isinstance(layer, Points))
+    assert over.y == pytest.approx(mean / mean[0] - law.y, rel=1e-9)
+
+
+def test_all_balls_of_the_species_of_ball_0_count(decaying: Run, brownian: Run) -> None:
+    """One ball of 19 equal ones has a nineteenth of the data."""
+    found = shown(decaying, "mean-squared-displacement", cor=1.0)
+    (points,) = layers(found, Points)
+    repeats = traces(decaying, 2)
+    lags = points.x * diffusion.expected(repeats[0].start, 0).relaxation_time
+    of_balls = [diffusion.correlations(one, [k], lags)[0] for one in repeats for k in range(19)]
+    assert points.y == pytest.approx(np.mean(of_balls, axis=0), rel=1e-9)
+    assert "Means over 19 balls of the species of ball 0." in found.caption
+    assert "no other is of its species" in shown(brownian, "mean-squared-displacement").caption
+
+
+def test_the_colours_of_a_path_are_times(brownian: Run) -> None:
+    """From dark to light; the parts meet, so that the path has no gap."""
+    found = shown(brownian, "tagged-path")
+    _, *parts = layers(found, Line)
+    assert all(one.x[-1] == two.x[0] for one, two in pairwise(parts))
+    assert np.all(np.diff(found.shades) > 0)
+    assert (found.scale_label, found.scale[-1]) == ("time (s)", "20")
 
 
 def test_walls_limit_the_displacement(tmp_path: Path) -> None:

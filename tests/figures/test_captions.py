@@ -13,8 +13,8 @@ from repeating import batches_of, file_of, run_of
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Points, Selection, registry, selected
-from snooker_cli.figures.captions import unfinished
-from snooker_cli.figures.selection import along, evenly, matching
+from snooker_cli.figures.caption_text import unfinished
+from snooker_cli.figures.selection import along, as_series, evenly, matching, value_at
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
 
@@ -90,6 +90,10 @@ def test_many_points_over_several_keys_have_the_middle_of_the_others() -> None:
     assert evenly(grid) == list(grid)
     ((*series,),) = along(grid, ["cor"], None)
     assert series == evenly(grid, 6)
+    keys = ["cor=0.7,0.8", "balls.radius=0.5,1", "balls.speed=1,2,3"]
+    of_three = parse(BASE, overrides=keys).points()
+    assert evenly(of_three) == list(of_three)
+    assert as_series(of_three) == [p for p in of_three if value_at(p, "balls.speed") == 2.0]
 
 
 def test_many_collisions_are_those_of_few_repeats(

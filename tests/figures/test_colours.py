@@ -19,7 +19,7 @@ from matplotlib.colors import to_rgb
 
 from snooker_cli.figures import Line
 from snooker_cli.figures.figure_data import NEUTRAL
-from snooker_cli.figures.legends import _DASHES, _MARKERS, MOST_ENTRIES, colour, pattern
+from snooker_cli.figures.legends import _DASHES, _HUES, _MARKERS, MOST_ENTRIES, colour, pattern
 from snooker_cli.figures.selection import MOST_SERIES
 from snooker_cli.runs import Run
 
@@ -116,6 +116,14 @@ def test_shades_of_a_sweep_differ_for_every_reader_and_rise_in_grey(
     lightness = [lab(name, sight)[0] for name in colours]
     assert min(np.diff(lightness)) > 0
     assert min(np.diff([lab(name)[0] for name in colours])) >= JUST_NOTICEABLE
+
+
+def test_no_colour_is_too_pale_on_white() -> None:
+    """A line of lightness 100 is not there. The palest of all is a light blue."""
+    ranks = tuple(np.linspace(0, 1, MOST_SERIES))
+    palest = [colour(k, (1.0,) * len(_HUES), range(len(_HUES))) for k in range(len(_HUES))]
+    drawn = [*palest, *(colour(series, ranks) for series in range(MOST_SERIES))]
+    assert max(lab(name)[0] for name in drawn) <= 82
 
 
 def test_what_is_fitted_and_what_is_predicted_have_colours_of_their_own(decaying: Run) -> None:

@@ -104,6 +104,35 @@ def test_speeds_in_metres_if_elastic(warm: Run) -> None:
     assert {line.series for line in laws(found)} == {NEUTRAL}
 
 
+def test_more_than_five_points_show_the_differences_from_the_law_alone(warm: Run) -> None:
+    """Six histograms on each other show nothing. The reproduction keeps its form."""
+    found = shown(warm, "speeds")
+    assert (len(layers(found, Line)), found.panel) == (6, ())
+    assert found.y_label == "density minus law at fixed energy"
+    assert found.x_label.startswith("reduced speed")
+    (one,) = [k for k, point in enumerate(warm.points) if dict(point.parameters) == FASTEST]
+    alone = shown(warm, "speeds", **{name.replace(".", "__"): v for name, v in FASTEST.items()})
+    _, residuals, *_ = alone.panel
+    assert isinstance(residuals, Points)
+    assert layers(found, Line)[one].y == pytest.approx(residuals.y * 20.0, rel=1e-9)
+    source = FIGURES["speeds"].make(warm, Selection(), source=True)
+    assert len(histograms(source)) == 6
+
+
+FASTEST = {"balls.radius": 1.0, "balls.speed": 20.0}
+
+
+def test_few_counts_have_poissons_interval() -> None:
+    """One repeat with one count has no spread over the repeats, but an error."""
+    inside = math.erf(math.sqrt(0.5))
+    low, high = ((1 - inside) / 2, (1 + inside) / 2)
+    counts = np.arange(7.0)
+    found = distributions.count_errors(counts, np.full(7, 9.0))
+    assert found[5:].tolist() == [9.0, 9.0]
+    ends = stats.gamma.ppf(high, counts + 1) - np.nan_to_num(stats.gamma.ppf(low, counts))
+    assert found[:5] == pytest.approx(ends[:5] / 2, abs=1e-3)
+
+
 def test_the_law_of_speeds_counts_one_ball_less(periodic: Run, tmp_path: Path) -> None:
     reduced = shown(periodic, "speeds")
     assert reduced.x_label.startswith("reduced speed")
@@ -128,7 +157,11 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: Run) -> None:
     assert record["theory"] == pytest.approx(theory.contact_value(state.bulk_packing), rel=1e-5)
     # Pairs of a bin at contact in the 3 × 40 states; those of a repeat are not independent.
     assert abs(record["contact"] - record["theory"]) < 0.3
-    (line,), (marker,) = (layers(found, kind) for kind in (Line, Points))
+    (line,), (measured, marker) = (layers(found, kind) for kind in (Line, Points))
+    assert (measured.x.tolist(), measured.y.tolist()) == ([1.0], [record["contact"]])
+    assert measured.y_error.tolist() == [record["contact_error"]]
+    assert (measured.label, measured.filled, marker.filled) == ("g(σ⁺)", True, False)
+    assert found.x_limits == (0.9, None)
     assert np.all(line.y[line.x < 0.99] == 0)
     assert abs(np.mean(line.y[line.x > 4]) - 1) < 0.05
     assert (marker.x.tolist(), marker.y.tolist()) == ([1.0], [pytest.approx(record["theory"])])
@@ -177,6 +210,7 @@ def test_velocity_tails_of_a_mixture_are_by_species(mixture: Run) -> None:
     assert [p.label for p in points] == names
     assert [record["species"] for record in found.numbers["points"]] == names
     assert "T is that of each species." in found.caption
+    assert "T is that of the whole container" in found.caption
     for trace in traces(mixture, 0):
         for kind in _reduced_components(trace, np.array([0.5, 0.9])):
             assert np.mean(kind.reshape(2, -1) ** 2, axis=1) == pytest.approx([0.5, 0.5])
@@ -190,7 +224,7 @@ def test_velocity_tails_are_shares_of_all_states(periodic: Run) -> None:
     """Each bin has both signs, and the whole law has the second moment 1/2 per component."""
     found = shown(periodic, "velocity-tails", cor=1.0)
     (points,) = layers(found, Points)
-    assert 1 - 2 * 0.25 * points.y.sum() < 0.01  # what is in the bins that are left out
+    assert 2 * 0.25 * points.y.sum() == pytest.approx(1, rel=1e-9)  # no bin is left out
     assert 2 * 0.25 * np.sum(points.y * points.x**2) == pytest.approx(0.5, rel=0.05)
     (maxwell,) = layers(found, Line)
     assert maxwell.y[0] == pytest.approx(1 / math.sqrt(math.pi))

@@ -17,7 +17,7 @@ from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.captions import FigureBuilder, theories_once
 from snooker_cli.figures.figure_data import NEUTRAL, Line, Points
-from snooker_cli.figures.legends import colour
+from snooker_cli.figures.legends import PALEST, colour
 from snooker_cli.figures.registry import possible
 from snooker_cli.figures.selection import described, scale
 from snooker_cli.runs import Run
@@ -65,9 +65,11 @@ def test_several_points_of_a_run_are_shades_of_its_colour(joined: RunsSideBySide
     found = shown(joined, "event-decay")
     assert (found.hues, found.shades) == ((0, 0, 1, 1), (0.0, 1.0, 0.0, 1.0))
     assert colour(0, found.shades, found.hues) == colour(0)
-    assert colour(2, found.shades, found.hues) == colour(1)
+    assert colour(2, found.shades, found.hues) != colour(0)
+    assert found.scale == ("CoR 0.8", "CoR 0.9") * 2
+    assert len(found.hue_names) == 2
     strong, pale = (np.array(to_rgb(colour(k, found.shades, found.hues))) for k in (0, 1))
-    assert pale == pytest.approx(1 - (1 - strong) * 0.4, abs=0.005)  # 60 % white
+    assert pale == pytest.approx(1 - (1 - strong) * (1 - PALEST), abs=0.005)
     assert not shown(joined, "event-decay", cor=0.9).hues
 
 

@@ -7,7 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import ROUGH, STORED, in_circle, layers, made, shown, traces, why_not
+from figure_runs import (
+    PERIODIC,
+    ROUGH,
+    STORED,
+    in_circle,
+    layers,
+    made,
+    shown,
+    traces,
+    why_not,
+)
 
 from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import gas, structure
@@ -27,6 +37,7 @@ from snooker_cli.figures.figure_data import (
     lasting_rows,
 )
 from snooker_cli.figures.selection import Selection
+from snooker_cli.formatting import short
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON, Scene
 
@@ -96,7 +107,8 @@ def test_means_go_on_with_the_repeats_that_remain(decaying: Run) -> None:
     assert np.isnan(singles.rows[0, singles.x > 0.5]).all()
     assert (band.high - band.low)[-1] / 2 == pytest.approx(0.5)  # of 4 and 5
     assert build._remaining_sentence() == (
-        "Means go on with the repeats that remain, 2 of 6 at the end; thin: fewer than half."
+        "Means go on with the repeats that remain, 2 of 6 at the end; a mean of fewer than "
+        "half is thin."
     )
 
 
@@ -129,12 +141,12 @@ def test_thin_lines_are_an_even_choice_of_the_repeats(decaying: Run) -> None:
     build = FigureBuilder(decaying, Selection(), [[point]], {"title": "x", "kind": "x"})
     for index in range(3):
         build.add_means(index, None, x, rows)
-    shown_rows = [layer.rows[:, 0].tolist() for layer in build._shown_singles()]
+    shown_rows = [layer.rows[:, 0].tolist() for layer in build.shown_singles()]
     assert shown_rows == [[0.0, 10.0, 19.0, 29.0]] * 3
     assert sum(map(len, shown_rows)) == MOST_SINGLE
     for index in range(3, 7):
         build.add_means(index, None, x, rows)
-    assert build._shown_singles() == []
+    assert build.shown_singles() == []
     assert build._means_sentence(False) == "Bold: means over the repeats; bands: standard errors."
 
 
@@ -213,34 +225,72 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
 # Means over the repeats of what the states have.
 
 
-def test_times_end_with_the_second_longest_repeat_and_begin_at_zero(periodic: Run) -> None:
+def test_times_are_even_in_their_logarithm_and_end_with_the_shortest_repeat(periodic: Run) -> None:
     found = shown(periodic, "hexatic-order", cor=0.8)
-    (line,) = layers(found, Line)
+    line, local, *_ = layers(found, Line)
     repeats = traces(periodic, 0)
-    assert line.x[0] == 0
-    longer = sorted(trace.stop.time for trace in repeats)[-2]
-    assert 0.97 * longer < line.x[-1] < longer
+    shortest = min(trace.stop.time for trace in repeats)
+    assert 0.97 * shortest < line.x[-1] < shortest
     # No time is that of a collision, where two balls touch.
     assert not np.any(np.isin(line.x, series(repeats[0]).time[1:]))
     rows = [structure.over_time(structure.hexatic_order, one, line.x[[20]]) for one in repeats]
     assert line.y[20] == pytest.approx(float(np.mean(rows)), rel=1e-12)
-    (band,) = layers(found, Band)
+
+    def size(positions: Array, velocities: Array, scene: Scene) -> float:
+        return float(np.abs(structure.bond_order(positions, velocities, scene)).mean())
+
+    sizes = [structure.over_time(size, one, line.x[[20]]) for one in repeats]
+    assert local.y[20] == pytest.approx(float(np.mean(sizes)), rel=1e-12)
+    steps = np.diff(np.log(line.x))
+    assert found.x_log
+    assert steps[-10:].max() < 0.2 * np.log(line.x[-1] / line.x[0])  # few of the first are even
+    (reference,) = layers(found, Reference)
+    assert (reference.value, reference.label) == (1 / 8, "1/√N, N = 64")
+    band = layers(found, Band)[0]
     error = float(standard_errors(np.array(rows))[0])
     assert (band.high[20] - band.low[20]) / 2 == pytest.approx(error, rel=1e-9)
 
 
 def test_the_share_of_heat_is_that_of_the_last_states(periodic: Run) -> None:
     found = shown(periodic, "local-energy", cor=0.8)
-    times, end = layers(found, Line)[0].x, min(trace.stop.time for trace in traces(periodic, 0))
-    last = times[times < end][-1:]
+    thermal = layers(found, Line)[0]
+    last = thermal.x[[-1]]
+    repeats = traces(periodic, 0)
 
     def share(positions: Array, velocities: Array, scene: Scene) -> float:
         heat = structure.local_energy(positions, velocities, scene)
         return heat / (scene.kinetic_energy / scene.number)
 
-    shares = [structure.over_time(share, repeat, last) for repeat in traces(periodic, 0)]
+    shares = [structure.over_time(share, repeat, last) for repeat in repeats]
     (point,) = found.numbers["points"]
     assert point["share"] == pytest.approx(float(np.mean(shares)), rel=1e-9)
+    # The curve is over Haff's law; an elastic gas keeps its energy, and has no flow to show.
+    start, rate = repeats[0].start, gas.haff_rate(repeats[0].start)
+    law = start.kinetic_energy / 64 / (1 + rate * last) ** 2
+    heats = [structure.over_time(structure.local_energy, repeat, last) for repeat in repeats]
+    assert thermal.y[-1] == pytest.approx(float(np.mean(heats) / law[0]), rel=1e-9)
+    (reference,) = layers(found, Reference)
+    assert (reference.value, reference.label) == (1.0, "Haff's law")
+    elastic = shown(periodic, "local-energy", cor=1.0)
+    assert elastic.y_label == "energy of a ball over E(0)/N"
+    assert layers(elastic, Line)[0].y == pytest.approx(1.0, abs=0.2)
+    assert "Haff" not in elastic.caption
+
+
+def test_clusters_have_those_of_elastic_balls_beside_them(periodic: Run, tmp_path: Path) -> None:
+    """Near close packing elastic balls are one cluster too, so that growth means nothing."""
+    found = shown(periodic, "cluster-growth")
+    (reference,) = layers(found, Reference)
+    (record,) = (row for row in found.numbers["points"] if row["parameters"] == {"cor": 1.0})
+    assert reference.value == record["uniform"]
+    curve = layers(found, Line)[4]
+    assert reference.value == pytest.approx(curve.y[len(curve.y) // 2 :].mean(), rel=1e-9)
+    alone = shown(periodic, "cluster-growth", cor=0.8)
+    starts = [trace.start for trace in traces(periodic, 0)]
+    sizes = [value(structure.mean_cluster, start)[0] for start in starts]
+    assert layers(alone, Reference)[0].value == pytest.approx(np.mean(sizes), rel=1e-12)
+    dense = made(tmp_path / "dense", "balls.radius=1.35", "collisions=20", text=PERIODIC)
+    assert "elastic balls are one cluster too" in why_not(dense, "cluster-growth")
 
 
 def test_the_ratio_of_species_is_that_of_their_temperatures(mixture: Run) -> None:
@@ -347,15 +397,37 @@ def test_figures_of_snapshots_have_the_stored_states(stored: Run) -> None:
     final = shown(stored, "density-fluctuations").numbers["points"][0]["final"]
     assert math.isclose(final, np.mean(densities))
     packing = first.start.packing_fraction
-    limit = f"S(0), which is {theory.structure_at_zero(packing):.2g} at packing {packing:.2g}"
-    assert limit in shown(stored, "density-fluctuations").caption
+    limits = layers(shown(stored, "density-fluctuations"), Reference)
+    assert [(one.value, one.label) for one in limits] == [
+        (1.0, "independent points"),
+        (theory.structure_at_zero(packing), "S(0) of elastic disks"),
+    ]
     for name in ("hexatic-order", "local-energy"):
-        assert layers(shown(stored, name), Line)[0].x.tolist() == [0.0, *times.tolist()]
+        assert layers(shown(stored, name), Line)[0].x.tolist() == times.tolist()
     assert "record: events" in why_not(stored, "pair-distances")
 
 
 def value(function: structure.Observable, at: Scene) -> Array:
     return np.atleast_1d(function(at.positions, at.velocities, at))
+
+
+def test_a_gas_that_cools_has_the_structure_factor_at_four_times(stored: Run) -> None:
+    """Structures grow from short waves to long ones; one curve shows no growth."""
+    found = shown(stored, "structure-factor")
+    curves = layers(found, Line)
+    repeats = traces(stored, 0)
+    times = [0.0]
+    for share in (0.01, 0.1):
+        nearest = [
+            min(one.snapshots.time, key=lambda time: abs(time - share * one.stop.time))
+            for one in repeats
+        ]
+        times.append(float(np.mean(nearest)))
+    assert [line.label for line in curves[:3]] == [f"t = {short(time)} s" for time in times]
+    assert len(curves) == 4
+    assert found.shades == pytest.approx([0, 1 / 3, 2 / 3, 1])
+    begins = [value(structure.structure_factor, one.start) for one in repeats]
+    assert curves[0].y == pytest.approx(np.mean(begins, axis=0), rel=1e-9)
 
 
 def test_a_run_without_a_stored_state_gets_a_sentence(tmp_path: Path) -> None:

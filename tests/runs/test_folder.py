@@ -15,7 +15,7 @@ from repeating import contents, done, made, run_of
 import snooker_cli as snooker
 from snooker_cli import runs
 from snooker_cli.errors import RunError, StoreError
-from snooker_cli.figures.captions import unlisted
+from snooker_cli.figures.caption_text import unlisted
 from snooker_cli.files import temporary_path, write_json
 from snooker_cli.runs import MANIFEST, Run
 from snooker_cli.runs.run import ANALYSIS, FIGURE_KEYS

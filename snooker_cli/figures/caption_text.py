@@ -1,0 +1,115 @@
+"""The parts of a caption and their order, and the sentences on the scene at its end."""
+
+import itertools
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from snooker_cli.analysis.decay import early_endings
+from snooker_cli.config import Point
+from snooker_cli.containers import Circle
+from snooker_cli.errors import FigureError
+from snooker_cli.figures.declared_result import with_units_of_axes
+from snooker_cli.figures.selection import (
+    SCENE_WORDS,
+    Selection,
+    described,
+    distinct,
+    matching,
+    statuses,
+    value_at,
+)
+from snooker_cli.runs import Run
+
+
+class Caption(NamedTuple):
+    """The parts of a caption in the order in which a reader needs them, each of sentences.
+
+    shows : what y is
+    result : the result with its error, and how far it is from theory
+    theory : which theory is drawn, and where it is from
+    drawn : what lines, bands, markers and bars are
+    scene : the scene, and its repeats
+    """
+
+    shows: Sequence[str]
+    result: Sequence[str]
+    theory: Sequence[str]
+    drawn: Sequence[str]
+    scene: Sequence[str]
+
+    @property
+    def text(self) -> str:
+        """All sentences, with the units of axes."""
+        return with_units_of_axes(" ".join(filter(None, itertools.chain(*self))))
+
+
+def theory_sentence(sources: Mapping[str, str]) -> str:
+    """A sentence on theories by their names, with their sources; empty without one."""
+    named = [f"{name} ({source})" for name, source in sources.items()]
+    return f"Theory: {'; '.join(named)}." if named else ""
+
+
+def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
+    """The sentences that end a caption: the scene's constants, the repeats and their endings."""
+    ended = [status for point in points for status in statuses(run, point, selection)]
+    for status in ended:
+        status.raise_if_unusable()
+    early = early_endings(Counter(status.header.stop.reason for status in ended if status.header))
+    numbers = sorted({run.requested(point) for point in points})
+    number = " to ".join(map(str, dict.fromkeys((numbers[0], numbers[-1]))))
+    single = numbers == [1] or selection.repeat is not None
+    repeats = f"{number} repeats" if numbers != [1] else "one repeat"
+    if selection.repeat is not None:
+        repeats = f"repeat {selection.repeat} of {number}"
+    ends = [
+        described(points[0], key)
+        for key in ("collisions", "time")
+        if len(distinct(points, key)) == 1 and value_at(points[0], key) is not None
+    ]
+    length = f", {'at most ' if early else ''}{' or '.join(ends)}" if ends else ""
+    scene = f"Scene: {', '.join(_constants(points))}; {repeats}{length}"
+    sentences = [
+        f"{scene}: {early or ('complete' if single else 'all complete')}.",
+        f"T{missing[1:]}." if (missing := unfinished(run, selection)) else "",
+        f"T{others[1:]}." if (others := unlisted(run)) and not selection.where else "",
+    ]
+    return " ".join(filter(None, sentences))
+
+
+def _constants(points: Sequence[Point]) -> Iterator[str]:
+    experiment = points[0].experiment
+    if isinstance(experiment.balls, tuple):
+        yield f"N = {experiment.number} of several species"
+    elif balls := getattr(experiment.balls, "list", None):
+        yield f"N = {len(balls)}"
+    wall = any(point.experiment.container.shape_class.has_wall for point in points)
+    for key in SCENE_WORDS:
+        try:
+            first, *others = distinct(points, key)
+        except FigureError:
+            continue  # not a key of these balls
+        is_default = first is None or first == Circle.name or (key == "wall_cor" and not wall)
+        if not others and not is_default:
+            yield described(points[0], key)
+
+
+def unfinished(run: Run, selection: Selection) -> str:
+    """How many of the requested repeats an unfinished run has; empty for a finished one."""
+    points = matching(run, selection)
+    single = selection.repeat is not None
+    wanted = sum(1 if single else run.requested(point) for point in points)
+    numbers = [len(statuses(run, point, selection)) for point in points]
+    there, begun = sum(numbers), len(points) - numbers.count(0)
+    if there == wanted:
+        return ""
+    of_points = f", of {begun} of {len(points)} points" if begun < len(points) else ""
+    return f"the run is unfinished: {there} of {wanted} repeats are there{of_points}"
+
+
+def unlisted(run: Run) -> str:
+    """How many of the points in a run's folder its sweep lists; empty if it lists all of them."""
+    listed = len(run.points)
+    if not run.unlisted:
+        return ""
+    return f"the sweep lists {listed} of the {listed + run.unlisted} points that are stored"

@@ -1,0 +1,186 @@
+"""The energy and the momentum over time; what collisions keep changes by rounding alone."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from snooker_cli.analysis import observables
+from snooker_cli.analysis.decay import course
+from snooker_cli.analysis.observables import mean_and_error
+from snooker_cli.config import Point
+from snooker_cli.errors import FigureError
+from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.declared_result import Result
+from snooker_cli.figures.figure_data import (
+    NEUTRAL,
+    Course,
+    FigureData,
+    Layer,
+    Line,
+    Panel,
+    Reference,
+    courses,
+    more_than_a_decade,
+)
+from snooker_cli.figures.selection import elastic
+from snooker_cli.scene import EPSILON
+from snooker_cli.trace import Trace
+
+UNIT = 1e-16
+"""The unit of changes by rounding: a rounding of a number near one is at most about that."""
+
+SOURCE_UNIT = 1e-15  # the same in the reproduction
+MORE = 1.05  # the axis of energies over their highest value
+
+ENERGY_CHANGE = Result("change of the energy", "largest_deviation")
+CHANGE_LABEL = "ΔE / E(0) (10⁻¹⁶)"
+ROUNDING = "Dotted: the rounding that is expected of sums over the balls and of collisions."
+
+
+def energy(build: FigureBuilder) -> FigureData:
+    """Kinetic energy of balls and container over that at the start, or its change if it is kept.
+
+    Beside points that lose energy, the change of the others is in a panel. The reproduction has
+    energies alone.
+    """
+    changes, log = replace(build, lines=[], bands=[], singles=[], brief={}), False
+    kept, top = [], 1.0
+    for index, point in enumerate(build.points):
+        falling = course(build.measurement(point), "kinetic_energy")
+        curves = courses(falling.time, falling.value)
+        if elastic(point) and not build.source:
+            kept.append(point)
+            of_rounding = [(time, (ratio - 1) / UNIT) for time, ratio in curves]
+            times, rows = changes.add_mean_course(index, point, of_rounding)
+            rows = 1 + UNIT * rows
+        else:
+            times, rows = build.add_mean_course(index, point, curves)
+            log |= more_than_a_decade(ratio for _, ratio in curves)
+            top = max(top, *(float(ratio.max()) for _, ratio in curves))
+        build.record(
+            point,
+            elastic=elastic(point),
+            final_ratio=mean_and_error(rows[:, -1]),
+            time=float(times[-1]),
+            largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves),
+        )
+    axes: dict[str, Any] = {"logarithmic": log}
+    if not log:
+        axes["y_limits"] = 0.0, MORE * top
+    if not build.source:
+        axes |= _in_decades(build.lines)
+    if not kept:
+        return build.figure(**axes)
+    rounding = _rounding(build, kept, True)
+    if len(kept) == len(build.points):
+        build.lines, build.bands, build.singles = changes.lines, changes.bands, changes.singles
+        build.lines += rounding
+        build.brief, build.fewest, build.result = changes.brief, changes.fewest, ENERGY_CHANGE
+        build.shows = "The change of the total kinetic energy over its value at the start."
+        build.fields = {**build.fields, "title": "Change of the kinetic energy"}
+        return build.figure(ROUNDING, y_label=CHANGE_LABEL)
+    empty = np.empty(0)  # the legend has the points of the panel too
+    for line in changes.lines:
+        if isinstance(line, Line) and line.label:
+            build.lines.append(replace(line, x=empty, y=empty))
+    below = (*changes.shown_singles(), *changes.bands, *changes.lines, *rounding)
+    return build.figure(
+        f"Below: the change of the energy of elastic balls. {ROUNDING}",
+        panels=(Panel(below, CHANGE_LABEL),),
+        **axes,
+    )
+
+
+DECADES = 100.0  # from this factor on, a falling energy is a power of the time
+BEGUN = 0.01  # share of the energy that is lost where a logarithmic time begins
+
+
+def _in_decades(lines: Sequence[Layer]) -> dict[str, Any]:
+    """A logarithmic time for energies that fall by two decades: Haff's law is then a line."""
+    curves = [line for line in lines if isinstance(line, Line)]
+    lowest = min((float(np.nanmin(line.y)) for line in curves), default=1.0)
+    if not 0 < lowest < 1 / DECADES:
+        return {}
+    begun = [line.x[line.y < 1 - BEGUN] for line in curves]
+    first = min(float(x[0]) for x in begun if len(x))
+    return {"x_log": True, "x_limits": (first, None)}
+
+
+def momentum(build: FigureBuilder) -> FigureData:
+    """How far the total momentum is from that at the start, over Σm|v| there."""
+    for index, point in enumerate(build.points):
+        curves = [_momentum_change(trace) for trace in build.traces(point)]
+        build.add_mean_course(index, point, [(time, change / UNIT) for time, change in curves])
+        build.record(point, largest_deviation=max(float(change.max()) for _, change in curves))
+    build.lines += _rounding(build, build.points, False)[:1]
+    return build.figure(ROUNDING)
+
+
+def _momentum_change(trace: Trace) -> Course:
+    """Times (s) and |p − p(0)|/Σm|v|."""
+    total, scene = _momenta(trace), trace.start
+    parts = scene.masses * np.hypot(*scene.velocities.T)
+    change = np.hypot(*(total[1] - total[1][0]).T)
+    return total[0], change / float(np.sum(parts))
+
+
+def _momenta(trace: Trace) -> Course:
+    """Times (s) and total momenta (*t*, 2), kg m/s."""
+    states = observables.at_collisions(trace)
+    velocities = states.velocities, states.container_velocities
+    return states.time, observables.momentum(*velocities, trace.start)
+
+
+def _rounding(build: FigureBuilder, points: Sequence[Point], of_energy: bool) -> list[Layer]:
+    """The expected rounding over time, above and below zero; that of the point with the largest.
+
+    Each rounding is at most ε/2 of its number, and they add up as in a random walk. The parts of a
+    sum over N balls grow up to the energy, (N/3)^½ of it in the mean square, and as √k m|v| for the
+    momentum of k balls. A collision rounds four components of velocities.
+    """
+    rows = []
+    for point in points:
+        curve, number = build.measurement(point).curve, build.start(point).number
+        time = np.linspace(0.0, float(np.median(curve.time[:, -1])), 100)
+        collisions = curve.at(time, curve.events).mean(axis=0)
+        of_sum, each = (number / 3, 4) if of_energy else (0.5, 2)
+        size = EPSILON / 2 * np.sqrt(of_sum + each * collisions / number**2)
+        rows.append((time, size / UNIT))
+    time, size = max(rows, key=lambda row: float(row[1][-1]))
+    return [Line(time, sign * size, None, NEUTRAL, "dotted") for sign in (1, -1)]
+
+
+def momentum_component(name: str, build: FigureBuilder) -> FigureData:
+    """A component of the total momentum over that at the start, and how far this is from 1."""
+    deviation = replace(build, lines=[], bands=[], singles=[])
+    for index, point in enumerate(build.points):
+        totals = [_component(trace, name) for trace in build.traces(point)]
+        ratios = [(time, total / total[0]) for time, total in totals]
+        curves = [(time, (ratio - 1) / SOURCE_UNIT) for time, ratio in ratios]
+        build.add_mean_course(index, point, ratios)
+        deviation.add_mean_course(index, point, curves)
+        build.record(
+            point,
+            momentum_at_start=float(totals[0][1][0]),
+            largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in ratios),
+            states=max(len(time) for time, _ in totals),
+        )
+    worst = max(record["largest_deviation"] for record in build.records)
+    below = (*deviation.shown_singles(), *deviation.bands, Reference("y", 0.0), *deviation.lines)
+    return build.figure(
+        f"Below: how far the total momentum is from p{name}(0).",
+        numbers={"largest_deviation": worst},
+        panel=below,
+    )
+
+
+def _component(trace: Trace, name: str) -> Course:
+    """Times (s) and one component of the total momentum, kg m/s. Raises ``FigureError``."""
+    scene, component = trace.start, "xy".index(name)
+    time, total = _momenta(trace)
+    parts = np.abs(scene.masses * scene.velocities[:, component])
+    if abs(total[0, component]) <= scene.number * EPSILON * float(np.sum(parts)):
+        raise FigureError(f"the momentum in {name} is zero at the start, so it has no ratio to it")
+    return time, np.asarray(total[:, component])

@@ -1,0 +1,120 @@
+"""The names of series: at the ends of their lines, in a colour scale, by hue and shade, below."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from figure_runs import made
+from matplotlib.figure import Figure
+
+from snooker_cli.figures import FIGURES, FigureData, Line, Points, Selection
+from snooker_cli.figures.drawing import draw, styled
+from snooker_cli.figures.figure_data import NEUTRAL
+from snooker_cli.figures.legends import MOST_ENTRIES, colour
+
+X = np.linspace(0.0, 1.0, 50)
+
+
+def figure_of(*layers: Line | Points, **fields: Any) -> FigureData:
+    return FigureData("k", "A title", "x", "y", layers, "A caption.", **fields)
+
+
+def names(figure: Figure) -> tuple[list[str], list[str]]:
+    """The names at the lines, and those in the legend."""
+    below = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    return [text.get_text() for text in figure.axes[0].texts], below
+
+
+FALLING = [Line(X, np.exp(-k * X), f"CoR 0.{k}", k - 1) for k in (1, 2, 3, 4)]
+
+
+def test_up_to_four_series_have_their_names_at_their_ends() -> None:
+    """In their colours; what is for all is below."""
+    law = Line(X, np.exp(-5 * X), "a law for all of them", NEUTRAL, "dashed")
+    figure = draw(figure_of(*FALLING, law, y_log=True))
+    at_lines, below = names(figure)
+    assert sorted(at_lines) == ["CoR 0.1", "CoR 0.2", "CoR 0.3", "CoR 0.4"]
+    assert below == [law.label]
+    with styled():
+        figure.draw_without_rendering()
+    texts = {text.get_text(): text for text in figure.axes[0].texts}
+    boxes = [text.get_window_extent() for text in texts.values()]
+    assert not any(one.overlaps(two) for one, two in itertools.combinations(boxes, 2))
+    for layer in FALLING:
+        assert texts[str(layer.label)].get_color() == colour(layer.series)
+    heights = [texts[str(layer.label)].get_window_extent().y0 for layer in FALLING]
+    assert heights == sorted(heights, reverse=True)  # as the lines end
+
+
+def test_a_name_is_inside_the_axes_where_its_line_ends_early() -> None:
+    """It covers no other curve."""
+    short = Line(X[:20], 1 - X[:20], "short", 0)
+    figure = draw(figure_of(short, Line(X, 0.55 + 0.1 * X, "long", 1)))
+    with styled():
+        figure.draw_without_rendering()
+    axes = figure.axes[0]
+    text = next(text for text in axes.texts if text.get_text() == "short")
+    left, low, right, high = (
+        axes.transData.inverted().transform_bbox(text.get_window_extent()).extents
+    )
+    assert X[19] < left < right < 1.0
+    between = X[(left < X) & (right > X)]
+    assert not np.any((low < 0.55 + 0.1 * between) & (0.55 + 0.1 * between < high))
+
+
+@pytest.mark.parametrize(
+    "layers",
+    [
+        [Line(X, (1 - X) * k, f"to zero {k}", k) for k in (1, 2)],  # they end at one place
+        [*FALLING, Line(X, np.exp(-6 * X), "CoR 0.6", 4)],
+        [replace(FALLING[0], label="a name that is too long for a margin"), FALLING[3]],
+    ],
+)
+def test_series_without_room_at_their_ends_are_in_a_legend(layers: list[Line]) -> None:
+    at_lines, below = names(draw(figure_of(*layers)))
+    assert (at_lines, below) == ([], [layer.label for layer in layers])
+
+
+def test_a_theory_of_one_series_has_no_name_at_its_end() -> None:
+    """A legend has its dashes."""
+    theory = Line(X, 1 - 0.8 * X, "theory", 0, "dotted")
+    assert names(draw(figure_of(Line(X, 1 - X / 2, "simulation", 0), theory))) == (
+        ["simulation"],
+        ["theory"],
+    )
+
+
+def test_the_thin_end_of_a_mean_has_the_name() -> None:
+    thick, thin = Line(X[:20], X[:20], "mean", 0), Line(X[19:], X[19:], None, 0, thin=True)
+    (text,) = draw(figure_of(thick, thin)).axes[0].texts
+    assert text.xy == (1.0, 1.0)
+
+
+def test_more_than_four_values_of_one_key_are_a_colour_scale() -> None:
+    fields: dict[str, Any] = {"shades": (0.0, 0.25, 0.5, 0.75, 1.0), "scale": tuple("abcde")}
+    lines = [Line(X, k * X, f"key {name}", k) for k, name in enumerate("abcde")]
+    figure = draw(figure_of(*lines, scale_label="key", **fields))
+    assert len(figure.axes) == 2
+    assert names(figure) == ([], [])
+    assert [label.get_text() for label in figure.axes[1].get_yticklabels()] == [*"abcde"]
+    few = {key: value[:4] for key, value in fields.items()}
+    assert len(draw(figure_of(*lines[:MOST_ENTRIES], **few)).axes) == 1
+
+
+def test_two_keys_are_hue_and_shade(tmp_path: Path) -> None:
+    """A legend has a name for each value of each, not for all pairs."""
+    grid = made(tmp_path / "grid", "cor=0.7,0.8,0.9", "balls.radius=0.5,1.0", "repeats=1")
+    found = FIGURES["energy"].make(grid, Selection())
+    assert (found.hues, found.shades) == ((0, 1) * 3, (0.0, 0.0, 0.5, 0.5, 1.0, 1.0))
+    figure = draw(found)
+    assert names(figure) == ([], ["r = 0.5 m", "r = 1 m", "CoR 0.7", "CoR 0.8", "CoR 0.9"])
+    dashes = [line.get_linestyle() for line in figure.axes[0].lines]
+    assert dashes == ["-", "--"] * 3  # also in grey
+    linked = "sweep={zip: {cor: [0.7, 0.8, 0.9], balls.radius: [0.5, 0.7, 1.0]}}"
+    together = FIGURES["energy"].make(made(tmp_path / "zip", linked, "repeats=1"), Selection())
+    assert not together.hues
