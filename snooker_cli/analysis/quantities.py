@@ -259,8 +259,8 @@ OF_FIGURES = (
         *("momentum_change", "curve"),
     ),
     Quantity(
-        *("rounding of the momentum", "|Δp|/Σm|v|", "1", "largest drift of the momentum"),
-        *("momentum_rounding", "curve"),
+        *("rounding of the momentum", "|Δp|/Σm|v|", "1"),
+        *("largest change of the momentum over Σm|v|", "momentum_rounding", "curve"),
     ),
     Quantity(
         *("change of the energy", "|ΔE|/E", "1", "largest change of the energy"),

@@ -201,8 +201,8 @@ def test_the_pdf_is_tagged_and_captions_have_the_scene_once(
     assert "<pdfuaid:part>1</pdfuaid:part>" in metadata
     scene = setting(finished_run, finished_run.points, Selection())
     assert words(small).count(scene) == 1
-    single = json.loads((both / "figures" / "1-cooling.json").read_text(encoding="utf-8"))
-    assert single["numbers"]["parameters"] == {"cor": 0.9}
+    single = json.loads((both / "figures" / "1-snapshot.json").read_text(encoding="utf-8"))
+    assert "CoR 0.9," in single["caption"]
 
 
 def test_a_report_begins_with_a_plain_sentence(small: Path, finished_run: Run) -> None:
