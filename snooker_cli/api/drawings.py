@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from snooker_cli.analysis.quantities import QUANTITIES
 from snooker_cli.analysis.run_analysis import shorter_note
 from snooker_cli.api.exports import times_given
 from snooker_cli.api.output_files import own_output
@@ -25,7 +26,7 @@ from snooker_cli.figures.figure_data import with_logarithmic_axes
 from snooker_cli.figures.registry import figures_of, possible
 from snooker_cli.figures.selection import MOST_SERIES, begun, matching
 from snooker_cli.figures.snapshot import COLOURS
-from snooker_cli.formatting import listed, point_label, text_table, with_error
+from snooker_cli.formatting import listed, point_label, short, text_table, with_error
 from snooker_cli.runs import Run
 from snooker_cli.runs.folder import writing
 from snooker_cli.runs.progress import reporting
@@ -33,7 +34,6 @@ from snooker_cli.runs.status import early_warning
 
 FORMATS = ("svg", "png", "pdf")
 SNAPSHOT = "snapshot"  # the figure of states
-GIVEN = "temperature", "area", "packing"  # in tables only where they differ between points
 MOST_PIXELS = 10_000  # of a side of a PNG, which then takes 400 MB of memory
 
 _log = logging.getLogger(__name__)
@@ -196,38 +196,30 @@ def _warn_of_missing(run: Run, selection: Selection) -> None:
 
 
 def _table(figure: FigureData) -> tuple[str, ...]:
-    """The numbers of the figure: a line for each, and a table if there are several points."""
+    """The declared result of several points beside its theory, as a table.
+
+    The caption has that of one. All numbers are in the JSON file.
+    """
     rows: Sequence[Mapping[str, Any]] = figure.numbers.get("points", [])
-    if len(rows) > 1:
-        return (*_of_points(rows, figure.unit), *_numbers(figure.numbers, figure.unit))
-    single = [line for row in rows for line in _numbers(row, figure.unit)]
-    return (*single, *_numbers(figure.numbers, figure.unit))
-
-
-def _numbers(values: Mapping[str, Any], unit: Callable[[str], str]) -> list[str]:
-    """``name = value ± error`` of the numbers that are no list."""
-    return [
-        f"{name.replace('_', ' ')} = {with_error(value, values.get(f'{name}_error'), unit(name))}"
-        for name, value in values.items()
-        if isinstance(value, float) and not name.endswith("_error")
-    ]
-
-
-def _of_points(rows: Sequence[Mapping[str, Any]], unit: Callable[[str], str]) -> list[str]:
-    """The numbers of several points as a table."""
-    parameters = [row["parameters"] for row in rows]
+    if not figure.result or len(rows) < 2 or figure.result["number"] in figure.numbers:
+        return ()
+    number, theory, unit = (figure.result[name] for name in ("number", "theory", "unit"))
     varying = [
-        key for key, value in parameters[0].items() if any(p[key] != value for p in parameters)
+        key for key in rows[0]["parameters"] if len({str(r["parameters"][key]) for r in rows}) > 1
     ]
-    headings = ["point"]
-    columns = [[_row_label(row, varying) for row in rows]]
-    for name in [name for name in rows[0] if isinstance(rows[0][name], float)]:
-        cells = [with_error(row.get(name), row.get(f"{name}_error")) for row in rows]
-        if not name.endswith("_error") and (name not in GIVEN or len(set(cells)) > 1):
-            headings.append(", ".join(filter(None, [f">{name.replace('_', ' ')}", unit(name)])))
-            columns.append(cells)
-    lines = text_table(headings, [*zip(*columns, strict=True)])
-    return first(lines, noun=" points in the JSON file", rest="")
+    symbol = QUANTITIES[figure.result["quantity"]].symbol
+    headings = ["point", ", ".join(filter(None, [f">{symbol}", unit])), ">theory"]
+    table = [
+        [
+            _row_label(row, varying),
+            with_error(row.get(number), row.get(f"{number}_error")),
+            short(row.get(theory), 4),
+        ]
+        for row in rows
+    ]
+    columns = 2 + any(row.get(theory) is not None for row in rows)
+    lines = text_table(headings[:columns], [cells[:columns] for cells in table])
+    return tuple(first(lines, noun=" points in the JSON file", rest=""))
 
 
 def _row_label(row: Mapping[str, Any], keys: Sequence[str]) -> str:

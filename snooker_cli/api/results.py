@@ -167,7 +167,7 @@ class SavedFigure:
     """A figure that was drawn.
 
     files : an image for each format, and the JSON with its numbers
-    table : lines with its numbers; of several points they are a table
+    table : lines of a table with the result of each of several points
     """
 
     name: str

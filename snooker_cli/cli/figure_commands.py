@@ -46,7 +46,7 @@ def plot(
     drawn; RUN --list prints why others are not. Figures of single points are drawn for each point;
     without names and --where for 16 points at most. Of several runs, a figure shows the points of
     all of them. snapshot shows the balls, at several times side by side as with `--time 0,10`. The
-    command prints the names of the written files, and captions and numbers of figures that you
+    command prints the names of the written files, and captions and results of figures that you
     name.
     """
     if run is None:

@@ -31,6 +31,7 @@ from snooker_cli.figures.legends import (
     is_scaled,
     marker,
     name_at_ends,
+    set_text,
 )
 from snooker_cli.files import atomic_write, out_of_sight, write_text
 from snooker_cli.formatting import plain
@@ -103,7 +104,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         _scale(axes, data)
         for panel, content in zip(panels, data.all_panels, strict=True):
             _added(panel, data, content.layers)
-            panel.set_ylabel(textwrap.fill(content.label, PANEL_LABEL_WIDTH), parse_math=False)
+            set_text(panel.yaxis.label, textwrap.fill(content.label, PANEL_LABEL_WIDTH))
             panel.set_yscale("log" if content.log else "linear")
             _clip(panel, data, content.layers, (None, None), logarithmic=content.log)
             if content.log:
@@ -111,8 +112,8 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
             else:
                 panel.locator_params("y", nbins=PANEL_TICKS)
             panel.set_xlim(axes.get_xlim())  # `_scale` may have changed the view of one axis alone
-        [axes, *panels][-1].set_xlabel(data.x_label, parse_math=False)
-        axes.set_ylabel(textwrap.fill(data.y_label, LABEL_WIDTH), parse_math=False)
+        set_text([axes, *panels][-1].xaxis.label, data.x_label)
+        set_text(axes.yaxis.label, textwrap.fill(data.y_label, LABEL_WIDTH))
         figure.align_ylabels()
         axes.set_title("\n".join(title), loc="left", pad=4, parse_math=False)
         if is_scaled(data):

@@ -141,28 +141,6 @@ class Pictures:
     high_is_dark: bool = False
 
 
-UNITS = {
-    **dict.fromkeys(("time", "theory_relaxation_time"), "s"),
-    **dict.fromkeys(("temperature", "mean_temperature", "final_temperature"), "J"),
-    **dict.fromkeys(("first_temperature", "last_temperature"), "J"),
-    **{f"jump_{word}{side}": "J" for word in ("", "theory_") for side in (0, 1)},
-    **dict.fromkeys(("k", "alpha", "theory_alpha", "report_k", "repeat_k", "repeat_alpha"), "s⁻¹"),
-    **{f"{law}_last_rate": "s⁻¹" for law in ("fitted", "theory", "floor")},
-    **dict.fromkeys(("first_rate", "last_rate"), "s⁻¹"),
-    **dict.fromkeys(("given_rate", "taken_rate"), "W"),
-    **dict.fromkeys(("flux", "enskog", "left", "right", "bottom", "top"), "J m⁻¹ s⁻¹"),
-    **dict.fromkeys(("largest_distance", "smallest_distance", "beyond_limit", "limit"), "m"),
-    **dict.fromkeys(("largest_excess", "largest_overlap", "distance"), "m"),
-    **dict.fromkeys(("diffusion_coefficient", "theory_coefficient"), "m²/s"),
-    **dict.fromkeys(("mean_square_speed", "theory_mean_square_speed"), "m²/s²"),
-    "pressure": "Pa·m",
-    "area": "m²",
-    "momentum_at_start": "kg m/s",
-    "largest_residual": "%",
-}
-"""Units of the numbers of figures but the result, by their names; others have no unit."""
-
-
 @dataclass(frozen=True, eq=False)
 class FigureData:
     """What a figure shows.
@@ -215,12 +193,6 @@ class FigureData:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", plain(self.numbers))
-
-    def unit(self, name: str) -> str:
-        """The unit of a number; empty without one."""
-        if name in (self.result.get("number"), self.result.get("theory")):
-            return self.result["unit"]
-        return UNITS.get(name, "")
 
     @property
     def all_panels(self) -> tuple[Panel, ...]:

@@ -6,6 +6,7 @@ scale, and two keys have a hue and a shade each. What is left is in a legend bel
 
 import itertools
 import math
+import re
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -22,6 +23,7 @@ with out_of_sight("matplotlibrc"):
     from matplotlib.colors import ListedColormap, Normalize, to_hex, to_rgb
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
+    from matplotlib.text import Text
 
 PALEST = 0.5  # share of white in the palest series of a hue
 MOST_ENTRIES = 4  # names of series at lines or in a legend; more shades are a colour scale
@@ -82,6 +84,18 @@ def marker(series: int, data: FigureData) -> str:
     return _MARKERS[pattern(data.hues[series] if data.hues else series)]
 
 
+_SYMBOL = re.compile(r"(?<![\w$\\])([A-Za-zα-ω])_(rot|tr|th|x|y|c|P)(?!\w)")
+"""A symbol with an index, as texts and JSON write it: ``T_rot``."""
+
+
+def set_text(text: Text, words: str) -> None:
+    """Give a text its words, with real subscripts; nothing else in them is a formula."""
+    text.set_parse_math(bool(_SYMBOL.search(words)))
+    if text.get_parse_math():
+        words = _SYMBOL.sub(r"$\1_{\\mathrm{\2}}$", words.replace("$", r"\$"))
+    text.set_text(words)
+
+
 def is_scaled(data: FigureData) -> bool:
     """Whether a colour scale names the series."""
     return len(data.scale) > MOST_ENTRIES and not data.hues
@@ -133,8 +147,8 @@ def name_at_ends(axes: Axes, data: FigureData) -> set[str]:
     for end, x, y, _ in places:
         far = x > 1 and (end.x < 1 - 2 * BESIDE or abs(y - end.y) > line / 4)
         tint = colour(end.series, data.shades, data.hues)
-        axes.annotate(
-            end.name,
+        text = axes.annotate(
+            "",
             end.data,
             (x, y),
             textcoords="axes fraction",
@@ -145,8 +159,8 @@ def name_at_ends(axes: Axes, data: FigureData) -> set[str]:
             if far
             else None,
             annotation_clip=False,
-            parse_math=False,
         )
+        set_text(text, end.name)
     return {end.name for end in ends}
 
 
@@ -233,7 +247,8 @@ def add_scale(figure: Figure, axes: list[Axes], data: FigureData) -> None:
     bar.set_ticks([row + 0.5 for row in shown], labels=[data.scale[steps[row]] for row in shown])
     bar.ax.tick_params(length=0)
     bar.outline.set_linewidth(0)
-    bar.set_label(data.scale_label, parse_math=False)
+    bar.set_label(data.scale_label)
+    set_text(bar.ax.yaxis.label, data.scale_label)
 
 
 def entries(
@@ -277,8 +292,8 @@ def add_legend(figure: Figure, found: Sequence[tuple[str, Any]]) -> int:
     labels, artists = zip(*found, strict=True)
     for columns in (3, 2, 1):
         legend = figure.legend(artists, labels, loc="outside lower center", ncols=columns)
-        for text in legend.get_texts():
-            text.set_parse_math(False)  # labels are texts, not formulas
+        for text, label in zip(legend.get_texts(), labels, strict=True):
+            set_text(text, label)
         if columns == 1 or legend.get_window_extent().width <= LEGEND_SHARE * figure.bbox.width:
             break
         legend.remove()

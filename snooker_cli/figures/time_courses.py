@@ -124,9 +124,9 @@ def _over_time(
             here = times[times <= trace.stop.time]
             if not point.experiment.keeps_events:
                 here = np.intersect1d(here, stored_times(trace))
-            row = structure.over_time(observable, trace, here).reshape(len(here), -1)
-            ended = np.full((len(times) - len(here), row.shape[1]), math.nan)
-            rows.append(np.concatenate([row, ended]))
+            known = structure.over_time(observable, trace, here).reshape(len(here), -1)
+            rows.append(np.full((len(times), known.shape[1]), math.nan))
+            rows[-1][np.isin(times, here)] = known
         yield point, build.start(point), times, _known(np.array(rows))
 
 

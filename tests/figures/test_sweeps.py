@@ -106,7 +106,7 @@ def test_a_swept_key_has_its_unit(tmp_path: Path) -> None:
     """On the axis, in the caption and in legends."""
     found = shown(made(tmp_path / "run", "balls.radius=0.5,1.0"), "swept-key")
     assert found.x_label == "ball radius (m)"
-    assert found.unit("value") == "s⁻¹"
+    assert found.result["unit"] == "s⁻¹"
     assert "s⁻¹ at r = 0.5 m to" in found.caption
     speeds = parse(BASE, overrides=["wall_cor=0.9", "wall_cor_speed=1.0,2.0"]).points()
     assert described(speeds[0], "wall_cor_speed") == "wall CoR as at 1 m/s"
