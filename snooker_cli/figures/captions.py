@@ -93,8 +93,6 @@ class FigureBuilder:
     cited : sources of the theories that the caption names, by their names
     thin : whether theory is left out for a mean free path that exceeds the container
     brief : numbers of repeats that results of means leave out because they end early, by series
-    shortest : where the curves of a point end, the median end of its repeats, and the unit; of the
-        points whose curves end with their shortest repeat, the one that ends earliest by share
     fewest : number of repeats that remain at the end of a mean course, and number of all; of the
         points with mean courses, the one with the least share
     beside_theory : whether the caption of the figure itself says the result beside theory
@@ -119,7 +117,6 @@ class FigureBuilder:
     cited: dict[str, str] = field(default_factory=dict)
     thin: bool = False
     brief: dict[int, int] = field(default_factory=dict)
-    shortest: tuple[float, float, str] = (1.0, 1.0, "")
     fewest: tuple[int, int] = (1, 1)
     beside_theory: bool = False
     total: int = 0
@@ -331,28 +328,6 @@ class FigureBuilder:
             left = int(np.count_nonzero(ends >= end)), len(ends)
             self.fewest = min(self.fewest, left, key=lambda pair: pair[0] / pair[1])
 
-    def end_of_all(self, ends: Array, unit: str = "s") -> float:
-        """The end of the shortest repeat, where curves end that need all repeats at each place.
-
-        ends : (*repeats*,), in this unit
-
-        The caption names it if it is far from the end of the others.
-        """
-        end, median = float(ends.min()), float(np.median(ends))
-        candidates = self.shortest, (end, median, unit)
-        self.shortest = min(candidates, key=lambda pair: pair[0] / pair[1] if pair[1] else 1)
-        return end
-
-    def _shortest_sentence(self) -> str:
-        """A sentence if the shortest repeat of a point ends its curve early."""
-        end, median, unit = self.shortest
-        if end >= EARLY * median:
-            return ""
-        return (
-            f"The shortest repeat ends a curve at {short(end)} {unit}; half of the repeats of its "
-            f"point reach {short(median)} {unit}."
-        )
-
     def _remaining_sentence(self) -> str:
         """A sentence if the end of a mean course has fewer repeats than its beginning."""
         left, total = self.fewest
@@ -496,7 +471,6 @@ class FigureBuilder:
                 BARS if barred else "",
                 self._means_sentence(bool(singles)),
                 self._remaining_sentence(),
-                self._shortest_sentence(),
                 self._left_out(),
             ],
             scene=[setting(self.run, self.points, self.selection), self._choice()],
