@@ -46,9 +46,11 @@ def test_a_result_is_the_least_and_the_largest_of_the_points(decaying: Run, warm
     )
     assert least.sentence(rows[:1], ["a"]) == "Temperature T in the second half = 2.000 ± 0.010 J."
     assert least.sentence([{"mean": None}], ["a"]) == ""
-    assert (
-        "at the end of the shortest repeat is 1 at all 6 points." in shown(warm, "energy").caption
-    )
+    alike = [{"mean": 1.0}, {"mean": 1.0}]
+    assert "in the second half is 1 J at all 2 points." in least.sentence(alike, ["a", "b"])
+    alone = [{"mean": 2.0}, {"mean": None}]
+    known = "Temperature T in the second half is 2 J (a); 1 of 2 points have none."
+    assert least.sentence(alone, ["a", "b"]) == known
     caption = shown(decaying, "energy").caption
     assert re.search(r"between 0\.\d+ ± 0\.\d+ \(CoR 0\.8\) and 1 \(CoR 1\)\.", caption)
 
@@ -94,10 +96,8 @@ def test_a_deviation_counts_errors_of_its_logarithm_where_those_are_others() -> 
 
 
 def test_captions_name_the_part_of_the_repeats_that_a_pressure_is_from(
-    decaying: Run, warm: Run, driven: Run
+    warm: Run, driven: Run
 ) -> None:
     for name in "pressure", "pressure-temperature":
         assert "Means are over the part after the relaxation." in shown(warm, name).caption
     assert "Steady part: the last 50 % of each repeat" in shown(driven, "pressure").caption
-    caption = shown(decaying, "event-decay").caption
-    assert "at the end of the shortest repeat" in caption
