@@ -125,7 +125,8 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         figure.set_size_inches(size or (WIDTH, height))
         if not data.x_log:
             labels = axes.xaxis.get_major_formatter().format_ticks(list(axes.get_xticks()))
-            room = TICKS_WIDTH * figure.get_figwidth() / WIDTH
+            beside = max(map(len, named), default=0)  # names at lines make the axes narrower
+            room = TICKS_WIDTH * figure.get_figwidth() / WIDTH - beside
             axes.locator_params("x", nbins=min(MOST_TICKS, room // (1 + max(map(len, labels)))))
         # Once for all formats: laying out takes as long as drawing.
         layout.execute(figure)

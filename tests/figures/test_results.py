@@ -46,10 +46,11 @@ def test_a_result_is_the_least_and_the_largest_of_the_points(decaying: Run, warm
     )
     assert least.sentence(rows[:1], ["a"]) == "Temperature T in the second half = 2.000 ± 0.010 J."
     assert least.sentence([{"mean": None}], ["a"]) == ""
-    same = Result("energy left at the end", "left")
-    assert same.sentence([{"left": 1.0, "left_error": 1e-16}] * 6, list("abcdef")) == (
-        "Energy left E/E₀ is 1 at all 6 points."
-    )
+    alike = [{"mean": 1.0}, {"mean": 1.0}]
+    assert "in the second half is 1 J at all 2 points." in least.sentence(alike, ["a", "b"])
+    alone = [{"mean": 2.0}, {"mean": None}]
+    known = "Temperature T in the second half is 2 J (a); 1 of 2 points have none."
+    assert least.sentence(alone, ["a", "b"]) == known
     caption = shown(decaying, "energy").caption
     assert re.search(r"between 0\.\d+ ± 0\.\d+ \(CoR 0\.8\) and 1 \(CoR 1\)\.", caption)
 
