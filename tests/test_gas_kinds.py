@@ -33,7 +33,7 @@ GOLDEN = Path(__file__).parent / "golden" / "theories.json"
 
 OF_FIGURES: dict[str, list[tuple[q.Quantity, str]]] = {
     "pressure": [(q.RATIO, FINITE)],
-    "haff-time": [(q.HAFF_RATE, theories.START_RATES)],
+    "cooling": [(q.HAFF_RATE, theories.START_RATES)],
     "event-decay": [(q.ENERGY_LEFT, theories.BY_COUNT)],
     "pair-correlation": [(q.CONTACT, theories.CHI)],
     "structure-factor": [(q.STRUCTURE, theories.COMPRESSIBILITY)],

@@ -227,7 +227,7 @@ class Analyses(runs.Run):
             packing around [density where clusters grow, else speed]
         log_x, log_y : make this axis logarithmic; zeros are then not shown
         where : only points with these values, as in ``matching``; a figure of one point, such as
-            "energy-fit", shows the first of them and names it in its title
+            "snapshot", shows the first of them and names it in its title
 
         Raises ``FigureError`` if the run cannot give it.
         """

@@ -93,8 +93,6 @@ class FigureBuilder:
     cited : sources of the theories that the caption names, by their names
     thin : whether theory is left out for a mean free path that exceeds the container
     brief : numbers of repeats that results of means leave out because they end early, by series
-    shortest : where the curves of a point end, the median end of its repeats, and the unit; of the
-        points whose curves end with their shortest repeat, the one that ends earliest by share
     fewest : number of repeats that remain at the end of a mean course, and number of all; of the
         points with mean courses, the one with the least share
     beside_theory : whether the caption of the figure itself says the result beside theory
@@ -119,7 +117,6 @@ class FigureBuilder:
     cited: dict[str, str] = field(default_factory=dict)
     thin: bool = False
     brief: dict[int, int] = field(default_factory=dict)
-    shortest: tuple[float, float, str] = (1.0, 1.0, "")
     fewest: tuple[int, int] = (1, 1)
     beside_theory: bool = False
     total: int = 0
@@ -293,8 +290,9 @@ class FigureBuilder:
     ) -> Course:
         """Add the mean of rows (*n*, *x*) of the repeats, the band of its error, and the repeats.
 
-        A row is nan where its repeat has ended: the mean goes on with those that remain. Where
-        fewer than half remain it is thin, and ends there if this is near the end.
+        A row is nan where its repeat has ended: the mean goes on with those that remain, with a gap
+        if it jumps. Where fewer than half remain it is thin, and ends there if this is near the
+        end.
 
         Returns the rows of which results are: `lasting`.
         """
@@ -304,12 +302,15 @@ class FigureBuilder:
         if x[few - 1] >= EARLY * x[-1]:  # a few that last a bit longer show no more
             x, rows = x[:few], rows[:, :few]
         mean, deviation, number = mean_of_remaining(rows)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = np.where(number > 1, deviation / np.sqrt(number), math.nan)
+        # Where a repeat ends, a mean of few others may jump, which is no event of the gas.
+        jumps = (np.diff(number) < 0) & (np.abs(np.diff(mean)) > error[:-1] / 2)
+        mean = np.where(np.append(False, jumps), math.nan, mean)
         self.lines.append(Line(x[:few], mean[:few], label, index, style))
         if few < len(x):
             self.lines.append(Line(x[few - 1 :], mean[few - 1 :], None, index, style, thin=True))
         if len(rows) > 1:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                error = np.where(number > 1, deviation / np.sqrt(number), math.nan)
             self.bands.append(Band(x, mean - error, mean + error, None, index))
             if style in ("series", "solid"):
                 self.singles.append(Repeats(x, rows, None, index))
@@ -330,28 +331,6 @@ class FigureBuilder:
         if ends.min() < EARLY * end:
             left = int(np.count_nonzero(ends >= end)), len(ends)
             self.fewest = min(self.fewest, left, key=lambda pair: pair[0] / pair[1])
-
-    def end_of_all(self, ends: Array, unit: str = "s") -> float:
-        """The end of the shortest repeat, where curves end that need all repeats at each place.
-
-        ends : (*repeats*,), in this unit
-
-        The caption names it if it is far from the end of the others.
-        """
-        end, median = float(ends.min()), float(np.median(ends))
-        candidates = self.shortest, (end, median, unit)
-        self.shortest = min(candidates, key=lambda pair: pair[0] / pair[1] if pair[1] else 1)
-        return end
-
-    def _shortest_sentence(self) -> str:
-        """A sentence if the shortest repeat of a point ends its curve early."""
-        end, median, unit = self.shortest
-        if end >= EARLY * median:
-            return ""
-        return (
-            f"The shortest repeat ends a curve at {short(end)} {unit}; half of the repeats of its "
-            f"point reach {short(median)} {unit}."
-        )
 
     def _remaining_sentence(self) -> str:
         """A sentence if the end of a mean course has fewer repeats than its beginning."""
@@ -496,7 +475,6 @@ class FigureBuilder:
                 BARS if barred else "",
                 self._means_sentence(bool(singles)),
                 self._remaining_sentence(),
-                self._shortest_sentence(),
                 self._left_out(),
             ],
             scene=[setting(self.run, self.points, self.selection), self._choice()],

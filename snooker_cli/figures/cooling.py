@@ -1,4 +1,4 @@
-"""Fits of a decay, decay constants against the CoR, the decay rate over time, energy by events."""
+"""Fits of a decay, decay constants against the CoR, Haff's law over time."""
 
 import math
 from collections.abc import Callable, Collection, Iterator, Sequence
@@ -7,14 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from snooker_cli import theory, two_temperatures
+from snooker_cli import theory
 from snooker_cli.analysis import quantities, theories
+from snooker_cli.analysis.comparison import comparisons_of
 from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_constants
 from snooker_cli.analysis.findings import Findings
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.gas import (
-    components,
-    cooling_spins,
     enskog_rates,
     finite_haff_rate,
     floors,
@@ -23,11 +22,8 @@ from snooker_cli.analysis.gas import (
 )
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
-    collisions_per_ball,
     mean_and_error,
-    standard_errors,
 )
-from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.analysis.trend import Trend
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
@@ -61,11 +57,10 @@ WINDOWS = 14  # windows of time for the local decay rate
 LEAST_COLLISIONS = 10
 """The least collisions of all repeats in a window: n collisions give a rate to about 1/√n of it."""
 
-COUNTS = 14  # steps of the collision count at which the energy is averaged over the repeats
 MOST_SENTENCES = 2  # of a caption, on how α changes in each of several series
 FLOOR_MATTERS = 0.1  # the floor is drawn where it is at least this share of the energy that is left
 
-_FLOORS = {
+FLOORS = {
     "L": " L keeps the energy L²/2I of a rotation.",
     "p": " The momentum p keeps the energy p²/(2Nm).",
 }
@@ -80,15 +75,6 @@ _HAFF: dict[str, tuple[str, LineStyle]] = {
 
 BEGINNING = 0.01
 """αt where curves of the slowdown begin: a hundredth of the time in which the speeds halve."""
-
-TOO_FAR = 100.0  # from this many times the measured energy on, a theory of it says nothing
-
-_LEFT: dict[str, tuple[str, LineStyle]] = {
-    "theory": ("expected from the counted collisions", "solid"),
-    "theory_above_floor": ("the same above the energy kept by {}", "dashed"),
-    "mean_field": (f"theory, {two_temperatures.MEAN_FIELD}", "solid"),
-}
-"""Theories of the energy left: in the legend, and their dashes."""
 
 _SERIES = {law: series for series, law in enumerate(LAWS, start=1)}
 """The series whose colour a law has in each figure; the simulation is series 0."""
@@ -293,7 +279,7 @@ def cooling(build: FigureBuilder) -> FigureData:
     Of several points, times are in units of 1/α and rates of 2α, so that the law is one curve.
     """
     decays = [_local_decay(build, point) for point in build.points]
-    several, kept, rate = len(decays) > 1, _kept(build.points), list[Layer]()
+    several, kept, rate = len(decays) > 1, kept_letter(build.points), list[Layer]()
     words = {"model": _model(build.source), "kept": kept}
     drawn = {law for decay in decays for law in decay.laws}
     common = "theory" if all("theory" in decay.laws for decay in decays) else "fitted"
@@ -307,7 +293,9 @@ def cooling(build: FigureBuilder) -> FigureData:
         for law, constants in decay.laws.items():
             if law == "floor" or not several:
                 text, style = _HAFF[law]
-                name, owner = (None, index) if several else (text.format(**words), NEUTRAL)
+                name, owner = None if several else text.format(**words), NEUTRAL
+                if several or law == "fitted":
+                    owner = index if several else _SERIES["haff"]
                 x, speed = fine * inverse_time, _haff_rate(fine, *constants) * inverse_rate
                 build.lines.append(Line(x, _slowdown(fine, *constants), name, owner, style))
                 rate.append(Line(x, speed, None, owner, style))
@@ -350,15 +338,23 @@ def cooling(build: FigureBuilder) -> FigureData:
 def _cooling_sentences(build: FigureBuilder, drawn: Collection[str], kept: str) -> Iterator[str]:
     """Sentences on the result of one point beside theory, and on how rates are measured."""
     if len(build.points) == 1 and not build.source:
-        (point,) = build.points
-        asked = {"parameters": point.as_json(), "requested": len(build.repeats(point))}
-        fitted = [decay.as_json() | asked for decay in build.energy_decays(point)]
-        yield f"{Findings(fitted, []).at_point(point_label(point.as_json()))}."
+        (point,), build.beside_theory = build.points, True
+        yield f"{_finding(build, point)}."
     yield f"Markers: means over {WINDOWS} windows of time."
     if any(record["windows"] < WINDOWS for record in build.records):
         yield f"Windows with fewer than {LEAST_COLLISIONS} collisions are left out."
     if "floor" in drawn:
-        yield _FLOORS[kept].strip()
+        yield FLOORS[kept].strip()
+
+
+def _finding(build: FigureBuilder, point: Point) -> str:
+    """Haff's α of a point beside theory, and whether its law holds; without a full stop."""
+    measurement, label = build.measurement(point), point_label(point.as_json())
+    asked = {"parameters": point.as_json(), "requested": len(build.repeats(point))}
+    fitted = build.energy_decays(point)
+    compared, _ = comparisons_of(measurement, decays_of(measurement))
+    rows = [row.as_json() | asked for row in compared if row.quantity == quantities.HAFF_RATE.name]
+    return Findings([decay.as_json() | asked for decay in fitted], rows).at_point(label)
 
 
 def _add_slowdown(
@@ -377,7 +373,9 @@ def _add_slowdown(
     ratio = np.array([np.interp(x, *curve, right=math.nan) for curve in curves])
     rows = ratio**-0.5 - 1
     first = int(np.argmax(rows.mean(axis=0) >= alpha * begins / 2))
-    build.add_means(index, build.label(point), x[first:] * inverse_time, rows[:, first:])
+    name = build.label(point) or "simulation"
+    build.add_means(index, name, x[first:] * inverse_time, rows[:, first:])
+    build.brief[index] = 0  # the result is fitted to all repeats
     return begins, end
 
 
@@ -461,113 +459,6 @@ def _local_rates(measurement: Measurement, edges: Array) -> tuple[Array, Array, 
     return windows[good], rates[good], errors[good], left
 
 
-def event_decay(build: FigureBuilder) -> FigureData:
-    """The energy against collisions, where kinetic theory has an exponential at any density.
-
-    A curve of theory ends where the energy is `TOO_FAR` from it.
-    """
-    kept, drawn, ends = _kept(build.points), dict[str, None](), False
-    for index, point in enumerate(build.points):
-        measurement = build.measurement(point)
-        events = measurement.calm_events.sum(axis=1)
-        scene, shortest = measurement.scene, int(build.end_of_all(events, "collisions"))
-        if shortest == 0:
-            raise FigureError("a repeat has no collisions; run longer")
-        counts = np.unique(np.linspace(0.0, shortest, COUNTS + 1).round())
-        pairs, energies = _against_counts(measurement, counts)
-        x = collisions_per_ball(pairs, scene.number).mean(axis=0)
-        if x[-1] == 0:
-            raise FigureError("no ball has met another one; run longer")
-        build.add_points(index, build.label(point), x, energies)
-        mean, error = energies.mean(axis=0), standard_errors(energies)
-        floor, nearest = float(floors(measurement).mean()), None
-        record = {"collisions_per_ball": x[-1], "floor": floor}
-        for name, expected in _expected_left(build, measurement, counts).items():
-            nearest = (
-                expected
-                if build.source
-                else np.where(
-                    np.abs(np.log(expected / mean)) < math.log(TOO_FAR), expected, math.nan
-                )
-            )
-            record[name] = nearest[-1] if np.isfinite(nearest[-1]) else None
-            if name == "theory_above_floor" and floor < FLOOR_MATTERS * mean[-1]:
-                continue
-            near = np.isfinite(nearest)
-            ends |= not near.all()
-            build.lines.append(Line(x[near], nearest[near], None, index, _LEFT[name][1]))
-            drawn[name] = None
-        if nearest is not None:  # E(0) is exact
-            build.add_residuals(index, x[1:], mean[1:], error[1:], nearest[1:])
-        build.record(point, **record, final_ratio=(mean[-1], error[-1]))
-    build.lines += [legend_line(_LEFT[name][0].format(kept), _LEFT[name][1]) for name in drawn]
-    caption = ""
-    if "theory" in drawn:
-        shared = "(N + ½)" if kept == "L" else "(N − ½)"
-        caption += f"A collision takes (1 − e²)E/{shared} by theory."
-    if "theory_above_floor" in drawn:
-        caption += f"{_FLOORS[kept][:-1]}, counted below."
-    if ends:
-        caption += f" A curve of theory ends where the energy is {TOO_FAR:g} times as large."
-    return build.figure(caption)
-
-
-def _expected_left(
-    build: FigureBuilder, measurement: Measurement, counts: Array
-) -> dict[str, Array]:
-    """The energy left after numbers of collisions by theory, (*n*,), by its name in ``_LEFT``."""
-    scene, known = measurement.scene, dict[str, Array]()
-    if build.too_thin(scene):
-        return known
-    if theories.theory_of(scene, quantities.ENERGY_LEFT, theories.BY_COUNT):
-        free, above = _left_by_counts(measurement, counts)
-        shares = floors(measurement)[:, np.newaxis]
-        known["theory"] = free.mean(axis=0)
-        if np.isfinite(shares).all():
-            known["theory_above_floor"] = (shares + (1 - shares) * above).mean(axis=0)
-    elif theories.theory_of(scene, quantities.SPIN_RATIO, two_temperatures.MEAN_FIELD):
-        rows = interpolated(counts, measurement.curve.events, _rough_energies(measurement))
-        known["mean_field"] = rows.mean(axis=0)
-    return known
-
-
-def _rough_energies(measurement: Measurement) -> Array:
-    """The energy of rough balls over that at the start by theory, at the rows of the curve.
-
-    The common motion keeps its energy.
-    """
-    moving, turning = cooling_spins(measurement)
-    drift, first = measurement.drift_energy[:, np.newaxis], measurement.curve.kinetic_energy[:, :1]
-    energy = drift + (first - drift) * moving / moving[:, :1]
-    energy += measurement.scene.number * turning / 2
-    return np.asarray(energy / energy[:, :1])
-
-
-def _against_counts(measurement: Measurement, counts: Array) -> tuple[Array, Array]:
-    """Collisions between balls among these numbers of all, and energy ratios; (*repeats*, *n*)."""
-    curve = measurement.curve
-    energy = course(measurement, "kinetic_energy").value
-    pairs, ratio = (
-        interpolated(counts, curve.events, values) for values in (curve.pair_events, energy)
-    )
-    return pairs, ratio
-
-
-def _left_by_counts(measurement: Measurement, counts: Array) -> Iterator[Array]:
-    """Expected energy ratios, (*repeats*, *n*), and those of the energy above the kept one.
-
-    In a circle a component less shares it.
-    """
-    scene, curve = measurement.scene, measurement.curve
-    wall, pairs = (
-        interpolated(counts, curve.events, values)
-        for values in (curve.wall_events, curve.pair_events)
-    )
-    shared, cors = components(scene), (scene.restitution, scene.wall_restitution)
-    for number in (shared, shared - scene.container.has_wall):
-        yield theory.energy_ratio_by_events(number, cors[0], pairs, cors[1], wall)
-
-
-def _kept(points: Sequence[Point]) -> str:
+def kept_letter(points: Sequence[Point]) -> str:
     """The letter of what the balls keep: angular momentum in a circle, momentum without walls."""
     return "L" if points[0].experiment.container.shape_class.has_wall else "p"

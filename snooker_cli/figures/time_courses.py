@@ -38,7 +38,6 @@ from snooker_cli.figures.figure_data import (
     courses,
     legend_line,
     mean_of_remaining,
-    places,
 )
 from snooker_cli.figures.selection import elastic, gas_type_of, varying
 from snooker_cli.formatting import short
@@ -339,7 +338,7 @@ def rotation(build: FigureBuilder) -> FigureData:
         measurement = build.measurement(point)
         collisions, both = temperatures(measurement)
         ends = collisions[:, -1:]
-        x = places(0.0, float(np.sort(ends[:, 0])[-2:][0]), TIMES)[1:]
+        x = np.linspace(0.0, float(np.sort(ends[:, 0])[-2:][0]), TIMES)[1:]
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = interpolated(x, collisions, both[1] / both[0])
             moving = np.exp(interpolated(x, collisions, np.log(both[0] / both[0, :, :1])))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import around, layers, made, shown, traces, why_not
+from figure_runs import ROUGH, around, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
 from snooker_cli.analysis import gas
@@ -15,14 +15,12 @@ from snooker_cli.analysis.decay import course, decays
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.engine import series
-from snooker_cli.figures import FIGURES, Line, Points, Selection
+from snooker_cli.figures import FIGURES, Line, Points, Reference, Selection
 from snooker_cli.figures.captions import LOG_SPREAD
 from snooker_cli.figures.figure_data import Band, courses
 from snooker_cli.formatting import with_error
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
-
-"""Three balls in a line, which collapse below CoR 0.0718."""
 
 
 def floor_of(trace: Trace) -> float:
@@ -79,106 +77,167 @@ def test_fits_are_those_of_the_repeat_and_of_all(
     around(band, pairs, True)
 
 
-def test_decay_against_cor(decaying: Run) -> None:
+def test_alpha_against_cor_is_over_the_share_of_energy_that_is_lost(decaying: Run) -> None:
     found = shown(decaying, "decay-against-cor")
-    k, alpha, *_ = layers(found, Points)
-    assert k.x.tolist() == [0.8, 0.9]
-    for points, law in ((k, "exponential"), (alpha, "haff")):
-        for index in (0, 1):
-            fitted = decays(traces(decaying, index), ["kinetic_energy"])
-            (over,) = (decay.over_repeats for decay in fitted if decay.law == law)
-            assert (points.y[index], points.y_error[index]) == (over.value, over.error)
+    (points,) = layers(found, Points)
+    assert points.x.tolist() == [0.8, 0.9]
+    lost = 1 - points.x**2
+    for index in (0, 1):
+        fitted = decays(traces(decaying, index), ["kinetic_energy"])
+        (over,) = (decay.over_repeats for decay in fitted if decay.law == "haff")
+        assert points.y[index] == pytest.approx(over.value / lost[index], rel=1e-13)
+        assert points.y_error[index] == pytest.approx(over.error / lost[index], rel=1e-13)
     (kinetic_theory,) = layers(found, Line)
+    assert len(kinetic_theory.x) == 100
     expected = gas.finite_haff_rate(traces(decaying, 1)[0].start)
-    assert kinetic_theory.y[-1] == pytest.approx(expected, rel=1e-12)
+    assert kinetic_theory.y[-1] == pytest.approx(expected / lost[1], rel=1e-12)
     assert "hard disks, finite N" in kinetic_theory.label
     _, residuals = found.panel
     assert isinstance(residuals, Points)
-    assert residuals.y[-1] == pytest.approx(math.log(alpha.y[-1] / expected), rel=1e-9)
-    assert residuals.y_error[-1] == pytest.approx(alpha.y_error[-1] / alpha.y[-1], rel=1e-12)
+    ratio = points.y[-1] * lost[1] / expected
+    assert residuals.y[-1] == pytest.approx(math.log(ratio), rel=1e-9)
+    assert residuals.y_error[-1] == pytest.approx(points.y_error[-1] / points.y[-1], rel=1e-12)
 
 
-def test_the_reproduction_has_the_enskog_rates_of_its_text(decaying: Run) -> None:
+def test_walls_that_lose_otherwise_leave_alpha_as_it_is(tmp_path: Path) -> None:
+    """At CoR 1 the share of energy that collisions of balls lose is zero."""
+    run = made(tmp_path / "run", "cor=0.9,1.0", "wall_cor=0.8")
+    found = shown(run, "decay-against-cor")
+    (points,) = layers(found, Points)
+    assert found.y_label == "decay constant (s⁻¹)"
+    assert points.y.tolist() == [row["alpha"] for row in found.numbers["points"]]
+    assert points.x.tolist() == [0.9, 1.0]
+
+
+def test_the_reproduction_has_the_rates_and_the_constants_of_its_text(decaying: Run) -> None:
     found = FIGURES["decay-against-cor"].make(decaying, Selection(), source=True)
     density, contact = 19 / (100 * math.pi), float(theory.contact_value(0.19))
     rate = theory.ball_ball_rate(density, 1.0, 50.0, contact)
     expected = theory.haff_rate(theory.cooling_rate(0.9, rate))  # the wall is elastic
     (line,) = [line for line in layers(found, Line) if line.label == "α, Enskog rates at the start"]
     assert line.y[-1] == pytest.approx(expected, rel=1e-12)
+    alpha, k = layers(found, Points)
+    records = found.numbers["points"]
+    assert k.y.tolist() == [row["k"] for row in records]
+    assert alpha.y.tolist() == [row["alpha"] for row in records]
 
 
-def test_local_rates_and_the_forms_of_haffs_law(decaying: Run) -> None:
-    found = shown(decaying, "haff-time", cor=0.8)
-    (points,) = layers(found, Points)
-    end = min(trace.stop.time for trace in traces(decaying, 0))
-    # A marker is where Haff's law has the mean that it has over the window.
-    width, haff = end / 14, found.numbers["points"][0]["theory_alpha"]
-    for window, x in ((0, points.x[0]), (13, points.x[-1])):
-        edges = np.array([window, window + 1]) * width
-        mean = 2 * np.ptp(np.log1p(haff * edges)) / width
-        assert x == pytest.approx(2 / mean - 1 / haff, rel=1e-9)
-        assert edges[0] < x < edges.mean()
-    edges = [0.0, end / 14]
-    curve = measure(traces(decaying, 0)).curve
-    energies = [
-        np.interp(edges, *course) for course in zip(curve.time, curve.kinetic_energy, strict=True)
-    ]
-    before, after = np.mean(energies, axis=0)
-    assert points.y[0] == pytest.approx(math.log(before / after) / (end / 14), rel=1e-6)
+def test_haffs_law_is_a_line_for_the_slowdown(decaying: Run) -> None:
+    """√(E(0)/E) − 1 is αt by the law, and has a mean over the repeats that remain."""
+    found = shown(decaying, "cooling", cor=0.8)
     (record,) = found.numbers["points"]
-    fitted, of_theory, floored, constant = (
-        next(line for line in layers(found, Line) if len(line.x) and line.style == style)
-        for style in ("solid", "dashed", "dashdot", "dotted")
-    )
+    drawn = layers(found, Line)
+    by_style = {line.style: line for line in drawn if not line.thin}
+    mean, fitted, expected = (by_style[name] for name in ("series", "dotted", "dashed"))
+    alpha, of_theory = record["alpha"], record["theory_alpha"]
+    assert fitted.y == pytest.approx(alpha * fitted.x, rel=1e-9)
+    assert expected.y == pytest.approx(of_theory * expected.x, rel=1e-9)
+    assert of_theory == pytest.approx(gas.finite_haff_rate(traces(decaying, 0)[0].start), rel=1e-12)
+    falling = course(measure(traces(decaying, 0)), "kinetic_energy")
+    curves = courses(falling.time, falling.value)
+    rows = [np.interp(mean.x, *curve, right=math.nan) ** -0.5 - 1 for curve in curves]
+    assert mean.y == pytest.approx(np.nanmean(rows, axis=0), rel=1e-12)
+    assert (found.x_log, found.y_log) == (True, True)
+    assert found.y_limits[0] == pytest.approx(0.005)  # half of αt where the curves begin
+    assert "α = " in found.caption
+    assert "theory for hard disks, finite N (" in found.caption
+
+
+def test_local_rates_have_windows_with_as_many_collisions_by_haffs_law(decaying: Run) -> None:
+    found = shown(decaying, "cooling", cor=0.8)
+    (record,) = found.numbers["points"]
+    (rates,) = found.panels
+    assert (rates.label, rates.log) == ("−d ln E/dt (s⁻¹)", True)
+    (points,) = (layer for layer in rates.layers if isinstance(layer, Points))
+    repeats = traces(decaying, 0)
+    ends = np.array([trace.stop.time for trace in repeats])
+    alpha, haff = record["alpha"], record["theory_alpha"]
+    edges = np.expm1(np.linspace(0.0, np.log1p(alpha * np.median(ends)), 15)) / alpha
+    assert len(points.x) == record["windows"] == 14
+    curve = measure(repeats).curve
+    for window in (0, 13):
+        here = edges[window : window + 2]
+        # A marker is where Haff's law has the mean that it has over the window.
+        mean = 2 * np.ptp(np.log1p(haff * here)) / np.ptp(here)
+        assert points.x[window] == pytest.approx(2 / mean - 1 / haff, rel=1e-9)
+        there = [row for row, end in enumerate(ends) if end >= here[1] * (1 - 1e-12)]
+        energies = [np.interp(here, curve.time[row], curve.energy[row]) for row in there]
+        before, after = np.mean(energies, axis=0)
+        expected = math.log(before / after) / np.ptp(here)
+        assert points.y[window] == pytest.approx(expected, rel=1e-6)
+    of_law = {layer.style: layer for layer in rates.layers if isinstance(layer, Line)}
+    fitted, floored = of_law["dotted"], of_law["dashdot"]
+    assert fitted.y == pytest.approx(2 * alpha / (1 + alpha * fitted.x), rel=1e-12)
     assert "L keeps the energy L²/2I of a rotation" in found.caption
-    alpha = record["alpha"]
-    assert fitted.y[0] == 2 * alpha
-    assert fitted.y[-1] == pytest.approx(2 * alpha / (1 + alpha * fitted.x[-1]))
-    assert constant.y.tolist() == [record["k"]] * 2
-    alpha = gas.finite_haff_rate(traces(decaying, 0)[0].start)
-    assert of_theory.y[0] == pytest.approx(2 * alpha, rel=1e-12)
-    floor = np.mean([floor_of(trace) for trace in traces(decaying, 0)])
+    floor = np.mean([floor_of(trace) for trace in repeats])
     assert record["floor"] == pytest.approx(floor, rel=1e-12)
     # The rate is the slope of the logarithm of the law.
-    time, step = floored.x[100], 1e-5
+    time, step = floored.x[100], 1e-5 * floored.x[100]
 
     def logarithm(at: float) -> float:
-        return math.log(floor + (1 - floor) / (1 + alpha * at) ** 2)
+        return math.log(floor + (1 - floor) / (1 + haff * at) ** 2)
 
     slope = (logarithm(time - step) - logarithm(time + step)) / (2 * step)
-    assert floored.y[100] == pytest.approx(slope, rel=1e-7)
+    assert floored.y[100] == pytest.approx(slope, rel=1e-6)
 
 
 def test_haffs_laws_of_several_points_are_one_curve(decaying: Run) -> None:
-    found = shown(decaying, "haff-time")
-    law = next(line for line in layers(found, Line) if len(line.x) and line.style == "solid")
-    assert law.y == pytest.approx(1 / (1 + law.x), rel=1e-13)
-    assert not any(line.style in ("dashed", "dotted") for line in layers(found, Line))
+    found = shown(decaying, "cooling")
+    law = next(line for line in layers(found, Line) if len(line.x) and line.style == "dashed")
+    assert law.y.tolist() == law.x.tolist()
+    assert not any(line.style == "dotted" for line in layers(found, Line))
+    (rates,) = found.panels
+    of_rate = next(layer for layer in rates.layers if getattr(layer, "style", "") == "dashed")
+    assert isinstance(of_rate, Line)
+    assert of_rate.y == pytest.approx(1 / (1 + of_rate.x), rel=1e-13)
     below = [layer for layer in found.panel if isinstance(layer, Points)]
-    for index, points in enumerate(layers(found, Points)):
-        record = found.numbers["points"][index]
+    points = [layer for layer in rates.layers if isinstance(layer, Points)]
+    for index, (several, record) in enumerate(zip(points, found.numbers["points"], strict=True)):
         alpha = record["theory_alpha"]
-        alone = shown(decaying, "haff-time", cor=record["parameters"]["cor"])
-        (in_seconds,) = layers(alone, Points)
-        assert points.x == pytest.approx(in_seconds.x * alpha, rel=1e-13)
-        assert points.y == pytest.approx(in_seconds.y / (2 * alpha), rel=1e-13)
-        assert points.y_error == pytest.approx(in_seconds.y_error / (2 * alpha), rel=1e-13)
-        # Over a window the law takes ln E by the difference of 2 ln(1 + αt).
-        width = min(trace.stop.time for trace in traces(decaying, index)) / 14
-        mean = 2 * math.log1p(alpha * width) / width
-        assert below[index].y[0] == pytest.approx(math.log(in_seconds.y[0] / mean), rel=1e-9)
+        alone = shown(decaying, "cooling", cor=record["parameters"]["cor"])
+        (in_seconds,) = (p for p in alone.panels[0].layers if isinstance(p, Points))
+        assert several.x == pytest.approx(in_seconds.x * alpha, rel=1e-13)
+        assert several.y == pytest.approx(in_seconds.y / (2 * alpha), rel=1e-13)
+        assert several.y_error == pytest.approx(in_seconds.y_error / (2 * alpha), rel=1e-13)
         (residuals,) = (layer for layer in alone.panel if isinstance(layer, Points))
         assert below[index].y == pytest.approx(residuals.y, rel=1e-12)
 
 
+def test_the_reproduction_has_windows_of_one_length_in_which_all_repeats_are(decaying: Run) -> None:
+    found = FIGURES["cooling"].make(decaying, Selection({"cor": 0.8}), source=True)
+    (points,) = (layer for layer in found.panels[0].layers if isinstance(layer, Points))
+    width = min(trace.stop.time for trace in traces(decaying, 0)) / 14
+    curve = measure(traces(decaying, 0)).curve
+    energies = [
+        np.interp([0.0, width], *course)
+        for course in zip(curve.time, curve.kinetic_energy, strict=True)
+    ]
+    before, after = np.mean(energies, axis=0)
+    assert points.y[0] == pytest.approx(math.log(before / after) / width, rel=1e-6)
+
+
+def test_the_time_at_which_haffs_law_is_refused_is_marked(tmp_path: Path) -> None:
+    """Of one point; the rotation keeps energy that the law does not know."""
+    run = made(tmp_path / "run", "cor=0.6", "collisions=900", "repeats=12")
+    found = shown(run, "cooling")
+    (mark,) = layers(found, Reference)
+    (row,) = (
+        fit.goodness for fit in decays(traces(run, 0), ["kinetic_energy"]) if fit.law == "haff"
+    )
+    assert (mark.axis, mark.value, mark.label) == ("x", row.holds_to, "Haff's law is refused")
+    assert "Haff's law is refused after" in found.caption
+
+
 def test_no_rate_is_claimed_from_few_collisions(decaying: Run, tmp_path: Path) -> None:
     few = made(tmp_path / "run", "cor=0.8", "collisions=12", "repeats=2")
-    assert "fewer than 10 collisions" in why_not(few, "haff-time")
-    alone = shown(decaying, "haff-time", repeat=0, cor=0.8)
-    (points,) = layers(alone, Points)
-    trace = traces(decaying, 0)[0]
-    counts = np.histogram(series(trace).time[1:], 14, (0.0, trace.stop.time))[0]
-    assert len(points.x) == np.count_nonzero(counts >= 10) < 14
+    assert "fewer than 10 collisions" in why_not(few, "cooling")
+    alone = shown(decaying, "cooling", repeat=0, cor=0.8)
+    (points,) = (layer for layer in alone.panels[0].layers if isinstance(layer, Points))
+    trace, alpha = traces(decaying, 0)[0], alone.numbers["points"][0]["alpha"]
+    edges = np.expm1(np.linspace(0.0, np.log1p(alpha * trace.stop.time), 15)) / alpha
+    counts = np.histogram(series(trace).time[1:], edges)[0]
+    assert abs(len(points.x) - np.count_nonzero(counts >= 10)) <= 1
+    assert len(points.x) < 14
     assert "Windows with fewer than 10 collisions are left out" in alone.caption
 
 
@@ -207,3 +266,26 @@ def test_energy_against_collisions(decaying: Run) -> None:
     assert isinstance(residuals, Points)
     assert residuals.y[-1] == pytest.approx(math.log(points.y[-1] / above), rel=1e-9)
     assert residuals.x.tolist() == points.x[1:].tolist()
+
+
+def test_a_theory_of_the_energy_ends_where_it_is_far_off(tmp_path: Path) -> None:
+    """The residuals too. Balls in a circle keep a rotation that collisions cannot take."""
+    run = made(tmp_path / "run", "cor=0.5", "collisions=1500", "repeats=4")
+    found = shown(run, "event-decay")
+    (points,) = layers(found, Points)
+    line = next(line for line in layers(found, Line) if line.style == "solid" and len(line.x))
+    assert len(line.x) < len(points.x)
+    assert np.all(points.y[: len(line.x)] < 100 * line.y)
+    (record,) = found.numbers["points"]
+    assert record["theory"] is None
+    assert "ends where the energy is 100 times as large" in found.caption
+
+
+def test_energy_of_rough_balls_beside_the_mean_field(tmp_path: Path) -> None:
+    found = shown(made(tmp_path / "run", text=ROUGH), "event-decay")
+    (points,) = layers(found, Points)
+    line, _ = layers(found, Line)
+    assert line.y[0] == pytest.approx(1.0, rel=1e-12)
+    assert found.layers[-1].label == "theory, mean field"
+    # The gas is dilute: in ten errors or a tenth they agree at all numbers of collisions.
+    assert np.all(np.abs(points.y / line.y - 1) < np.maximum(0.1, 10 * points.y_error / points.y))

@@ -33,7 +33,8 @@ def test_figures_describe_the_shape_that_is_there(
             missing[name] = str(error)
     sweeps = {"pressure-temperature", "pressure-number", "temperature-ratio"}
     sweeps |= {"pressure-area", "pressure-area-linear", "van-der-waals"}
-    others = {"central-distances", "momentum-x", "momentum-y"}
+    others = {"central-distances", "momentum-x", "momentum-y", "swept-key"}
+    others |= {"momentum"} if shape == "box" else set()
     others |= {"species-temperature", "species-ratio", "rotation"}
     others |= {"stationary", "profiles", "energy-balance", "heat-flux", "equation-of-state"}
     others |= {"density-fluctuations", *(["structure-factor"] if shape == "box" else [])}
@@ -54,7 +55,7 @@ def test_reasons_for_missing_figures(warm: Run, decaying: Run) -> None:
     for kind in ("central-distances", "pair-distances"):
         assert "run the config with `record: events`" in why_not(warm, kind)
     assert "fixed walls take momentum" in why_not(warm, "momentum-x")
-    for kind in ("decay-against-cor", "haff-time", "event-decay", "energy-fit"):
+    for kind in ("decay-against-cor", "cooling", "event-decay", "energy-fit"):
         assert "nothing decays" in why_not(warm, kind)
     for kind, keys in (
         ("pressure-temperature", "balls.speed"),
@@ -72,7 +73,7 @@ def test_odd_scenes_get_a_sentence(tmp_path: Path) -> None:
         assert "two or more" in why_not(one, kind)
     assert layers(shown(one, "pressure", cor=1.0), Reference) == []  # of one ball, no theory
     still = made(tmp_path / "still", "balls.speed=0", "repeats=1")
-    for kind in ("energy", "energy-fit", "haff-time", "event-decay"):
+    for kind in ("energy", "energy-fit", "cooling", "event-decay"):
         assert "nothing moves" in why_not(still, kind)
     assert "momentum in x is zero" in why_not(still, "momentum-x")
     assert "nothing happens" in why_not(still, "pressure")
