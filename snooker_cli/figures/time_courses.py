@@ -299,13 +299,12 @@ def species_temperature(build: FigureBuilder) -> FigureData:
         ratio = mean_and_error(measured(gas, quantities.SPECIES_RATIO))
         numbers["ratio"], numbers["ratio_error"] = ratio
         layers = _ratio_layers(collisions, rows)
-        law = theories.value_of(scene, quantities.SPECIES_RATIO, two_temperatures.EQUAL_RATES)
+        model = two_temperatures.EQUAL_RATES
+        law = build.predicted(scene, quantities.SPECIES_RATIO, model)
         if law is not None:
             numbers["theory"] = law
             layers.append(Line(collisions[[0, -1]], np.array([law, law]), None, NEUTRAL, "dotted"))
-            caption = (
-                "Dotted: theory of uniform gases with Maxwell's velocities (Garzó & Dufty 1999)."
-            )
+            caption = "Dotted: theory."
         panels.append(Panel(tuple(layers), "T₁/T₂"))
         change = ratio_changes(gas.measurement).get(quantities.SPECIES_RATIO.name)
         if change is not None and change.refused:

@@ -71,7 +71,6 @@ def figures(
         "van-der-waals": (wide, {}),
         "speeds": (warm, {"balls.radius": 1.0}),
         "species-temperature": (mixture, {}),
-        "species-ratio": (mixture, {}),
         "stationary": (driven, {}),
         "equation-of-state": (driven, {}),
         "energy-balance": (driven, {"cor": 0.9}),
