@@ -218,7 +218,7 @@ def a2(build: FigureBuilder) -> FigureData:
         return _a2_against_cor(build)
     for point, scene, collisions, rows in _a2(build):
         names = [None] if scene.equal_balls else structure.species_names(scene)
-        expected = None if build.too_thin(scene) else _sonine(scene)
+        expected = None if build.too_thin(scene) else _sonine(build, scene)
         for column, name in zip(np.moveaxis(rows, 2, 0), names, strict=True):
             if not np.isfinite(column).any():
                 continue
@@ -231,11 +231,10 @@ def a2(build: FigureBuilder) -> FigureData:
     known = any(record["theory"] is not None for record in build.records)
     if known:
         build.lines.append(legend_line("theory", "dotted"))
-    return build.figure(SONINE_THEORY * known)
+    return build.figure()
 
 
 NEARLY_ELASTIC = 0.999  # the theory at CoR 1 is another one
-SONINE_THEORY = "Theory: homogeneous cooling (van Noije & Ernst 1998); at CoR 1 about −1/N."
 
 
 def _a2_against_cor(build: FigureBuilder) -> FigureData:
@@ -244,7 +243,7 @@ def _a2_against_cor(build: FigureBuilder) -> FigureData:
     for index, (point, _, collisions, rows) in enumerate(_a2(build)):
         _, kept = build.lasting(index, collisions, rows[..., 0])
         means.append(_second_half(kept))
-        build.record(point, second_half=means[-1], theory=_sonine(build.start(point)))
+        build.record(point, second_half=means[-1], theory=_sonine(build, build.start(point)))
     cors, (mean, error) = np.array([p.experiment.cor for p in build.points]), np.transpose(means)
     order = np.argsort(cors)
     cors, mean, error = cors[order], mean[order], error[order]
@@ -252,14 +251,13 @@ def _a2_against_cor(build: FigureBuilder) -> FigureData:
     grid = np.linspace(cors[0], min(cors[-1], NEARLY_ELASTIC), 100)
     scene = build.start(build.points[0])
     laws = [replace(scene, pair_law=Constant(float(cor))) for cor in (*grid, *cors)]
-    expected = np.array([math.nan if (a2 := _sonine(law)) is None else a2 for law in laws])
+    expected = np.array([math.nan if (a2 := _sonine(build, law)) is None else a2 for law in laws])
     build.lines.append(Points(cors, mean, error, "simulation", 0))
     difference: list[Layer] = []
     if np.isfinite(expected).any():
         build.lines.append(Line(grid, expected[: len(grid)], "theory", 0, "solid"))
         difference += [Reference("y", 0.0), Points(cors, mean - expected[len(grid) :], error)]
     return build.figure(
-        SONINE_THEORY * bool(difference),
         title="Second Sonine coefficient: a₂ against the CoR",
         x_label="coefficient of restitution e",
         x_limits=(None, None),
@@ -267,10 +265,9 @@ def _a2_against_cor(build: FigureBuilder) -> FigureData:
     )
 
 
-def _sonine(scene: Scene) -> float | None:
+def _sonine(build: FigureBuilder, scene: Scene) -> float | None:
     """a2 by the theory of a scene, if it has one."""
-    known = theories.values_of(scene, quantities.SONINE, theories.FIXED, theories.COOLING)
-    return next(iter(known.values()), None)
+    return build.predicted(scene, quantities.SONINE, theories.FIXED, theories.COOLING)
 
 
 def _second_half(rows: Array) -> tuple[float, float]:
@@ -361,8 +358,7 @@ def rotation(build: FigureBuilder) -> FigureData:
         build.record(point, final_ratio=mean_and_error(kept[:, -1]), theory=final)
     caption = "Panel of temperatures: T_tr solid, T_rot dashed."
     if known:
-        build.lines.append(legend_line(f"theory, {two_temperatures.MEAN_FIELD}", "dotted"))
-        caption += " Theory: velocities and spins are independent (Luding et al. 1998)."
+        build.lines.append(legend_line(f"theory, {build.cite(*spins)}", "dotted"))
     return build.figure(caption, panels=(Panel(tuple(decay), "T / T_tr(0)", log=True),))
 
 
