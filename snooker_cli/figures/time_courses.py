@@ -228,8 +228,7 @@ def a2(build: FigureBuilder) -> FigureData:
                 flat = np.array([expected, expected])
                 build.lines.append(Line(collisions[[0, -1]], flat, None, index, "dotted"))
             build.record(point, species=name, second_half=_second_half(kept), theory=expected)
-    known = any(record["theory"] is not None for record in build.records)
-    if known:
+    if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line("theory", "dotted"))
     return build.figure()
 
