@@ -38,7 +38,7 @@ OF_FIGURES: dict[str, list[tuple[q.Quantity, str]]] = {
     "pair-correlation": [(q.CONTACT, theories.CHI)],
     "structure-factor": [(q.STRUCTURE, theories.COMPRESSIBILITY)],
     "a2": [(q.SONINE, theories.FIXED), (q.SONINE, theories.COOLING)],
-    "species-ratio": [(q.SPECIES_RATIO, EQUAL_RATES)],
+    "species-temperature": [(q.SPECIES_RATIO, EQUAL_RATES)],
     "rotation": [(q.SPIN_RATIO, MEAN_FIELD)],
     "stationary": [(q.TEMPERATURE, theories.WALLS), (q.TEMPERATURE, theories.BALANCE)],
     "equation-of-state": [(q.RATIO, INFINITE), (q.RATIO, FINITE)],

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from snooker_cli.figures.axis_limits import outside, reach
+from snooker_cli.figures.axis_limits import outside, reach, visible
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
     Band,
@@ -106,12 +106,12 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
             _added(panel, data, content.layers)
             set_text(panel.yaxis.label, textwrap.fill(content.label, PANEL_LABEL_WIDTH))
             panel.set_yscale("log" if content.log else "linear")
+            panel.set_xlim(axes.get_xlim())  # `_scale` may have changed the view of one axis alone
             _clip(panel, data, content.layers, (None, None), logarithmic=content.log)
             if content.log:
                 _few_decades(panel.yaxis, PANEL_TICKS)
             else:
                 panel.locator_params("y", nbins=PANEL_TICKS)
-            panel.set_xlim(axes.get_xlim())  # `_scale` may have changed the view of one axis alone
         set_text([axes, *panels][-1].xaxis.label, data.x_label)
         set_text(axes.yaxis.label, textwrap.fill(data.y_label, LABEL_WIDTH))
         figure.align_ylabels()
@@ -125,7 +125,8 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         figure.set_size_inches(size or (WIDTH, height))
         if not data.x_log:
             labels = axes.xaxis.get_major_formatter().format_ticks(list(axes.get_xticks()))
-            room = TICKS_WIDTH * figure.get_figwidth() / WIDTH
+            beside = max(map(len, named), default=0)  # names at lines make the axes narrower
+            room = TICKS_WIDTH * figure.get_figwidth() / WIDTH - beside
             axes.locator_params("x", nbins=min(MOST_TICKS, room // (1 + max(map(len, labels)))))
         # Once for all formats: laying out takes as long as drawing.
         layout.execute(figure)
@@ -249,12 +250,13 @@ def _clip(
 ) -> None:
     """Let the y axis reach no farther than its data need; arrows mark what is outside."""
     low, high = axes.get_ylim()
-    least, most = reach(layers, logarithmic)
+    shown = [*visible(layers, *axes.get_xlim())]
+    least, most = reach(shown, logarithmic)
     bottom = max(low, least) if limits[0] is None else low
     top = min(high, most) if limits[1] is None else high
     if (bottom, top) != (low, high):
         axes.set_ylim(bottom, top)
-    for beyond in outside(layers, bottom, top):
+    for beyond in outside(shown, bottom, top):
         axes.plot(
             beyond.x,
             np.full(len(beyond.x), top if beyond.above else bottom),

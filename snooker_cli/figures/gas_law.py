@@ -103,7 +103,7 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
         ratios = [mean_and_error(state.over_ideal) for state in states]
         for state, pressure, ratio in zip(states, means, ratios, strict=True):
             build.record(state.point, **state.conditions, pressure=pressure, over_ideal=ratio)
-    build.lines.append(legend_line(THEORY, "dotted"))
+    build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), "dotted"))
     return build.figure(parts.text)
 
 
@@ -125,7 +125,7 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
     build.add_residuals(0, radii, y, y_error, np.array(theory_of(radii)))
     build.lines += [
         IDEAL_RATIO,
-        Line(fine, curve, THEORY, NEUTRAL, "dotted"),
+        Line(fine, curve, build.cite(quantities.RATIO, THEORY), NEUTRAL, "dotted"),
         Points(radii, y, y_error, "simulation"),
     ]
     return build.figure(parts.text)
@@ -157,9 +157,10 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     real = np.array([state.expected / state.ideal_pressure for state in scaled])
     theirs = (1 - 1 / expected) / packing
     build.add_residuals(0, packing, excluded, excluded_errors, theirs)
+    name = build.cite(quantities.RATIO, THEORY)
     build.lines += [
         Reference("y", 2.0, "second virial coefficient, b = 2", "dashed"),
-        Line(grid, (1 - 1 / real) / grid, THEORY, NEUTRAL, "dotted"),
+        Line(grid, (1 - 1 / real) / grid, name, NEUTRAL, "dotted"),
         Points(packing, excluded, excluded_errors, "simulation"),
     ]
     for k, state in enumerate(states):
@@ -222,8 +223,41 @@ def pressure(build: FigureBuilder) -> FigureData:
             theory=None if law is None else expected,
         )
     if any(record["theory"] is not None for record in build.records):
-        build.lines.append(legend_line(THEORY, "dotted"))
+        build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), "dotted"))
     return build.figure(parts.text, x_label="collisions per ball" if meet else "time (s)")
+
+
+def collision_rate(build: FigureBuilder) -> FigureData:
+    """Collisions of a ball with others over Boltzmann's, against packing, with Enskog's χ."""
+    names, parts = [group[0] for group in build.groups], CountedParts(build)
+    packings = []
+    for index, group in enumerate(build.groups):
+        rows = []
+        for point in group:
+            gas = parts.gas(point)
+            laws = [
+                theories.theory_of(gas.scene, quantities.PAIR_RATE, model)
+                for model in (theories.BOLTZMANN, theories.ENSKOG)
+            ]
+            if None in laws:
+                raise FigureError("theory has no rate for a point; it needs a fluid of equal balls")
+            boltzmann, enskog = (np.asarray(law.value(gas)) for law in laws if law is not None)
+            rate = measured(gas, quantities.PAIR_RATE)
+            over, expected = mean_and_error(rate / boltzmann), float(np.mean(enskog / boltzmann))
+            packing = gas.scene.packing_fraction
+            rows.append((packing, *over, expected))
+            predicted = float(enskog.mean())
+            build.record(point, packing=packing, rate=mean_and_error(rate), theory=predicted)
+        x, y, error, expected_here = np.array(rows).T
+        packings.append(x)
+        label = build.label(group[0], names) or "simulation"
+        build.lines.append(Points(x, y, error, label, index))
+        build.add_residuals(index, x, y, error, expected_here)
+    grid = np.linspace(0.0, float(np.max(np.concatenate(packings))), CURVE)
+    curve = np.array([float(theory.contact_value(packing)) for packing in grid])
+    name = build.cite(quantities.PAIR_RATE, theories.ENSKOG)
+    build.lines.insert(0, Line(grid, curve, name, NEUTRAL, "solid"))
+    return build.figure(parts.text)
 
 
 def ideal_ratio(build: FigureBuilder) -> FigureData:

@@ -299,13 +299,12 @@ def species_temperature(build: FigureBuilder) -> FigureData:
         ratio = mean_and_error(measured(gas, quantities.SPECIES_RATIO))
         numbers["ratio"], numbers["ratio_error"] = ratio
         layers = _ratio_layers(collisions, rows)
-        law = theories.value_of(scene, quantities.SPECIES_RATIO, two_temperatures.EQUAL_RATES)
+        model = two_temperatures.EQUAL_RATES
+        law = build.predicted(scene, quantities.SPECIES_RATIO, model)
         if law is not None:
             numbers["theory"] = law
             layers.append(Line(collisions[[0, -1]], np.array([law, law]), None, NEUTRAL, "dotted"))
-            caption = (
-                "Dotted: theory of uniform gases with Maxwell's velocities (Garzó & Dufty 1999)."
-            )
+            caption = "Dotted: theory."
         panels.append(Panel(tuple(layers), "T₁/T₂"))
         change = ratio_changes(gas.measurement).get(quantities.SPECIES_RATIO.name)
         if change is not None and change.refused:
@@ -446,6 +445,8 @@ def local_energy(build: FigureBuilder) -> FigureData:
     for index, (point, scene, times, rows) in enumerate(over_time):
         haff = theories.theory_of(scene, quantities.HAFF_RATE, theories.START_RATES)
         rate = haff_rate(scene) if haff else None
+        if haff:
+            build.cite(quantities.HAFF_RATE, theories.START_RATES)
         known += [rate is not None] * (not elastic(point))
         law = scene.kinetic_energy / scene.number * theory.haff_ratio(times, rate or 0.0)
         thermal, flow = np.moveaxis(rows, 2, 0) / law
@@ -464,8 +465,6 @@ def local_energy(build: FigureBuilder) -> FigureData:
     build.lines += [legend_line("flow", "dashed")] * flows
     words = [f"The flow is that of cells with {structure.BALLS_IN_CELL:g} balls on average."]
     words += ["It is shown from where it has more energy than its error."] * flows
-    if any(known):
-        words.append("Haff's law has the rate at the start, by Enskog's collisions.")
     if known and not all(known):
         words.append(f"{'Other curves' if any(known) else 'Curves'} are over E(0)/N.")
     if not any(known):

@@ -58,7 +58,6 @@ def stationary(build: FigureBuilder) -> FigureData:
     numbers = swept_numbers(build.groups[0])  # of runs side by side not their names
     key = next(key for key in SWEPT if key in numbers)
     names, steady = [group[0] for group in build.groups], CountedParts(build)
-    drawn = dict[str, float]()
     for index, group in enumerate(build.groups):
         rows, expected = [], []
         for point in group:
@@ -66,9 +65,7 @@ def stationary(build: FigureBuilder) -> FigureData:
             rows.append((mean, error))
             changes = point.index in steady.changing
             models = theories.WALLS, theories.BALANCE
-            known = theories.values_of(build.start(point), quantities.TEMPERATURE, *models)
-            law = next(iter(known.values()), None)
-            drawn |= known
+            law = build.predicted(build.start(point), quantities.TEMPERATURE, *models)
             expected.append(math.nan if law is None else law)
             measured = {"changing_temperature": mean} if changes else {"temperature": (mean, error)}
             build.record(point, **measured, theory=law)
@@ -85,10 +82,8 @@ def stationary(build: FigureBuilder) -> FigureData:
     caption = steady.text
     if steady.changing:
         caption += " Open: the gas still changes."
-    if drawn:
-        build.lines.append(legend_line(", ".join(drawn), "dotted"))
-    if theories.BALANCE in drawn:
-        caption += " Dotted: balance of energy in a uniform gas (Kumaran 1998)."
+    if build.cited:
+        build.lines.append(legend_line(", ".join(build.cited), "dotted"))
     columns = [line.y for line in build.lines if isinstance(line, Points)]
     log = more_than_a_decade(columns)
     highest = max(float(column.max()) for column in columns if len(column))  # also of open markers
@@ -230,7 +225,8 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     if law is not None:
         gas = Gas(gas.measurement, first_window=gas.first_window, profile=_profile(build, steady))
         places, local = gas.conduction
-        build.add_means(0, f"{law.model}, −κ dT/dx", places, local, "solid")
+        name = build.cite(law.quantity, law.model)
+        build.add_means(0, f"{name}, −κ dT/dx", places, local, "solid")
         numbers["enskog"] = middle = mean_and_error(np.asarray(law.value(gas)))
         caption += f" dT/dx is the slope of a line through {2 * NEAR + 1} of {BINS} strips."
         if is_elastic:
@@ -301,8 +297,10 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
         ]
     drawn = {line.style for line in build.lines if isinstance(line, Line)}
     legend = {"solid": theory.FINITE, "dotted": theory.INFINITE}
-    build.lines += [legend_line(legend[style], style) for style in legend if style in drawn]
-    return build.figure(f"Packing and T are means over the whole container. {steady.text}")
+    models = {style: model for style, model in legend.items() if style in drawn}
+    for style, model in models.items():
+        build.lines.append(legend_line(build.cite(quantities.VIRIAL_RATIO, model), style))
+    return build.figure(f"Packing and T are means over the whole gas. {steady.text}")
 
 
 def _curves(scenes: Sequence[Scene], highest: float, series: int, *, both: bool) -> list[Line]:

@@ -141,7 +141,7 @@ def test_what_is_fitted_and_what_is_predicted_have_colours_of_their_own(decaying
 
 @pytest.mark.parametrize(
     "name",
-    ["energy", "pressure", "pair-distances", "pair-correlation", "hexatic-order", "a2"],
+    ["energy", "pressure", "pair-distances", "pair-correlation", "a2"],
 )
 def test_a_single_curve_has_a_legend_entry(name: str, decaying: Run) -> None:
     found = shown(decaying, name, cor=0.8)
@@ -154,5 +154,5 @@ def test_a_single_curve_has_a_legend_entry(name: str, decaying: Run) -> None:
 def test_a_curve_that_the_legend_explains_has_no_second_name(driven: Run) -> None:
     found = shown(driven, "energy-balance", cor=0.9)
     labels = [layer.label for layer in found.layers if layer.label]
-    assert "walls gave" in labels
+    assert "walls give" in labels
     assert not any(label.startswith("simulation") for label in labels)

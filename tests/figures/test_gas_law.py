@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,18 +11,19 @@ import pytest
 from figure_runs import PERIODIC, in_circle, layers, made, shown, traces
 
 from snooker_cli import theory
-from snooker_cli.analysis.measurement import measure
+from snooker_cli.analysis.measurement import Array, measure, pairs_of
+from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.engine import series
 from snooker_cli.figures import Line, Points, Reference
 from snooker_cli.runs import Run
+from snooker_cli.theory import FINITE
 from snooker_cli.trace import Trace
 
 
-def pressure_of(trace: Trace) -> float:
-    columns = series(trace)
-    return float(
-        columns.wall_impulse[-1] / columns.time[-1] / (2 * math.pi * trace.start.container.radius)
-    )
+def pressures_of(repeats: list[Trace]) -> Array:
+    """Mean pressures after the relaxation."""
+    measurement = measure(repeats, pairs=pairs_of(repeats))
+    return measurement.relaxed.pressure(repeats[0].start)
 
 
 def test_pressure_against_temperature(warm: Run) -> None:
@@ -30,7 +32,7 @@ def test_pressure_against_temperature(warm: Run) -> None:
     assert small.x == pytest.approx([12.5, 50.0, 200.0], rel=1e-13)
     for series_number, points in enumerate((small, large)):
         for k in range(3):
-            pressures = [pressure_of(trace) for trace in traces(warm, 3 * series_number + k)]
+            pressures = pressures_of(traces(warm, 3 * series_number + k))
             assert points.y[k] == pytest.approx(np.mean(pressures), rel=1e-13)
             error = np.std(pressures, ddof=1) / math.sqrt(3)
             assert points.y_error[k] == pytest.approx(error, rel=1e-10)
@@ -63,7 +65,7 @@ def test_temperature_ratio_against_the_ball_radius(warm: Run) -> None:
     (points,) = layers(found, Points)
     assert points.x.tolist() == [0.2, 1.0]
     for k, index in enumerate((1, 4)):
-        ratios = [50 / (pressure_of(trace) * 100 * math.pi / 19) for trace in traces(warm, index)]
+        ratios = 50 / (pressures_of(traces(warm, index)) * 100 * math.pi / 19)
         assert points.y[k] == pytest.approx(np.mean(ratios), rel=1e-13)
         expected = in_circle(50.0, points.x[k])
         theirs = found.numbers["points"][k]["theory"]
@@ -100,10 +102,12 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
     disk, area = math.pi * 0.36, 600
     for k, state in enumerate(found.numbers["points"]):
         repeats = traces(run, k)
-        ratios = measure(repeats).whole.ideal_gas_ratio(repeats[0].start)
-        assert points.y[k] == pytest.approx(np.mean(ratios), rel=1e-12)
-        excluded = (1 - 1 / points.y[k]) * area / state["number"] / disk
-        assert state["excluded_disks"] == pytest.approx(excluded, rel=1e-10)
+        relaxed = measure(repeats, pairs=pairs_of(repeats)).relaxed
+        ratio = np.mean(relaxed.ideal_gas_ratio(repeats[0].start))
+        excluded = (1 - 1 / ratio) * area / state["number"] / disk
+        assert points.y[k] == pytest.approx(excluded, rel=1e-10)
+        assert state["excluded_disks"] == points.y[k]
+        assert points.x[k] == state["packing"]
         ratio = theory.compressibility(state["packing"])
         ratio -= theory.missing_ratio(state["packing"], state["number"])
         assert state["theory"] == pytest.approx(ratio, rel=1e-12)
@@ -112,3 +116,45 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
     singles = [state["excluded_disks"] for state in numbers["points"]]
     assert 1.9 < singles[0] < 2.1
     assert singles[0] > numbers["excluded_disks"] > singles[-1]
+    # A law of one constant says nothing of two packings.
+    two = shown(run, "van-der-waals", balls__count=(20, 120))
+    assert "Fewer than 3 packings fit no b." in two.caption
+    assert "excluded_disks" not in two.numbers
+    assert re.search(r"b is between 1\.\d+ ± \d\.\d+ areas of a disk \(", two.caption)
+
+
+def test_pressure_in_windows(decaying: Run) -> None:
+    """Windows have equal numbers of collisions per ball; the result is that of `compare`."""
+    found = shown(decaying, "pressure")
+    rows = comparisons(decaying).rows
+    compared = [row for row in rows if row["quantity"] == "PV/NT" and row["model"] == FINITE]
+    lines = [line for line in layers(found, Line) if line.style == "series"]
+    flat = [line for line in layers(found, Line) if line.style == "dotted" and len(line.x)]
+    for index, (record, row) in enumerate(zip(found.numbers["points"], compared, strict=True)):
+        assert (record["over_ideal"], record["over_ideal_error"]) == (row["measured"], row["error"])
+        assert record["theory"] == pytest.approx(row["predicted"], rel=1e-12)
+        assert flat[index].y.tolist() == [record["theory"]] * 2
+        scene, curve = traces(decaying, index)[0].start, measure(traces(decaying, index)).curve
+        along = 2 * curve.pair_events / 19
+        edges = np.linspace(0, np.median(along[:, -1]), 11)
+        assert lines[index].x == pytest.approx((edges[1:] + edges[:-1])[: len(lines[index].x)] / 2)
+        of_repeats = []
+        for trace in traces(decaying, index):
+            columns = series(trace)
+            pairs = 2 * columns.pair_events / 19
+            moved = np.append(0.0, np.cumsum(columns.kinetic_energy[:-1] * np.diff(columns.time)))
+            rows_of = np.searchsorted(pairs, [edges[0], edges[5]])
+            force = np.diff(columns.wall_impulse[rows_of]) / scene.container.wall_length
+            of_repeats.append(force * scene.container.area / np.diff(moved[rows_of]))
+        # Over half of the repeat; a hit more or less at its end is some per cent.
+        assert lines[index].y[:5].mean() == pytest.approx(np.mean(of_repeats), rel=0.1)
+
+
+def test_repeats_too_short_to_relax_count_as_a_whole(tmp_path: Path) -> None:
+    run = made(tmp_path / "run", "collisions=60", "cor=1")
+    found = shown(run, "pressure")
+    (record,) = found.numbers["points"]
+    repeats = traces(run, 0)
+    whole = measure(repeats).whole.pressure(repeats[0].start)
+    assert record["pressure"] == pytest.approx(whole.mean(), rel=1e-12)
+    assert "The repeats are too short to relax; they count as a whole." in found.caption

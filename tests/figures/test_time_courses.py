@@ -20,9 +20,10 @@ from figure_runs import (
 )
 
 from snooker_cli import theory, two_temperatures
-from snooker_cli.analysis import gas, structure
+from snooker_cli.analysis import gas, quantities, structure
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import standard_errors
+from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.analysis.structure import Array
 from snooker_cli.engine import series
 from snooker_cli.figures import Line, Reference
@@ -138,7 +139,7 @@ def test_no_curve_ends_with_the_shortest_repeat(tmp_path: Path) -> None:
 
 
 def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
-    found = shown(decaying, "pressure", cor=1.0)
+    found = shown(decaying, "pressure-since-start", cor=1.0)
     curve = measure(traces(decaying, 2)).curve
     curves = courses(curve.time, np.nan_to_num(curve.pressure))
     (line,) = layers(found, Line)
@@ -146,7 +147,7 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
     assert (line.x[-1], line.y[0]) == (longer, 0.0)
     columns = series(traces(decaying, 2)[0])
     at_end = columns.wall_impulse[-1] / (20 * math.pi * columns.time[-1])
-    (single,) = layers(shown(decaying, "pressure", cor=1.0, repeat=0), Line)
+    (single,) = layers(shown(decaying, "pressure-since-start", cor=1.0, repeat=0), Line)
     assert single.y[-1] == pytest.approx(at_end, rel=1e-15)
     final = np.array([np.interp(end, *curve) for curve in curves])
     (point,) = found.numbers["points"]
@@ -230,32 +231,38 @@ def test_clusters_have_those_of_elastic_balls_beside_them(periodic: Run, tmp_pat
     assert "elastic balls are one cluster too" in why_not(dense, "cluster-growth")
 
 
-def test_the_ratio_of_species_is_that_of_their_temperatures(mixture: Run) -> None:
-    found = shown(mixture, "species-ratio")
-    line, theory_line, entry = layers(found, Line)
-    (record,) = found.numbers["points"]
-    repeats = traces(mixture, 0)
-    assert line.x[0] == 0.0
-    assert line.x[-1] == pytest.approx(2 * 900 / 60, rel=0.05)
-    shares = []
-    for trace in repeats:
+def test_species_have_their_temperatures_and_the_ratio_of_compare(mixture: Run) -> None:
+    found = shown(mixture, "species-temperature")
+    first, second = layers(found, Line)
+    assert [line.label for line in (first, second)] == [
+        "1: r = 0.6 m, m = 4 kg",
+        "2: r = 0.4 m, m = 1 kg",
+    ]
+    assert first.x[0] == 0.0
+    assert first.x[-1] == pytest.approx(2 * 900 / 60, rel=0.05)
+    shares, starts = [], []
+    for trace in traces(mixture, 0):
         scene = trace.start
-        start = structure.species_temperature(scene.positions, scene.velocities, scene)
-        shares.append(start / start.sum())
-    first, second = np.mean(shares, axis=0)
-    assert line.y[0] == pytest.approx(first / second, rel=1e-12)
-    assert theory_line.y.tolist() == [record["theory"]] * 2
-    assert record["theory"] == gas.species_ratio(repeats[0].start)
-    assert record["theory"] > 1
-    assert entry.label == "theory, equal cooling rates"
-    assert "1: r = 0.6 m, m = 4 kg; 2: r = 0.4 m, m = 1 kg." in found.caption
-    (band,) = [band for band in layers(found, Band) if len(band.x)]
+        starts.append(structure.species_temperature(scene.positions, scene.velocities, scene))
+        shares.append(starts[-1] / starts[-1].sum())
+    assert [first.y[0], second.y[0]] == pytest.approx(np.mean(starts, axis=0), rel=1e-12)
+    (panel,) = found.panels
+    band, line, theory_line = panel.layers
+    assert isinstance(band, Band)
+    assert isinstance(line, Line)
+    assert isinstance(theory_line, Line)
+    one, other = np.mean(shares, axis=0)
+    assert line.y[0] == pytest.approx(one / other, rel=1e-12)
     assert np.all(band.low <= line.y)
     assert np.all(line.y <= band.high)
-
-
-def test_one_species_has_no_ratio(decaying: Run) -> None:
-    assert "it needs 2 species of balls, not 1" in why_not(decaying, "species-ratio")
+    numbers = found.numbers
+    assert theory_line.y.tolist() == [numbers["theory"]] * 2
+    assert numbers["theory"] == gas.species_ratio(scene) > 1
+    # The finding, the table and the figure have one mean.
+    rows = comparisons(mixture).rows
+    (row,) = [row for row in rows if row["quantity"] == quantities.SPECIES_RATIO.name]
+    assert (numbers["ratio"], numbers["ratio_error"]) == (row["measured"], row["error"])
+    assert numbers["theory"] == row["predicted"]
 
 
 # --- rotation ---------------------------------------------------------------------------------
@@ -302,7 +309,8 @@ def test_rough_balls_have_no_figures_whose_theory_is_of_smooth_ones(tmp_path: Pa
     elastic = made(tmp_path / "run", "cor=1", "tangential_cor=1", text=ROUGH)
     for name in ("pressure-temperature", "mean-squared-displacement", "velocity-autocorrelation"):
         assert "spins take a part of the energy" in why_not(elastic, name)
-    assert shown(elastic, "pressure").numbers["theory"] == []
+    (point,) = shown(elastic, "pressure").numbers["points"]
+    assert point["theory"] is None
 
 
 def test_smooth_balls_have_no_rotation(decaying: Run) -> None:

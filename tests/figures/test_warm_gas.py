@@ -10,10 +10,11 @@ import pytest
 from figure_runs import layers, shown, traces, why_not
 
 from snooker_cli import theory
-from snooker_cli.analysis.measurement import Measurement
+from snooker_cli.analysis.measurement import Measurement, measure
+from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.analysis.stationarity import StationaryPart
 from snooker_cli.engine import replay, series
-from snooker_cli.figures import FIGURES, Line, Points, Reference, Selection, warm_gas
+from snooker_cli.figures import FIGURES, Line, Points, Reference, Selection, counted_parts
 from snooker_cli.runs import Run
 
 SIGMAS = 4
@@ -93,9 +94,18 @@ def test_the_balance_of_energy(driven: Run) -> None:
     """What walls gave less what collisions took is the change of the energy."""
     found = shown(driven, "energy-balance", cor=0.9)
     lines = [line for line in layers(found, Line) if len(line.x)]
-    assert len(lines) == 6
-    for given, taken, change in (lines[:3], lines[3:]):
-        assert given.y - taken.y == pytest.approx(change.y, abs=1e-9 * given.y[-1])
+    assert len(lines) == 4
+    shares = [layer for layer in found.panel if isinstance(layer, Line)]
+    for index, (given, taken, share) in enumerate(
+        zip(lines[::2], lines[1::2], shares, strict=True)
+    ):
+        repeats = traces(driven, index)
+        curve, width = measure(repeats).curve, given.x[1] - given.x[0]
+        assert given.x[0] == pytest.approx(width / 2)
+        edges = np.array([4.0, 5.0]) * width
+        change = np.diff(curve.at(edges, curve.energy), axis=1).mean() / width
+        assert given.y[4] - taken.y[4] == pytest.approx(change, abs=1e-9 * given.y[4])
+        assert share.y[4] == pytest.approx(change / given.y[4], abs=1e-9)
     # Four repeats are too few for the test, so the second half counts.
     assert "last 50 % of each repeat (not confirmed for 2 points)" in found.caption
     for index, record in enumerate(found.numbers["points"]):
@@ -106,6 +116,8 @@ def test_the_balance_of_energy(driven: Run) -> None:
             # A collision takes (1 - e)/(1 + e) J²/(2μ), with μ = 1/2.
             losses.append(0.1 / 1.9 * np.sum(events.impulse[late] ** 2) / half)
         assert record["taken_rate"] == pytest.approx(np.mean(losses), rel=1e-9)
+        rest = record["given_rate"] - record["taken_rate"]
+        assert record["rest_rate"] == pytest.approx(rest, abs=1e-9 * record["taken_rate"])
 
 
 def test_temperature_and_pressure_in_the_steady_state(driven: Run) -> None:
@@ -134,16 +146,31 @@ def test_temperature_and_pressure_in_the_steady_state(driven: Run) -> None:
         # By the virial theorem, but for what Σ m x·v changes over the time.
         at_wall, errors = other["virial"] * 10 / (10 - radius), 4 * other["wall_error"]
         assert other["wall"] == pytest.approx(at_wall, abs=errors)
-    # The figure has what collisions add over the packing, beside theory of both kinds.
-    marks = layers(pressures, Points)
-    for points, cor in zip(marks, (0.9, 0.95), strict=True):
+    # The figure has what collisions add over the packing, beside theory of these balls alone.
+    marks, lines = layers(pressures, Points), layers(pressures, Line)
+    of_large = layers(FIGURES["equation-of-state"].make(driven, Selection(), source=True), Line)
+    assert [line.style for line in of_large[:4]] == ["dotted", "solid"] * 2
+    for points, line, cor in zip(marks, lines, (0.9, 0.95), strict=False):
         rows = [row for row in pressures.numbers["points"] if row["parameters"]["cor"] == cor]
         added = [(row["virial"] - 1) / row["packing"] for row in rows]
         assert points.y == pytest.approx(added, rel=1e-9)
-    ends = {line.style: line.y[-1] for line in layers(pressures, Line)[:2]}
-    last = next(row for row in pressures.numbers["points"] if row["packing"] > 0.01)
-    for style, name in (("solid", "theory_here"), ("dotted", "theory")):
-        assert ends[style] == pytest.approx((last[name] - 1) / last["packing"], rel=1e-9)
+        assert line.style == "solid"
+        theirs = (rows[-1]["theory_here"] - 1) / rows[-1]["packing"]
+        assert line.y[-1] == pytest.approx(theirs, rel=1e-9)
+    below = [layer for layer in pressures.panel if isinstance(layer, Points)]
+    assert below[0].y[-1] == pytest.approx(np.log(marks[0].y[-1] / lines[0].y[-1]), rel=1e-9)
+
+
+def test_results_of_warm_gases_are_those_of_compare(heated: Run) -> None:
+    """Of the same part of the same repeats."""
+    for row in comparisons(heated).rows:
+        where = {"wall_temperature__right": row["parameters"]["wall_temperature.right"]}
+        found = shown(heated, "profiles", **where).numbers["points"][0]
+        if row["quantity"] == "temperature":
+            mean = found["mean_temperature"], found["mean_temperature_error"]
+            assert mean == (row["measured"], row["error"])
+            pressure = shown(heated, "pressure", **where).numbers["points"][0]
+            assert (pressure["temperature"], pressure["temperature_error"]) == mean
 
 
 def test_a_gas_that_still_changes_has_an_open_point_without_an_error(
@@ -153,7 +180,7 @@ def test_a_gas_that_still_changes_has_an_open_point_without_an_error(
         changes = measurement.scene.restitution == 0.95
         return StationaryPart(None if changes else 1, "", changes)
 
-    monkeypatch.setattr(warm_gas, "stationary_part_of", part)
+    monkeypatch.setattr(counted_parts, "stationary_part_of", part)
     found = FIGURES["stationary"].make(driven, Selection())
     settled, empty, changing = layers(found, Points)
     assert settled.filled

@@ -1,0 +1,90 @@
+"""How a mean comes about: results of single repeats, and hits of the wall."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from figure_runs import ELASTIC, layers, made, shown, traces, why_not
+
+from snooker_cli import theory
+from snooker_cli.analysis.run_analysis import comparisons
+from snooker_cli.engine import series
+from snooker_cli.figures import Line, Points, Reference
+from snooker_cli.figures.figure_data import Band
+from snooker_cli.figures.origin_of_means import HITS
+from snooker_cli.runs import Run
+
+
+def row_of(run: Run, quantity: str, **parameters: float) -> dict[str, float]:
+    """The first row of `compare` on a quantity of a point."""
+    chosen = {key.replace("__", "."): value for key, value in parameters.items()}
+    return next(
+        row
+        for row in comparisons(run).rows
+        if row["quantity"] == quantity and chosen.items() <= row["parameters"].items()
+    )
+
+
+def test_a_histogram_of_repeats_has_the_mean_of_compare(tmp_path: Path) -> None:
+    run = made(tmp_path / "run", "cor=0.8", "repeats=12")
+    found = shown(run, "result-histogram")
+    outline, normal, mean = layers(found, Line)
+    row, (record,) = row_of(run, "Haff's α"), found.numbers["points"]
+    assert (record["value"], record["value_error"]) == (row["measured"], row["error"])
+    assert mean.x.tolist() == [record["value"]] * 2
+    (band,) = layers(found, Band)
+    half = (band.x[1] - band.x[0]) / 2
+    assert half == pytest.approx(record["standard_deviation"] / np.sqrt(12), rel=1e-9)
+    assert half == pytest.approx(row["error"], rel=1e-9)
+    assert outline.y.sum() == 12
+    assert outline.steps
+    # The normal law has as many repeats, but for its tails beyond three deviations.
+    width = outline.x[2] - outline.x[1]
+    assert np.trapezoid(normal.y, normal.x) / width == pytest.approx(12, rel=0.005)
+    assert found.x_label == "α (s⁻¹)"
+
+
+def test_few_repeats_make_no_histogram(decaying: Run) -> None:
+    reason = why_not(decaying, "result-histogram", cor=0.8)
+    assert reason == "it needs 8 or more repeats with a result, and 3 have one"
+
+
+def test_impulses_on_the_wall_add_up_to_the_pressure(decaying: Run) -> None:
+    found = shown(decaying, "wall-impulses", cor=1.0)
+    (line,) = [line for line in layers(found, Line) if len(line.x)]
+    (points,) = found.panels[0].layers
+    assert isinstance(points, Points)
+    columns = series(traces(decaying, 2)[0])
+    steps = np.diff(columns.wall_impulse)
+    own = steps[steps > 0][:HITS]
+    assert points.y == pytest.approx(own, rel=1e-9)
+    assert points.x[-1] == line.x[-1]
+    length, ends = 20 * np.pi, []
+    for trace in traces(decaying, 2):
+        of_repeat = series(trace)
+        last = np.searchsorted(of_repeat.time, line.x[-1], side="right") - 1
+        ends.append(of_repeat.wall_impulse[last] / (length * line.x[-1]))
+    assert line.y[-1] == pytest.approx(np.mean(ends), rel=1e-9)
+    row, (record,) = row_of(decaying, "pressure", cor=1.0), found.numbers["points"]
+    assert (record["pressure"], record["pressure_error"]) == (row["measured"], row["error"])
+    references = {reference.label: reference.value for reference in layers(found, Reference)}
+    assert references["mean pressure P"] == record["pressure"]
+    assert references["hard disks, finite N"] == record["theory"]
+
+
+def test_the_collision_rate_is_that_of_compare_beside_enskogs(tmp_path: Path) -> None:
+    run = made(tmp_path / "run", *ELASTIC, "collisions=2000", "balls.radius=0.5,1.0")
+    found = shown(run, "collision-rate")
+    curve, (points,) = layers(found, Line)[0], layers(found, Points)
+    for k, record in enumerate(found.numbers["points"]):
+        row = row_of(run, "ball-ball rate of a ball", **record["parameters"])
+        assert (record["rate"], record["rate_error"]) == (row["measured"], row["error"])
+        assert points.x[k] == record["packing"]
+        chi = float(theory.contact_value(record["packing"]))
+        assert np.interp(record["packing"], curve.x, curve.y) == pytest.approx(chi, rel=1e-3)
+        # Walls raise the density inside by some per cent.
+        assert points.y[k] == pytest.approx(chi, rel=0.1)
+        below = next(layer for layer in found.panel if isinstance(layer, Points))
+        assert below.y[k] == pytest.approx(np.log(points.y[k] / chi), rel=1e-9)
