@@ -56,6 +56,7 @@ def against_key(build: FigureBuilder) -> FigureData:
             build.lines.append(Points(x, y, error, label, index))
             if trend.theory:
                 expected = trend.column("predicted")
+                build.cite(trend.quantity, trend.rows[0]["model"])
                 build.lines.append(Line(*_curve(build, group, trend), None, index, "dashed"))
                 build.add_residuals(index, x, y, trend.column("difference_error"), expected)
             for row in trend.rows:
