@@ -51,6 +51,7 @@ HEIGHT = 2.4  # height of a figure with a title of one line and nothing else aro
 PANEL_HEIGHT = 0.8  # height of a panel with its distance from the axes above, inches
 PANEL_SHARE = 0.4  # height of a panel over that of the axes above
 LINE_HEIGHT = 0.14  # height of a further line of text, inches
+LINES = 13  # lines of text that are as high as the axes of a figure of this height
 
 # How many characters fit: of the bold title, of a y label, of a panel's, of the x axis's numbers.
 TITLE_WIDTH, LABEL_WIDTH, PANEL_LABEL_WIDTH, TICKS_WIDTH = 40, 31, 14, 50
@@ -119,11 +120,13 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
             add_scale(figure, [axes, *panels], data)
         named = name_at_ends(axes, data)
         lines = len(title) - 1 + add_legend(figure, entries(data, drawn, named))
+        lines += max(0, len(data.y_names) - LINES)
         height = HEIGHT + PANEL_HEIGHT * len(panels) + LINE_HEIGHT * lines
         figure.set_size_inches(size or (WIDTH, height))
         if not data.x_log:
             labels = axes.xaxis.get_major_formatter().format_ticks(list(axes.get_xticks()))
-            room = TICKS_WIDTH * figure.get_figwidth() / WIDTH
+            beside = max(map(len, named), default=0)  # names at lines make the axes narrower
+            room = TICKS_WIDTH * figure.get_figwidth() / WIDTH - beside
             axes.locator_params("x", nbins=min(MOST_TICKS, room // (1 + max(map(len, labels)))))
         # Once for all formats: laying out takes as long as drawing.
         layout.execute(figure)
@@ -209,7 +212,13 @@ def _scale(axes: Axes, data: FigureData) -> None:
             # Matplotlib's margin is a share of the data's span, which may be nothing.
             high = highest + MARGIN * (highest - least)
             axis.set_view_interval(least, high, ignore=True)
-    _clip(axes, data, data.layers, data.y_limits, logarithmic=data.y_log)
+    if data.y_names:
+        axes.set_yticks(range(len(data.y_names)), data.y_names, parse_math=False)
+        axes.set_ylim(len(data.y_names) - 0.5, -0.5)
+        axes.tick_params("y", length=0)
+        axes.grid(visible=False, axis="y")
+    else:
+        _clip(axes, data, data.layers, data.y_limits, logarithmic=data.y_log)
     for axis in (axes.xaxis, axes.yaxis):
         if axis.get_scale() == "log":
             _few_decades(axis)

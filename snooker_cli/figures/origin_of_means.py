@@ -84,7 +84,9 @@ def _main_result(build: FigureBuilder, parts: CountedParts, point: Point) -> tup
         if len(values) >= FEWEST_REPEATS:
             return quantity, values
         most = max(most, len(values))
-    raise FigureError(f"it needs {FEWEST_REPEATS} repeats with a result, and {most} have one")
+    raise FigureError(
+        f"it needs {FEWEST_REPEATS} or more repeats with a result, and {most} have one"
+    )
 
 
 def wall_impulses(build: FigureBuilder) -> FigureData:

@@ -300,7 +300,7 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
     models = {style: model for style, model in legend.items() if style in drawn}
     for style, model in models.items():
         build.lines.append(legend_line(build.cite(quantities.VIRIAL_RATIO, model), style))
-    return build.figure(f"Packing and T are means over the whole container. {steady.text}")
+    return build.figure(f"Packing and T are means over the whole gas. {steady.text}")
 
 
 def _curves(scenes: Sequence[Scene], highest: float, series: int, *, both: bool) -> list[Line]:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from figure_runs import ADRIFT, ROUGH, STORED, check_caption, made, shown
 
+from snooker_cli.analysis.findings import result_and_theory
 from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.figures.declared_result import Result, deviation_sentence, with_units_of_axes
 from snooker_cli.figures.figure_data import Points
@@ -46,16 +47,17 @@ def test_a_result_is_the_least_and_the_largest_of_the_points(decaying: Run, warm
     )
     assert least.sentence(rows[:1], ["a"]) == "Temperature T in the second half = 2.000 ± 0.010 J."
     assert least.sentence([{"mean": None}], ["a"]) == ""
-    same = Result("energy left at the end", "left")
-    assert same.sentence([{"left": 1.0, "left_error": 1e-16}] * 6, list("abcdef")) == (
-        "Energy left E/E₀ is 1 at all 6 points."
-    )
+    alike = [{"mean": 1.0}, {"mean": 1.0}]
+    assert "in the second half is 1 J at all 2 points." in least.sentence(alike, ["a", "b"])
+    alone = [{"mean": 2.0}, {"mean": None}]
+    known = "Temperature T in the second half is 2 J (a); 1 of 2 points have none."
+    assert least.sentence(alone, ["a", "b"]) == known
     caption = shown(decaying, "energy").caption
     assert re.search(r"between 0\.\d+ ± 0\.\d+ \(CoR 0\.8\) and 1 \(CoR 1\)\.", caption)
 
 
 def test_units_are_those_of_axes_also_after_a_bracket_or_a_power() -> None:
-    text = "α = (8.9 ± 0.1) × 10⁻² 1/s; k = (1 ± 4 × 10⁻¹⁷) 1/s; P = 2 Pa m, 3 J/s; a 1/sth"
+    text = "α = (8.9 ± 0.1) × 10⁻² 1/s; k = (1 ± 4 × 10⁻¹⁷) 1/s; P = 2 Pa m, 3 W; a 1/sth"
     assert with_units_of_axes(text) == (
         "α = (8.9 ± 0.1) × 10⁻² s⁻¹; k = (1 ± 4 × 10⁻¹⁷) s⁻¹; P = 2 Pa·m, 3 W; a 1/sth"
     )
@@ -94,11 +96,21 @@ def test_a_deviation_counts_errors_of_its_logarithm_where_those_are_others() -> 
     assert sentence(0.315, 0.0) == "The deviation from theory is 37.03 %."
 
 
+@pytest.mark.parametrize("repeats", [2, 3])
+def test_two_repeats_count_no_errors_in_captions_and_findings(repeats: int) -> None:
+    """One rule, in the same words."""
+    residual = Points(np.ones(1), np.array([0.1]), np.array([0.01]))
+    row = {"quantity": "PV/NT", "model": "Enskog", "measured": 1.1, "predicted": 1.0}
+    row |= {"error": 0.01, "difference": 0.1, "difference_error": 0.01, "repeats": repeats}
+    row |= {"difference_in_errors": 10.0}
+    for text in (deviation_sentence([residual], {}, repeats), result_and_theory(row)):
+        assert ("(too few repeats for a test)" in text) == (repeats == 2), text
+        assert (" errors" in text) == (repeats == 3), text
+
+
 def test_captions_name_the_part_of_the_repeats_that_a_pressure_is_from(
-    decaying: Run, warm: Run, driven: Run
+    warm: Run, driven: Run
 ) -> None:
     for name in "pressure", "pressure-temperature":
         assert "Means are over the part after the relaxation." in shown(warm, name).caption
     assert "Steady part: the last 50 % of each repeat" in shown(driven, "pressure").caption
-    caption = shown(decaying, "event-decay").caption
-    assert "at the end of the shortest repeat" in caption

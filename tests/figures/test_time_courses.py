@@ -78,6 +78,25 @@ def test_means_go_on_with_the_repeats_that_remain(decaying: Run) -> None:
     )
 
 
+def test_a_mean_that_jumps_where_a_repeat_ends_has_a_gap_there(decaying: Run) -> None:
+    """Else the jump looks like an event of the gas. All values are kept."""
+    (point, *_), x = decaying.points, np.arange(10.0)
+    rows = np.array([np.full(10, 1.0), np.full(10, 1.1), np.full(10, 9.0)])
+    rows[2, 5:] = math.nan
+    build = FigureBuilder(decaying, Selection(), [[point]], {"title": "x", "kind": "x"})
+    build.add_means(0, None, x, rows)
+    (line,), (band,) = build.lines, build.bands
+    assert isinstance(line, Line)
+    assert isinstance(band, Band)
+    assert line.x.tolist() == band.x.tolist() == [0, 1, 2, 3, 4, 5, 5, 6, 7, 8, 9]
+    assert np.flatnonzero(np.isnan(line.y)).tolist() == [5]
+    assert line.y[6:].tolist() == [1.05] * 5
+    rows[2] = rows[0]
+    rows[2, 5:] = math.nan
+    build.add_means(0, None, x, rows)
+    assert len(build.lines[-1].x) == 10  # this one hardly changes the mean
+
+
 def test_a_few_repeats_that_last_a_bit_longer_draw_no_tail(decaying: Run) -> None:
     """Repeats of one number of collisions end at times that are near each other."""
     (point, *_), ends = decaying.points, [8.0, 8.5, 9.0, 9.2, 9.4]
