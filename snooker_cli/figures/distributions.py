@@ -179,31 +179,29 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             continue
         first = int(np.argmin(np.abs(edges - diameter)))
         beside, contact = rows[:, first : first + 2], None
-        named = {layer.label for layer in build.lines if isinstance(layer, Points)}
         if beside.shape[1] == 2:  # on a straight line through two bins
             contact = mean_and_error(beside @ (1.5, -0.5))
-            name = None if EXTRAPOLATED in named else EXTRAPOLATED
             value, error = (np.array([number]) for number in contact)
-            build.lines.append(Points(np.ones(1), value, error, name, index))
+            build.lines.append(Points(np.ones(1), value, error, None, index))
         expected = build.predicted(scene, quantities.CONTACT, theories.CHI)
         if expected is not None:
-            name = None if CONTACT_VALUE in named else CONTACT_VALUE
-            marker = Points(np.ones(1), np.array([expected]), None, name, index, filled=False)
-            build.lines.append(marker)
+            value = np.array([expected])
+            build.lines.append(Points(np.ones(1), value, None, None, index, filled=False))
         build.record(point, contact=contact, theory=expected)
     kinds = set(map(elastic, build.points))
     when = "Mean over the second half" if True in kinds else "The last state"
     if len(kinds) > 1:
         when = "Elastic points: mean over the second half; others: the last state"
     caption = f"{when} of each repeat."
-    if any(isinstance(layer, Points) for layer in build.lines):
+    markers, empty = [layer for layer in build.lines if isinstance(layer, Points)], np.empty(0)
+    for filled, name in ((True, "g(σ⁺)"), (False, theories.CHI)):
+        if any(marker.filled is filled for marker in markers):
+            build.lines.append(Points(empty, empty, None, name, NEUTRAL, filled))
+    if markers:
         caption += " g(σ⁺) is from a straight line through the two bins beside contact."
     equal = all(build.start(point).equal_balls for point in build.points)
     x_label = f"distance / {'' if equal else 'mean '}diameter"
     return build.figure(caption, x_label=x_label, x_limits=(CLOSEST * nearest, None))
-
-
-EXTRAPOLATED, CONTACT_VALUE = "g(σ⁺)", theories.CHI
 
 
 def _second_half(

@@ -232,8 +232,8 @@ def test_the_share_of_heat_is_that_of_the_last_states(periodic: Run) -> None:
     assert (reference.value, reference.label) == (1.0, "Haff's law")
     elastic = shown(periodic, "local-energy", cor=1.0)
     assert elastic.y_label == "energy of a ball over E(0)/N"
-    known = layers(elastic, Line)[0].y
-    assert known[np.isfinite(known)] == pytest.approx(1.0, abs=0.2)
+    curve = layers(elastic, Line)[0].y
+    assert curve[np.isfinite(curve)] == pytest.approx(1.0, abs=0.2)
     assert "Haff" not in elastic.caption
 
 
