@@ -13,7 +13,7 @@ from snooker_cli import runs
 from snooker_cli.api import drawings
 from snooker_cli.cli import figure_commands
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.figures import FIGURES, Selection
+from snooker_cli.figures import Selection
 from snooker_cli.figures.registry import figures_of
 from snooker_cli.files import write_json
 from snooker_cli.runs import open_run
