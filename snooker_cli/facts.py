@@ -496,6 +496,11 @@ def hot_ends(gas: Traits) -> bool:
     return gas.hot_ends
 
 
+@fact("the walls keep the gas at one temperature", of_type=True)
+def uneven(gas: Traits) -> bool:
+    return no_equilibrium(gas) and (gas.wall_law == "thermal" or gas.hot_ends)
+
+
 # Energy and momentum of the gas.
 
 

@@ -280,10 +280,10 @@ def test_figures_fits_and_comparisons_are_those_of_the_commands(
         assert records(cor=[1.0, 0.85]) == records()
     table, some = run.table(), run.table(cor=1.0)
     assert all(np.array_equal(some[key], table[key][3:], equal_nan=key != "ending") for key in some)
-    figure = run.plot("energy-fit", cor=0.85)
+    figure = run.plot("cooling", cor=0.85)
     assert isinstance(figure, Figure)
-    assert command("plot", "small", "energy-fit", "--where", "cor=0.85").code == 0
-    stored = Path("runs/small/figures/energy-fit-cor-0.85.png").read_bytes()
+    assert command("plot", "small", "cooling", "--where", "cor=0.85").code == 0
+    stored = Path("runs/small/figures/cooling-cor-0.85.png").read_bytes()
     pixels = stored.partition(b"IDAT")[2]
     assert figure._repr_png_().partition(b"IDAT")[2] == pixels
 

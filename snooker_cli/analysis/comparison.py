@@ -157,11 +157,18 @@ def ratio_changes(measurement: Measurement) -> dict[str, Change]:
 
 
 def gas_kinds(gas: facts.Traits | Scene) -> tuple[GasKind, ...]:
-    """What decides the main quantities of a gas."""
+    """What decides the main quantities of a gas. Traits alone do not show clusters."""
     traits = gas if isinstance(gas, facts.Traits) else facts.traits_of(gas)
-    mixture: tuple[GasKind, ...] = () if facts.hold(traits, "equal_balls") else ("mixture",)
-    rough: tuple[GasKind, ...] = ("rough",) if facts.hold(traits, "rough") else ()
-    return facts.gas_type(traits), *mixture, *rough
+    critical = None
+    if isinstance(gas, Scene):
+        critical = theories.value_of(gas, CRITICAL_RATIO, theories.CRITICAL)
+    further: dict[GasKind, bool] = {
+        "mixture": not facts.hold(traits, "equal_balls"),
+        "rough": facts.hold(traits, "rough"),
+        "clusters": critical is not None and critical > 1,
+        "uneven": facts.hold(traits, "uneven"),
+    }
+    return facts.gas_type(traits), *(kind for kind, holds in further.items() if holds)
 
 
 def state_of(measurement: Measurement) -> dict[str, Any]:

@@ -238,6 +238,7 @@ class Findings:
         known = [
             text for row in ratios for text in (result_and_theory(row), *self._change(label, row))
         ]
+        known += self._clusters(label)
         known += self._law_of_decay(laws, {row["quantity"] for row in rows})
         when = " after the relaxation" if "cooling" in self._kinds(label) else ""
         for row in others:
@@ -282,6 +283,18 @@ class Findings:
         if law["model"] != "haff" or quantities.HAFF_RATE.name not in compared:
             yield f"{LAWS[law['model']].symbol} = {with_error(law['value'], law['error'], '1/s')}"
 
+    def _clusters(self, label: str = "") -> Iterator[str]:
+        """Where theory expects clusters: at a point, or at all points."""
+        name = quantities.CRITICAL_RATIO.name
+        rows = [row for row in self.compared if row["quantity"] == name]
+        rows = [row for row in rows if not label or _label(row) == label]
+        beyond = [row for row in rows if row["measured"] > 1]
+        if beyond:
+            most = ratio(max(row["measured"] for row in beyond))
+            where = f" {_at_points(beyond, rows)}" if rows[1:] else ""
+            equals = f"{name} = {most}" if not beyond[1:] else f"{name} is up to {most}"
+            yield f"theory expects vortices and then clusters{where} ({equals})"
+
     def _stationary(self, label: str) -> Iterator[str]:
         """Whether a gas that walls keep warm is stationary, where it was compared."""
         stationary = self.states.get(label, {}).get("stationary")
@@ -293,7 +306,7 @@ class Findings:
         return list(self.states.get(label, {}).get("kinds", ()))
 
     def _change(self, label: str, row: Row) -> Iterator[str]:
-        """A remark on a ratio of temperatures that still changes, or was not tested."""
+        """A remark on a ratio of temperatures: whether it is steady, or was not tested."""
         change = self.states.get(label, {}).get("changes", {}).get(row["quantity"])
         if change:
             yield change["sentence"]
@@ -325,10 +338,40 @@ class Findings:
         ratios = [quantity for quantity in MAIN_QUANTITIES if quantity.name in RATIOS]
         others = [quantity for quantity in (*MAIN_QUANTITIES, *CHECKS) if quantity not in ratios]
         parts = [*self._quantities_together(ratios), *self._changes_together()]
-        parts += [*self._laws_together(), *self._quantities_together(others)]
+        parts += [*self._clusters(), *self._laws_together(), *self._quantities_together(others)]
         parts += self._stationary_together()
         haff = [row for row in self.fits if cools(row) and row["model"] == "haff"]
         return _sentence([*parts, *_reservations([*haff, *main_quantity_rows(self.compared)])])
+
+    @property
+    def verdict(self) -> str:
+        """The main result in plain words, without its numbers, as the end of a sentence.
+
+        Empty if nothing is known.
+        """
+        warm = [state for state in self.states.values() if state["stationary"]]
+        if warm and not any(state["stationary"]["found"] for state in warm):
+            return "no stationary part was found"
+        if [*self._clusters()]:
+            return "theory expects clusters"
+        for quantity in MAIN_QUANTITIES:
+            if rows := self._rows_of(quantity):
+                return self._plainly(quantity, rows)
+        return ""
+
+    def _plainly(self, quantity: Quantity, rows: Records) -> str:
+        """Whether a quantity agrees with its theory; without a theory or a test its values."""
+        known = [row for row in rows if errors_from_theory(row) is not None]
+        if not known or not has_theory(rows[0]):
+            return _range_of(quantity, rows) if rows[1:] else result_text(rows[0])
+        differing = [row for row in known if _differs(row)]
+        chosen = differing or known
+        where = f" {_at_points(chosen, known, named=False)}" if self.labels[1:] else ""
+        sides = {row["difference"] > 0 for row in differing}
+        how = ("is above" if sides.pop() else "is below") if len(sides) == 1 else "differs from"
+        how = how if differing else "agrees with"
+        name = f"the {quantity.words}" if quantity.words[0].islower() else quantity.words
+        return f"{name} {how} {theory_name(known[0])}{where}"
 
     def _quantities_together(self, chosen: Iterable[Quantity]) -> Iterator[str]:
         """What holds of those of these quantities that have rows."""
@@ -418,14 +461,14 @@ class Findings:
         return "no theory" if models else "not measured"
 
     def _changes_together(self) -> Iterator[str]:
-        """At which points a ratio of temperatures still changes."""
+        """At which points a ratio of temperatures is not steady."""
         names = dict.fromkeys(name for state in self.states.values() for name in state["changes"])
         for name in names:
             tested = [state for state in self.states.values() if name in state["changes"]]
             refused = [state for state in tested if state["changes"][name]["refused"]]
             if refused:
                 where = _at_points(refused, tested)
-                yield f"{name} still changes {where}, and its mean is not steady"
+                yield f"{name} is not steady {where}"
 
 
 # Points and gases as words.
@@ -434,7 +477,7 @@ class Findings:
 def _sentence(parts: Sequence[str]) -> str:
     """Parts as one sentence without a full stop."""
     text = "; ".join(parts)
-    return f"T{text[1:]}" if text.startswith("the ") else text
+    return f"T{text[1:]}" if text.startswith("the") else text
 
 
 def _about_the_gas(sentence: str) -> str:

@@ -10,9 +10,10 @@ from snooker_cli.analysis import gas as gas_numbers
 from snooker_cli.analysis.gas import Array, Gas
 from snooker_cli.laws import Sides
 
-GasKind: TypeAlias = Literal["elastic", "cooling", "warm", "mixture", "rough"]
+GasKind: TypeAlias = Literal["elastic", "cooling", "warm", "mixture", "rough", "clusters", "uneven"]
 """Types of gas. Collisions keep the energy (elastic), collisions take energy (cooling), or walls
-give energy (warm). In addition, balls may be unequal (mixture) or rough."""
+give energy (warm). In addition, balls may be unequal (mixture) or rough, theory may expect clusters
+(L/L_c is above 1), and walls may give the gas another temperature in each place (uneven)."""
 
 Source: TypeAlias = Literal["means", "decay", "curve", "snapshots"]
 """What a quantity is measured from: means after the relaxation (of a gas that walls keep warm, over
@@ -101,6 +102,15 @@ def _across(gas: Gas) -> Array:
 def _energy_left(gas: Gas) -> Array:
     return gas.measurement.calm_energy / gas.measurement.first_energy
 
+
+CLUSTER_SIZE = Quantity(
+    *("balls in a ball's cluster", "N_c", "1", "mean number of balls in a ball's cluster"),
+    *("cluster_size", "snapshots", ("clusters",)),
+)
+HEAT_FLUX = Quantity(
+    *("heat flux", "q", "J/(m s)", "heat flux", "heat_flux", "snapshots", ("uneven",))
+)
+"""A result of figures, as the one before."""
 
 TEMPERATURE = Quantity(
     *("temperature", "T", "J", "temperature", "temperature", "means", ("warm",)),
@@ -196,7 +206,7 @@ ENERGY_LEFT = Quantity(
 )
 CRITICAL_RATIO = Quantity("L/L_c", "L/L_c", "1", "L/L_c", "critical_ratio", "decay")
 GIVEN = Quantity(
-    *("energy from the walls", "dE/dt", "J/s", "energy from the walls", "given_power"),
+    *("energy from the walls", "dE/dt", "W", "energy from the walls", "given_power"),
     *("means", ()),
     lambda g: g.means.wall_energy / g.means.length,
 )
@@ -204,7 +214,7 @@ GIVEN = Quantity(
 
 SIDES_GIVEN = {
     side: Quantity(
-        *(f"energy from the {side} wall", "dE/dt", "J/s", f"energy from the {side} wall"),
+        *(f"energy from the {side} wall", "dE/dt", "W", f"energy from the {side} wall"),
         *(f"{side}_given_power", "means", (), partial(_given_by, side)),
         unmeasured="",
         alone=("warm_walls", "different_walls"),
@@ -242,8 +252,6 @@ DIFFUSION = Quantity(
     *("diffusion coefficient", "D", "m²/s", "diffusion coefficient"),
     *("diffusion_coefficient", "curve"),
 )
-HEAT_FLUX = Quantity("heat flux", "q", "J/(m s)", "heat flux", "heat_flux", "snapshots")
-
 OF_FIGURES = (
     Quantity("largest overlap", "δ", "m", "largest overlap", "largest_overlap", "curve"),
     Quantity(
@@ -251,8 +259,8 @@ OF_FIGURES = (
         *("momentum_change", "curve"),
     ),
     Quantity(
-        *("rounding of the momentum", "|Δp|/Σm|v|", "1", "largest change of the momentum"),
-        *("momentum_rounding", "curve"),
+        *("rounding of the momentum", "|Δp|/Σm|v|", "1"),
+        *("largest change of the momentum over Σm|v|", "momentum_rounding", "curve"),
     ),
     Quantity(
         *("change of the energy", "|ΔE|/E", "1", "largest change of the energy"),
@@ -276,10 +284,6 @@ OF_FIGURES = (
         *("thermal_share", "snapshots"),
     ),
     Quantity(
-        *("balls in a ball's cluster", "N_c", "1", "mean number of balls in a ball's cluster"),
-        *("cluster_size", "snapshots"),
-    ),
-    Quantity(
         *("variance over mean in cells", "Var(n)/⟨n⟩", "1", "variance over mean in a cell"),
         *("density_fluctuation", "snapshots"),
     ),
@@ -289,11 +293,11 @@ OF_FIGURES = (
 QUANTITIES: Mapping[str, Quantity] = {
     quantity.name: quantity
     for quantity in (
-        *(SPECIES_RATIO, SPIN_RATIO, TEMPERATURE, HAFF_RATE, RATIO, PRESSURE, VIRIAL_PRESSURE),
+        *(CLUSTER_SIZE, HEAT_FLUX, SPECIES_RATIO, SPIN_RATIO, TEMPERATURE, HAFF_RATE, RATIO),
+        *(PRESSURE, VIRIAL_PRESSURE),
         *(VIRIAL_RATIO, WALL_RATE, PAIR_RATE, FREE_PATH, MEAN_SPEED, KURTOSIS, CHI_SQUARE),
         *(ENERGY_DECAY, PRESSURE_DECAY, ENERGY_LEFT, CRITICAL_RATIO, GIVEN, *SIDES_GIVEN.values()),
-        *(COLLISION_LOSS, ACROSS, CONTACT, SONINE, STRUCTURE, DIFFUSION, HEAT_FLUX),
-        *OF_FIGURES,
+        *(COLLISION_LOSS, ACROSS, CONTACT, SONINE, STRUCTURE, DIFFUSION, *OF_FIGURES),
     )
 }
 """Every quantity by its name; main ones first, in the order of the sentences."""

@@ -47,13 +47,14 @@ class Change(NamedTuple):
         """What a reader of the mean has to know, as a sentence without the name of the quantity."""
         if math.isnan(self.probability):
             if self.repeats < LEAST_REPEATS:
-                return "too few repeats to test whether it changes in this mean"
+                return "too few repeats to test whether it changes"
             return "the repeats differ by rounding alone, so that no change can be tested"
         if self.refused:
-            ends = " to ".join(with_error(*end) for end in (self.first, self.last))
-            return f"it still changes in this mean, from {ends} ({chance(self.probability)})"
+            first, last = (with_error(*end) for end in (self.first, self.last))
+            quarters = f"{first} in the first quarter of the averaged part, {last} in the last"
+            return f"it is not steady: {quarters} ({chance(self.probability)})"
         what = f"{chance(self.probability)}; one {self.findable} would be"
-        return f"no change in this mean is found ({what})"
+        return f"no change is found ({what})"
 
     @property
     def findable(self) -> str:

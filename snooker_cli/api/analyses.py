@@ -214,7 +214,7 @@ class Analyses(runs.Run):
         *,
         repeat: int | None = None,
         times: str | Sequence[float] = (),
-        colour: str = "speed",
+        colour: str | None = None,
         log_x: bool = False,
         log_y: bool = False,
         **where: Any,
@@ -222,11 +222,12 @@ class Analyses(runs.Run):
         """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.
 
         repeat : only this repeat
-        times : of the states in "snapshot", s [the end]
-        colour : what it shows by colours: "speed", "species" or "density", the packing around
+        times : of the states in "snapshot", s [the end; four times where clusters grow]
+        colour : what "snapshot" and "states" show by colours: "speed", "species" or "density", the
+            packing around [density where clusters grow, else speed]
         log_x, log_y : make this axis logarithmic; zeros are then not shown
         where : only points with these values, as in ``matching``; a figure of one point, such as
-            "energy-fit", shows the first of them and names it in its title
+            "snapshot", shows the first of them and names it in its title
 
         Raises ``FigureError`` if the run cannot give it.
         """
@@ -269,7 +270,7 @@ class Analyses(runs.Run):
         log_y: bool = False,
         repeat: int | None = None,
         times: str | Sequence[float] = (),
-        colour: str = "speed",
+        colour: str | None = None,
         saved: Callable[[SavedFigure], None] = lambda _: None,
         **where: Any,
     ) -> list[SavedFigure]:

@@ -33,7 +33,7 @@ from snooker_cli.runs.progress import reporting
 from snooker_cli.runs.status import early_warning
 
 FORMATS = ("svg", "png", "pdf")
-SNAPSHOT = "snapshot"  # the figure of states
+SNAPSHOT, STATES = "snapshot", "states"  # the figures of states
 MOST_PIXELS = 10_000  # of a side of a PNG, which then takes 400 MB of memory
 
 _log = logging.getLogger(__name__)
@@ -124,13 +124,18 @@ def save_figures(
 
 
 def of_states(
-    names: Sequence[str], times: str | Sequence[float], colour: str
-) -> tuple[tuple[float, ...], str]:
+    names: Sequence[str], times: str | Sequence[float], colour: str | None
+) -> tuple[tuple[float, ...], str | None]:
     """The times (s) and the colours of a figure of states. Raises ``UserError``."""
-    for option, given in (("--time", len(times) > 0), ("--colour", colour != "speed")):
-        if given and SNAPSHOT not in names:
-            raise UserError(f"{option} is for the figure {SNAPSHOT}; name it, or leave this out")
-    if colour not in COLOURS:
+    of_colour = SNAPSHOT, STATES
+    for option, given, known in (
+        ("--time", len(times) > 0, of_colour[:1]),
+        ("--colour", colour is not None, of_colour),
+    ):
+        if given and not set(known) & set(names):
+            figure = " or ".join(known)
+            raise UserError(f"{option} is for the figure {figure}; name it, or leave this out")
+    if colour is not None and colour not in COLOURS:
         raise ArgumentError(f"--colour {colour}: give {' or '.join(COLOURS)}")
     if isinstance(times, str):
         times = times_given(times, "--time").tolist()

@@ -27,12 +27,13 @@ def plot(
     where: Where = None,
     repeat: Annotated[int | None, option("K", "Only this one [the first, or all].", min=0)] = None,
     times: Annotated[
-        str | None, option("T,T,…", "Times of snapshot, s [the end].", "--time")
+        str | None,
+        option("T,T,…", "Times of snapshot, s [the end; four where clusters grow].", "--time"),
     ] = None,
     colour: Annotated[
-        Literal["speed", "species", "density"],
-        option("WORD", "Colours of snapshot: speed, species, density.", "--colour"),
-    ] = "speed",
+        Literal["speed", "species", "density"] | None,
+        option("WORD", "Of snapshot and states: speed, species, density.", "--colour"),
+    ] = None,
     out: Annotated[Path | None, option("DIR", "Folder [RUN/figures].")] = None,
     formats: Annotated[str, option("F,F,…", "Formats: svg, png, pdf.", "--format")] = "svg,png",
     size: Annotated[str | None, option("WxH", "Inches, as 6x4 [a column of a page].")] = None,

@@ -6,6 +6,7 @@ leave no room for the data.
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from snooker_cli.figures.figure_data import (
     Line,
     Points,
     Reference,
+    Repeats,
 )
 
 DECADE = 10.0
@@ -55,6 +57,17 @@ def reach(layers: Sequence[Layer], logarithmic: bool) -> tuple[float, float]:
     bars = bars[np.isfinite(bars)]
     far = SPANS * max(high - low, float(np.median(bars)) if len(bars) else 0.0) or math.inf
     return low - far, high + far
+
+
+def visible(layers: Sequence[Layer], low: float, high: float) -> Iterator[Layer]:
+    """The parts of layers between two x; references and single repeats are whole."""
+    for layer in layers:
+        if isinstance(layer, Reference | Repeats):
+            yield layer
+            continue
+        here = (layer.x >= low) & (layer.x <= high)
+        columns = [name for name, value in vars(layer).items() if np.shape(value) == layer.x.shape]
+        yield replace(layer, **{name: getattr(layer, name)[here] for name in columns})
 
 
 def _data(layers: Sequence[Layer], logarithmic: bool) -> Iterator[Array]:
@@ -100,7 +113,7 @@ def measured(layers: Sequence[Layer]) -> list[Line | Points]:
 MANY_DECADES = 100.0
 """A factor between the ends of an axis, from which on a logarithmic one shows more."""
 
-CHANGED = 0.01  # share of y by which a curve has left its start
+CHANGED = 0.01  # share of its highest value, by which a curve has left its start
 
 
 def beginning_of_decades(layers: Sequence[Layer]) -> float | None:
@@ -117,7 +130,7 @@ def beginning_of_decades(layers: Sequence[Layer]) -> float | None:
             return None
         left = x > 0
         if isinstance(layer, Line):
-            left &= np.abs(np.log(y / y[0])) > CHANGED
+            left &= np.abs(y - y[0]) > CHANGED * y.max()
         begins += [float(x[left].min())] if left.any() else []
         ends.append(float(x.max()))
         values.append(y)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from snooker_cli.analysis import diffusion
+from snooker_cli.analysis import diffusion, quantities, theories
 from snooker_cli.analysis.observables import mean_and_error, standard_errors
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
@@ -106,7 +106,7 @@ def mean_squared_displacement(build: FigureBuilder) -> FigureData:
     ]
     panel.append(Line(longest, 1 + np.expm1(-longest) / longest, None, NEUTRAL, "dashed"))
     return build.figure(
-        f"{_tagged(tagged)} D is from the slope between {SLOPE[0]:g} and {SLOPE[1]:g} τ. "
+        f"D is from the slope between {SLOPE[0]:g} and {SLOPE[1]:g} τ. {_tagged(tagged)} "
         f"Below: over 4Dt; dashed: Langevin's equation with Enskog's τ.{walls}",
         panel=tuple(panel),
         panel_label="MSD / 4Dt",
@@ -134,7 +134,7 @@ def velocity_autocorrelation(build: FigureBuilder) -> FigureData:
         build.records[-1]["mean_square_speed"] = square
     build.lines.append(legend_line("exp(−t/τ) with Enskog's τ", "dashed"))
     return build.figure(
-        f"{_tagged(tagged)} Half of the integral times ⟨v(0)²⟩ is D. A curve ends where it is "
+        f"D is half of the integral times ⟨v(0)²⟩. {_tagged(tagged)} A curve ends where it is "
         "within its error of zero; below: all of it, less exp(−t/τ).",
         panel=tuple(panel),
         panel_label="less exp(−t/τ)",
@@ -182,5 +182,6 @@ def _add(
     """Add the means of a point, and what its repeats (*repeats*,) have as D, m²/s."""
     build.add_points(index, build.label(point), x, rows)
     constant, theory = mean_and_error(constants), _theory(build, point)
+    build.cite(quantities.DIFFUSION, theories.ENSKOG)
     numbers: dict[str, Any] = {f"theory_{key}": value for key, value in theory._asdict().items()}
     build.record(point, **numbers, diffusion_coefficient=constant)

@@ -290,8 +290,9 @@ class FigureBuilder:
     ) -> Course:
         """Add the mean of rows (*n*, *x*) of the repeats, the band of its error, and the repeats.
 
-        A row is nan where its repeat has ended: the mean goes on with those that remain. Where
-        fewer than half remain it is thin, and ends there if this is near the end.
+        A row is nan where its repeat has ended: the mean goes on with those that remain, with a gap
+        if it jumps. Where fewer than half remain it is thin, and ends there if this is near the
+        end.
 
         Returns the rows of which results are: `lasting`.
         """
@@ -301,12 +302,15 @@ class FigureBuilder:
         if x[few - 1] >= EARLY * x[-1]:  # a few that last a bit longer show no more
             x, rows = x[:few], rows[:, :few]
         mean, deviation, number = mean_of_remaining(rows)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = np.where(number > 1, deviation / np.sqrt(number), math.nan)
+        # Where a repeat ends, a mean of few others may jump, which is no event of the gas.
+        jumps = (np.diff(number) < 0) & (np.abs(np.diff(mean)) > error[:-1] / 2)
+        mean = np.where(np.append(False, jumps), math.nan, mean)
         self.lines.append(Line(x[:few], mean[:few], label, index, style))
         if few < len(x):
             self.lines.append(Line(x[few - 1 :], mean[few - 1 :], None, index, style, thin=True))
         if len(rows) > 1:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                error = np.where(number > 1, deviation / np.sqrt(number), math.nan)
             self.bands.append(Band(x, mean - error, mean + error, None, index))
             if style in ("series", "solid"):
                 self.singles.append(Repeats(x, rows, None, index))

@@ -293,7 +293,9 @@ def cooling(build: FigureBuilder) -> FigureData:
         for law, constants in decay.laws.items():
             if law == "floor" or not several:
                 text, style = _HAFF[law]
-                name, owner = (None, index) if several else (text.format(**words), NEUTRAL)
+                name, owner = None if several else text.format(**words), NEUTRAL
+                if several or law == "fitted":
+                    owner = index if several else _SERIES["haff"]
                 x, speed = fine * inverse_time, _haff_rate(fine, *constants) * inverse_rate
                 build.lines.append(Line(x, _slowdown(fine, *constants), name, owner, style))
                 rate.append(Line(x, speed, None, owner, style))
@@ -371,7 +373,8 @@ def _add_slowdown(
     ratio = np.array([np.interp(x, *curve, right=math.nan) for curve in curves])
     rows = ratio**-0.5 - 1
     first = int(np.argmax(rows.mean(axis=0) >= alpha * begins / 2))
-    build.add_means(index, build.label(point), x[first:] * inverse_time, rows[:, first:])
+    name = build.label(point) or "simulation"
+    build.add_means(index, name, x[first:] * inverse_time, rows[:, first:])
     build.brief[index] = 0  # the result is fitted to all repeats
     return begins, end
 

@@ -12,7 +12,7 @@ from snooker_cli.analysis.quantities import QUANTITIES, Quantity
 from snooker_cli.figures.figure_data import Layer, Points
 from snooker_cli.formatting import short, with_error
 
-UNITS = {"1/s": "s⁻¹", "Pa m": "Pa·m", "J/s": "W", "J/(m s)": "J m⁻¹ s⁻¹"}
+UNITS = {"1/s": "s⁻¹", "Pa m": "Pa·m", "J/(m s)": "J m⁻¹ s⁻¹"}
 """The units of tables as axes and captions print them, where they differ."""
 
 FACTOR = 2.0  # from this many times theory on, or a half of it, a result has no percentage

@@ -172,7 +172,8 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         parts = _second_half(build, point, wanted, MOST_BALLS, each=OF_A_STATE)
         g = partial(structure.pair_correlation, edges=edges)
         rows = np.array([_mean(g, trace, parts) for trace in build.traces(point)])
-        build.add_means(index, build.label(point), (edges[1:] + edges[:-1]) / 2 / diameter, rows)
+        middle, label = (edges[1:] + edges[:-1]) / 2 / diameter, build.label(point) or "simulation"
+        build.add_means(index, label, middle, rows)
         if not facts.hold(scene, *theories.FINITE_FLUID):
             build.record(point, contact=None, theory=None)
             continue
@@ -184,7 +185,7 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             name = None if EXTRAPOLATED in named else EXTRAPOLATED
             value, error = (np.array([number]) for number in contact)
             build.lines.append(Points(np.ones(1), value, error, name, index))
-        expected = theories.value_of(scene, quantities.CONTACT, theories.CHI)
+        expected = build.predicted(scene, quantities.CONTACT, theories.CHI)
         if expected is not None:
             name = None if CONTACT_VALUE in named else CONTACT_VALUE
             marker = Points(np.ones(1), np.array([expected]), None, name, index, filled=False)
@@ -196,13 +197,13 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         when = "Elastic points: mean over the second half; others: the last state"
     caption = f"{when} of each repeat."
     if any(isinstance(layer, Points) for layer in build.lines):
-        caption += " g(σ⁺) is on a straight line through the two bins beside contact."
+        caption += " g(σ⁺) is from a straight line through the two bins beside contact."
     equal = all(build.start(point).equal_balls for point in build.points)
     x_label = f"distance / {'' if equal else 'mean '}diameter"
     return build.figure(caption, x_label=x_label, x_limits=(CLOSEST * nearest, None))
 
 
-EXTRAPOLATED, CONTACT_VALUE = "g(σ⁺)", "χ, Clisby & McCoy"
+EXTRAPOLATED, CONTACT_VALUE = "g(σ⁺)", theories.CHI
 
 
 def _second_half(
@@ -270,7 +271,7 @@ def structure_factor(build: FigureBuilder) -> FigureData:
         else:
             last = np.array([_mean(s, trace, parts) for trace in build.traces(point)])
             build.add_means(index, build.label(point), x, last)
-        expected = theories.value_of(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
+        expected = build.predicted(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
         if expected is not None:
             name = (
                 None
@@ -394,8 +395,10 @@ def speeds(build: FigureBuilder) -> FigureData:
                 panel.append(below)
     words: dict[str, Any] = {"x_label": "speed (m/s)", "y_label": "probability density (s/m)"}
     panel_unit = " (s/m)" if in_metres else ""
+    least = min(build.records, key=lambda row: row["expected_distance"])
+    chance = f"Independent speeds have D of {short(least['expected_distance'], 2)} by chance."
     return build.figure(
-        FEW_WORDS * few,
+        f"{chance} {FEW_WORDS * few}".rstrip(),
         panel=tuple(panel),
         panel_label=of_law + panel_unit,
         **(words if in_metres else {}),

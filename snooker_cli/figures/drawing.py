@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from snooker_cli.figures.axis_limits import outside, reach
+from snooker_cli.figures.axis_limits import outside, reach, visible
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
     Band,
@@ -51,6 +51,7 @@ HEIGHT = 2.4  # height of a figure with a title of one line and nothing else aro
 PANEL_HEIGHT = 0.8  # height of a panel with its distance from the axes above, inches
 PANEL_SHARE = 0.4  # height of a panel over that of the axes above
 LINE_HEIGHT = 0.14  # height of a further line of text, inches
+LINES = 13  # lines of text that are as high as the axes of a figure of this height
 
 # How many characters fit: of the bold title, of a y label, of a panel's, of the x axis's numbers.
 TITLE_WIDTH, LABEL_WIDTH, PANEL_LABEL_WIDTH, TICKS_WIDTH = 40, 31, 14, 50
@@ -105,12 +106,12 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
             _added(panel, data, content.layers)
             set_text(panel.yaxis.label, textwrap.fill(content.label, PANEL_LABEL_WIDTH))
             panel.set_yscale("log" if content.log else "linear")
+            panel.set_xlim(axes.get_xlim())  # `_scale` may have changed the view of one axis alone
             _clip(panel, data, content.layers, (None, None), logarithmic=content.log)
             if content.log:
                 _few_decades(panel.yaxis, PANEL_TICKS)
             else:
                 panel.locator_params("y", nbins=PANEL_TICKS)
-            panel.set_xlim(axes.get_xlim())  # `_scale` may have changed the view of one axis alone
         set_text([axes, *panels][-1].xaxis.label, data.x_label)
         set_text(axes.yaxis.label, textwrap.fill(data.y_label, LABEL_WIDTH))
         figure.align_ylabels()
@@ -119,6 +120,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
             add_scale(figure, [axes, *panels], data)
         named = name_at_ends(axes, data)
         lines = len(title) - 1 + add_legend(figure, entries(data, drawn, named))
+        lines += max(0, len(data.y_names) - LINES)
         height = HEIGHT + PANEL_HEIGHT * len(panels) + LINE_HEIGHT * lines
         figure.set_size_inches(size or (WIDTH, height))
         if not data.x_log:
@@ -210,7 +212,13 @@ def _scale(axes: Axes, data: FigureData) -> None:
             # Matplotlib's margin is a share of the data's span, which may be nothing.
             high = highest + MARGIN * (highest - least)
             axis.set_view_interval(least, high, ignore=True)
-    _clip(axes, data, data.layers, data.y_limits, logarithmic=data.y_log)
+    if data.y_names:
+        axes.set_yticks(range(len(data.y_names)), data.y_names, parse_math=False)
+        axes.set_ylim(len(data.y_names) - 0.5, -0.5)
+        axes.tick_params("y", length=0)
+        axes.grid(visible=False, axis="y")
+    else:
+        _clip(axes, data, data.layers, data.y_limits, logarithmic=data.y_log)
     for axis in (axes.xaxis, axes.yaxis):
         if axis.get_scale() == "log":
             _few_decades(axis)
@@ -242,12 +250,13 @@ def _clip(
 ) -> None:
     """Let the y axis reach no farther than its data need; arrows mark what is outside."""
     low, high = axes.get_ylim()
-    least, most = reach(layers, logarithmic)
+    shown = [*visible(layers, *axes.get_xlim())]
+    least, most = reach(shown, logarithmic)
     bottom = max(low, least) if limits[0] is None else low
     top = min(high, most) if limits[1] is None else high
     if (bottom, top) != (low, high):
         axes.set_ylim(bottom, top)
-    for beyond in outside(layers, bottom, top):
+    for beyond in outside(shown, bottom, top):
         axes.plot(
             beyond.x,
             np.full(len(beyond.x), top if beyond.above else bottom),

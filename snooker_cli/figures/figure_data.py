@@ -154,6 +154,7 @@ class FigureData:
         empty without one
     x_limits, y_limits : (low, high); ``None`` fits the data
     equal_axes : whether a metre is as long in y as in x
+    y_names : names of y = 0, 1, 2 … from the top, instead of a scale; each has a line of its own
     shades : the rank of each series in a sequential palette, from 0 to 1; empty: other colours
     hues : the number of the colour of each series, of which ``shades`` are pale; empty: one palette
     hue_names : what each of these colours stands for, if the labels of the series say no more than
@@ -179,6 +180,7 @@ class FigureData:
     x_limits: Sequence[float | None] = (None, None)
     y_limits: Sequence[float | None] = (None, None)
     equal_axes: bool = False
+    y_names: Sequence[str] = ()
     shades: Sequence[float] = ()
     hues: Sequence[int] = ()
     hue_names: Sequence[str] = ()

@@ -159,6 +159,7 @@ def name_at_ends(axes: Axes, data: FigureData) -> set[str]:
             if far
             else None,
             annotation_clip=False,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.3},
         )
         set_text(text, end.name)
     return {end.name for end in ends}

@@ -142,7 +142,8 @@ def _key_alone(points: Sequence[Point]) -> str:
     Raises ``FigureError`` without one.
     """
     swept_number(points)
-    main, *_ = main_quantities(*gas_kinds(traits(points[0])))
+    kinds = gas_kinds(traits(points[0]))
+    main = next(quantity for quantity in main_quantities(*kinds) if quantity.measured)
     shown = {key: _name_along(points, key, main) for key in swept_numbers(points)}
     alone = [key for key, name in shown.items() if name is None]
     if not alone:

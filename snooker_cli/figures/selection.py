@@ -36,13 +36,13 @@ class Selection:
     where : keys of the config and the value that a point must have there; a tuple is a choice
     repeat : a repeat's number, from 0; ``None`` for all, or the first in a figure of one repeat
     times : of the states in a figure of states, s; none for the end
-    colour : what the colours of balls show, of ``snapshot.COLOURS``
+    colour : what the colours of balls show, of ``snapshot.COLOURS``; ``None`` for the gas's own
     """
 
     where: Mapping[str, Any] = field(default_factory=dict)
     repeat: int | None = None
     times: tuple[float, ...] = ()
-    colour: str = "speed"
+    colour: str | None = None
 
 
 def file_stem(name: str, selection: Selection) -> str:
@@ -57,7 +57,7 @@ def file_stem(name: str, selection: Selection) -> str:
     if selection.repeat is not None:
         parts += ["repeat", str(selection.repeat)]
     parts += ["time", *(f"{time:.6g}" for time in selection.times)] if selection.times else []
-    parts += [selection.colour] if selection.colour != "speed" else []
+    parts += [selection.colour] if selection.colour else []
     return name + "".join("-" + re.sub(r"[^A-Za-z0-9._-]", "_", part) for part in parts)
 
 

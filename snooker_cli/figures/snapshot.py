@@ -1,12 +1,12 @@
 """The balls in their container at some times of a repeat, coloured by what they do."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from snooker_cli.analysis import structure
+from snooker_cli.analysis import quantities, structure, theories
 from snooker_cli.engine import state_at
 from snooker_cli.errors import FigureError
 from snooker_cli.facts import MOST_SPECIES
@@ -17,6 +17,7 @@ from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
 MOST_PICTURES = 12  # times of one figure
+FEWEST_IN_CLUSTERS = 500  # balls; fewer have no clusters that a picture can show
 
 SHOWN = 99.0  # percent of the balls whose values the colours tell apart; few are far outside
 
@@ -83,13 +84,51 @@ COLOURS: dict[str, Callable[[list[Scene]], Colours]] = {
 """What the colours of balls can show."""
 
 
+PARTS = 0.0, 0.01, 0.1, 1.0
+"""Parts of the time of a gas in which clusters grow, at which it is shown."""
+
+
 def snapshot(build: FigureBuilder) -> FigureData:
-    """The states at the selected times, or at the end, of the selected or the first repeat."""
+    """The states at the selected times, of the selected or the first repeat.
+
+    Without a selection it has the end; where clusters grow, four times up to it.
+    """
+    trace = _trace(build)
+    times = build.selection.times
+    if times:
+        return _pictures(build, trace, times, times)
+    parts = PARTS if _clusters(trace.start) else PARTS[-1:]
+    return _pictures(build, trace, [part * trace.stop.time for part in parts])
+
+
+def strip(build: FigureBuilder) -> FigureData:
+    """The start, the state after half of the collisions, and the end of one repeat."""
+    trace, (point,) = _trace(build), build.points
+    curve = build.measurement(point).curve
+    middle = float(np.interp(curve.events[0, -1] / 2, curve.events[0], curve.time[0]))
+    return _pictures(build, trace, (0.0, middle, trace.stop.time))
+
+
+def _trace(build: FigureBuilder) -> Trace:
+    """The selected or the first repeat of the point."""
     (point,) = build.points
     build.limit(point, 1)
-    trace, times = next(build.traces(point)), build.selection.times
-    found = _states(build, trace, times or (trace.stop.time,))
-    colours = COLOURS[build.selection.colour]([scene for _, scene in found])
+    return next(build.traces(point))
+
+
+def _clusters(scene: Scene) -> bool:
+    """Whether clusters grow in a gas with enough balls to see them."""
+    ratio = theories.value_of(scene, quantities.CRITICAL_RATIO, theories.CRITICAL)
+    return ratio is not None and ratio > 1 and scene.number >= FEWEST_IN_CLUSTERS
+
+
+def _pictures(
+    build: FigureBuilder, trace: Trace, times: Sequence[float], asked: Sequence[float] = ()
+) -> FigureData:
+    """The states at times, s; a sentence names those of ``asked`` that are not stored."""
+    found = _states(build, trace, times)
+    of_gas = "density" if _clusters(trace.start) else "speed"
+    colours = COLOURS[build.selection.colour or of_gas]([scene for _, scene in found])
     pictures = Pictures(
         tuple(
             _picture(time, scene, values)
@@ -98,18 +137,17 @@ def snapshot(build: FigureBuilder) -> FigureData:
         *colours[1:],
     )
     if len(found) == 1:
-        build.record(point, time=found[0][0])
-    moved = _moved(trace, times, [time for time, _ in found])
+        build.record(build.points[0], time=found[0][0])
     empty = "White space has no balls." if pictures.high_is_dark else ""
     return build.figure(
-        " ".join(filter(None, [empty, moved])),
+        " ".join(filter(None, [empty, _moved(trace, asked, [time for time, _ in found])])),
         numbers={"times": [time for time, _ in found]},
         pictures=pictures,
     )
 
 
 def _states(
-    build: FigureBuilder, trace: Trace, times: tuple[float, ...]
+    build: FigureBuilder, trace: Trace, times: Sequence[float]
 ) -> list[tuple[float, Scene]]:
     """The time and the state at each time, without repetitions. Raises ``FigureError``."""
     if len(times) > MOST_PICTURES:
@@ -127,7 +165,7 @@ def _states(
     return [*found.items()]
 
 
-def _moved(trace: Trace, wanted: tuple[float, ...], found: list[float]) -> str:
+def _moved(trace: Trace, wanted: Sequence[float], found: list[float]) -> str:
     """A sentence if the states are not at the times that were asked for."""
     missing = [time for time in wanted if time not in found]
     if not missing:

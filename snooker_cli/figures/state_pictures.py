@@ -26,9 +26,13 @@ with out_of_sight("matplotlibrc"):
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.lines import Line2D
     from matplotlib.patches import Polygon
+    from matplotlib.transforms import ScaledTranslation
 
 MOST_CIRCLES = 3000  # balls of a picture that are drawn as circles
-WIDE, MOST_COLUMNS = 7.0, 4  # width of several pictures, inches: of a page; pictures in a row
+WIDE, MOST_COLUMNS = 7.0, 4  # width of many pictures, inches: of a page; pictures in a row
+MOST_IN_COLUMN = 4  # pictures of a figure as wide as a column of a page
+BAR = 0.25  # length of the scale bar over the width of the container, at most
+BAR_HEIGHT = 0.16  # of the space for the scale bar, inches
 PIXELS = 900  # of the longer side of a picture, or of a row of them
 FINER = 3  # parts of a side of a pixel at most, so that balls smaller than a pixel have their area
 EMPTY = "white"  # the ground of each picture, and what is below the scale of a density
@@ -40,15 +44,16 @@ TITLE_HEIGHT = 0.22  # of the time above a picture, inches
 def draw_pictures(data: FigureData, pictures: Pictures, size: tuple[float, float] | None) -> Figure:
     """The pictures in rows, with a common scale of colours below.
 
-    size : width and height in inches; None is a column of a page for one picture, a page for more
+    size : width and height in inches; None is as wide as a column of a page for up to four
+        pictures, and as a page for more
     """
     number = len(pictures.each)
-    columns = min(number, MOST_COLUMNS)
+    columns = 2 if number == MOST_IN_COLUMN and size is None else min(number, MOST_COLUMNS)
     rows = math.ceil(number / columns)
-    width = size[0] if size else WIDTH if number == 1 else WIDE
+    width = size[0] if size else WIDTH if number <= MOST_IN_COLUMN else WIDE
     title = title_lines(data.title, width)
     high = max(picture.size[1] / picture.size[0] for picture in pictures.each)
-    height = rows * (high * (width - 0.4) / columns + TITLE_HEIGHT) + BELOW
+    height = rows * (high * (width - 0.4) / columns + TITLE_HEIGHT) + BAR_HEIGHT + BELOW
     height += LINE_HEIGHT * (len(title) + len(pictures.names) // 2)
     colours = _colours(pictures)
     with styled():
@@ -60,6 +65,7 @@ def draw_pictures(data: FigureData, pictures: Pictures, size: tuple[float, float
             _draw(axes, picture, pictures, colours, PIXELS // columns if number > 1 else PIXELS)
         for axes in grid[number:]:
             axes.set_visible(False)
+        _add_bar(grid[columns * (rows - 1)], pictures.each[0].size)
         heading = {"fontsize": rcParams["axes.titlesize"], "fontweight": "bold"}
         figure.suptitle("\n".join(title), x=0.01, ha="left", parse_math=False, **heading)
         if pictures.names:
@@ -74,14 +80,24 @@ def draw_pictures(data: FigureData, pictures: Pictures, size: tuple[float, float
                 ax=grid,
                 orientation="horizontal",
                 extend="both" if pictures.high_is_dark else "max",
-                shrink=0.8 if number == 1 else 0.4,
+                shrink=0.8 if number <= MOST_IN_COLUMN else 0.4,
                 fraction=SCALE,
                 pad=0.04,
             )
             scale.set_label(pictures.label, parse_math=False)
         layout.execute(figure)
+        if size is None:  # pictures as wide as they can be may leave height
+            unused = rows * height * min(map(_unused_height, grid[:number]))
+            figure.set_size_inches(width, height - unused)
+            layout.execute(figure)
         figure.set_layout_engine(None)
     return figure
+
+
+def _unused_height(axes: Axes) -> float:
+    """The height of the place of a picture less that of the picture, as a share of the figure's."""
+    axes.apply_aspect()
+    return float(axes.get_position(original=True).height - axes.get_position().height)
 
 
 def _colours(pictures: Pictures) -> Colormap:
@@ -131,6 +147,25 @@ def _draw(axes: Axes, picture: Picture, pictures: Pictures, colours: Colormap, p
     axes.set_ylim(-height / 2 - margin, height / 2 + margin)
     axes.set_axis_off()
     axes.set_title(f"t = {short(picture.time, 4)} s", fontweight="normal", pad=2, parse_math=False)
+
+
+def _add_bar(axes: Axes, size: tuple[float, float]) -> None:
+    """A scale bar below the container, with its length: 1, 2 or 5 of a power of ten, m."""
+    longest = BAR * size[0]
+    unit = 10.0 ** math.floor(math.log10(longest))
+    length = next(step * unit for step in (5, 2, 1) if step * unit <= longest)
+    left, below = -size[0] / 2, -size[1] / 2 - MARGIN * max(size)
+    lower = ScaledTranslation(0, -BAR_HEIGHT / 2, axes.figure.dpi_scale_trans)
+    (bar,) = axes.plot([left, left + length], [below, below], color="0.2", linewidth=1.5)
+    bar.set(transform=axes.transData + lower, clip_on=False)
+    axes.annotate(
+        f"{short(length)} m",
+        (left + length, below),
+        (3, -36 * BAR_HEIGHT),
+        textcoords="offset points",
+        verticalalignment="center",
+        annotation_clip=False,
+    )
 
 
 def _draw_circles(axes: Axes, picture: Picture, rgb: NDArray[np.float64]) -> None:

@@ -445,6 +445,8 @@ def local_energy(build: FigureBuilder) -> FigureData:
     for index, (point, scene, times, rows) in enumerate(over_time):
         haff = theories.theory_of(scene, quantities.HAFF_RATE, theories.START_RATES)
         rate = haff_rate(scene) if haff else None
+        if haff:
+            build.cite(quantities.HAFF_RATE, theories.START_RATES)
         known += [rate is not None] * (not elastic(point))
         law = scene.kinetic_energy / scene.number * theory.haff_ratio(times, rate or 0.0)
         thermal, flow = np.moveaxis(rows, 2, 0) / law
@@ -463,8 +465,6 @@ def local_energy(build: FigureBuilder) -> FigureData:
     build.lines += [legend_line("flow", "dashed")] * flows
     words = [f"The flow is that of cells with {structure.BALLS_IN_CELL:g} balls on average."]
     words += ["It is shown from where it has more energy than its error."] * flows
-    if any(known):
-        words.append("Haff's law has the rate at the start, by Enskog's collisions.")
     if known and not all(known):
         words.append(f"{'Other curves' if any(known) else 'Curves'} are over E(0)/N.")
     if not any(known):

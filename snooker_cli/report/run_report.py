@@ -2,7 +2,7 @@
 
 import math
 import shlex
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +10,18 @@ import yaml
 
 from snooker_cli import __version__, facts
 from snooker_cli.analysis import tables
+from snooker_cli.analysis.comparison import gas_kinds
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
-from snooker_cli.analysis.findings import Findings, cools, few_repeats, main_quantity_rows
-from snooker_cli.analysis.quantities import CRITICAL_RATIO
+from snooker_cli.analysis.findings import (
+    MOST_ERRORS,
+    Findings,
+    cools,
+    errors_from_theory,
+    few_repeats,
+    has_theory,
+    main_quantity_rows,
+)
+from snooker_cli.analysis.quantities import CRITICAL_RATIO, GasKind, main_quantities
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
 from snooker_cli.analysis.theories import CRITICAL, value_of
 from snooker_cli.analysis.trend import trends
@@ -22,16 +31,37 @@ from snooker_cli.figures import FIGURES, OWN_FIGURES, FigureData, Selection, sel
 from snooker_cli.figures.caption_text import setting
 from snooker_cli.figures.selection import gas_type_of, spread, swept_number, traits
 from snooker_cli.files import write_text
-from snooker_cli.formatting import point_label, printable
+from snooker_cli.formatting import counted, point_label, printable
 from snooker_cli.report.document import Pages, packaged
 from snooker_cli.runs import Run
 from snooker_cli.runs.progress import counting
 from snooker_cli.runs.side_by_side import RUN, RunsSideBySide
 from snooker_cli.runs.status import early_warning, ended, run_status
 from snooker_cli.scene import Scene
+from snooker_cli.theory import IDEAL
 
 RELEVANCE: dict[str, dict[str, str]] = yaml.safe_load(packaged("relevance.yaml"))
 """Figures by relevance; relevance.yaml explains their conditions. Others come last."""
+
+SHOWN = {name: spec.result.quantity for name, spec in FIGURES.items() if spec.result} | {
+    "profiles": "heat flux",
+    "snapshot": "balls in a ball's cluster",
+}
+"""The quantity of each figure. The last ones are what figures without such a result are about."""
+
+DOES: Mapping[GasKind, str] = {
+    "cooling": "loses energy in collisions",
+    "elastic": "keeps its energy",
+    "warm": "gets energy from the walls",
+}
+"""What a gas does with its energy, in the first sentence of a report."""
+
+GROUPS = (
+    f"more than {MOST_ERRORS:g} errors from the best theory",
+    "other comparisons",
+    "the ideal gas law, from which hard disks must differ",
+)
+"""Rows of comparisons, the most important first."""
 
 ORDER = (*RELEVANCE, *(name for name in OWN_FIGURES if name not in RELEVANCE))
 
@@ -90,10 +120,11 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     compared = comparisons(run, counting=counting) if gas_type_of(lively[0]) == "warm" else None
     steady = _settled(lively, compared.states if compared else []) or lively
     single = steady[len(steady) // 2]  # figures of one point and the film show it
+    kinds = list(dict.fromkeys(kind for scene in starts.values() for kind in gas_kinds(scene)))
     # The other process makes figures while this one makes the analyses.
     drawings = {
         name: pages.other.submit(_figure, run, name, single)
-        for name in dict.fromkeys((*ORDER, *asked))
+        for name in by_relevance(dict.fromkeys((*ORDER, *asked)), kinds)
         if name not in left_out
     }
     status, fitted = run_status(run), fits(run, counting=counting)
@@ -116,6 +147,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         "file": printable(shlex.quote(run.name)),
         "scene": scene,
         "points": [(of_point[p.index], starts.get(p.index)) for p in shown],
+        "plainly": _plainly(starts.values(), kinds, findings.verdict),
         "finding": _overview(points, findings) if shown[1:] else next(iter(what.values())),
         "few": " ".join(few_repeats([row for row in fitted.rows if cools(row)])),
         "warning": early_warning(run, points),
@@ -126,7 +158,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         "single": point_label(single.as_json()) if points[1:] else "",
         "analyses": [
             _cells(run, shown, fitted, tables.fit_cells),
-            _cells(run, shown, compared, tables.compare_cells),
+            _cells(run, shown, compared, tables.compare_cells, by_agreement),
         ],
         "film": len(pages.players),
         "no_film": pages.add_player(run, single),
@@ -179,6 +211,52 @@ def trivial(
     return {name: why for name, when, why in reasons if conditions[when] and name not in asked}
 
 
+def by_relevance(names: Iterable[str], kinds: Collection[GasKind]) -> list[str]:
+    """Figures of main quantities of a gas first, in the order of these; others as they are."""
+    main = [quantity.name for quantity in main_quantities(*kinds)]
+    places = {name: main.index(SHOWN[name]) for name in SHOWN if SHOWN[name] in main}
+    return sorted(names, key=lambda name: places.get(name, len(main)))
+
+
+def by_agreement(rows: Records) -> list[tuple[str, dict[str, Any]]]:
+    """Rows of a comparison with their group of ``GROUPS``, in this order.
+
+    In the first one, the largest disagreement of a point in errors comes first. The best theory of
+    a quantity is the last one of a point: its rows go from simple ones to better ones.
+    """
+    places = {point_label(row["parameters"]): number for number, row in enumerate(rows)}
+
+    def place(row: Mapping[str, Any]) -> int:
+        return places[point_label(row["parameters"])]
+
+    best = {(place(row), row["quantity"]): row["model"] for row in rows if has_theory(row)}
+
+    def rank(row: Mapping[str, Any]) -> tuple[float, ...]:
+        if row["model"].startswith(IDEAL):
+            return 2, place(row)
+        errors = errors_from_theory(row)
+        is_best = best.get((place(row), row["quantity"])) == row["model"]
+        if is_best and errors is not None and abs(errors) > MOST_ERRORS:
+            return 0, place(row), -abs(errors)
+        return 1, place(row)
+
+    return [(GROUPS[int(rank(row)[0])], row) for row in sorted(rows, key=rank)]
+
+
+def _as_they_are(rows: Records) -> list[tuple[str, dict[str, Any]]]:
+    return [("", row) for row in rows]
+
+
+def _plainly(starts: Collection[Scene], kinds: Collection[GasKind], verdict: str) -> str:
+    """What the gas is and does, and what follows: the first sentence of a report."""
+    numbers = sorted({scene.number for scene in starts})
+    number = "".join(f"{least:,} to " for least in numbers[:-1][:1])
+    balls = counted(numbers[-1], "rough ball" if "rough" in kinds else "ball")
+    titles = " or ".join(dict.fromkeys(scene.container.title for scene in starts))
+    does = " or ".join(DOES[kind] for kind in kinds if kind in DOES)
+    return f"A gas of {number}{balls} in a {titles} {does}{f': {verdict}' * bool(verdict)}"
+
+
 def _figure(run: Run, name: str, single: Point) -> FigureData | str:
     """A figure of all points or, if it shows one, of this one; or else the reason."""
     try:
@@ -218,13 +296,20 @@ def _of(points: Sequence[Point], rows: Records) -> Records:
 
 
 def _cells(
-    run: Run, shown: Sequence[Point], analysis: RunAnalysis, cells: Callable[..., list[str]]
+    run: Run,
+    shown: Sequence[Point],
+    analysis: RunAnalysis,
+    cells: Callable[..., list[str]],
+    order: Callable[[Records], list[tuple[str, dict[str, Any]]]] = _as_they_are,
 ) -> dict[str, Any]:
     """The rows of an analysis at the points that are shown, with their headings, and its notes."""
     rows = [row for row in _of(shown, tables.main_rows(analysis.rows)) if not row.get("elastic")]
     notes = [note for note in tables.main_rows(analysis.notes) if "ended early" not in note["note"]]
     lines = tables.note_lines(notes, len(run.points))
-    table = [(tables.point_heading(row), cells(row)) for row in rows]
+    several, table = len(run.points) > 1, list[tuple[str, list[str]]]()
+    for group, row in order(rows):
+        heading = "; ".join(filter(None, [several * tables.point_heading(row), group]))
+        table.append((f"{heading[:1].upper() * (not several)}{heading[1 - several :]}", cells(row)))
     return {"rows": table, "notes": [line.rstrip(".") for line in lines]}
 
 

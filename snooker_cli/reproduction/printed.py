@@ -1,15 +1,20 @@
 """Every number and sentence that the source report prints, beside our results."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from snooker_cli import Circle, theory
+from snooker_cli.figures import FigureData
+from snooker_cli.figures.figure_data import NEUTRAL, Layer, Line, Points, Reference
 from snooker_cli.formatting import listed, ratio, short, with_error
 from snooker_cli.reproduction.explanations import FACTOR
 from snooker_cli.reproduction.run_results import SETTLED, Results
 from snooker_cli.reproduction.source_values import (
+    AGREES,
     COEFFICIENTS,
     ROUNDING,
     SOURCE_VALUES,
@@ -112,6 +117,68 @@ def _limit(found: Results, number: SourceValue) -> OurValue:
 
 def _radius(point: Results) -> float:
     return float(point["parameters"]["balls.radius"])
+
+
+# The printed numbers over ours, as figures.
+
+OVERVIEWS: dict[str, tuple[str, tuple[tuple[str, ...], ...]]] = {
+    "printed-by-cor": (
+        "Numbers at CoR 0.8 and 0.9",
+        (
+            ("energy decay", "temperature decay"),
+            ("pressure decay", "pressure decay, doubled"),
+            ("theory", "tau", "mean speed"),
+        ),
+    ),
+    "printed-others": (
+        "All other numbers",
+        (
+            ("central distance", "pair distance", "momentum x", "momentum y"),
+            ("density", "cross-section", "mean free path"),
+            ("pressure", "temperature ratio", "pressure ratio"),
+        ),
+    ),
+}
+"""The titles of the figures of printed numbers, and their groups of quantities, by file."""
+
+READ = "Filled: our value agrees. Bars: two combined standard errors; some are hidden by markers."
+"""How to read these figures."""
+
+APART = 0.13  # lines of text from the middle of a line to the marker of a CoR
+
+
+def overview(file: str, printed: Sequence[Results]) -> FigureData:
+    """Printed numbers over ours on a logarithmic axis: a line for each, or for one at both CoR.
+
+    printed : the rows of `comparison`
+    """
+    title, groups = OVERVIEWS[file]
+    names, layers = list[str](), list[Layer]([Reference("x", 1.0)])
+    for quantities in groups:
+        names += [""] * bool(names)
+        for row in (row for row in printed if row["quantity"] in quantities):
+            name = row["what"].removesuffix(f", CoR {row['cor']:g}" if row["cor"] else "")
+            if name not in names:
+                names.append(name)
+            layers += _printed_over_ours(row, names.index(name))
+    caption = f"{title} that the source report prints, over those of the stated scene. {READ}"
+    return FigureData(
+        file, title, "printed / reproduced", "", tuple(layers), caption, x_log=True, y_names=names
+    )
+
+
+def _printed_over_ours(row: Results, place: int) -> Iterator[Layer]:
+    """The marker of a printed number and its interval, which is symmetric on the axis."""
+    number, ours = SOURCE_VALUES[row["name"]], row["ours"]
+    over = row["value"] / ours["value"]
+    error = math.hypot(number.standard_error / row["value"], ours["error"] / ours["value"])
+    ends = over * np.exp(AGREES * error * np.array([-1.0, 1.0]))
+    series, label, y = NEUTRAL, None, float(place)
+    if row["cor"]:
+        series, label = KEYS.index(key := f"{row['cor']:g}"), f"CoR {key}"
+        y += APART * (2 * series - 1)
+    yield Line(ends, np.repeat(y, 2), series=series, style="solid")
+    yield Points(np.array([over]), np.array([y]), label=label, series=series, filled=row["agrees"])
 
 
 Check: TypeAlias = Callable[[Results], tuple[bool | None, dict[str, Any]]]

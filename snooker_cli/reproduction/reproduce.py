@@ -17,7 +17,14 @@ from snooker_cli.formatting import plain, range_held, short, with_error
 from snooker_cli.report.document import Pages
 from snooker_cli.reproduction.claims import CLAIMS, check, decay_factors, tiny_path
 from snooker_cli.reproduction.explanations import explain
-from snooker_cli.reproduction.printed import KEYS, REFUSED, comparison, statements
+from snooker_cli.reproduction.printed import (
+    KEYS,
+    OVERVIEWS,
+    REFUSED,
+    comparison,
+    overview,
+    statements,
+)
 from snooker_cli.reproduction.run_results import SETTLED, WINDOWS, Results, results
 from snooker_cli.reproduction.source_values import LORD, TARGETS, TITLE, text_of_file
 from snooker_cli.validation import accuracy_study
@@ -74,6 +81,8 @@ def build(folder: Path, out: Path, report_progress: Callable[[str], None]) -> li
         report_progress("results, and what the text says about them")
         found = all_results(runs, pictures)
         check(found | {"measured": {name: measurement(name) for name in MEASUREMENTS}})
+        for number, file in enumerate(OVERVIEWS, 1):
+            pages.add_figure(file, overview(file, found["printed"]), f"Overview {number}")
         write_json(out / "numbers.json", six_digits(found))
         for point in runs["decay"].points:
             pages.add_player(runs["decay"], point)

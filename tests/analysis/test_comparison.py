@@ -557,7 +557,7 @@ def test_a_ratio_that_still_changes_in_its_mean_says_so() -> None:
     changed = ("\ncor: 1.0\n", "\ncor: 0.9\n"), ("repeats: 30", "repeats: 8")
     short = ("collisions: 6000", "collisions: 3000")
     _, notes = spin_row(*changed, short, ("tangential_cor: 1.0", "tangential_cor: -0.9"))
-    assert any(text.startswith("T_rot/T_tr: it still changes in this mean") for text in notes)
+    assert any(text.startswith("T_rot/T_tr: it is not steady") for text in notes)
     _, notes = spin_row(*changed, ("tangential_cor: 1.0", "tangential_cor: 0"))
     assert not any("still changes" in text for text in notes)
 

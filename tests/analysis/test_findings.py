@@ -119,6 +119,48 @@ def test_main_quantities_are_those_of_the_kind_of_gas() -> None:
     assert main_result([ratio(), rough])[0]["quantity"] == "T_rot/T_tr"
 
 
+def test_clusters_that_theory_expects_are_named() -> None:
+    def critical(cor: float, share: float) -> dict[str, Any]:
+        row = compared_row("L/L_c", "critical length", share, None, parameters={"cor": cor})
+        return row | {"measured": share}
+
+    found = at([law()], [critical(0.8, 2.1), ratio()])
+    assert found.startswith("Theory expects vortices and then clusters (L/L_c = 2.1); Haff's law")
+    calm = [critical(0.8, 0.4), ratio()]
+    assert "clusters" not in at([law()], calm)
+    both = Findings([], [*calm, critical(0.9, 2.1), ratio(0.9)])
+    assert both.overview.startswith(
+        "Theory expects vortices and then clusters at 1 of 2 points (cor=0.9) (L/L_c = 2.1); PV/NT"
+    )
+    assert both.verdict == "theory expects clusters"
+
+
+def test_the_verdict_has_no_numbers() -> None:
+    """Each is the end of a plain sentence; the numbers are in the next one."""
+
+    def verdict(*compared: Any, states: Any = ()) -> str:
+        return Findings([], list(compared), states).verdict
+
+    assert verdict() == ""
+    assert verdict(ratio()) == f"PV/NT agrees with theory for {FINITE}"
+    far = alpha(errors=-9.0)
+    assert verdict(ratio(), far) == f"Haff's α is below theory for {FINITE}"
+    apart = [far, alpha(0.9, 0.04, 9.0), alpha(0.95)]
+    assert verdict(*apart) == f"Haff's α differs from theory for {FINITE} at 2 of 3 points"
+    assert (
+        verdict(alpha(), alpha(0.9)) == f"Haff's α agrees with theory for {FINITE} at both points"
+    )
+    alone = compared_row("temperature", "no theory", 0.0, None, unit="J")
+    assert verdict(alone | {"measured": 3.0}) == "T = 3.00 ± 0.10 J"
+    balance = compared_row("temperature", "balance of energy", -0.2, -23.0, unit="J")
+    lacking = state(0.9, "warm", stationary={"found": False, "sentence": "not stationary"})
+    settled = state(0.8, "warm", stationary={"found": True, "sentence": ""})
+    assert verdict(balance, states=[settled, lacking]) == (
+        "the temperature is below the balance of energy at cor=0.8"
+    )
+    assert verdict(states=[lacking]) == "no stationary part was found"
+
+
 def test_far_from_theory_a_factor_says_more_than_a_percentage() -> None:
     left = compared_row("energy left at the end", "by event count", 570.0, 12.0)
     above = left | {"model": "by event count, above L²/2I", "measured": 13.0, "difference": 3.0}
@@ -281,14 +323,14 @@ def test_a_quantity_has_one_theory_at_all_points() -> None:
     assert FINITE not in " ".join(Findings([], most).lines)
 
 
-def test_a_ratio_that_still_changes_says_so() -> None:
-    sentence = "it still changes, from 1.10 ± 0.02 to 2.10 ± 0.05 in its mean (p <0.001)"
+def test_a_ratio_that_is_not_steady_says_so() -> None:
+    sentence = "it is not steady: 1.10 in the first quarter, 2.10 in the last (p <0.001)"
     change = {"changes": {"T₁/T₂": {"refused": True, "sentence": sentence}}}
     row = compared_row("T₁/T₂", "equal cooling rates", 0.01, 0.5)
     states = [state(0.8, "cooling", "mixture", **change), state(0.9, "cooling", "mixture")]
     assert at([], [row], states[0]).endswith(f"; {sentence}")
     findings = Findings([], [row, row | {"parameters": {"cor": 0.9}}], states)
-    assert "T₁/T₂ still changes at cor=0.8, and its mean is not steady" in findings.overview
+    assert "T₁/T₂ is not steady at cor=0.8" in findings.overview
     assert findings.lines[0].startswith("2 points: ")
     assert [line.partition(":")[0] for line in findings.lines[1:]] == ["cor=0.8", "cor=0.9"]
     assert point_label({"cor": 0.9}) in findings.labels

@@ -28,7 +28,7 @@ def test_a_change_above_the_stated_one_is_found() -> None:
         changed = change_of(quarters(share * steady.least - ends))
         assert changed.refused
         assert changed.probability < LEAST_PROBABILITY
-        assert changed.sentence.startswith("it still changes in this mean, from 0.99")
+        assert changed.sentence.startswith("it is not steady: 0.99")
 
 
 def test_it_needs_repeats_that_differ() -> None:

@@ -56,7 +56,7 @@ def test_bash_completes_commands_and_options(
 PRINTING = (
     *(f"{name} --help" for name in COMMANDS),
     *("", "init", "run small.yaml --fresh", "show small", "verify small", "fit small"),
-    *("compare small --json", "plot small energy-fit", "export small --table", "schema"),
+    *("compare small --json", "plot small cooling", "export small --table", "schema"),
     *("plot small energi", "run small.yaml -o cor=2"),
     *("compare small", "run \u03b1.yaml"),
 )

@@ -78,7 +78,7 @@ def test_the_list_of_figures_opens_no_result(
     monkeypatch.setattr("snooker_cli.runs.run.Run.statuses", None)
     after = snooker("plot", "small", "--list")
     assert (after.code, after.out, after.err) == (0, before.out, "")
-    assert "energy-fit left out at 1 of 2 points: nothing decays" in " ".join(after.out.split())
+    assert "cooling left out at 1 of 2 points: nothing decays" in " ".join(after.out.split())
     ended = snooker("plot", "small", "--list", "--repeat", "3")
     assert "there is no repeat 3" in ended.err
 

@@ -66,11 +66,11 @@ SLOW = re.compile(r"brownian|snooker (report|animate)")
 
 PICTURES = {
     "readme": {"gas.gif": "gas.gif"},
-    "tutorial": {"cooling.png": "runs/haff/figures/energy-fit.png"},
+    "tutorial": {"cooling.png": "runs/haff/figures/cooling.png"},
     "student": {
         "student-pressure.png": "runs/pressure/figures/pressure-temperature.png",
         "student-speeds.png": "runs/pressure/figures/speeds-balls.speed-20.png",
-        "student-cooling.png": "runs/cooling/figures/energy-fit.png",
+        "student-cooling.png": "runs/cooling/figures/cooling.png",
         "student-path.png": "runs/brownian/figures/tagged-path.png",
         "student-displacement.png": "runs/brownian/figures/mean-squared-displacement.png",
         "student-heat.png": "runs/heat/figures/profiles.png",

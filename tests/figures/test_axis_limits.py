@@ -4,15 +4,27 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import shown
+from figure_runs import made, shown
 
-from snooker_cli.figures.axis_limits import outside, reach
+from snooker_cli.figures import FIGURES
+from snooker_cli.figures.axis_limits import beginning_of_decades, outside, reach, visible
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.drawing import draw
-from snooker_cli.figures.figure_data import NEUTRAL, Array, FigureData, Layer, Line, Points
+from snooker_cli.figures.figure_data import (
+    NEUTRAL,
+    Array,
+    Band,
+    FigureData,
+    Layer,
+    Line,
+    Points,
+    Reference,
+)
 from snooker_cli.figures.selection import Selection
 from snooker_cli.runs import Run
 
@@ -78,3 +90,46 @@ def test_values_above_the_axis_are_named(decaying: Run) -> None:
     arrows = [line for line in axes.lines if re.search("uparrow", str(line.get_marker()))]
     assert [line.get_ydata()[0] for line in arrows] == pytest.approx([limit] * len(arrows))
     assert arrows
+
+
+def test_an_axis_fits_what_its_x_axis_shows() -> None:
+    """Arrows mark no markers left of it."""
+    x, y = np.array([1e-6, 1e-5, 1.0, 10.0, 100.0]), np.array([1e-9, 1e-6, 1.0, 10.0, 200.0])
+    points = Points(x, y, np.full(5, 0.1))
+    band, line = Band(x, y / 2, y * 2), Line(x, y, None)
+    shown = [*visible([points, band, line, Reference("y", 3.0)], 0.5, 200.0)]
+    assert [getattr(layer, "x", x[2:]).tolist() for layer in shown] == [[1.0, 10.0, 100.0]] * 4
+    axes = draw(replace(data(line, y_log=True), x_log=True, x_limits=(0.5, None))).axes[0]
+    assert 0.05 < axes.get_ylim()[0] < 1.0
+    assert len(axes.lines) == 1
+
+
+X = np.geomspace(1e-3, 1e3, 200)
+
+
+@pytest.mark.parametrize(
+    ("layer", "begins"),
+    [
+        (Line(X, (1 + X) ** -2.0, "Haff's law"), 0.005),  # it has lost 1 % there
+        (Line(X, 1 / (1 + X / 200), "less than two decades of y"), None),
+        (Line(X, np.exp(-X / 300) - 0.5, "negative"), None),
+        (Points(X[::20], X[::20] ** 2), 1e-3),
+        (Points(np.array([1.0, 2.0, 90.0]), np.array([1.0, 2.0, 900.0])), None),
+    ],
+)
+def test_two_axes_are_logarithmic_if_both_span_decades(
+    layer: Line | Points, begins: float | None
+) -> None:
+    found = beginning_of_decades([layer])
+    assert found == (None if begins is None else pytest.approx(begins, rel=0.3))
+
+
+def test_the_energy_of_long_repeats_has_two_logarithmic_axes(tmp_path: Path) -> None:
+    """The figures of the source report keep theirs, and so do other axes that a figure wants."""
+    run = made(tmp_path / "run", "cor=0.6", "collisions=800", "repeats=1", "container.mass=.inf")
+    found = FIGURES["energy"].make(run, Selection())
+    assert (found.x_log, found.y_log) == (True, True)
+    (line,) = (layer for layer in found.layers if isinstance(layer, Line))
+    start = float(np.interp(found.x_limits[0] or 0.0, line.x, line.y))
+    assert 0.9 < start < 1.0
+    assert not FIGURES["energy"].make(run, Selection(), source=True).x_log

@@ -127,7 +127,7 @@ def test_no_colour_is_too_pale_on_white() -> None:
 
 
 def test_what_is_fitted_and_what_is_predicted_have_colours_of_their_own(decaying: Run) -> None:
-    """Of one point, all lines of the local decay rate had one colour."""
+    """Of one point, all lines of Haff's law had one colour."""
     found = shown(decaying, "cooling", cor=0.8)
     lines = [layer for layer in found.layers if isinstance(layer, Line)]
     fitted, theory = (
@@ -135,13 +135,13 @@ def test_what_is_fitted_and_what_is_predicted_have_colours_of_their_own(decaying
         for word in ("fitted", "hard disks")
     )
     colours = [line.series for line in (*fitted, *theory)]
-    assert len(fitted) == 2
-    assert len(set(colours)) == len(colours) == 3
+    assert len(fitted) == 1
+    assert len(set(colours)) == len(colours) == 2
 
 
 @pytest.mark.parametrize(
     "name",
-    ["energy", "pressure", "pair-distances", "pair-correlation", "hexatic-order", "a2"],
+    ["energy", "pressure", "pair-distances", "pair-correlation", "a2"],
 )
 def test_a_single_curve_has_a_legend_entry(name: str, decaying: Run) -> None:
     found = shown(decaying, name, cor=0.8)

@@ -171,6 +171,21 @@ def entries(found: FigureData) -> Iterator[tuple[Any, ...]]:
             yield "points", tint, marker(layer.series, found), layer.filled
 
 
+def test_names_on_the_y_axis_have_a_line_each() -> None:
+    names = [f"name {number}, or ${number}" for number in range(30)]
+    data = FigureData("names", "Names", "x", "", (Points(X, X),), "", y_names=names)
+    figures = [draw(replace(data, y_names=names[:most])) for most in (1, 30)]
+    for figure in figures:
+        figure.draw_without_rendering()
+        labels = figure.axes[0].get_yticklabels()
+        assert [label.get_text() for label in labels] == names[: len(labels)]
+        heights = [label.get_window_extent().y0 for label in labels]
+        assert heights == sorted(heights, reverse=True)
+        for above, below in itertools.pairwise(label.get_window_extent() for label in labels):
+            assert not above.overlaps(below)
+    assert figures[1].get_figheight() > figures[0].get_figheight()
+
+
 @pytest.mark.parametrize("name", FIGURES)
 def test_no_two_entries_of_a_legend_look_the_same(
     name: str, figures: dict[str, FigureData], decaying: Run

@@ -56,7 +56,7 @@ def test_a_result_is_the_least_and_the_largest_of_the_points(decaying: Run, warm
 
 
 def test_units_are_those_of_axes_also_after_a_bracket_or_a_power() -> None:
-    text = "α = (8.9 ± 0.1) × 10⁻² 1/s; k = (1 ± 4 × 10⁻¹⁷) 1/s; P = 2 Pa m, 3 J/s; a 1/sth"
+    text = "α = (8.9 ± 0.1) × 10⁻² 1/s; k = (1 ± 4 × 10⁻¹⁷) 1/s; P = 2 Pa m, 3 W; a 1/sth"
     assert with_units_of_axes(text) == (
         "α = (8.9 ± 0.1) × 10⁻² s⁻¹; k = (1 ± 4 × 10⁻¹⁷) s⁻¹; P = 2 Pa·m, 3 W; a 1/sth"
     )

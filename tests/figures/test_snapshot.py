@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from figure_runs import STORED
 from matplotlib.collections import LineCollection
 from matplotlib.text import Text
 from PIL import Image
@@ -39,7 +40,7 @@ def mixture(tmp_path_factory: pytest.TempPathFactory) -> Run:
     return run
 
 
-def drawn(run: Run, *times: float, colour: str = "speed") -> FigureData:
+def drawn(run: Run, *times: float, colour: str | None = None) -> FigureData:
     return FIGURES["snapshot"].make(run, Selection(times=times, colour=colour))
 
 
@@ -84,8 +85,43 @@ def test_times_without_a_state_are_refused_or_replaced(mixture: Run, tmp_path: P
     assert "states at some times: the picture is the nearest to 4 s and 6 s." in figure.caption
 
 
+def test_a_gas_in_which_clusters_grow_has_its_density_at_four_times(tmp_path: Path) -> None:
+    """The speeds of the last state alone do not show how they grew."""
+    run = made(tmp_path / "run", STORED, "repeats=1", "cor=0.6")
+    done(run)
+    figure = drawn(run)
+    trace = run.read(run.points[0], 0)
+    stored = np.concatenate([[0.0], trace.snapshots.time, [trace.stop.time]])
+    wanted = np.multiply((0.0, 0.01, 0.1, 1.0), trace.stop.time)
+    nearest = [float(stored[np.argmin(np.abs(stored - time))]) for time in wanted]
+    assert [picture.time for picture in figure.pictures.each] == nearest
+    assert figure.pictures.high_is_dark
+    assert "nearest" not in figure.caption  # no time was asked for
+    assert drawn(run, colour="speed").pictures.label.startswith("speed")
+    assert len(drawn(run, 5.0).pictures.each) == 1
+
+
+def test_states_are_the_start_the_middle_and_the_end(mixture: Run) -> None:
+    trace = mixture.read(mixture.points[0], 0)
+    figure = FIGURES["states"].make(mixture, Selection())
+    start, middle, end = figure.pictures.each
+    assert np.array_equal(start.places, trace.start.positions)
+    assert (start.time, end.time) == (0.0, 20.0)
+    before = np.count_nonzero(trace.events.time <= middle.time)
+    assert before == pytest.approx(trace.collisions / 2, abs=1)
+
+
+def test_a_scale_bar_has_the_length_it_says(mixture: Run) -> None:
+    """1, 2 or 5 of a power of ten, up to a quarter of the container: 2 of 12 m."""
+    axes = draw(drawn(mixture)).axes[0]
+    (bar,) = axes.lines
+    (text,) = axes.texts
+    assert np.ptp(bar.get_xdata()) == 2.0
+    assert text.get_text() == "2 m"
+
+
 def test_it_is_saved_without_its_balls(mixture: Run, tmp_path: Path) -> None:
-    figure = drawn(mixture, 0.0, 10.0, 20.0)
+    figure = drawn(mixture, *np.linspace(0.0, 20.0, 5))
     paths = save(figure, tmp_path / "states", ("png",))
     assert paths[1].stat().st_size < 2000
     assert '"times": [\n' in to_json(figure)

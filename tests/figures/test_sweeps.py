@@ -11,6 +11,7 @@ from figure_runs import BASE, layers, made, shown, why_not
 from matplotlib.colors import to_rgb
 
 import snooker_cli as snooker
+from snooker_cli.analysis.gas import finite_haff_rate
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
@@ -20,6 +21,7 @@ from snooker_cli.figures.figure_data import NEUTRAL, Line, Points
 from snooker_cli.figures.legends import PALEST, colour
 from snooker_cli.figures.registry import possible
 from snooker_cli.figures.selection import described, scale
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import Run
 from snooker_cli.runs.side_by_side import RunsSideBySide
 
@@ -79,8 +81,10 @@ def test_one_value_of_the_key_from_each_run(tmp_path: Path) -> None:
     found = shown(pair, "decay-against-cor")
     alpha = next(p for p in layers(found, Points) if p.label == "α, Haff's law fitted")
     assert alpha.x.tolist() == [0.8, 0.9]
+    radii = (made(tmp_path / radius, f"balls.radius={radius}") for radius in ("0.5", "1.0"))
+    pair = RunsSideBySide.of([*radii])
     main = next(points for points in layers(shown(pair, "swept-key"), Points) if len(points.x))
-    assert main.x.tolist() == [0.8, 0.9]
+    assert main.x.tolist() == [0.5, 1.0]
 
 
 def test_runs_with_other_keys_of_balls_are_drawn_together(tmp_path: Path) -> None:
@@ -170,18 +174,37 @@ def test_tables_of_python_and_commands(runs: tuple[Run, Run]) -> None:
 
 
 def test_the_main_result_along_any_number(tmp_path: Path) -> None:
-    run = made(tmp_path / "R", "cor=1", "wall_cor=null", "balls.radius=0.5,1.0", "collisions=600")
+    """With theory between the points."""
+    run = made(tmp_path / "R", "cor=0.8", "balls.radius=0.5,1.0", "collisions=600")
     found = shown(run, "swept-key")
     (points,) = (points for points in layers(found, Points) if len(points.x))
-    best = [row for row in comparisons(run).rows if row["quantity"] == "PV/NT"]
-    of_point = {row["parameters"]["balls.radius"]: row for row in best}  # the last is the best
+    rows = [row for row in comparisons(run).rows if row["quantity"] == "Haff's α"]
+    of_point = {row["parameters"]["balls.radius"]: row for row in rows}  # the last is the best
     assert points.x.tolist() == [0.5, 1.0]
     assert points.y.tolist() == [of_point[radius]["measured"] for radius in (0.5, 1.0)]
     (line,) = (line for line in layers(found, Line) if len(line.x))
-    assert line.y.tolist() == [of_point[radius]["predicted"] for radius in (0.5, 1.0)]
-    assert "PV/NT rises from" in found.caption
+    assert len(line.x) == 100
+    assert line.y[[0, -1]] == pytest.approx([of_point[r]["predicted"] for r in (0.5, 1.0)])
+    between = parse(BASE, overrides=["cor=0.8", f"balls.radius={line.x[50]}"]).points()[0]
+    of_start = finite_haff_rate(starting_scene(between.experiment, 0))
+    assert line.y[50] == pytest.approx(of_start, rel=0.01)
+    assert "α rises from" in found.caption
     with pytest.raises(FigureError, match="sweep a key"):
         shown(run, "swept-key", balls__radius=1.0)
+
+
+def test_a_key_that_another_figure_has_is_left_to_it(tmp_path: Path) -> None:
+    """Of a sweep over two keys the other one is on the axis."""
+    run = made(tmp_path / "R", "cor=0.8,0.9", "balls.radius=0.5,1.0", "repeats=2")
+    found = shown(run, "swept-key")
+    assert found.x_label == "ball radius (m)"
+    assert [points.x.tolist() for points in layers(found, Points) if len(points.x)] == [
+        [0.5, 1.0]
+    ] * 2
+    why = "decay-against-cor has Haff's α along cor; draw decay-against-cor"
+    assert why_not(run, "swept-key", balls__radius=1.0) == why
+    fits = [fits for _, fits, _ in possible(["swept-key"], run.points[::2])]
+    assert fits == [False]
 
 
 TOGETHER = "sweep: {zip: {cor: [0.7, 0.8, 0.9], balls.radius: [0.8, 0.9, 1]}}"
@@ -200,10 +223,11 @@ def test_keys_that_change_together_are_one_axis(tmp_path: Path) -> None:
     assert why_not(run, "decay-against-cor") == f"{why}run a sweep of cor alone"
 
 
-def test_points_that_leave_a_figure_are_named(decaying: Run) -> None:
-    """A point at CoR 1 does not cool."""
-    found = shown(decaying, "swept-key")
+def test_points_that_leave_a_figure_are_named(tmp_path: Path) -> None:
+    """A point whose wall is elastic does not cool."""
+    run = made(tmp_path / "run", "cor=1", "wall_cor=0.8,0.9,1.0")
+    found = shown(run, "swept-key")
     assert len(layers(found, Points)[0].x) == 2
-    assert "sweep more values of it" in why_not(decaying, "swept-key", cor=(0.8, 1.0))
-    left_out = "Left out: 1 of 3 points without this result or this theory (CoR 1)."
+    assert "sweep more values of it" in why_not(run, "swept-key", wall_cor=(0.8, 1.0))
+    left_out = "Left out: 1 of 3 points without this result or this theory (wall CoR 1)."
     assert left_out in found.caption

@@ -128,7 +128,7 @@ def test_no_curve_ends_with_the_shortest_repeat(tmp_path: Path) -> None:
         assert "Means go on with the repeats that remain" in found.caption, name
         (singles,) = layers(found, Repeats)
         assert np.isnan(singles.rows[:, -1]).any()
-        lines = [line for line in layers(found, Line) if line.style == "series"]
+        lines = [line for line in layers(found, Line) if line.style in ("series", "solid")]
         if name != "a2":  # which is over collisions per ball
             assert max(line.x[-1] for line in lines if len(line.x)) > np.median(ends)
     found = shown(run, "event-decay")

@@ -29,7 +29,7 @@ def test_text_of_a_run_is_no_html(tmp_path: Path) -> None:
     [
         ("1.0 ± 0.1 1/s at CoR 0.8", "1.0_±_0.1_s⁻¹ at CoR_0.8"),
         ("2 Pa m, 3 %, r = 0.001 m", "2_Pa·m, 3_%, r_=_0.001_m"),
-        ("691.6 ± 3.4 J/s", "691.6_±_3.4_W"),
+        ("691.6 ± 3.4 W", "691.6_±_3.4_W"),
         ("rings to 0.7 R, speed / 10, 2 × 10⁻⁶ s", "rings to 0.7_R, speed_/_10, 2_×_10⁻⁶_s"),
         ("2 marks in 5 m/s and PV/NT", "2 marks in 5_m/+s and PV/+NT"),
         ("docs/glossary.md", "docs/glossary.md"),

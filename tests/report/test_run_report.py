@@ -10,22 +10,35 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import matplotlib
 import pytest
 from figure_runs import BASE, BOX
 from figure_runs import made as made_run
+from gas_kinds import KINDS, scene_of
 from pypdf import PdfReader
 
 from snooker_cli import api
+from snooker_cli.analysis.comparison import gas_kinds
 from snooker_cli.analysis.decay import NO_LOSSES
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, OWN_FIGURES, Selection
 from snooker_cli.figures.caption_text import setting
+from snooker_cli.figures.drawing import styled
 from snooker_cli.formatting import printable
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report import run_report as module
 from snooker_cli.report.document import unbroken
-from snooker_cli.report.run_report import RELEVANCE, _config, run_report, trivial
+from snooker_cli.report.run_report import (
+    GROUPS,
+    RELEVANCE,
+    SHOWN,
+    _config,
+    by_agreement,
+    by_relevance,
+    run_report,
+    trivial,
+)
 from snooker_cli.runs import Run, open_run
 
 
@@ -117,8 +130,66 @@ def test_a_figure_is_trivial_where_its_physics_is(overrides: list[str], left_out
     assert left_out <= found.keys() & sometimes
     assert not kept & found.keys()
     assert RELEVANCE.keys() == set(OWN_FIGURES)
-    asked = trivial(points, starts, ["momentum-x"])
-    assert asked.keys() == found.keys() - {"momentum-x"}
+    asked = trivial(points, starts, ["momentum"])
+    assert asked.keys() == found.keys() - {"momentum"}
+
+
+def test_figures_of_the_main_quantities_come_first() -> None:
+    """Each type of gas begins with its own subject."""
+
+    def order(kind: str) -> list[str]:
+        return by_relevance(FIGURES, gas_kinds(scene_of(kind)))
+
+    assert SHOWN.keys() <= FIGURES.keys()
+    assert order("rough")[0] == "rotation"
+    assert SHOWN[order("mixture")[0]] == "T₁/T₂"
+    assert order("two temperatures")[:2] == ["profiles", "heat-flux"]
+    assert order("thermal, inelastic")[0] == "profiles"
+    assert SHOWN[order("thermal")[0]] == SHOWN[order("driven")[0]] == "temperature"
+    assert SHOWN[order("cooling")[0]] == "Haff's α"
+    assert SHOWN[order("elastic")[0]] == "PV/NT"
+    clusters = by_relevance(module.ORDER, ["cooling", "clusters"])
+    assert clusters[:2] == ["snapshot", "cluster-growth"]
+    assert SHOWN[clusters[2]] == "Haff's α"
+    for kind in KINDS:
+        assert sorted(order(kind)) == sorted(FIGURES)
+
+
+def test_what_disagrees_with_the_best_theory_is_the_first_of_a_table() -> None:
+    def row(quantity: str, model: str, errors: float | None, cor: float = 0.8) -> dict[str, Any]:
+        known = {"quantity": quantity, "model": model, "difference_in_errors": errors}
+        return known | {"parameters": {"cor": cor}, "repeats": 30}
+
+    rows = [
+        *(row("PV/NT", "ideal gas law", 50.0), row("PV/NT", "hard disks, N → ∞", 7.0)),
+        *(row("PV/NT", "hard disks, finite N", 4.0), row("pressure", "hard disks, finite N", 2.0)),
+        *(row("mean speed", "fixed energy", -9.0), row("L/L_c", "critical length", None)),
+        row("PV/NT", "hard disks, finite N", 90.0, cor=0.9),
+    ]
+    far, others, ideal = GROUPS
+    assert by_agreement(rows) == [
+        *((far, rows[4]), (far, rows[2]), (far, rows[6])),
+        *((others, rows[1]), (others, rows[3]), (others, rows[5]), (ideal, rows[0])),
+    ]
+
+
+def test_letters_of_figures_have_seven_points_or_more(small: Path) -> None:
+    """By the scales at which the PDF has its pictures."""
+    with styled():
+        sizes = [
+            matplotlib.rcParams[name]
+            for name in ("font.size", "xtick.labelsize", "legend.fontsize")
+        ]
+    scales = list[float]()
+
+    def see(operator: bytes, operands: list[Any], *_: Any) -> None:
+        if operator == b"cm" and operands[0] == -operands[3] != 1:
+            scales.append(float(operands[0]))
+
+    for page in PdfReader(small / "report.pdf").pages:
+        page.extract_text(visitor_operand_before=see)
+    assert len(scales) > 100
+    assert min(scales) * min(sizes) >= 7
 
 
 def test_the_pdf_is_tagged_and_captions_have_the_scene_once(
@@ -130,11 +201,19 @@ def test_the_pdf_is_tagged_and_captions_have_the_scene_once(
     assert "<pdfuaid:part>1</pdfuaid:part>" in metadata
     scene = setting(finished_run, finished_run.points, Selection())
     assert words(small).count(scene) == 1
-    single = json.loads((both / "figures" / "1-energy-fit.json").read_text(encoding="utf-8"))
-    assert single["numbers"]["parameters"] == {"cor": 0.9}
+    single = json.loads((both / "figures" / "1-snapshot.json").read_text(encoding="utf-8"))
+    assert "CoR 0.9," in single["caption"]
 
 
-def test_a_report_begins_with_the_finding_of_its_run(small: Path, finished_run: Run) -> None:
+def test_a_report_begins_with_a_plain_sentence(small: Path, finished_run: Run) -> None:
+    """The title is that of the config; the finding with its numbers is next."""
+    title = finished_run.experiment.title or finished_run.name
+    assert f"<h1>{title}</h1>" in page(small)
+    begun = words(small).partition(f"{title} A gas of ")[2]
+    assert begun.startswith("7 balls in a circle loses energy in collisions or keeps its energy: ")
+
+
+def test_a_report_has_the_finding_of_its_run(small: Path, finished_run: Run) -> None:
     found = api.open(finished_run.directory)
     assert spaced(found.finding().replace("1/s", "s⁻¹")) in words(small)
     lines = found.compare().text(brief=True).splitlines()

@@ -19,8 +19,10 @@ from repeating import done, made
 
 from snooker_cli.config import load, parse
 from snooker_cli.errors import RunError, UserError
+from snooker_cli.figures.figure_data import Line, Points
 from snooker_cli.report.document import Document, document, layout
 from snooker_cli.reproduction import reproduce
+from snooker_cli.reproduction.printed import OVERVIEWS, READ, overview
 from snooker_cli.reproduction.reproduce import (
     REPORT_FIGURES,
     RUNS,
@@ -104,21 +106,23 @@ def test_few_repeats_stop_the_report_with_the_name_of_a_sentence(
 
 
 def test_every_figure_has_its_files_and_is_in_one_document(report: Path) -> None:
-    titles, shown = [], []
-    for file in REPORT_FIGURES:
+    titles, documents = [], []
+    for file in (*REPORT_FIGURES, *OVERVIEWS):
         for ending in ("svg", "png", "json"):
             assert (report / "figures" / f"{file}.{ending}").stat().st_size > 500
         saved = json.loads((report / "figures" / f"{file}.json").read_text(encoding="utf-8"))
         titles.append(saved["title"])
     assert len(set(titles)) == len(titles)
     for template in reproduce.DOCUMENTS.values():
-        for line in re.findall(
-            r"^@grid (.*)$", text_of_file(f"templates/{template}"), re.MULTILINE
-        ):
-            shown += line.split()
-    assert sorted(shown) == sorted(REPORT_FIGURES)
-    labels = [REPORT_FIGURES[file]["label"] for file in shown]
-    assert labels == [f"Figure {n}" for n in (*range(1, 27), "A1", "A2", "A3", "A4")]
+        grids = re.findall(r"^@grid (.*)$", text_of_file(f"templates/{template}"), re.MULTILINE)
+        documents.append([file for line in grids for file in line.split()])
+    paper, tables = documents
+    assert paper[:2] == [*OVERVIEWS]
+    assert sorted([*paper[2:], *tables]) == sorted(REPORT_FIGURES)
+    labels = [[REPORT_FIGURES[file]["label"] for file in files] for files in (paper[2:], tables)]
+    moved = (4, 5, 8, 9)
+    assert labels[0] == [f"Figure {n}" for n in range(1, 27) if n not in moved]
+    assert labels[1] == [f"Figure {n}" for n in (*moved, "A1", "A2", "A3", "A4")]
 
 
 def test_numbers_have_six_digits(report: Path) -> None:
@@ -180,6 +184,8 @@ def paper(report: Path) -> Document:
         file: {"label": entry["label"], "alt": "a figure", "caption": entry["caption"]}
         for file, entry in REPORT_FIGURES.items()
     }
+    for number, file in enumerate(OVERVIEWS, 1):
+        figures[file] = {"label": f"Overview {number}", "alt": "a figure", "caption": READ}
     return document(text_of_file("templates/paper.md.j2"), values(found, experiments), figures)
 
 
@@ -197,12 +203,39 @@ def test_the_paper_has_at_most_nine_pages_without_large_gaps(paper: Document, re
             assert len(block["rows"]) <= 20, block["label"]
 
 
+def test_all_printed_numbers_over_ours_are_on_the_first_page(paper: Document) -> None:
+    """Each is one marker of one figure, filled if it agrees, with its interval."""
+    assert [block["file"] for block in paper["blocks"][:2]] == [*OVERVIEWS]
+    printed = json.loads(GOLDEN.read_text(encoding="utf-8"))["printed"]
+    figures = [overview(file, printed) for file in OVERVIEWS]
+    layers = [layer for figure in figures for layer in figure.layers]
+    markers = [layer for layer in layers if isinstance(layer, Points)]
+    intervals = [layer.x for layer in layers if isinstance(layer, Line)]
+    over = {row["name"]: row["value"] / row["ours"]["value"] for row in printed}
+    assert len(printed) == len(SOURCE_VALUES) == len(intervals)
+    assert sorted(float(marker.x[0]) for marker in markers) == pytest.approx(sorted(over.values()))
+    filled = sorted(float(marker.x[0]) for marker in markers if marker.filled)
+    assert filled == pytest.approx(sorted(over[row["name"]] for row in printed if row["agrees"]))
+    for marker, (low, high) in zip(markers, intervals, strict=True):
+        assert low <= marker.x[0] <= high
+        assert low * high == pytest.approx(marker.x[0] ** 2)
+    lines = {
+        (number, round(float(layer.y[0])))
+        for number, figure in enumerate(figures)
+        for layer in figure.layers
+        if isinstance(layer, Points)
+    }
+    assert {figures[number].y_names[place] for number, place in lines} == {
+        re.sub(r", CoR 0\.[89]$", "", row["what"]) for row in printed
+    }
+
+
 def test_figures_follow_the_text_that_names_them(paper: Document) -> None:
     before = ""
     for block in paper["blocks"]:
         if block["kind"] == "paragraph":
             before += block["text"]
-        if block["kind"] == "figure":
+        if block["kind"] == "figure" and not block["label"].startswith("Overview"):
             assert int(block["label"].split()[1]) in named(before), block["label"]
 
 
