@@ -29,6 +29,7 @@ from snooker_cli.figures.selection import (
 )
 from snooker_cli.formatting import counted
 from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.scene import Scene
 
 MOST_NAMED = 3  # points that a caption names
 
@@ -102,13 +103,8 @@ def _curve(build: FigureBuilder, point: Point, trend: Trend) -> tuple[Array, Arr
     What else was measured for a prediction changes it by a factor, which is drawn between points.
     """
     x, predicted = trend.x, trend.column("predicted")
-    whole = all(isinstance(row["parameters"][trend.key], int) for row in trend.rows)
-    grid = np.linspace(x[0], x[-1], FINE)
-    grid = np.union1d(np.round(grid) if whole else grid, x)
-    alone = not changing_with(build.points, trend.key)
-    if not alone or len(grid) * build.start(point).number > MOST_BALLS:
-        return x, predicted
-    values = {place: _at_start(point, trend, int(place) if whole else place) for place in grid}
+    grid = places_between(build, point, trend.key, x)
+    values = {place: _at_start(point, trend, place) for place in grid.tolist()}
     known = np.array([place for place in grid if math.isfinite(values[place])])
     factors = predicted / np.array([values[place] for place in x])
     if not np.isfinite(factors).all():
@@ -118,12 +114,31 @@ def _curve(build: FigureBuilder, point: Point, trend: Trend) -> tuple[Array, Arr
 
 def _at_start(point: Point, trend: Trend, place: float) -> float:
     """The theory of a trend at the start of a point with another value of the key, or nan."""
-    try:
-        scene = starting_scene(with_values(point.experiment, {trend.key: place}), 0)
-    except (ConfigError, SceneError):  # balls that overlap
-        return math.nan
-    value = value_of_start(scene, trend.quantity, trend.rows[0]["model"])
+    scene = start_with(point, trend.key, place)
+    model = trend.rows[0]["model"]
+    value = None if scene is None else value_of_start(scene, trend.quantity, model)
     return math.nan if value is None else value
+
+
+def places_between(build: FigureBuilder, point: Point, key: str, x: Array) -> Array:
+    """Values of a key from the first to the last of points at x, for a curve of theory.
+
+    They are only those of the points if other keys change with it, or if balls are too many.
+    """
+    grid = np.linspace(x[0], x[-1], FINE)
+    grid = np.union1d(np.round(grid) if isinstance(value_at(point, key), int) else grid, x)
+    too_many = len(grid) * build.start(point).number > MOST_BALLS
+    return x if changing_with(build.points, key) or too_many else grid
+
+
+def start_with(point: Point, key: str, place: float) -> Scene | None:
+    """A start of a point with another value of a key; ``None`` if its balls have no room."""
+    whole = isinstance(value_at(point, key), int)
+    try:
+        changed = with_values(point.experiment, {key: int(place) if whole else place})
+        return starting_scene(changed, 0)
+    except (ConfigError, SceneError):
+        return None
 
 
 def _left_out(build: FigureBuilder) -> str:
