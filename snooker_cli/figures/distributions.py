@@ -449,8 +449,8 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
     when += " T is that of each species." if mixed else ""
     if not all(map(elastic, build.points)):
         when += (
-            " T is that of the whole container: where places differ in T or in their flow, tails "
-            "are longer."
+            " T is that of all places together: where they differ in T or in their flow, tails are "
+            "longer."
         )
     return build.figure(f"{when} {FEW_WORDS * few}".rstrip(), panel_label="ln(density / law)")
 
