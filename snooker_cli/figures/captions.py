@@ -240,7 +240,8 @@ class FigureBuilder:
             return points
         number = " to ".join(map(str, sorted({min(used), max(used)})))
         noun = "repeat" if max(used) == 1 else "repeats, evenly chosen,"
-        return f"{points} The figure uses {number} {noun} of each point.".lstrip()
+        where = " of each point" * (shown > 1)
+        return f"{points} The figure uses {number} {noun}{where}.".lstrip()
 
     def _left_out(self) -> str:
         """A sentence on the repeats that the result of a mean course leaves out."""

@@ -446,12 +446,14 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
         Line(c, theory.maxwell_component_density(c), "Maxwell's law", NEUTRAL, "dashed")
     )
     when = "States of the second half of each repeat."
-    when += " T is that of each species." if mixed else ""
+    whose = "each species" if mixed else "the gas"
     if not all(map(elastic, build.points)):
         when += (
-            " T is that of all places together: where they differ in T or in their flow, tails are "
-            "longer."
+            f" T is that of {whose} at all places together: where these differ in T or in flow, "
+            "tails are longer."
         )
+    elif mixed:
+        when += f" T is that of {whose}."
     return build.figure(f"{when} {FEW_WORDS * few}".rstrip(), panel_label="ln(density / law)")
 
 

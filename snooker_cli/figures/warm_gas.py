@@ -38,6 +38,7 @@ from snooker_cli.figures.figure_data import (
     more_than_a_decade,
 )
 from snooker_cli.figures.selection import axis_label, swept_numbers, traits, value_at
+from snooker_cli.figures.sweeps import places_between, start_with
 from snooker_cli.formatting import with_error
 from snooker_cli.laws import Thermal
 from snooker_cli.scene import Scene
@@ -49,6 +50,7 @@ AT_WALL = np.array([0.85, 0.45, 0.05, -0.35])
 MOST_BALLS = 4_000_000  # balls times states of a point's profiles, which take a second or two
 CURVE = 100  # vertices of a curve of theory
 
+OF_TEMPERATURE = theories.WALLS, theories.BALANCE
 SWEPT = "wall_speed", "wall_temperature", "balls.count", "balls.radius", "cor"
 """The keys that the temperature is shown along; the first one that has several values."""
 
@@ -64,19 +66,21 @@ def stationary(build: FigureBuilder) -> FigureData:
             mean, error = mean_and_error(steady.gas(point).temperature)
             rows.append((mean, error))
             changes = point.index in steady.changing
-            models = theories.WALLS, theories.BALANCE
-            law = build.predicted(build.start(point), quantities.TEMPERATURE, *models)
+            law = build.predicted(build.start(point), quantities.TEMPERATURE, *OF_TEMPERATURE)
             expected.append(math.nan if law is None else law)
             measured = {"changing_temperature": mean} if changes else {"temperature": (mean, error)}
             build.record(point, **measured, theory=law)
         x = np.array([float(value_at(point, key)) for point in group])
         y, errors = np.array(rows).T
         if np.isfinite(expected).any():
-            build.lines.append(Line(x, np.array(expected), None, index, "dotted"))
+            places = places_between(build, group[0], key, x)
+            curve = [_temperature(start_with(group[0], key, place)) for place in places.tolist()]
+            build.lines.append(Line(places, np.array(curve), None, index, "dotted"))
         label = build.label(group[0], names) or "simulation"
         settled = np.array([point.index not in steady.changing for point in group])
         build.lines.append(Points(x[settled], y[settled], errors[settled], label, index))
-        build.add_residuals(index, x, y, errors, np.array(expected))
+        of_settled = (column[settled] for column in (x, y, errors, np.array(expected)))
+        build.add_residuals(index, *of_settled)
         if not settled.all():  # an error would say that this is the mean of a steady gas
             build.lines.append(Points(x[~settled], y[~settled], None, None, index, filled=False))
     caption = steady.text
@@ -94,6 +98,14 @@ def stationary(build: FigureBuilder) -> FigureData:
         x_label=axis_label(build.points[0], key),
         x_log=key == "wall_speed",
     )
+
+
+def _temperature(scene: Scene | None) -> float:
+    """The temperature by the first theory of a start, J; nan without one."""
+    if scene is None:
+        return math.nan
+    known = theories.values_of(scene, quantities.TEMPERATURE, *OF_TEMPERATURE)
+    return next(iter(known.values()), math.nan)
 
 
 def _profile(build: FigureBuilder, steady: CountedParts) -> Profile:
