@@ -48,6 +48,9 @@ MOST_NAMED = 3  # points that a sentence names
 LARGE_FACTOR = 2.0  # from this many times theory on, a factor says more than a percentage
 
 MAIN_QUANTITIES = tuple(quantity for quantity in QUANTITIES.values() if quantity.main_of)
+UNIFORM = "its theory is about a gas with one temperature"
+"""What a reader of PV/NT has to know where walls make the gas uneven."""
+
 RATIOS = (quantities.SPECIES_RATIO.name, quantities.SPIN_RATIO.name)
 CHECKS = (quantities.GIVEN, quantities.ENERGY_LEFT)
 """Quantities that a finding has only where they differ from theory."""
@@ -245,6 +248,7 @@ class Findings:
             if self._says_enough(row, rows):
                 relaxed = when * (row["quantity"] == quantities.RATIO.name)
                 known.append(result_and_theory(row).replace(" =", f"{relaxed} =", 1))
+        known += self._uneven(rows, self._kinds(label))
         known += self._differing_checks(label)
         known += self._stationary(label)
         about = laws[:1] if laws else rows[-1:]
@@ -282,6 +286,12 @@ class Findings:
         yield verdict(law)
         if law["model"] != "haff" or quantities.HAFF_RATE.name not in compared:
             yield f"{LAWS[law['model']].symbol} = {with_error(law['value'], law['error'], '1/s')}"
+
+    def _uneven(self, rows: Records, kinds: Sequence[str]) -> Iterator[str]:
+        """A remark on the theory of PV/NT in a gas that walls make uneven."""
+        is_ratio = (row["quantity"] == quantities.RATIO.name and has_theory(row) for row in rows)
+        if "uneven" in kinds and any(is_ratio):
+            yield UNIFORM
 
     def _clusters(self, label: str = "") -> Iterator[str]:
         """Where theory expects clusters: at a point, or at all points."""
@@ -339,6 +349,8 @@ class Findings:
         others = [quantity for quantity in (*MAIN_QUANTITIES, *CHECKS) if quantity not in ratios]
         parts = [*self._quantities_together(ratios), *self._changes_together()]
         parts += [*self._clusters(), *self._laws_together(), *self._quantities_together(others)]
+        kinds = [kind for label in self.labels for kind in self._kinds(label)]
+        parts += self._uneven(self._rows_of(quantities.RATIO), kinds)
         parts += self._stationary_together()
         haff = [row for row in self.fits if cools(row) and row["model"] == "haff"]
         return _sentence([*parts, *_reservations([*haff, *main_quantity_rows(self.compared)])])

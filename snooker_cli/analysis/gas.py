@@ -237,6 +237,20 @@ def cooling_spins(measurement: Measurement) -> Array:
     return np.stack(courses, axis=1)
 
 
+def late_spins(scene: Scene, collisions: float) -> float:
+    """T_rot/T_tr in the second half of the collisions of a ball, from a start by theory."""
+    surface = scene.surface
+    assert surface is not None
+    start = np.array([starting_temperature(scene), 2 * scene.spin_energy / scene.number])
+    each = np.linspace(0.0, collisions, LATE_PLACES)
+    values = scene.restitution, surface.tangential_cor, surface.inertia
+    both = two_temperatures.rough_temperatures(each, start, *values)
+    return float(late_ratio(each[np.newaxis], both[:, np.newaxis])[0])
+
+
+LATE_PLACES = 200  # places along the collisions of a ball, for a mean over them
+
+
 def late_ratio(collisions: Array, both: Array) -> Array:
     """T_rot/T_tr in the second half of the collisions; (*repeats*,).
 

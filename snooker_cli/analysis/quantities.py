@@ -253,6 +253,7 @@ DIFFUSION = Quantity(
     *("diffusion_coefficient", "curve"),
 )
 OF_FIGURES = (
+    Quantity("energy over that at the start", "E/E₀", "1", "energy", "energy_ratio", "curve"),
     Quantity("largest overlap", "δ", "m", "largest overlap", "largest_overlap", "curve"),
     Quantity(
         *("change of the momentum", "|Δp|/p", "1", "largest change of the momentum"),

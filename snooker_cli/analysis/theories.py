@@ -499,18 +499,22 @@ def value_of(scene: Scene, quantity: Quantity, model: str) -> float | None:
     return values_of(scene, quantity, model).get(model)
 
 
-def value_of_start(scene: Scene, quantity: Quantity, model: str) -> float | None:
+def value_of_start(scene: Scene, quantity: Quantity, model: str, collisions: float) -> float | None:
     """The value of a theory in the state of a start, without what was measured.
+
+    collisions : of a ball until the end
 
     ``None`` where it does not hold, or needs more than that.
     """
-    rates = {FINITE: gas_numbers.finite_haff_rate, START_RATES: gas_numbers.haff_rate}
     if theory_of(scene, quantity, model) is None:
         return None
+    rates = {FINITE: gas_numbers.finite_haff_rate, START_RATES: gas_numbers.haff_rate}
     if quantity == q.HAFF_RATE and model in rates:
         return rates[model](scene)
     if quantity == q.RATIO and model in (INFINITE, FINITE):
         return _disk_ratio(model)(scene).pressure
+    if quantity == q.SPIN_RATIO and facts.hold(scene, "cold"):
+        return gas_numbers.late_spins(scene, collisions)
     return None
 
 

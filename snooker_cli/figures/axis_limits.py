@@ -27,6 +27,7 @@ DECADE = 10.0
 """Factor beyond the data, up to which a logarithmic axis shows bars, bands and theories."""
 
 SPANS = 2.0  # the same for a linear axis, in spans of the data or in median bars
+MARGIN = 0.05  # margin of a logarithmic axis beyond the data, as a share of their decades
 
 
 class Outside(NamedTuple):
@@ -52,7 +53,8 @@ def reach(layers: Sequence[Layer], logarithmic: bool) -> tuple[float, float]:
         ends = np.concatenate([values, *_ends(layers)])
         ends = ends[np.isfinite(ends) & (ends > 0)]
         least, most = max(low / DECADE, float(ends.min())), min(high * DECADE, float(ends.max()))
-        return least / LOG_MARGIN, most * LOG_MARGIN
+        margin = (high / low) ** MARGIN
+        return min(least / LOG_MARGIN, low / margin), max(most * LOG_MARGIN, high * margin)
     bars = np.concatenate([np.empty(0), *_bars(layers)])
     bars = bars[np.isfinite(bars)]
     far = SPANS * max(high - low, float(np.median(bars)) if len(bars) else 0.0) or math.inf

@@ -240,7 +240,8 @@ class FigureBuilder:
             return points
         number = " to ".join(map(str, sorted({min(used), max(used)})))
         noun = "repeat" if max(used) == 1 else "repeats, evenly chosen,"
-        return f"{points} The figure uses {number} {noun} of each point.".lstrip()
+        where = " of each point" * (shown > 1)
+        return f"{points} The figure uses {number} {noun}{where}.".lstrip()
 
     def _left_out(self) -> str:
         """A sentence on the repeats that the result of a mean course leaves out."""
@@ -305,13 +306,16 @@ class FigureBuilder:
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.where(number > 1, deviation / np.sqrt(number), math.nan)
         # Where a repeat ends, a mean of few others may jump, which is no event of the gas.
-        jumps = (np.diff(number) < 0) & (np.abs(np.diff(mean)) > error[:-1] / 2)
-        mean = np.where(np.append(False, jumps), math.nan, mean)
-        self.lines.append(Line(x[:few], mean[:few], label, index, style))
-        if few < len(x):
-            self.lines.append(Line(x[few - 1 :], mean[few - 1 :], None, index, style, thin=True))
+        jumps = 1 + np.flatnonzero((np.diff(number) < 0) & (np.abs(np.diff(mean)) > error[:-1] / 2))
+        few += int(np.count_nonzero(jumps < few))
+        times = np.insert(x, jumps, x[jumps])
+        mean, error = (np.insert(column, jumps, math.nan) for column in (mean, error))
+        self.lines.append(Line(times[:few], mean[:few], label, index, style))
+        if few < len(times):
+            thin = times[few - 1 :], mean[few - 1 :]
+            self.lines.append(Line(*thin, None, index, style, thin=True))
         if len(rows) > 1:
-            self.bands.append(Band(x, mean - error, mean + error, None, index))
+            self.bands.append(Band(times, mean - error, mean + error, None, index))
             if style in ("series", "solid"):
                 self.singles.append(Repeats(x, rows, None, index))
         self.note_remaining(ends, float(x[-1]))

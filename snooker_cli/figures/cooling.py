@@ -156,6 +156,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
             name = None if several else f"α, {model}"
             y = curve if shared else curve / (1 - grid**2)
             build.lines.append(Line(grid, y, name, index, "solid"))
+            build.cite(quantities.HAFF_RATE, model)
             build.add_residuals(index, cors, alpha, error, expected)
             if len(build.groups) <= MOST_SENTENCES:
                 about = f"{build.label(points[0], names)}: " if several else ""
@@ -243,12 +244,15 @@ def _rate(source: bool) -> Callable[[Scene], float]:
 
 def _haff_constants(build: FigureBuilder, point: Point, scene: Scene, cors: Array) -> Array:
     """Haff's α of a point with these CoR by theory, from the state at the start; 1/s."""
-    follows, rates = point.experiment.wall_cor is None, []
-    for cor in cors.tolist():
-        law = Constant(cor)
-        gas = replace(scene, pair_law=law, wall_law=law if follows else scene.wall_law)
-        rates.append(_rate(build.source)(gas))
-    return np.array(rates)
+    rate = _rate(build.source)
+    return np.array([rate(with_cor(point, scene, cor)) for cor in cors.tolist()])
+
+
+def with_cor(point: Point, scene: Scene, cor: float) -> Scene:
+    """The start of a point with another CoR, which the wall follows if it has none of its own."""
+    law = Constant(cor)
+    wall_law = law if point.experiment.wall_cor is None else scene.wall_law
+    return replace(scene, pair_law=law, wall_law=wall_law)
 
 
 class _LocalDecay(NamedTuple):
@@ -313,6 +317,7 @@ def cooling(build: FigureBuilder) -> FigureData:
         record["alpha"] = decay.laws["fitted"][0], decay.alpha_error
         if "theory" in decay.laws:
             record["theory_alpha"] = decay.laws["theory"][0]
+            build.cite(quantities.HAFF_RATE, words["model"])
         build.add_residuals(index, x, decay.rates, decay.errors, means[common])
         first, *_, last = zip(decay.rates, decay.errors, strict=True)
         build.record(point, **record, first_rate=first, last_rate=last)

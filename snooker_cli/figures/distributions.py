@@ -179,31 +179,29 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             continue
         first = int(np.argmin(np.abs(edges - diameter)))
         beside, contact = rows[:, first : first + 2], None
-        named = {layer.label for layer in build.lines if isinstance(layer, Points)}
         if beside.shape[1] == 2:  # on a straight line through two bins
             contact = mean_and_error(beside @ (1.5, -0.5))
-            name = None if EXTRAPOLATED in named else EXTRAPOLATED
             value, error = (np.array([number]) for number in contact)
-            build.lines.append(Points(np.ones(1), value, error, name, index))
+            build.lines.append(Points(np.ones(1), value, error, None, index))
         expected = build.predicted(scene, quantities.CONTACT, theories.CHI)
         if expected is not None:
-            name = None if CONTACT_VALUE in named else CONTACT_VALUE
-            marker = Points(np.ones(1), np.array([expected]), None, name, index, filled=False)
-            build.lines.append(marker)
+            value = np.array([expected])
+            build.lines.append(Points(np.ones(1), value, None, None, index, filled=False))
         build.record(point, contact=contact, theory=expected)
     kinds = set(map(elastic, build.points))
     when = "Mean over the second half" if True in kinds else "The last state"
     if len(kinds) > 1:
         when = "Elastic points: mean over the second half; others: the last state"
     caption = f"{when} of each repeat."
-    if any(isinstance(layer, Points) for layer in build.lines):
+    markers, empty = [layer for layer in build.lines if isinstance(layer, Points)], np.empty(0)
+    for filled, name in ((True, "g(σ⁺)"), (False, theories.CHI)):
+        if any(marker.filled is filled for marker in markers):
+            build.lines.append(Points(empty, empty, None, name, NEUTRAL, filled))
+    if markers:
         caption += " g(σ⁺) is from a straight line through the two bins beside contact."
     equal = all(build.start(point).equal_balls for point in build.points)
     x_label = f"distance / {'' if equal else 'mean '}diameter"
     return build.figure(caption, x_label=x_label, x_limits=(CLOSEST * nearest, None))
-
-
-EXTRAPOLATED, CONTACT_VALUE = "g(σ⁺)", theories.CHI
 
 
 def _second_half(
@@ -448,12 +446,14 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
         Line(c, theory.maxwell_component_density(c), "Maxwell's law", NEUTRAL, "dashed")
     )
     when = "States of the second half of each repeat."
-    when += " T is that of each species." if mixed else ""
+    whose = "each species" if mixed else "the gas"
     if not all(map(elastic, build.points)):
         when += (
-            " T is that of the whole container: where places differ in T or in their flow, tails "
-            "are longer."
+            f" T is that of {whose} in the whole container: where places differ in T or in their "
+            "flow, tails are longer."
         )
+    elif mixed:
+        when += f" T is that of {whose}."
     return build.figure(f"{when} {FEW_WORDS * few}".rstrip(), panel_label="ln(density / law)")
 
 

@@ -102,9 +102,11 @@ def _expected(build: FigureBuilder, measurement: Measurement, counts: Array) -> 
         free, above = _left_by_counts(measurement, counts)
         shares = floors(measurement)[:, np.newaxis]
         known["theory"] = free
+        build.cite(quantities.ENERGY_LEFT, theories.BY_COUNT)
         if np.isfinite(shares).all():
             known["theory_above_floor"] = shares + (1 - shares) * above
     elif theories.theory_of(scene, quantities.SPIN_RATIO, two_temperatures.MEAN_FIELD):
+        build.cite(quantities.SPIN_RATIO, two_temperatures.MEAN_FIELD)
         known["mean_field"] = _at_counts(measurement, counts, _rough_energies(measurement))
     return {name: mean_of_remaining(rows)[0] for name, rows in known.items()}
 

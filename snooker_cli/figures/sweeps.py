@@ -1,11 +1,14 @@
 """The main result of a run against a swept key, beside theory."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from snooker_cli.analysis.comparison import comparisons_of
 from snooker_cli.analysis.decay import decays_of
+from snooker_cli.analysis.measurement import Measurement
+from snooker_cli.analysis.observables import collisions_per_ball
 from snooker_cli.analysis.theories import value_of_start
 from snooker_cli.analysis.trend import Trend, trend_of
 from snooker_cli.config import ConfigError, Point, unit_of, with_values
@@ -35,7 +38,7 @@ MOST_NAMED = 3  # points that a caption names
 
 
 def against_key(build: FigureBuilder) -> FigureData:
-    """The main result of each point against the swept key, with theory at the same points."""
+    """The main result of each point against the swept key, with theory also between the points."""
     names, longest = [group[0] for group in build.groups], max(build.groups, key=len)
     key = swept_numbers(longest)[0]  # of a series only this one changes, and what changes with it
     key_unit = unit_of(build.points[0].experiment, key)
@@ -54,7 +57,8 @@ def against_key(build: FigureBuilder) -> FigureData:
             build.lines.append(Points(x, y, error, label, index))
             if trend.theory:
                 expected = trend.column("predicted")
-                build.lines.append(Line(*_curve(build, group[0], trend), None, index, "dashed"))
+                build.cite(trend.quantity, trend.rows[0]["model"])
+                build.lines.append(Line(*_curve(build, group, trend), None, index, "dashed"))
                 build.add_residuals(index, x, y, trend.column("difference_error"), expected)
             for row in trend.rows:
                 (point,) = (p for p in group if p.as_json() == row["parameters"])
@@ -97,26 +101,36 @@ FINE = 100  # places of a curve of theory
 MOST_BALLS = 100_000  # balls that are placed for a curve
 
 
-def _curve(build: FigureBuilder, point: Point, trend: Trend) -> tuple[Array, Array]:
+def _curve(build: FigureBuilder, points: Sequence[Point], trend: Trend) -> tuple[Array, Array]:
     """Places and values of the theory of a trend, between its points too where the start has it.
 
     What else was measured for a prediction changes it by a factor, which is drawn between points.
     """
     x, predicted = trend.x, trend.column("predicted")
-    grid = places_between(build, point, trend.key, x)
-    values = {place: _at_start(point, trend, place) for place in grid.tolist()}
-    known = np.array([place for place in grid if math.isfinite(values[place])])
-    factors = predicted / np.array([values[place] for place in x])
+    grid = places_between(build, points[0], trend.key, x)
+    known = [point for point in points if float(value_at(point, trend.key)) in x]
+    each = [_collisions(build.measurement(point)) for point in known]
+    pairs = zip(grid.tolist(), np.interp(grid, x, each), strict=True)
+    values = np.array([_at_start(points[0], trend, place, until) for place, until in pairs])
+    factors = predicted / values[np.isin(grid, x)]
     if not np.isfinite(factors).all():
         return x, predicted
-    return known, np.array([values[place] for place in known]) * np.interp(known, x, factors)
+    finite = np.isfinite(values)
+    return grid[finite], values[finite] * np.interp(grid[finite], x, factors)
 
 
-def _at_start(point: Point, trend: Trend, place: float) -> float:
+def _collisions(measurement: Measurement) -> float:
+    """The mean number of collisions of a ball with others."""
+    pairs = measurement.curve.pair_events[:, -1]
+    return float(collisions_per_ball(pairs, measurement.scene.number).mean())
+
+
+def _at_start(point: Point, trend: Trend, place: float, collisions: float) -> float:
     """The theory of a trend at the start of a point with another value of the key, or nan."""
     scene = start_with(point, trend.key, place)
-    model = trend.rows[0]["model"]
-    value = None if scene is None else value_of_start(scene, trend.quantity, model)
+    if scene is None:
+        return math.nan
+    value = value_of_start(scene, trend.quantity, trend.rows[0]["model"], collisions)
     return math.nan if value is None else value
 
 

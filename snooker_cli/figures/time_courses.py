@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from snooker_cli.config import Point
 from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.cooling import with_cor
 from snooker_cli.figures.counted_parts import CountedParts, measured
 from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_data import (
@@ -41,7 +41,6 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import elastic, gas_type_of, varying
 from snooker_cli.formatting import short
-from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 from snooker_cli.trace import even_choice
 
@@ -218,7 +217,7 @@ def a2(build: FigureBuilder) -> FigureData:
         return _a2_against_cor(build)
     for point, scene, collisions, rows in _a2(build):
         names = [None] if scene.equal_balls else structure.species_names(scene)
-        expected = None if build.too_thin(scene) else _sonine(scene)
+        expected = None if build.too_thin(scene) else build.predicted(scene, *SONINE)
         for column, name in zip(np.moveaxis(rows, 2, 0), names, strict=True):
             if not np.isfinite(column).any():
                 continue
@@ -228,49 +227,43 @@ def a2(build: FigureBuilder) -> FigureData:
                 flat = np.array([expected, expected])
                 build.lines.append(Line(collisions[[0, -1]], flat, None, index, "dotted"))
             build.record(point, species=name, second_half=_second_half(kept), theory=expected)
-    known = any(record["theory"] is not None for record in build.records)
-    if known:
+    if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line("theory", "dotted"))
-    return build.figure(SONINE_THEORY * known)
+    return build.figure()
 
 
 NEARLY_ELASTIC = 0.999  # the theory at CoR 1 is another one
-SONINE_THEORY = "Theory: homogeneous cooling (van Noije & Ernst 1998); at CoR 1 about −1/N."
+SONINE = quantities.SONINE, theories.FIXED, theories.COOLING
+"""a2 and its theories, the first of which is that of elastic balls."""
 
 
 def _a2_against_cor(build: FigureBuilder) -> FigureData:
     """a2 in the second half of the collisions of each point, with theory, and their difference."""
     means = []
-    for index, (point, _, collisions, rows) in enumerate(_a2(build)):
+    for index, (point, start, collisions, rows) in enumerate(_a2(build)):
         _, kept = build.lasting(index, collisions, rows[..., 0])
         means.append(_second_half(kept))
-        build.record(point, second_half=means[-1], theory=_sonine(build.start(point)))
+        build.record(point, second_half=means[-1], theory=build.predicted(start, *SONINE))
     cors, (mean, error) = np.array([p.experiment.cor for p in build.points]), np.transpose(means)
     order = np.argsort(cors)
     cors, mean, error = cors[order], mean[order], error[order]
     build.groups = [[build.points[place] for place in order]]
-    grid = np.linspace(cors[0], min(cors[-1], NEARLY_ELASTIC), 100)
-    scene = build.start(build.points[0])
-    laws = [replace(scene, pair_law=Constant(float(cor))) for cor in (*grid, *cors)]
-    expected = np.array([math.nan if (a2 := _sonine(law)) is None else a2 for law in laws])
+    grid, first = np.linspace(cors[0], min(cors[-1], NEARLY_ELASTIC), 100), build.groups[0][0]
+    scene = build.start(first)
+    known = [theories.values_of(with_cor(first, scene, float(e)), *SONINE) for e in grid]
+    curve = np.array([next(iter(values.values()), math.nan) for values in known])
     build.lines.append(Points(cors, mean, error, "simulation", 0))
     difference: list[Layer] = []
-    if np.isfinite(expected).any():
-        build.lines.append(Line(grid, expected[: len(grid)], "theory", 0, "solid"))
-        difference += [Reference("y", 0.0), Points(cors, mean - expected[len(grid) :], error)]
+    if np.isfinite(curve).any():
+        build.lines.append(Line(grid, curve, "theory", 0, "solid"))
+        expected = np.array([build.records[place]["theory"] for place in order], float)
+        difference += [Reference("y", 0.0), Points(cors, mean - expected, error)]
     return build.figure(
-        SONINE_THEORY * bool(difference),
         title="Second Sonine coefficient: a₂ against the CoR",
         x_label="coefficient of restitution e",
         x_limits=(None, None),
         panels=(Panel(tuple(difference), "a₂ − theory"),) if difference else (),
     )
-
-
-def _sonine(scene: Scene) -> float | None:
-    """a2 by the theory of a scene, if it has one."""
-    known = theories.values_of(scene, quantities.SONINE, theories.FIXED, theories.COOLING)
-    return next(iter(known.values()), None)
 
 
 def _second_half(rows: Array) -> tuple[float, float]:
@@ -361,8 +354,7 @@ def rotation(build: FigureBuilder) -> FigureData:
         build.record(point, final_ratio=mean_and_error(kept[:, -1]), theory=final)
     caption = "Panel of temperatures: T_tr solid, T_rot dashed."
     if known:
-        build.lines.append(legend_line(f"theory, {two_temperatures.MEAN_FIELD}", "dotted"))
-        caption += " Theory: velocities and spins are independent (Luding et al. 1998)."
+        build.lines.append(legend_line(f"theory, {build.cite(*spins)}", "dotted"))
     return build.figure(caption, panels=(Panel(tuple(decay), "T / T_tr(0)", log=True),))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from snooker_cli.analysis.findings import Findings, distance, few_repeats, main_result
+from snooker_cli.analysis.findings import UNIFORM, Findings, distance, few_repeats, main_result
 from snooker_cli.analysis.goodness import ENOUGH_REPEATS
 from snooker_cli.formatting import point_label
 
@@ -133,6 +133,20 @@ def test_clusters_that_theory_expects_are_named() -> None:
         "Theory expects vortices and then clusters at 1 of 2 points (cor=0.9) (L/L_c = 2.1); PV/NT"
     )
     assert both.verdict == "theory expects clusters"
+
+
+def test_theory_of_one_temperature_is_named_where_walls_differ() -> None:
+    stationary = {"found": True, "sentence": "not refused as stationary from 2 s on"}
+    uneven = state(0.8, "warm", "uneven", stationary=stationary)
+    assert f"; {UNIFORM}; the gas is not refused" in at([], [ratio()], uneven)
+    assert UNIFORM in Findings([], [ratio(), ratio(0.9)], [uneven]).overview
+    even = state(0.8, "warm", stationary=stationary)
+    assert (
+        UNIFORM
+        not in at([], [ratio()], even) + Findings([], [ratio(), ratio(0.9)], [even]).overview
+    )
+    ideal = compared_row("PV/NT", "ideal gas law", 0.5, 60.0)
+    assert UNIFORM not in at([], [ideal], uneven)
 
 
 def test_the_verdict_has_no_numbers() -> None:

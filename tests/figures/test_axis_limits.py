@@ -78,10 +78,16 @@ def test_residuals_are_logarithms_of_ratios(decaying: Run) -> None:
     assert f"is a factor of (2.000 ± 0.010) × 10³¹ {errors}." in figure.caption
 
 
+def test_markers_of_many_decades_are_no_part_of_the_axis() -> None:
+    low, high = reach([Points(np.arange(3.0), np.array([1e-14, 1e-7, 1.0]))], logarithmic=True)
+    assert low < 0.5e-14
+    assert high > 2.0
+
+
 def test_values_above_the_axis_are_named(decaying: Run) -> None:
     """The first hits give a mean pressure that is many times the settled one."""
     found = shown(decaying, "pressure-since-start")
-    top = max(float(line.y.max()) for line in found.layers if isinstance(line, Line))
+    top = max(float(np.nanmax(line.y)) for line in found.layers if isinstance(line, Line))
     limit = found.y_limits[1]
     assert limit is not None
     assert top > limit

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +12,11 @@ import pytest
 from figure_runs import BASE, BOX, DECAYING, layers, made, shown, traces, why_not
 from repeating import batches_of, file_of, run_of
 
+from snooker_cli.analysis import quantities, theories
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Points, Selection, registry, selected
-from snooker_cli.figures.caption_text import unfinished
+from snooker_cli.figures.caption_text import Caption, unfinished
 from snooker_cli.figures.selection import along, as_series, evenly, matching, value_at
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
@@ -39,6 +42,25 @@ def test_captions_describe_the_scene_and_its_repeats(decaying: Run, tmp_path: Pa
     run = made(tmp_path / "mixture", mixture, "sweep={}", "collisions=50", text=BOX)
     caption = shown(run, "energy").caption
     assert "Scene: N = 13 of several species, box, width 20 m, height 14 m, CoR 0.9" in caption
+
+
+def test_a_caption_says_what_y_is_then_the_result_the_theory_and_the_scene() -> None:
+    parts = Caption(["Y."], ["α = 1 1/s.", ""], ["Theory."], ["Bold."], ["Scene."])
+    assert parts.text == "Y. α = 1 s⁻¹. Theory. Bold. Scene."
+
+
+def test_captions_cite_theories_from_their_table(periodic: Run) -> None:
+    found = shown(periodic, "pair-correlation", cor=1.0).caption
+    source = theories.source_of(quantities.CONTACT, theories.CHI)
+    assert source in found
+    assert found.index("Pair correlation at contact") < found.index(source)
+    assert found.index(source) < found.index("Bold: ") < found.index("Scene: ")
+    for path in files("snooker_cli.figures").iterdir():
+        if path.name.endswith(".py"):  # a method has no entry in the table
+            by_hand = re.findall(
+                r"[^.]*\((?:[A-Z][^()]* )?(?:19|20)\d\d\)", path.read_text("utf-8")
+            )
+            assert not any("theory" in text.lower() for text in by_hand), path.name
 
 
 def test_captions_count_what_ended_early(tmp_path: Path) -> None:

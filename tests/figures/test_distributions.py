@@ -157,10 +157,11 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: Run) -> None:
     assert record["theory"] == pytest.approx(theory.contact_value(state.bulk_packing), rel=1e-5)
     # Pairs of a bin at contact in the 3 × 40 states; those of a repeat are not independent.
     assert abs(record["contact"] - record["theory"]) < 0.3
-    (line,), (measured, marker) = (layers(found, kind) for kind in (Line, Points))
+    (line,), (measured, marker, *named) = (layers(found, kind) for kind in (Line, Points))
     assert (measured.x.tolist(), measured.y.tolist()) == ([1.0], [record["contact"]])
     assert measured.y_error.tolist() == [record["contact_error"]]
-    assert (measured.label, measured.filled, marker.filled) == ("g(σ⁺)", True, False)
+    assert (measured.filled, marker.filled) == (True, False)
+    assert [entry.label for entry in named] == ["g(σ⁺)", "contact value χ"]
     assert found.x_limits == (0.9, None)
     assert np.all(line.y[line.x < 0.99] == 0)
     assert abs(np.mean(line.y[line.x > 4]) - 1) < 0.05

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from figure_runs import ADRIFT, ROUGH, STORED, check_caption, made, shown
 
+from snooker_cli.analysis.findings import result_and_theory
 from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.figures.declared_result import Result, deviation_sentence, with_units_of_axes
 from snooker_cli.figures.figure_data import Points
@@ -93,6 +94,18 @@ def test_a_deviation_counts_errors_of_its_logarithm_where_those_are_others() -> 
     assert sentence(0.315, 0.088) == far
     assert sentence(-0.965, 0.113).endswith("0.381 ± 0.043 (8.5 errors of its logarithm).")
     assert sentence(0.315, 0.0) == "The deviation from theory is 37.03 %."
+
+
+@pytest.mark.parametrize("repeats", [2, 3])
+def test_two_repeats_count_no_errors_in_captions_and_findings(repeats: int) -> None:
+    """One rule, in the same words."""
+    residual = Points(np.ones(1), np.array([0.1]), np.array([0.01]))
+    row = {"quantity": "PV/NT", "model": "Enskog", "measured": 1.1, "predicted": 1.0}
+    row |= {"error": 0.01, "difference": 0.1, "difference_error": 0.01, "repeats": repeats}
+    row |= {"difference_in_errors": 10.0}
+    for text in (deviation_sentence([residual], {}, repeats), result_and_theory(row)):
+        assert ("(too few repeats for a test)" in text) == (repeats == 2), text
+        assert (" errors" in text) == (repeats == 3), text
 
 
 def test_captions_name_the_part_of_the_repeats_that_a_pressure_is_from(

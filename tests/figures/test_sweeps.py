@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import BASE, layers, made, shown, why_not
+from figure_runs import BASE, ROUGH, layers, made, shown, why_not
 from matplotlib.colors import to_rgb
 
 import snooker_cli as snooker
-from snooker_cli.analysis.gas import finite_haff_rate
+from snooker_cli.analysis.gas import finite_haff_rate, late_spins
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
@@ -191,6 +192,24 @@ def test_the_main_result_along_any_number(tmp_path: Path) -> None:
     assert "α rises from" in found.caption
     with pytest.raises(FigureError, match="sweep a key"):
         shown(run, "swept-key", balls__radius=1.0)
+
+
+def test_theory_of_spins_is_drawn_between_the_points(tmp_path: Path) -> None:
+    """Its course up to as many collisions of a ball, also where no point is."""
+    run = made(tmp_path / "R", "tangential_cor=-0.9,0.5", "repeats=2", text=ROUGH)
+    (line,) = (line for line in layers(shown(run, "swept-key"), Line) if len(line.x))
+    assert len(line.x) == 100
+    scene = starting_scene(parse(ROUGH).points()[0].experiment, 0)
+    surface = scene.surface
+    assert surface is not None
+    expected = [
+        late_spins(replace(scene, surface=surface._replace(tangential_cor=float(x))), 40.0)
+        for x in line.x
+    ]
+    # What was measured at the two points changes it by a factor, straight between them.
+    factor = line.y / expected
+    assert factor == pytest.approx(np.linspace(factor[0], factor[-1], 100), rel=1e-9)
+    assert factor == pytest.approx(np.ones(100), abs=0.1)
 
 
 def test_a_key_that_another_figure_has_is_left_to_it(tmp_path: Path) -> None:
