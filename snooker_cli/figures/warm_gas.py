@@ -281,13 +281,12 @@ def _jumps(gas: Gas, through: Array) -> dict[str, Any]:
 
 def _jump_sentence(jumps: Mapping[str, Any], sides: Sequence[str]) -> str:
     """A sentence on the jumps of temperature; empty without a thermal wall."""
-    found = [
-        f"{with_error(*jumps[f'jump_{side}'], 'J')} at the {name} wall "
-        f"(by Maxwell {short(jumps[f'jump_theory_{side}'])} J)"
-        for side, name in enumerate(sides)
-        if f"jump_{side}" in jumps
-    ]
-    return f" The wall less the gas beside it is {listed(found)}." if found else ""
+    found = []
+    for side, name in enumerate(sides):
+        if f"jump_{side}" in jumps:
+            (value, error), law = jumps[f"jump_{side}"], short(jumps[f"jump_theory_{side}"])
+            found.append(f"{with_error(value, error, 'J')} at the {name} wall (Maxwell: {law} J)")
+    return f" The wall is warmer than the gas beside it by {listed(found)}." if found else ""
 
 
 def equation_of_state(build: FigureBuilder) -> FigureData:
