@@ -26,7 +26,7 @@ from snooker_cli.figures.figure_data import (
     mean_of_remaining,
 )
 from snooker_cli.figures.selection import gas_type_of
-from snooker_cli.formatting import short
+from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import Scene
 
 IDEAL = "ideal gas"
@@ -36,7 +36,6 @@ COURSE = 10  # windows of a course
 CURVE = 120  # vertices of a curve of theory
 SAME = 1e-9  # packings or temperatures are the same within this share
 FEWEST_PACKINGS = 3  # to which one b is fitted
-FITTED = "excluded_disks", "excluded_disks_error", "attraction", "attraction_error"
 
 
 class _GasState(NamedTuple):
@@ -172,18 +171,21 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
             excluded_disks=(excluded[k], excluded_errors[k]),
             theory=expected[k],
         )
-    numbers: dict[str, float] = {}
+    a, a_error = attraction(densities, temperatures, ratios, errors)
+    numbers = {"attraction": a, "attraction_error": a_error}
     caption = parts.text + " With walls, b has the strip that no centre reaches." * walls
-    if len({float(f"{value:.9g}") for value in packing}) >= FEWEST_PACKINGS:
-        b, b_error = (value / disk for value in excluded_area(densities, ratios, errors))
-        residuals = (ratios - 1 / (1 - b * packing)) / errors
-        # The points may differ from the law by more than their errors.
-        b_error *= max(1.0, math.sqrt(np.sum(residuals**2) / (len(states) - 1)))
-        a, a_error = attraction(densities, temperatures, ratios, errors)
-        numbers = dict(zip(FITTED, (b, b_error, a, a_error), strict=True))
-        build.lines.insert(1, Reference("y", b, f"b = {short(b)}, fitted to all", "dashdot"))
-    else:
-        caption += f" Fewer than {FEWEST_PACKINGS} packings fit no b."
+    if math.isfinite(a):
+        caption += f" The attraction is a = {with_error(a, a_error, 'J m²')}."
+    if len({float(f"{value:.9g}") for value in packing}) < FEWEST_PACKINGS:
+        return build.figure(
+            f"{caption} Fewer than {FEWEST_PACKINGS} packings fit no b.".lstrip(), numbers=numbers
+        )
+    b, b_error = (value / disk for value in excluded_area(densities, ratios, errors))
+    residuals = (ratios - 1 / (1 - b * packing)) / errors
+    # The points may differ from the law by more than their errors.
+    b_error *= max(1.0, math.sqrt(np.sum(residuals**2) / (len(states) - 1)))
+    build.lines.insert(1, Reference("y", b, f"b = {short(b)}, fitted to all", "dashdot"))
+    numbers |= {"excluded_disks": b, "excluded_disks_error": b_error}
     return build.figure(caption, numbers=numbers)
 
 

@@ -32,6 +32,7 @@ from snooker_cli.figures.selection import (
 )
 from snooker_cli.formatting import counted
 from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.scene import Scene
 
 MOST_NAMED = 3  # points that a caption names
 
@@ -106,21 +107,11 @@ def _curve(build: FigureBuilder, points: Sequence[Point], trend: Trend) -> tuple
     What else was measured for a prediction changes it by a factor, which is drawn between points.
     """
     x, predicted = trend.x, trend.column("predicted")
-    whole = all(isinstance(row["parameters"][trend.key], int) for row in trend.rows)
-    grid = np.linspace(x[0], x[-1], FINE)
-    grid = np.union1d(np.round(grid) if whole else grid, x)
-    number = build.start(points[0]).number
-    if changing_with(build.points, trend.key) or len(grid) * number > MOST_BALLS:
-        return x, predicted
+    grid = places_between(build, points[0], trend.key, x)
     known = [point for point in points if float(value_at(point, trend.key)) in x]
     each = [_collisions(build.measurement(point)) for point in known]
-    collisions = np.interp(grid, x, each)
-    values = np.array(
-        [
-            _at_start(points[0], trend, int(place) if whole else float(place), until)
-            for place, until in zip(grid, collisions, strict=True)
-        ]
-    )
+    pairs = zip(grid.tolist(), np.interp(grid, x, each), strict=True)
+    values = np.array([_at_start(points[0], trend, place, until) for place, until in pairs])
     factors = predicted / values[np.isin(grid, x)]
     if not np.isfinite(factors).all():
         return x, predicted
@@ -136,12 +127,32 @@ def _collisions(measurement: Measurement) -> float:
 
 def _at_start(point: Point, trend: Trend, place: float, collisions: float) -> float:
     """The theory of a trend at the start of a point with another value of the key, or nan."""
-    try:
-        scene = starting_scene(with_values(point.experiment, {trend.key: place}), 0)
-    except (ConfigError, SceneError):  # balls that overlap
+    scene = start_with(point, trend.key, place)
+    if scene is None:
         return math.nan
     value = value_of_start(scene, trend.quantity, trend.rows[0]["model"], collisions)
     return math.nan if value is None else value
+
+
+def places_between(build: FigureBuilder, point: Point, key: str, x: Array) -> Array:
+    """Values of a key from the first to the last of points at x, for a curve of theory.
+
+    They are only those of the points if other keys change with it, or if balls are too many.
+    """
+    grid = np.linspace(x[0], x[-1], FINE)
+    grid = np.union1d(np.round(grid) if isinstance(value_at(point, key), int) else grid, x)
+    too_many = len(grid) * build.start(point).number > MOST_BALLS
+    return x if changing_with(build.points, key) or too_many else grid
+
+
+def start_with(point: Point, key: str, place: float) -> Scene | None:
+    """A start of a point with another value of a key; ``None`` if its balls have no room."""
+    whole = isinstance(value_at(point, key), int)
+    try:
+        changed = with_values(point.experiment, {key: int(place) if whole else place})
+        return starting_scene(changed, 0)
+    except (ConfigError, SceneError):
+        return None
 
 
 def _left_out(build: FigureBuilder) -> str:

@@ -1,7 +1,7 @@
 """Gases whose walls give energy: temperature, profiles, balance of energy, heat, pressure."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -38,7 +38,8 @@ from snooker_cli.figures.figure_data import (
     more_than_a_decade,
 )
 from snooker_cli.figures.selection import axis_label, swept_numbers, traits, value_at
-from snooker_cli.formatting import with_error
+from snooker_cli.figures.sweeps import places_between, start_with
+from snooker_cli.formatting import listed, short, with_error
 from snooker_cli.laws import Thermal
 from snooker_cli.scene import Scene
 
@@ -49,6 +50,7 @@ AT_WALL = np.array([0.85, 0.45, 0.05, -0.35])
 MOST_BALLS = 4_000_000  # balls times states of a point's profiles, which take a second or two
 CURVE = 100  # vertices of a curve of theory
 
+OF_TEMPERATURE = theories.WALLS, theories.BALANCE
 SWEPT = "wall_speed", "wall_temperature", "balls.count", "balls.radius", "cor"
 """The keys that the temperature is shown along; the first one that has several values."""
 
@@ -64,19 +66,21 @@ def stationary(build: FigureBuilder) -> FigureData:
             mean, error = mean_and_error(steady.gas(point).temperature)
             rows.append((mean, error))
             changes = point.index in steady.changing
-            models = theories.WALLS, theories.BALANCE
-            law = build.predicted(build.start(point), quantities.TEMPERATURE, *models)
+            law = build.predicted(build.start(point), quantities.TEMPERATURE, *OF_TEMPERATURE)
             expected.append(math.nan if law is None else law)
             measured = {"changing_temperature": mean} if changes else {"temperature": (mean, error)}
             build.record(point, **measured, theory=law)
         x = np.array([float(value_at(point, key)) for point in group])
         y, errors = np.array(rows).T
         if np.isfinite(expected).any():
-            build.lines.append(Line(x, np.array(expected), None, index, "dotted"))
+            places = places_between(build, group[0], key, x)
+            curve = [_temperature(start_with(group[0], key, place)) for place in places.tolist()]
+            build.lines.append(Line(places, np.array(curve), None, index, "dotted"))
         label = build.label(group[0], names) or "simulation"
         settled = np.array([point.index not in steady.changing for point in group])
         build.lines.append(Points(x[settled], y[settled], errors[settled], label, index))
-        build.add_residuals(index, x, y, errors, np.array(expected))
+        of_settled = (column[settled] for column in (x, y, errors, np.array(expected)))
+        build.add_residuals(index, *of_settled)
         if not settled.all():  # an error would say that this is the mean of a steady gas
             build.lines.append(Points(x[~settled], y[~settled], None, None, index, filled=False))
     caption = steady.text
@@ -94,6 +98,14 @@ def stationary(build: FigureBuilder) -> FigureData:
         x_label=axis_label(build.points[0], key),
         x_log=key == "wall_speed",
     )
+
+
+def _temperature(scene: Scene | None) -> float:
+    """The temperature by the first theory of a start, J; nan without one."""
+    if scene is None:
+        return math.nan
+    known = theories.values_of(scene, quantities.TEMPERATURE, *OF_TEMPERATURE)
+    return next(iter(known.values()), math.nan)
 
 
 def _profile(build: FigureBuilder, steady: CountedParts) -> Profile:
@@ -184,10 +196,10 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         curve, edges = measurement.curve, window_edges(measurement.curve.time)
         given = gains(edges, curve.time, curve.wall_energy) / np.diff(edges)
         # Without losses only rounding is left.
-        taken = gains(edges, curve.time, curve.lost_energy) / np.diff(edges) * lossy
+        lost = gains(edges, curve.time, curve.lost_energy) / np.diff(edges) * lossy
         build.add_means(index, build.label(point), middles(edges), given, "solid")
-        build.add_means(index, None, middles(edges), taken, "dashed")
-        shares += mean_layers(middles(edges), (given - taken) / given.mean(axis=0), index)
+        build.add_means(index, None, middles(edges), lost, "dashed")
+        shares += mean_layers(middles(edges), (given - lost) / given.mean(axis=0), index)
         given_rate = mean_and_error(part.wall_energy / part.length)
         taken_rate = mean_and_error(part.lost_energy * lossy / part.length)
         rest = mean_and_error((part.wall_energy - part.lost_energy * lossy) / part.length)
@@ -196,8 +208,9 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         legend_line("walls give", "solid"),
         legend_line("collisions take", "dashed"),
     ]
+    taken = f"Collisions take {with_error(*taken_rate, 'W')}." * (len(build.points) == 1)
     return build.figure(
-        steady.text,
+        f"{taken} {steady.text}".lstrip(),
         logarithmic=build.covers_decades,
         panel=(Reference("y", 0.0), *shares),
     )
@@ -233,12 +246,14 @@ def heat_flux(build: FigureBuilder) -> FigureData:
             over, mean = flux[0] / middle[0], local.mean(axis=0)
             ratio = over, math.hypot(flux[1], over * middle[1]) / abs(middle[0])
             numbers |= {"over_enskog": ratio}
+            caption += f" The flux is {with_error(*ratio)} times Enskog's."
             # To first order, as the mean of ratios would be too large.
             ratios = mean_layers(places, flux[0] / mean * (2 - local / mean))
             panels.append(Panel((Reference("y", 1.0), *ratios), "flux / Enskog's"))
         else:
             caption += " κ is that of elastic balls."
-        numbers |= _jumps(gas, through)
+        numbers |= (jumps := _jumps(gas, through))
+        caption += _jump_sentence(jumps, sides)
     at_walls = np.array([*walls_at_ends(scene)]), through.mean(axis=0), standard_errors(through)
     build.lines.append(Points(*at_walls, "through the walls", 1))
     build.record(point, **numbers)
@@ -262,6 +277,16 @@ def _jumps(gas: Gas, through: Array) -> dict[str, Any]:
             jump = mean_and_error(law.temperature - warm @ AT_WALL)
             found |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
     return found
+
+
+def _jump_sentence(jumps: Mapping[str, Any], sides: Sequence[str]) -> str:
+    """A sentence on the jumps of temperature; empty without a thermal wall."""
+    found = []
+    for side, name in enumerate(sides):
+        if f"jump_{side}" in jumps:
+            (value, error), law = jumps[f"jump_{side}"], short(jumps[f"jump_theory_{side}"])
+            found.append(f"{with_error(value, error, 'J')} at the {name} wall (Maxwell: {law} J)")
+    return f" The wall is warmer than the gas beside it by {listed(found)}." if found else ""
 
 
 def equation_of_state(build: FigureBuilder) -> FigureData:

@@ -146,6 +146,12 @@ def test_temperature_and_pressure_in_the_steady_state(driven: Run) -> None:
         # By the virial theorem, but for what Σ m x·v changes over the time.
         at_wall, errors = other["virial"] * 10 / (10 - radius), 4 * other["wall_error"]
         assert other["wall"] == pytest.approx(at_wall, abs=errors)
+    # Theory is a smooth curve through its values at the points.
+    for index, curve in enumerate(layers(warm, Line)[:2]):
+        rows = warm.numbers["points"][2 * index : 2 * index + 2]
+        assert len(curve.x) > 50
+        ends = [row["theory"] for row in rows]
+        assert curve.y[[0, -1]].tolist() == pytest.approx(ends, rel=1e-12)
     # The figure has what collisions add over the packing, beside theory of these balls alone.
     marks, lines = layers(pressures, Points), layers(pressures, Line)
     of_large = layers(FIGURES["equation-of-state"].make(driven, Selection(), source=True), Line)
@@ -193,6 +199,8 @@ def test_a_gas_that_still_changes_has_an_open_point_without_an_error(
         assert ("temperature_error" in record) != changes
         assert ("changing_temperature" in record) == changes
     assert "Open: the gas still changes" in found.caption
+    residuals = [layer for layer in found.panel if isinstance(layer, Points)]
+    assert [layer.series for layer in residuals] == [settled.series]
     assert "2 of 4 points have none" in found.caption
 
 
