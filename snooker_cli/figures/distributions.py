@@ -449,7 +449,7 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
     whose = "each species" if mixed else "the gas"
     if not all(map(elastic, build.points)):
         when += (
-            f" T is that of {whose} in the whole container: where places differ in T or in their "
+            f" T is that of {whose} in the whole gas: where places differ in T or in their "
             "flow, tails are longer."
         )
     elif mixed:
