@@ -449,8 +449,8 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
     whose = "each species" if mixed else "the gas"
     if not all(map(elastic, build.points)):
         when += (
-            f" T is that of {whose} in the whole gas: where places differ in T or in their "
-            "flow, tails are longer."
+            f" T is that of {whose} at all places together: where these differ in T or in flow, "
+            "tails are longer."
         )
     elif mixed:
         when += f" T is that of {whose}."

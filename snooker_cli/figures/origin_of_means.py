@@ -78,7 +78,7 @@ def _main_result(build: FigureBuilder, parts: CountedParts, point: Point) -> tup
     gas = Gas(gas.measurement, constants, gas.first_window)
     most = 0
     for quantity in main_quantities(*gas_kinds(gas.scene)):
-        if quantity.measured is None:
+        if quantity.measured is None:  # a figure alone has its value
             continue
         with np.errstate(divide="ignore", invalid="ignore"):
             values = measured(gas, quantity)

@@ -181,7 +181,9 @@ def test_a_million_balls_are_a_small_picture(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("colour", ["speed", "species"])
-@pytest.mark.parametrize("times", [(), (0.0, 1.0, 5.0, 10.0, 20.0)])
+@pytest.mark.parametrize(
+    "times", [(), (0.0, 10.0, 20.0), (0.0, 1.0, 10.0, 20.0), (0.0, 1.0, 5.0, 10.0, 20.0)]
+)
 def test_it_is_drawn_legibly(mixture: Run, colour: str, times: tuple[float, ...]) -> None:
     with styled():
         figure = draw(drawn(mixture, *times, colour=colour))
