@@ -26,7 +26,7 @@ from snooker_cli.figures.figure_data import (
     mean_of_remaining,
 )
 from snooker_cli.figures.selection import gas_type_of
-from snooker_cli.formatting import short
+from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import Scene
 
 IDEAL = "ideal gas"
@@ -174,6 +174,8 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     a, a_error = attraction(densities, temperatures, ratios, errors)
     numbers = {"attraction": a, "attraction_error": a_error}
     caption = parts.text + " With walls, b has the strip that no centre reaches." * walls
+    if math.isfinite(a):
+        caption += f" The attraction is a = {with_error(a, a_error, 'J m²')}."
     if len({float(f"{value:.9g}") for value in packing}) < FEWEST_PACKINGS:
         return build.figure(
             f"{caption} Fewer than {FEWEST_PACKINGS} packings fit no b.".lstrip(), numbers=numbers

@@ -78,6 +78,8 @@ def _main_result(build: FigureBuilder, parts: CountedParts, point: Point) -> tup
     gas = Gas(gas.measurement, constants, gas.first_window)
     most = 0
     for quantity in main_quantities(*gas_kinds(gas.scene)):
+        if quantity.measured is None:  # a figure alone has its value
+            continue
         with np.errstate(divide="ignore", invalid="ignore"):
             values = measured(gas, quantity)
         values = values[np.isfinite(values)]

@@ -1,7 +1,7 @@
 """Gases whose walls give energy: temperature, profiles, balance of energy, heat, pressure."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -39,7 +39,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import axis_label, swept_numbers, traits, value_at
 from snooker_cli.figures.sweeps import places_between, start_with
-from snooker_cli.formatting import with_error
+from snooker_cli.formatting import listed, short, with_error
 from snooker_cli.laws import Thermal
 from snooker_cli.scene import Scene
 
@@ -196,10 +196,10 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         curve, edges = measurement.curve, window_edges(measurement.curve.time)
         given = gains(edges, curve.time, curve.wall_energy) / np.diff(edges)
         # Without losses only rounding is left.
-        taken = gains(edges, curve.time, curve.lost_energy) / np.diff(edges) * lossy
+        lost = gains(edges, curve.time, curve.lost_energy) / np.diff(edges) * lossy
         build.add_means(index, build.label(point), middles(edges), given, "solid")
-        build.add_means(index, None, middles(edges), taken, "dashed")
-        shares += mean_layers(middles(edges), (given - taken) / given.mean(axis=0), index)
+        build.add_means(index, None, middles(edges), lost, "dashed")
+        shares += mean_layers(middles(edges), (given - lost) / given.mean(axis=0), index)
         given_rate = mean_and_error(part.wall_energy / part.length)
         taken_rate = mean_and_error(part.lost_energy * lossy / part.length)
         rest = mean_and_error((part.wall_energy - part.lost_energy * lossy) / part.length)
@@ -208,8 +208,9 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         legend_line("walls give", "solid"),
         legend_line("collisions take", "dashed"),
     ]
+    taken = f"Collisions take {with_error(*taken_rate, 'W')}." * (len(build.points) == 1)
     return build.figure(
-        steady.text,
+        f"{taken} {steady.text}".lstrip(),
         logarithmic=build.covers_decades,
         panel=(Reference("y", 0.0), *shares),
     )
@@ -245,12 +246,14 @@ def heat_flux(build: FigureBuilder) -> FigureData:
             over, mean = flux[0] / middle[0], local.mean(axis=0)
             ratio = over, math.hypot(flux[1], over * middle[1]) / abs(middle[0])
             numbers |= {"over_enskog": ratio}
+            caption += f" The flux is {with_error(*ratio)} times Enskog's."
             # To first order, as the mean of ratios would be too large.
             ratios = mean_layers(places, flux[0] / mean * (2 - local / mean))
             panels.append(Panel((Reference("y", 1.0), *ratios), "flux / Enskog's"))
         else:
             caption += " κ is that of elastic balls."
-        numbers |= _jumps(gas, through)
+        numbers |= (jumps := _jumps(gas, through))
+        caption += _jump_sentence(jumps, sides)
     at_walls = np.array([*walls_at_ends(scene)]), through.mean(axis=0), standard_errors(through)
     build.lines.append(Points(*at_walls, "through the walls", 1))
     build.record(point, **numbers)
@@ -274,6 +277,16 @@ def _jumps(gas: Gas, through: Array) -> dict[str, Any]:
             jump = mean_and_error(law.temperature - warm @ AT_WALL)
             found |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
     return found
+
+
+def _jump_sentence(jumps: Mapping[str, Any], sides: Sequence[str]) -> str:
+    """A sentence on the jumps of temperature; empty without a thermal wall."""
+    found = []
+    for side, name in enumerate(sides):
+        if f"jump_{side}" in jumps:
+            (value, error), law = jumps[f"jump_{side}"], short(jumps[f"jump_theory_{side}"])
+            found.append(f"{with_error(value, error, 'J')} at the {name} wall (Maxwell: {law} J)")
+    return f" The wall is warmer than the gas beside it by {listed(found)}." if found else ""
 
 
 def equation_of_state(build: FigureBuilder) -> FigureData:

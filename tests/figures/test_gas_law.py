@@ -137,7 +137,8 @@ def test_pressure_in_windows(decaying: Run) -> None:
         scene, curve = traces(decaying, index)[0].start, measure(traces(decaying, index)).curve
         along = 2 * curve.pair_events / 19
         edges = np.linspace(0, np.median(along[:, -1]), 11)
-        assert lines[index].x == pytest.approx((edges[1:] + edges[:-1])[: len(lines[index].x)] / 2)
+        x = lines[index].x[np.isfinite(lines[index].y)]  # with a gap where a repeat ends
+        assert x == pytest.approx((edges[1:] + edges[:-1])[: len(x)] / 2)
         of_repeats = []
         for trace in traces(decaying, index):
             columns = series(trace)
