@@ -396,7 +396,7 @@ def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
         raise FigureError("a repeat has no length; run longer")
     decays = {decay.law: decay for decay in build.energy_decays(point)}
     k, alpha = (decays[law].over_repeats.value for law in ("exponential", "haff"))
-    if not (math.isfinite(k) and math.isfinite(alpha)):
+    if not (math.isfinite(k) and 0 < alpha < math.inf):
         raise FigureError("a point's repeats are too short to be fitted; run longer")
     if build.source:
         edges = np.linspace(0.0, float(np.min(measurement.time)), WINDOWS + 1)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import layers, shown, traces, why_not
+from figure_runs import ROUGH, layers, made, shown, traces, why_not
 
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import standard_errors
@@ -77,8 +78,17 @@ def test_energy_that_is_kept_is_drawn_as_its_change(decaying: Run, warm: Run) ->
     assert len(layers(source, Line)[2].x) > 100
 
 
-def test_energies_that_fall_by_decades_have_a_logarithmic_time(decaying: Run) -> None:
+def test_energies_that_fall_by_decades_have_a_logarithmic_time(
+    decaying: Run, tmp_path: Path
+) -> None:
+    """It begins where a hundredth of the energy is lost."""
     assert not shown(decaying, "energy").x_log  # at CoR 0.8 more than a hundredth is left
+    found = shown(made(tmp_path / "run", text=ROUGH), "energy")
+    (line,) = (line for line in layers(found, Line) if not line.thin)
+    assert (found.x_log, found.y_log) == (True, True)
+    begins = found.x_limits[0]
+    assert begins is not None
+    assert np.interp(begins, line.x, line.y) == pytest.approx(0.99, abs=0.01)
 
 
 def test_the_change_of_the_momentum_is_over_the_sum_of_momenta(decaying: Run) -> None:
