@@ -1,8 +1,8 @@
 """What can be true of a gas: each fact is a function, with a sentence for its absence.
 
 Theories and figures name the facts that they need. Nothing else asks a scene such a question. The
-live page has these functions as JavaScript too (``live_page/page_facts.py``). So each function is a
-single expression of comparisons, ``and``, ``or``, ``not`` and calls of other facts.
+live page has these functions as JavaScript too (``live_page/page_theories.py``). So each function
+is a single expression of comparisons, ``and``, ``or``, ``not`` and calls of other facts.
 """
 
 from collections.abc import Callable, Iterable
