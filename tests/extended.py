@@ -11,7 +11,8 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -22,10 +23,15 @@ Edits: TypeAlias = Mapping[str, Sequence[tuple[str, str]]]
 
 
 class Extended:
-    """The package with edits, in a folder of its own; its commands run in processes."""
+    """The package with edits, in a folder of its own; its commands run in processes.
+
+    Its kernels run as plain Python, except where a test compiles them: nothing else has the kernels
+    of a copy, and to compile them takes longer than a few hundred collisions.
+    """
 
     def __init__(self, edits: Edits, folder: Path) -> None:
         self.folder, package = folder, folder / "snooker_cli"
+        self.compiles = False
         without = shutil.ignore_patterns("__pycache__")
         shutil.copytree(Path(snooker_cli.__file__).parent, package, ignore=without)
         for name, changes in edits.items():
@@ -37,14 +43,24 @@ class Extended:
                 text = text.replace(old, new)
             (package / name).write_text(text, encoding="utf-8")
 
+    @contextmanager
+    def compiling(self) -> Iterator[None]:
+        """What runs within compiles its kernels."""
+        self.compiles = True
+        try:
+            yield
+        finally:
+            self.compiles = False
+
     def ended(self, *arguments: str) -> subprocess.CompletedProcess[str]:
         """Python with arguments, which has ended."""
         tests = Path(__file__).parent
         paths = os.pathsep.join(map(str, (self.folder, tests)))
+        plain = "0" if self.compiles else "1"
         return subprocess.run(
             [sys.executable, *arguments],
             cwd=self.folder,
-            env=os.environ | {"PYTHONPATH": paths},
+            env=os.environ | {"PYTHONPATH": paths, "NUMBA_DISABLE_JIT": plain},
             capture_output=True,
             encoding="utf-8",
             check=False,
