@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from snooker_cli import theory
+from snooker_cli import facts, theory
 from snooker_cli.analysis.decay import Decay, decays_of, early_endings
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import standard_errors
@@ -539,7 +539,7 @@ def _constants(points: Sequence[Point]) -> Iterator[str]:
         yield f"N = {experiment.number} of several species"
     elif balls := getattr(experiment.balls, "list", None):
         yield f"N = {len(balls)}"
-    wall = any(point.experiment.container.shape_class.has_wall for point in points)
+    wall = any(facts.hold(point.experiment, "walls") for point in points)
     for key in SCENE_WORDS:
         try:
             first, *others = distinct(points, key)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from snooker_cli import theory
+from snooker_cli import facts, theory
 from snooker_cli.analysis import quantities, theories
 from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_constants
 from snooker_cli.analysis.findings import Findings
@@ -198,7 +198,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
         ]
         build.lines.append(legend_line(f"α, {model}", "solid"))
     title, walls = build.title, {described(point, "wall_cor") for point in names}
-    if names[0].experiment.container.shape_class.has_wall and len(walls) == 1:
+    if facts.hold(names[0].experiment, "walls") and len(walls) == 1:
         title = f"{title}: {walls.pop()}"
     early = sum(record["ended_early"] for record in build.records)
     return build.figure(caption.strip(), numbers={"ended_early": early}, title=title)
@@ -460,11 +460,11 @@ def _against_counts(measurement: Measurement, counts: Array) -> tuple[Array, Arr
         theory.energy_ratio_by_events(
             number, scene.restitution, pairs, scene.wall_restitution, wall
         )
-        for number in (shared, shared - scene.container.has_wall)
+        for number in (shared, shared - facts.hold(scene, "walls"))
     )
     return pairs, ratio, free, above
 
 
 def _kept(points: Sequence[Point]) -> str:
     """The letter of what the balls keep: angular momentum in a circle, momentum without walls."""
-    return "L" if points[0].experiment.container.shape_class.has_wall else "p"
+    return "L" if facts.hold(points[0].experiment, "walls") else "p"

@@ -79,7 +79,7 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
     uniform = 2 * x / x[-1] ** 2
     if not central:
         uniform = widest.container.distance_density(x, float(widest.radii.min()))
-    equal = all(scene.equal_balls for _, scene in spans)
+    equal = all(facts.hold(scene, "equal_balls") for _, scene in spans)
     name = limit_of_equal if equal else limit_of_unequal
     build.lines += [
         Line(x, uniform, f"uniform in the {widest.container.title}", NEUTRAL, "dashed"),
@@ -185,7 +185,7 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
     if len(kinds) > 1:
         when = "Elastic points: mean over the second half; others: the last state"
     caption = f"{when} of each repeat."
-    equal = all(build.start(point).equal_balls for point in build.points)
+    equal = all(facts.hold(build.start(point), "equal_balls") for point in build.points)
     x_label = f"distance / {'' if equal else 'mean '}diameter"
     return build.figure(caption, x_label=x_label)
 
@@ -248,7 +248,7 @@ def structure_factor(build: FigureBuilder) -> FigureData:
             )
             build.lines.append(Reference("y", expected, name, "dotted"))
         build.record(point, longest=mean_and_error(np.array(rows)[:, 0]), theory=expected)
-    equal = all(build.start(point).equal_balls for point in build.points)
+    equal = all(facts.hold(build.start(point), "equal_balls") for point in build.points)
     if any(gas_type_of(point) == "cooling" for point in build.points):
         build.lines.append(legend_line("the same at the start", "dashed"))
     when = "The last state of repeats that cool; else the mean over the second half."
@@ -274,7 +274,8 @@ def speeds(build: FigureBuilder) -> FigureData:
     with the temperature of the moment.
     """
     starts = [build.start(point) for point in build.points]
-    in_metres = all(map(elastic, build.points)) and all(scene.equal_balls for scene in starts)
+    equal = all(facts.hold(scene, "equal_balls") for scene in starts)
+    in_metres = equal and all(map(elastic, build.points))
     edges = np.arange(SPEED_BINS + 1, dtype=np.float64) * SPEED_BIN
     laws: dict[tuple[int | None, float], None] = {}
     known = [theories.speed_laws(scene) for scene in starts]
@@ -352,7 +353,7 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
     farthest, mixed = 0.0, False
     for point in build.points:
         scene = build.start(point)
-        names = [None] if scene.equal_balls else structure.species_names(scene)
+        names = [None] if facts.hold(scene, "equal_balls") else structure.species_names(scene)
         mixed = mixed or len(names) > 1
         parts = _second_half(build, point, TAIL_STATES, MOST_BALLS)
         repeats = [_reduced_components(trace, parts) for trace in build.traces(point)]
@@ -398,16 +399,15 @@ def _reduced_components(trace: Trace, parts: Array) -> list[Array]:
 
     T is that of the species in each state.
     """
-    scene = trace.start
+    scene, groups = trace.start, structure.species(trace.start)
 
     def reduced(_places: Array, velocities: Array, _scene: Scene) -> Array:
         found = np.zeros_like(velocities)
         energies = scene.masses[:, np.newaxis] * velocities**2 / 2
-        for balls in kinds:
+        for balls in groups:
             mean = energies[balls].sum() / len(balls)
             found[balls] = np.sqrt(energies[balls] / mean) if mean > 0 else 0.0
         return found
 
-    kinds = [np.arange(scene.number)] if scene.equal_balls else structure.species(scene)
     table = over_time(reduced, trace, _times(trace, parts))
-    return [table[:, balls].ravel() for balls in kinds]
+    return [table[:, balls].ravel() for balls in groups]

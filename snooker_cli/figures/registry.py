@@ -26,7 +26,6 @@ from snooker_cli.figures.selection import (
     selected,
     spread,
     swept_number,
-    traits,
     varying,
     with_runs,
 )
@@ -69,7 +68,8 @@ class FigureSpec:
         It may still lack collisions. The reasons count the points; the last one is that of the
         points that nearly fit.
         """
-        fitting, reasons = [(point, traits(point)) for point in points], Counter[str]()
+        fitting = [(point, facts.traits_of(point.experiment)) for point in points]
+        reasons = Counter[str]()
         for name in self.requires:
             fact = facts.FACTS[name]
             reasons.update(fact.reason(gas) for _, gas in fitting if not fact.holds(gas))

@@ -133,7 +133,7 @@ def _pressures(measurement: Measurement) -> list[Course]:
     scene, curve = measurement.scene, measurement.curve
     if np.any(measurement.time == 0):
         raise FigureError("nothing happens after the start of a repeat, so it has no pressure")
-    first = 0.0 if scene.container.has_wall else scene.kinetic_energy / scene.container.area
+    first = 0.0 if facts.hold(scene, "walls") else scene.kinetic_energy / scene.container.area
     return courses(curve.time, np.where(curve.time > 0, curve.pressure, first))
 
 
@@ -229,7 +229,7 @@ def hexatic_order(build: FigureBuilder) -> FigureData:
 def a2(build: FigureBuilder) -> FigureData:
     """a2 over time, with theory for balls of one type; of a mixture for each species."""
     for point, scene, times, rows in _a2(build):
-        names = [None] if scene.equal_balls else structure.species_names(scene)
+        names = [None] if facts.hold(scene, "equal_balls") else structure.species_names(scene)
         models = () if build.too_thin(scene) else (theories.FIXED, theories.COOLING)
         known = theories.values_of(scene, quantities.SONINE, *models)
         expected = next(iter(known.values()), None)
@@ -370,7 +370,7 @@ def density_fluctuations(build: FigureBuilder) -> FigureData:
     limits = dict[str, None]()
     for index, (point, scene, times, rows) in enumerate(over_time):
         later, packing = times > 0, scene.packing_fraction
-        if scene.equal_balls and packing <= theory.DENSEST_FLUID:
+        if facts.hold(scene, "equal_balls", "fluid"):
             limits[f"{short(theory.structure_at_zero(packing), 2)} at packing {packing:.2g}"] = None
         build.add_means(index, build.label(point), times[later], rows[:, later, 0])
         build.record(point, final=mean_and_error(rows[:, -1, 0]))
@@ -404,7 +404,7 @@ def _both_energies(positions: Array, velocities: Array, scene: Scene) -> Array:
 
 def _a2(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
     """As of `_over_time`: of balls of one type means between times, of a mixture at the times."""
-    if not all(build.start(point).equal_balls for point in build.points):
+    if not all(facts.hold(build.start(point), "equal_balls") for point in build.points):
         yield from _over_time(build, structure.a2)
         return
     for point, times in _common_times(build, SUMS, of_states=False):

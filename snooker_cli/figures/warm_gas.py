@@ -16,7 +16,7 @@ from snooker_cli.analysis.profiles import (
     axis_across,
     is_radial,
     measured_profile,
-    walls_at_ends,
+    wall_temperatures,
 )
 from snooker_cli.analysis.stationarity import stationary_part_of
 from snooker_cli.analysis.time_series import Averages
@@ -34,9 +34,8 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import axis_label, gas_type_of, swept_numbers, traits, value_at
+from snooker_cli.figures.selection import axis_label, gas_type_of, swept_numbers, value_at
 from snooker_cli.formatting import counted
-from snooker_cli.laws import Thermal
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
@@ -158,9 +157,10 @@ def profiles(build: FigureBuilder) -> FigureData:
     for index, (name, rows) in enumerate(columns.items()):
         style: LineStyle = "solid" if index < 2 else "dashed"
         build.add_means(index, name, middles, rows, style)
-    walls = {place: law for place, law in walls_at_ends(scene).items() if isinstance(law, Thermal)}
-    for place, law in walls.items():
-        at = np.array([place]), np.array([law.temperature / mean])
+    heats = wall_temperatures(scene).items()
+    walls = {place: heat for place, heat in heats if math.isfinite(heat)}
+    for place, heat in walls.items():
+        at = np.array([place]), np.array([heat / mean])
         build.lines.append(Points(*at, None, None, 1, filled=False))
     with np.errstate(divide="ignore", invalid="ignore"):  # balls that move along one line
         ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
@@ -189,7 +189,7 @@ def energy_balance(build: FigureBuilder) -> FigureData:
     steady = _Steady(build)
     for index, point in enumerate(build.points):
         measurement = build.measurement(point)
-        lossy = facts.hold(traits(point), "lossy_pairs")
+        lossy = facts.hold(point.experiment, "lossy_pairs")
         curve, part = measurement.curve, steady.averages(point)
         times = np.linspace(0.0, build.end_of_all(measurement.time), TIMES)
         given = curve.at(times, curve.wall_energy)
@@ -222,7 +222,7 @@ def heat_flux(build: FigureBuilder) -> FigureData:
         raise FigureError("a repeat has too many collisions for this figure; run a shorter one")
     both = [mean_and_error(side) for side in through.T]
     numbers: dict[str, Any] = dict(zip(sides, both, strict=True))
-    places = np.array([*walls_at_ends(scene)])
+    places = np.array([*wall_temperatures(scene)])
     _add_points(build, places, through, "through the walls")
     is_elastic, caption = facts.hold(scene, "elastic_pairs"), steady.text
     if is_elastic:
@@ -260,14 +260,14 @@ def _jumps(gas: Gas, through: Array) -> dict[str, Any]:
     warm, found = gas.profile.temperature, dict[str, Any]()
     packing, between, conductivity, _ = gas.conduction
     # A straight line through the two strips at a wall gives the gas at it.
-    walls = walls_at_ends(gas.scene).values()
-    for side, (law, beside) in enumerate(zip(walls, ((0, 1), (-1, -2)), strict=True)):
-        if isinstance(law, Thermal):
+    heats = wall_temperatures(gas.scene).values()
+    for side, (heat, beside) in enumerate(zip(heats, ((0, 1), (-1, -2)), strict=True)):
+        if math.isfinite(heat):
             near = warm[:, beside] @ (1.5, -0.5)
             here = float(packing[-side]), gas.radius, float(between[-side]), gas.mass
             slope = float(through[:, side].mean()) / conductivity[-side] * (-1) ** side
             expected = slope * theory.temperature_jump(*here)
-            jump = mean_and_error(law.temperature - near)
+            jump = mean_and_error(heat - near)
             found |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
     return found
 
