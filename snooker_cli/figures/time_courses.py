@@ -370,8 +370,9 @@ def density_fluctuations(build: FigureBuilder) -> FigureData:
     limits = dict[str, None]()
     for index, (point, scene, times, rows) in enumerate(over_time):
         later, packing = times > 0, scene.packing_fraction
-        if facts.hold(scene, "equal_balls", "fluid"):
-            limits[f"{short(theory.structure_at_zero(packing), 2)} at packing {packing:.2g}"] = None
+        limit = theories.value_of(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
+        if limit is not None:
+            limits[f"{short(limit, 2)} at packing {packing:.2g}"] = None
         build.add_means(index, build.label(point), times[later], rows[:, later, 0])
         build.record(point, final=mean_and_error(rows[:, -1, 0]))
     caption = (
@@ -379,8 +380,7 @@ def density_fluctuations(build: FigureBuilder) -> FigureData:
         "(Poisson), and a fluid has less."
     )
     if limits:
-        limit = listed([*limits])
-        caption += f" Only far larger cells of elastic balls would have S(0), which is {limit}."
+        caption += f" Only far larger cells would have S(0), which is {listed([*limits])}."
     return build.figure(caption, logarithmic=build.covers_decades)
 
 

@@ -281,6 +281,16 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Run:
     return made(tmp_path_factory.mktemp("stored") / "run", text=STORED)
 
 
+def test_large_cells_of_an_elastic_fluid_have_a_limit(stored: Run, tmp_path: Path) -> None:
+    """A gas that cools has clusters instead."""
+    text = STORED.replace("cor: 0.8", "cor: 1").replace("30000", "300")
+    elastic = made(tmp_path / "elastic", text=text)
+    packing = next(elastic.traces(elastic.points[0])).start.packing_fraction
+    limit = f"S(0), which is {theory.structure_at_zero(packing):.2g} at packing {packing:.2g}"
+    assert limit in shown(elastic, "density-fluctuations").caption
+    assert "S(0)" not in shown(stored, "density-fluctuations").caption
+
+
 def test_figures_of_snapshots_have_the_stored_states(stored: Run) -> None:
     """At the times that both repeats have, without the end, which may be a collision."""
     first, second = traces(stored, 0)
@@ -302,9 +312,6 @@ def test_figures_of_snapshots_have_the_stored_states(stored: Run) -> None:
     ]
     final = shown(stored, "density-fluctuations").numbers["points"][0]["final"]
     assert math.isclose(final, np.mean(densities))
-    packing = first.start.packing_fraction
-    limit = f"S(0), which is {theory.structure_at_zero(packing):.2g} at packing {packing:.2g}"
-    assert limit in shown(stored, "density-fluctuations").caption
     for name in ("hexatic-order", "local-energy"):
         assert layers(shown(stored, name), Line)[0].x.tolist() == [0.0, *times.tolist()]
     assert "record: events" in why_not(stored, "pair-distances")
