@@ -94,7 +94,7 @@ class GasCharts extends Panels {
   drawEnergy(pen, panel, courses) {
     const warm = this.several ? 0 : this.wallEnergy, { from, energy, k, alpha } = this.decay ?? {};
     const laws = this.decay ? [
-      ["ink", DASHES, phrase`Haff’s law: α = ${short(alpha)} 1/s`, (t) => (1 + alpha * t) ** -2],
+      ["ink", DASHES, phrase`Haff’s law: α = ${short(alpha)} 1/s`, (t) => FORMULAS.haffRatio(t, alpha)],
       ["fourth", DOTS, phrase`exponential: k = ${short(k)} 1/s`, (t) => Math.exp(-k * t)],
     ] : [];
     this.inside(pen, panel, () => {

@@ -45,8 +45,8 @@ WALL_NEEDS = "warm_walls", "one_wall_temperature", "smooth"
 TYPE_FACTS = "elastic", "warm_walls", "cooling"
 """Facts that a page asks for other reasons."""
 
-FORMULAS = (observables.meeting_temperature,)
-"""What a page measures with."""
+FORMULAS = observables.meeting_temperature, theory.haff_ratio
+"""What a page measures with, and the law that it fits."""
 
 
 def maxwell_density(_scene: Scene, speed: float) -> float:

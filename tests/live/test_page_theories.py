@@ -11,7 +11,7 @@ from gas_kinds import KINDS, scene_of
 from live_scripts import LiveScripts
 from scenes import gas
 
-from snooker_cli import facts
+from snooker_cli import facts, theory
 from snooker_cli.analysis import observables
 from snooker_cli.live_page.javascript import camel
 from snooker_cli.live_page.page import stored_start
@@ -100,6 +100,12 @@ def _value(quantity: str, value: Any, scene: Scene, temperature: float) -> Any:
         starting_speed_ratio=1.0,
     )
     return value(means)
+
+
+def test_the_law_that_a_page_fits(javascript: LiveScripts) -> None:
+    times = [0.0, 0.5, 30.0]
+    found = javascript.value("times.map((t) => FORMULAS.haffRatio(t, 0.7))", times=times)
+    assert found == [close(theory.haff_ratio(time, 0.7)) for time in times]
 
 
 def test_the_logarithm_of_the_gamma_function(javascript: LiveScripts) -> None:
