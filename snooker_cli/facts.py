@@ -1,10 +1,11 @@
 """What can be true of a gas: each fact is a function, with a sentence for its absence.
 
 Theories and figures name the facts that they need. Nothing else asks a scene such a question. The
-live page has these functions as JavaScript too (``live_page/page_facts.py``). So each function is a
-single expression of comparisons, ``and``, ``or``, ``not`` and calls of other facts.
+live page has these functions as JavaScript too (``live_page/page_theories.py``). So each function
+is a single expression of comparisons, ``and``, ``or``, ``not`` and calls of other facts.
 """
 
+import math
 from collections.abc import Callable, Iterable
 from math import inf
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -12,6 +13,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from snooker_cli import theory
+from snooker_cli.config import Experiment
 from snooker_cli.containers import ENDS, Container
 from snooker_cli.laws import Law, Sides, Surface, Thermal, WallLaw, parts_of, word_of
 from snooker_cli.scene import Scene
@@ -89,8 +91,12 @@ class Traits(NamedTuple):
     states: bool
 
 
-def traits_of(scene: Scene) -> Traits:
-    """The traits of a scene, as if a run stored everything that it can store."""
+def traits_of(gas: Scene | Experiment) -> Traits:
+    """The traits of a scene, as if a run stored everything that it can store; or of a config."""
+    return _of_config(gas) if isinstance(gas, Experiment) else _of_scene(gas)
+
+
+def _of_scene(scene: Scene) -> Traits:
     balls = np.column_stack([scene.radii, scene.masses])
     published = theory.published_ratio(scene.packing_fraction)
     return Traits(
@@ -108,6 +114,34 @@ def traits_of(scene: Scene) -> Traits:
         events=True,
         states=True,
         **traits_of_rules(scene.container, scene.pair_law, scene.wall_law, scene.surface),
+    )
+
+
+def _of_config(experiment: Experiment) -> Traits:
+    """What a config says about its gas: the packing is not known."""
+    groups: Any = experiment.balls
+    groups = groups if isinstance(groups, tuple) else getattr(groups, "list", [groups])
+    moves = (getattr(group, "speed", 0) or any(getattr(group, "velocity", ())) for group in groups)
+    return Traits(
+        number=experiment.number,
+        species=len({(group.radius, group.mass) for group in groups}),
+        masses=len({group.mass for group in groups}),
+        packing=math.nan,
+        crowding=math.nan,
+        published="",
+        free=math.isfinite(experiment.container.mass),
+        contact_duration=experiment.contact_duration,
+        elastic_below=experiment.elastic_below,
+        moves=any(moves),
+        at_rest=bool(experiment.species and not experiment.placed),
+        events=experiment.keeps_events,
+        states=bool(experiment.keeps_events or experiment.stored_times),
+        **traits_of_rules(
+            experiment.container.shape_class,
+            experiment.pair_law,
+            experiment.wall_law,
+            experiment.surface,
+        ),
     )
 
 
@@ -207,7 +241,7 @@ def missing(traits: Traits, needs: Iterable[str]) -> Fact | None:
     return next((FACTS[name] for name in needs if not FACTS[name].holds(traits)), None)
 
 
-def hold(gas: Traits | Scene, *needs: str) -> bool:
+def hold(gas: Traits | Scene | Experiment, *needs: str) -> bool:
     """Whether all these facts are true of a gas."""
     return missing(gas if isinstance(gas, Traits) else traits_of(gas), needs) is None
 
@@ -446,6 +480,11 @@ def warm_walls(gas: Traits) -> bool:
     return gas.walls and gas.hot_laws > 0
 
 
+@fact("no wall drives the balls", "set wall_speed", of_type=True)
+def driven(gas: Traits) -> bool:
+    return gas.walls and gas.wall_law == "driven"
+
+
 @fact("the theory needs walls that give energy by one law")
 def one_hot_law(gas: Traits) -> bool:
     return gas.hot_laws == 1
@@ -517,6 +556,11 @@ def cooling(gas: Traits) -> bool:
 @fact("the gas cools", "set wall_speed or wall_temperature, or cor 1", of_type=True)
 def steady(gas: Traits) -> bool:
     return warm_walls(gas) or elastic(gas)
+
+
+@fact("the container moves", "remove container.mass")
+def fixed(gas: Traits) -> bool:
+    return not gas.free
 
 
 @fact("fixed walls take momentum", "give a circle a finite container.mass")

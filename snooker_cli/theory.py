@@ -99,6 +99,8 @@ PADE_CONTACT, PADE_DENOMINATOR = _pade_coefficients()
 _PADE_BELOW = Polynomial(PADE_DENOMINATOR)
 _PADE_ABOVE = Polynomial((0, 1)) * _PADE_BELOW + Polynomial((0, 0, *PADE_CONTACT))
 _PADE_SLOPE = _PADE_ABOVE.deriv() * _PADE_BELOW - _PADE_ABOVE * _PADE_BELOW.deriv()
+PADE_SLOPE, PADE_BEND = _PADE_SLOPE.coef, _PADE_SLOPE.deriv().coef
+PADE_GROWTH = _PADE_BELOW.deriv().coef
 
 DENSEST_FLUID = 0.65
 """Packing fraction above which disks begin to order, where no theory here holds."""
@@ -129,7 +131,7 @@ def structure_at_zero(packing: float) -> float:
     McDonald, Theory of Simple Liquids, eqs. 2.6.11 and 4.1.7). Z is that of `contact_value`.
     """
     x = 2 * packing
-    return float(_PADE_BELOW(x) ** 2 / _PADE_SLOPE(x))
+    return float(polyval(x, PADE_DENOMINATOR) ** 2 / polyval(x, PADE_SLOPE))
 
 
 def missing_ratio(packing: float, number: float) -> float:
@@ -143,8 +145,9 @@ def missing_ratio(packing: float, number: float) -> float:
 
 def _bending(packing: float) -> float:
     """P''/P' of P = η Z(η): with P' = 2s/g² in x = 2η it is 2(s'/s − 2g'/g)."""
-    x, slope, below = 2 * packing, _PADE_SLOPE, _PADE_BELOW
-    return float(2 * (slope.deriv()(x) / slope(x) - 2 * below.deriv()(x) / below(x)))
+    x = 2 * packing
+    below = polyval(x, PADE_GROWTH) / polyval(x, PADE_DENOMINATOR)
+    return float(2 * (polyval(x, PADE_BEND) / polyval(x, PADE_SLOPE) - 2 * below))
 
 
 IDEAL, INFINITE, FINITE = "ideal gas law", "hard disks, N → ∞", "hard disks, finite N"
@@ -214,7 +217,8 @@ def fluid_state(
 
     Raises ValueError when a fluid of N balls does not fit.
     """
-    area, edge, spreading = container.accessible(ball_radius)
+    region = container.accessible(ball_radius)
+    area, edge, spreading = region.area, region.edge, region.spreading
     covered = number * math.pi * ball_radius**2
     if ball_radius <= 0 or edge < 0 or covered >= area + edge * ball_radius:
         raise ValueError(
@@ -509,14 +513,30 @@ def collision_rates(
     """
     density = number / container.area
     contact = contact_value(container.packing_fraction(number * ball_radius**2))
-    pressure = fluid_state(number, temperature, ball_radius, container).pressure
-    wall = wall_rate_from_pressure(number, pressure, temperature, container.wall_length, mass)
+    wall = fluid_wall_rate(number, temperature, ball_radius, container, mass, container_mass)
     return CollisionRates(
         mean_free_path=mean_free_path(density, ball_radius, contact),
         mean_speed=fixed_energy_mean_speed(number, temperature, mass),
         ball_ball=ball_ball_rate(density, ball_radius, temperature, contact, mass),
-        wall=wall * wall_speed_ratio(mass, container_mass),
+        wall=wall,
     )
+
+
+def fluid_wall_rate(
+    number: int,
+    temperature: float,
+    ball_radius: float,
+    container: Container,
+    mass: float = 1.0,
+    container_mass: float = math.inf,
+) -> float:
+    """Hits of the wall by one of N balls per second, by the pressure of `fluid_state`.
+
+    Raises ValueError when a fluid of N balls does not fit.
+    """
+    pressure = fluid_state(number, temperature, ball_radius, container).pressure
+    wall = wall_rate_from_pressure(number, pressure, temperature, container.wall_length, mass)
+    return wall * wall_speed_ratio(mass, container_mass)
 
 
 def starting_rates(scene: Scene) -> tuple[float, float]:

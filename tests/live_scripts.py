@@ -10,29 +10,27 @@ from javascript import JavaScript
 from snooker_cli import config as configs
 from snooker_cli.live_page.page import (
     LIVE,
-    MEASURING,
     SHOWING,
+    measuring_source,
     own_start,
     presets,
     report_scene,
-    theory_numbers,
 )
 from snooker_cli.pages.html_page import PAGES, SHARED, text_of
 
 
 class LiveScripts(JavaScript):
-    """What simulates, measures, draws and runs a gas; ``configOf`` a scene, ``own``, ``fluid``."""
+    """What simulates, measures, draws and runs a gas; ``configOf`` a scene, ``own``."""
 
     def __init__(self) -> None:
         super().__init__()
         shown = text_of(LIVE, *SHOWING[:-1])  # the last one needs a page
-        scripts = text_of(LIVE, *MEASURING) + text_of(PAGES, *SHARED) + shown
+        scripts = measuring_source() + text_of(PAGES, *SHARED) + shown
         self.context.eval(f'"use strict"; {scripts}')
         scenes = json.dumps({scene["name"]: scene["config"] for scene in presets()})
         self.context.eval(f"const configOf = (name) => ({scenes})[name];")
         start = json.dumps(own_start(configs.load(report_scene()).experiment))
         self.context.eval(f"const own = ownStart({start}, configOf('report'));")
-        self.context.eval(f"const fluid = new Fluid({json.dumps(theory_numbers())});")
 
     def value(self, expression: str, **given: Any) -> Any:
         """The value of an expression, in which names have values; what is not finite is None."""

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from snooker_cli.containers import SHAPES
+from snooker_cli.laws import LAWS
 
 PACKAGE = Path(__file__).parents[1] / "snooker_cli"
 MODULES = sorted(PACKAGE.rglob("*.py"))
@@ -37,7 +38,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "config": ("containers", "errors", "formatting", "laws"),
     "scene": ("containers", "errors", "laws", "neighbours"),
     "theory": ("containers", "laws", "scene"),
-    "facts": ("containers", "laws", "scene", "theory"),
+    "facts": ("config", "containers", "laws", "scene", "theory"),
     "trace": ("scene",),
     "two_temperatures": (),
     # From a config to stored repeats
@@ -224,24 +225,51 @@ def test_a_part_imports_only_parts_above_it() -> None:
             assert order.index(part_of(other)) < order.index(part), f"{part} comes before {other}"
 
 
-SUMS = "analysis.gas", "analysis.observables", "analysis.time_series"
-"""They add up other columns for some laws, which is no question of theory."""
+COMPUTING = (
+    *("analysis.diffusion", "analysis.gas", "analysis.measurement", "analysis.observables"),
+    *("analysis.profiles", "analysis.time_series"),
+    "runs.warm_up",  # it copies states
+)
+"""They add up other columns for some laws and shapes, which is no question of theory."""
+
+QUESTIONS = "equal_balls", "gains", "has_wall", "keeps_drift", "keeps_rotation", "rubs_wall"
+"""Fields of a scene and of its parts that facts know."""
 
 
-def asks_for_a_law(node: ast.AST) -> bool:
-    """Whether code asks what collisions do: ``law.gains``, ``surface is None``, a law's class."""
+def asks_what_a_gas_is(node: ast.AST) -> bool:
+    """Whether code asks for balls, walls or collisions: ``law.gains``, ``surface is None`` …"""
     if isinstance(node, ast.Attribute):
-        return node.attr == "gains"
+        return node.attr in QUESTIONS
     if isinstance(node, ast.Compare):
-        return isinstance(node.ops[0], ast.Is | ast.IsNot) and "surface" in ast.unparse(node.left)
+        is_none = isinstance(node.ops[0], ast.Is | ast.IsNot)
+        text = ast.unparse(node.left)
+        return text.endswith(".surface") if is_none else text.endswith((".cor", ".restitution"))
     called = isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance"
-    return called and re.search(r"\bConstant|Viscoelastic\b", ast.unparse(node)) is not None
+    return called and {*re.findall(r"\w+", ast.unparse(node))} & LAW_CLASSES != set()
+
+
+LAW_CLASSES = {law.__name__ for law in LAWS.values()} | {"Surface"}
 
 
 def test_analyses_figures_and_reports_ask_facts_what_a_gas_is() -> None:
-    parts = "analysis", "figures", "report"
-    asking = [place for place in places(asks_for_a_law) if place.startswith(parts)]
-    assert [place for place in asking if place.partition(",")[0] not in SUMS] == []
+    parts = "runs", "analysis", "figures", "report", "reproduction", "api", "cli"
+    asking = [place for place in places(asks_what_a_gas_is) if place.startswith(parts)]
+    assert [place for place in asking if place.partition(",")[0] not in COMPUTING] == []
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "scene.equal_balls",
+        "scene.container.has_wall and f()",
+        "wall_law.gains",
+        "scene.surface is None",
+        "experiment.cor < 1",
+        "isinstance(law, Thermal | Driven)",
+    ],
+)
+def test_a_question_that_facts_know_is_found(source: str) -> None:
+    assert any(map(asks_what_a_gas_is, ast.walk(ast.parse(source))))
 
 
 def test_the_table_has_all_parts_and_no_other() -> None:

@@ -23,7 +23,6 @@ from snooker_cli.analysis.profiles import measured_profile
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection
-from snooker_cli.figures.selection import traits
 from snooker_cli.laws import Constant
 from snooker_cli.runs import Run
 from snooker_cli.theory import FINITE, INFINITE
@@ -86,7 +85,7 @@ def test_a_config_says_of_a_gas_what_its_scene_says(kind: str) -> None:
     (point,) = parse(text_of(kind)).points()
     scene = facts.traits_of(scene_of(kind))
     unknown = {name: getattr(scene, name) for name in ("packing", "crowding", "published")}
-    config = traits(point)._replace(**unknown)
+    config = facts.traits_of(point.experiment)._replace(**unknown)
     if config.walls:
         config = config._replace(at_rest=scene.at_rest)
     assert config == scene
@@ -142,7 +141,7 @@ def test_figures_show_theory_only_where_its_needs_hold(
 ) -> None:
     _, run = finished
     spec, (point,) = FIGURES[name], run.points
-    absent = facts.missing(traits(point), spec.requires)
+    absent = facts.missing(facts.traits_of(point.experiment), spec.requires)
     found, why = None, ""
     try:
         found = spec.make(run, Selection())
@@ -151,7 +150,7 @@ def test_figures_show_theory_only_where_its_needs_hold(
     if found is not None:
         check_caption(found)
     if absent is not None:
-        assert why == absent.reason(traits(point))
+        assert why == absent.reason(facts.traits_of(point.experiment))
     elif found is not None and name in OF_FIGURES:
         scene = next(run.traces(point)).start
         holds = any(theories.theory_of(scene, *about) for about in OF_FIGURES[name])

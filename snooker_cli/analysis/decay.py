@@ -250,7 +250,7 @@ def decays_of(
                     held=held,
                     over_repeats=mean_over_repeats(fits),
                     ended=ended,
-                    walls=scene.container.has_wall,
+                    walls=facts.hold(scene, "walls"),
                     elastic=facts.hold(traits, "elastic"),
                     warm=facts.hold(traits, "warm_walls"),
                     fits=tuple(fits),

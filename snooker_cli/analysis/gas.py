@@ -37,9 +37,18 @@ def fluid_state(scene: Scene, temperature: float = 1.0) -> theory.FluidState:
 
 def enskog_rates(scene: Scene, temperature: float = 1.0) -> theory.CollisionRates:
     """Enskog's collision rates of equal balls at a temperature, J. Raises ValueError likewise."""
+    return theory.collision_rates(*_balls(scene, temperature))
+
+
+def wall_rate(scene: Scene, temperature: float) -> float:
+    """Hits of the wall by one of these balls, 1/s, as `enskog_rates` has them."""
+    return theory.fluid_wall_rate(*_balls(scene, temperature))
+
+
+def _balls(scene: Scene, temperature: float) -> tuple[int, float, float, Container, float, float]:
+    """What rates of equal balls depend on."""
     radius, mass = float(scene.radii[0]), float(scene.masses[0])
-    walls = scene.container, mass, scene.container_mass
-    return theory.collision_rates(scene.number, temperature, radius, *walls)
+    return scene.number, temperature, radius, scene.container, mass, scene.container_mass
 
 
 def starting_temperature(scene: Scene) -> float:
@@ -81,6 +90,12 @@ def finite_ratio(
     return DiskRatio(state.pressure * container.area / number, state.virial_ratio)
 
 
+def scene_ratio(scene: Scene) -> DiskRatio:
+    """PV/NT of the equal balls of a scene, exactly as many in its container."""
+    balls = scene.number, float(scene.radii[0])
+    return finite_ratio(*balls, scene.container, scene.restitution)
+
+
 def haff_rate(scene: Scene) -> float:
     """Haff's α by Enskog's rates at the start of a scene, 1/s."""
     rates = enskog_rates(scene, starting_temperature(scene))
@@ -96,7 +111,7 @@ def finite_haff_rate(scene: Scene) -> float:
     temperature = starting_temperature(scene)
     between = finite_pair_rate(scene, temperature)
     share = scene.number * theory.share_in_collision(2 * independent_velocities(scene))
-    return share * _haff_rate(scene, between, enskog_rates(scene, temperature).wall)
+    return share * _haff_rate(scene, between, wall_rate(scene, temperature))
 
 
 def finite_pair_rate(scene: Scene, temperature: float = 1.0) -> float:

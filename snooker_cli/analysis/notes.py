@@ -16,7 +16,6 @@ from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.theories import BALANCE, disk_ratios, holding, theory_of
 from snooker_cli.facts import traits_of
 from snooker_cli.formatting import with_error
-from snooker_cli.laws import Driven
 from snooker_cli.scene import Scene
 from snooker_cli.theory import FINITE
 
@@ -38,8 +37,7 @@ EQUAL_SPEEDS = (
 def of_scene(scene: Scene) -> Iterator[Note]:
     """What walls and their absence change, and what theories assume."""
     traits = traits_of(scene)
-    in_circle = scene.container.keeps_rotation and facts.hold(traits, "several")
-    if in_circle and is_heavy(scene) and _on_rings(scene):
+    if facts.hold(traits, "keeps_turning", "several") and is_heavy(scene) and _on_rings(scene):
         yield Note(TURNING, model=FINITE)
     if facts.hold(traits, "no_walls"):
         yield Note(observables.NO_WALLS, "pressure, temperature, PV/NT by the virial")
@@ -77,7 +75,7 @@ def of_steady_part(measurement: Measurement, first: int) -> Iterator[Note]:
     if theory_of(scene, quantities.TEMPERATURE, BALANCE):
         text = f"{BALANCE}: for a uniform gas that loses little on the way across"
         yield Note(text, quantities.TEMPERATURE.name, BALANCE)
-    if isinstance(scene.wall_law, Driven) and np.all(np.isfinite(measurement.rotation_energy)):
+    if facts.hold(scene, "driven") and np.all(np.isfinite(measurement.rotation_energy)):
         yield Note(_rotation(measurement, first))
 
 

@@ -113,6 +113,12 @@ def walls_at_ends(scene: Scene) -> dict[float, Law]:
     return {-right: both[0], right: both[1]}
 
 
+def wall_temperatures(scene: Scene) -> dict[float, float]:
+    """Temperatures of these walls by their place, J; nan of a wall without one."""
+    walls = walls_at_ends(scene).items()
+    return {place: getattr(law, "temperature", math.nan) for place, law in walls}
+
+
 class Conduction(NamedTuple):
     """What a profile of equal balls conducts, after Enskog, without the bins near its ends.
 

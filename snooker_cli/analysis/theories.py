@@ -82,24 +82,30 @@ OF_RATES: tuple[tuple[str, tuple[str, ...]], ...] = (
 """Theories of the rate between balls, and of the path from one collision to the next."""
 
 
-def _disk_ratio(model: str) -> Callable[[Scene], DiskRatio]:
-    """PV/NT of hard disks of a scene by a theory."""
-    if model == INFINITE:
-        return gas_numbers.large_ratio
-    return lambda s: gas_numbers.finite_ratio(
-        s.number, float(s.radii[0]), s.container, s.restitution
-    )
+DISK_RATIOS: dict[str, Callable[[Scene], DiskRatio]] = {
+    INFINITE: gas_numbers.large_ratio,
+    FINITE: gas_numbers.scene_ratio,
+}
+"""PV/NT of hard disks of a scene, by the name of the theory."""
 
 
-def _ratio(gas: Gas, model: str) -> Array:
-    """PV/NT by a theory. Without walls, balls meet at another temperature than that of motion."""
-    return 1 + (_disk_ratio(model)(gas.scene).pressure - 1) * gas.meeting_ratio
+def _as_met(gas: Gas, ratio: float) -> Array:
+    """PV/NT with T of all motion. Without walls, balls meet at another temperature."""
+    return 1 + (ratio - 1) * gas.meeting_ratio
+
+
+def _infinite(gas: Gas) -> Array:
+    return _as_met(gas, gas_numbers.large_ratio(gas.scene).pressure)
+
+
+def _finite(gas: Gas) -> Array:
+    return _as_met(gas, gas_numbers.scene_ratio(gas.scene).pressure)
 
 
 def _van_der_waals(gas: Gas) -> Array:
     size = gas.container.area, gas.radius
     excluded = theory.van_der_waals_pressure(gas.number, 1.0, *size) / gas.density
-    return np.asarray((1 + (excluded - 1) * gas.meeting_ratio) * gas.ideal_pressure)
+    return _as_met(gas, excluded) * gas.ideal_pressure
 
 
 def _accessible(gas: Gas) -> Array:
@@ -110,7 +116,7 @@ def _accessible(gas: Gas) -> Array:
 def _published(gas: Gas) -> Array:
     known = theory.published_ratio(gas.scene.packing_fraction)
     assert known is not None
-    return 1 + (known.ratio - 1) * gas.meeting_ratio
+    return _as_met(gas, known.ratio)
 
 
 def _ideal_wall_rate(gas: Gas) -> Array:
@@ -213,29 +219,29 @@ THEORIES: tuple[Theory, ...] = (
     ),
     Theory(
         *(q.PRESSURE, INFINITE, VIRIALS, LARGE),
-        lambda g: _ratio(g, INFINITE) * g.ideal_pressure,
+        lambda g: _infinite(g) * g.ideal_pressure,
     ),
     Theory(
         *(q.PRESSURE, FINITE, DISKS, FINITE_DISKS),
-        lambda g: _ratio(g, FINITE) * g.ideal_pressure,
+        lambda g: _finite(g) * g.ideal_pressure,
     ),
     Theory(
         *(q.VIRIAL_PRESSURE, INFINITE, VIRIALS, ("warm_walls", *LARGE)),
-        lambda g: _disk_ratio(INFINITE)(g.scene).virial * g.ideal_pressure,
+        lambda g: gas_numbers.large_ratio(g.scene).virial * g.ideal_pressure,
     ),
     Theory(
         *(q.VIRIAL_PRESSURE, FINITE, DISKS, ("warm_walls", *FINITE_DISKS)),
-        lambda g: _disk_ratio(FINITE)(g.scene).virial * g.ideal_pressure,
+        lambda g: gas_numbers.scene_ratio(g.scene).virial * g.ideal_pressure,
     ),
-    Theory(q.RATIO, INFINITE, VIRIALS, LARGE, lambda g: _ratio(g, INFINITE)),
-    Theory(q.RATIO, FINITE, DISKS, FINITE_DISKS, lambda g: _ratio(g, FINITE)),
+    Theory(q.RATIO, INFINITE, VIRIALS, LARGE, _infinite),
+    Theory(q.RATIO, FINITE, DISKS, FINITE_DISKS, _finite),
     Theory(
         *(q.VIRIAL_RATIO, INFINITE, VIRIALS, ("walls", *LARGE)),
-        lambda g: _disk_ratio(INFINITE)(g.scene).virial,
+        lambda g: gas_numbers.large_ratio(g.scene).virial,
     ),
     Theory(
         *(q.VIRIAL_RATIO, FINITE, DISKS, ("walls", *FINITE_DISKS)),
-        lambda g: _disk_ratio(FINITE)(g.scene).virial,
+        lambda g: gas_numbers.scene_ratio(g.scene).virial,
     ),
     Theory(
         *(q.RATIO, "Erpenbeck & Luban 1985", "Erpenbeck & Luban 1985"),
@@ -512,7 +518,7 @@ def value_of_start(scene: Scene, quantity: Quantity, model: str, collisions: flo
     if quantity == q.HAFF_RATE and model in rates:
         return rates[model](scene)
     if quantity == q.RATIO and model in (INFINITE, FINITE):
-        return _disk_ratio(model)(scene).pressure
+        return DISK_RATIOS[model](scene).pressure
     if quantity == q.SPIN_RATIO and facts.hold(scene, "cold"):
         return gas_numbers.late_spins(scene, collisions)
     return None
@@ -526,7 +532,7 @@ def source_of(quantity: Quantity, model: str) -> str:
 def disk_ratios(scene: Scene) -> dict[str, DiskRatio]:
     """PV/NT of hard disks by the name of the theory."""
     models = known_models(scene, q.RATIO)
-    return {model: _disk_ratio(model)(scene) for model in (INFINITE, FINITE) if model in models}
+    return {model: ratio(scene) for model, ratio in DISK_RATIOS.items() if model in models}
 
 
 def speed_laws(scene: Scene) -> dict[str, SpeedLaw]:

@@ -11,11 +11,10 @@ from snooker_cli.files import write_text
 from snooker_cli.formatting import counted
 from snooker_cli.live_page.page import (
     LIVE,
-    MEASURING,
     engine_source,
+    measuring_source,
     packed_modules,
     stored_start,
-    theory_numbers,
 )
 from snooker_cli.pages.html_page import (
     PAGES,
@@ -27,7 +26,7 @@ from snooker_cli.pages.html_page import (
 )
 from snooker_cli.trace import event_hashes
 
-SCRIPTS = (*MEASURING, "gas.js", "charts.js", "film.js")
+SCRIPTS = ("gas.js", "charts.js", "film.js")
 MOST_FILMS = 4  # on a page: more have too little room
 
 
@@ -46,12 +45,14 @@ def page(*films: Film, pace: Pace = "time", seconds: float | None = None) -> str
         "seconds": seconds,
         "films": [_content(film) for film in films],
         "colours": SPEED_COLOURS,
-        "theory": theory_numbers(),
     }
     parts = {
         "data": script_data(data),
         "modules": script_data(packed_modules(boundaries)),
-        "script": engine_source() + script_of(PAGES, *SHARED) + script_of(LIVE, *SCRIPTS),
+        "script": engine_source()
+        + measuring_source()
+        + script_of(PAGES, *SHARED)
+        + script_of(LIVE, *SCRIPTS),
     }
     return html_page(LIVE, "film", films[0].title, parts, simulates=True)
 

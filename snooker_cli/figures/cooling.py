@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from snooker_cli import theory
+from snooker_cli import facts, theory
 from snooker_cli.analysis import quantities, theories
 from snooker_cli.analysis.comparison import comparisons_of
 from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_constants
@@ -175,7 +175,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
     if several:
         build.lines.append(legend_line(f"α, {model}", "solid"))
     title, walls = build.title, {described(point, "wall_cor") for point in names}
-    if names[0].experiment.container.shape_class.has_wall and len(walls) == 1:
+    if facts.hold(names[0].experiment, "walls") and len(walls) == 1:
         title = f"{title}: {walls.pop()}"
     early = sum(record["ended_early"] for record in build.records)
     axes: dict[str, Any] = {}
@@ -466,4 +466,4 @@ def _local_rates(measurement: Measurement, edges: Array) -> tuple[Array, Array, 
 
 def kept_letter(points: Sequence[Point]) -> str:
     """The letter of what the balls keep: angular momentum in a circle, momentum without walls."""
-    return "L" if points[0].experiment.container.shape_class.has_wall else "p"
+    return "L" if facts.hold(points[0].experiment, "walls") else "p"

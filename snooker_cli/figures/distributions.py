@@ -80,7 +80,7 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
     uniform = 2 * x / x[-1] ** 2
     if not central:
         uniform = widest.container.distance_density(x, float(widest.radii.min()))
-    equal = all(scene.equal_balls for _, scene in spans)
+    equal = all(facts.hold(scene, "equal_balls") for _, scene in spans)
     name = limit_of_equal if equal else limit_of_unequal
     build.lines += [
         Line(x, uniform, f"uniform in the {widest.container.title}", NEUTRAL, "dashed"),
@@ -199,7 +199,7 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             build.lines.append(Points(empty, empty, None, name, NEUTRAL, filled))
     if markers:
         caption += " g(σ⁺) is from a straight line through the two bins beside contact."
-    equal = all(build.start(point).equal_balls for point in build.points)
+    equal = all(facts.hold(build.start(point), "equal_balls") for point in build.points)
     x_label = f"distance / {'' if equal else 'mean '}diameter"
     return build.figure(caption, x_label=x_label, x_limits=(CLOSEST * nearest, None))
 
@@ -282,7 +282,7 @@ def structure_factor(build: FigureBuilder) -> FigureData:
             )
             build.lines.append(Reference("y", expected, name, "dotted"))
         build.record(point, longest=mean_and_error(last[:, 0]), theory=expected)
-    equal = all(build.start(point).equal_balls for point in build.points)
+    equal = all(facts.hold(build.start(point), "equal_balls") for point in build.points)
     if any(cooling) and len(cooling) > 1:
         build.lines.append(legend_line("the same at the start", "dashed"))
     when = "The last state of repeats that cool; else the mean over the second half."
@@ -326,8 +326,8 @@ def speeds(build: FigureBuilder) -> FigureData:
     """
     starts = [build.start(point) for point in build.points]
     crowded = len(build.points) > MOST_HISTOGRAMS and not build.source
-    in_metres = all(map(elastic, build.points)) and all(scene.equal_balls for scene in starts)
-    in_metres = in_metres and not crowded
+    equal = all(facts.hold(scene, "equal_balls") for scene in starts)
+    in_metres = equal and all(map(elastic, build.points)) and not crowded
     edges = np.arange(SPEED_BINS + 1, dtype=np.float64) * SPEED_BIN
     laws: dict[tuple[int | None, float], None] = {}
     known = [theories.speed_laws(scene) for scene in starts]
@@ -433,7 +433,7 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
     farthest, mixed, few = 0.0, False, False
     for point in build.points:
         scene = build.start(point)
-        names = [None] if scene.equal_balls else structure.species_names(scene)
+        names = [None] if facts.hold(scene, "equal_balls") else structure.species_names(scene)
         mixed = mixed or len(names) > 1
         parts = _second_half(build, point, TAIL_STATES, MOST_BALLS)
         repeats = [_reduced_components(trace, parts) for trace in build.traces(point)]
@@ -488,16 +488,15 @@ def _reduced_components(trace: Trace, parts: Array) -> list[Array]:
 
     T is that of the species in each state.
     """
-    scene = trace.start
+    scene, groups = trace.start, structure.species(trace.start)
 
     def reduced(_places: Array, velocities: Array, _scene: Scene) -> Array:
         found = np.zeros_like(velocities)
         energies = scene.masses[:, np.newaxis] * velocities**2 / 2
-        for balls in kinds:
+        for balls in groups:
             mean = energies[balls].sum() / len(balls)
             found[balls] = np.sqrt(energies[balls] / mean) if mean > 0 else 0.0
         return found
 
-    kinds = [np.arange(scene.number)] if scene.equal_balls else structure.species(scene)
     table = over_time(reduced, trace, _times(trace, parts))
-    return [table[:, balls].ravel() for balls in kinds]
+    return [table[:, balls].ravel() for balls in groups]

@@ -142,7 +142,7 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
         raise FigureError("it needs balls of one radius; choose it by balls.radius with --where")
     ratios, errors = np.array([mean_and_error(state.over_ideal) for state in states]).T
     # A fit weighs by errors, and those of few repeats are poor: pooled, they share a scale.
-    walls = first.scene.container.has_wall
+    walls = facts.hold(first.traits, "walls")
     noise = ratios if walls else ratios - 1
     errors = np.abs(noise) * math.sqrt(np.mean((errors / noise) ** 2))
     packing = disk * densities

@@ -32,7 +32,6 @@ from snooker_cli.figures.selection import (
     spread,
     swept_number,
     swept_numbers,
-    traits,
     varying,
     with_runs,
 )
@@ -76,7 +75,8 @@ class FigureSpec:
         It may still lack collisions. The reasons count the points; the last one is that of the
         points that nearly fit.
         """
-        fitting, reasons = [(point, traits(point)) for point in points], Counter[str]()
+        fitting = [(point, facts.traits_of(point.experiment)) for point in points]
+        reasons = Counter[str]()
         for name in self.requires:
             fact = facts.FACTS[name]
             reasons.update(fact.reason(gas) for _, gas in fitting if not fact.holds(gas))
@@ -142,7 +142,7 @@ def _key_alone(points: Sequence[Point]) -> str:
     Raises ``FigureError`` without one.
     """
     swept_number(points)
-    kinds = gas_kinds(traits(points[0]))
+    kinds = gas_kinds(facts.traits_of(points[0].experiment))
     main = next(quantity for quantity in main_quantities(*kinds) if quantity.measured)
     shown = {key: _name_along(points, key, main) for key in swept_numbers(points)}
     alone = [key for key, name in shown.items() if name is None]

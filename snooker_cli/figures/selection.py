@@ -14,7 +14,7 @@ from snooker_cli.config.points import single_values
 from snooker_cli.config.problems import key_path
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError, KeyAbsentError
-from snooker_cli.facts import GasType, Traits, gas_type, traits_of_rules
+from snooker_cli.facts import GasType, gas_type, traits_of
 from snooker_cli.formatting import listed, short, value_text
 from snooker_cli.laws import Sides
 from snooker_cli.runs import RepeatState, RepeatStatus, Run
@@ -345,38 +345,9 @@ def along(
     return [[point for point in ordered if value_at(point, by) == value] for value in values]
 
 
-def traits(point: Point) -> Traits:
-    """What a point's config says about its gas: the packing is not known."""
-    experiment, balls = point.experiment, point.experiment.balls
-    groups: Any = balls if isinstance(balls, tuple) else getattr(balls, "list", [balls])
-    moves = (getattr(group, "speed", 0) or any(getattr(group, "velocity", ())) for group in groups)
-    rules = (
-        experiment.container.shape_class,
-        experiment.pair_law,
-        experiment.wall_law,
-        experiment.surface,
-    )
-    return Traits(
-        number=experiment.number,
-        species=len({(group.radius, group.mass) for group in groups}),
-        masses=len({group.mass for group in groups}),
-        packing=math.nan,
-        crowding=math.nan,
-        published="",
-        free=math.isfinite(experiment.container.mass),
-        contact_duration=experiment.contact_duration,
-        elastic_below=experiment.elastic_below,
-        moves=any(moves),
-        at_rest=bool(experiment.species and not experiment.placed),
-        events=experiment.keeps_events,
-        states=bool(experiment.keeps_events or experiment.stored_times),
-        **traits_of_rules(*rules),
-    )
-
-
 def gas_type_of(point: Point) -> GasType:
     """Whether walls give energy to a point's gas; else whether collisions take some."""
-    return gas_type(traits(point))
+    return gas_type(traits_of(point.experiment))
 
 
 def elastic(point: Point) -> bool:

@@ -80,7 +80,7 @@ def _pressures(measurement: Measurement) -> list[Course]:
     scene, curve = measurement.scene, measurement.curve
     if np.any(measurement.time == 0):
         raise FigureError("nothing happens after the start of a repeat, so it has no pressure")
-    first = 0.0 if scene.container.has_wall else scene.kinetic_energy / scene.container.area
+    first = 0.0 if facts.hold(scene, "walls") else scene.kinetic_energy / scene.container.area
     return courses(curve.time, np.where(curve.time > 0, curve.pressure, first))
 
 
@@ -213,10 +213,12 @@ def a2(build: FigureBuilder) -> FigureData:
     With theory for balls of one type; of a mixture for each species. The first collisions belong to
     the start.
     """
-    if varying(build.points) == ["cor"] and all(build.start(p).equal_balls for p in build.points):
+    if varying(build.points) == ["cor"] and all(
+        facts.hold(build.start(point), "equal_balls") for point in build.points
+    ):
         return _a2_against_cor(build)
     for point, scene, collisions, rows in _a2(build):
-        names = [None] if scene.equal_balls else structure.species_names(scene)
+        names = [None] if facts.hold(scene, "equal_balls") else structure.species_names(scene)
         expected = None if build.too_thin(scene) else build.predicted(scene, *SONINE)
         for column, name in zip(np.moveaxis(rows, 2, 0), names, strict=True):
             if not np.isfinite(column).any():
@@ -411,9 +413,9 @@ def density_fluctuations(build: FigureBuilder) -> FigureData:
     over_time = _over_time(build, structure.density_fluctuation, logarithmic=True)
     limits = dict[str, float]()
     for index, (point, scene, times, rows) in enumerate(over_time):
-        packing = scene.packing_fraction
-        if scene.equal_balls and packing <= theory.DENSEST_FLUID:
-            limits[f"{packing:.2g}"] = theory.structure_at_zero(packing)
+        limit = theories.value_of(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
+        if limit is not None:
+            limits[f"{scene.packing_fraction:.2g}"] = limit
         _, kept = build.add_means(index, build.label(point), times, rows[..., 0])
         build.record(point, final=mean_and_error(kept[:, -1]))
     build.lines.append(Reference("y", 1.0, "independent points"))
@@ -494,7 +496,7 @@ def _a2(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
 
 def _a2_over_time(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
     """As of `_over_time`: of balls of one type means between times, of a mixture at the times."""
-    if not all(build.start(point).equal_balls for point in build.points):
+    if not all(facts.hold(build.start(point), "equal_balls") for point in build.points):
         yield from _over_time(build, structure.a2)
         return
     for point, times in _common_times(build, SUMS, of_states=False):

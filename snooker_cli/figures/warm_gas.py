@@ -17,7 +17,7 @@ from snooker_cli.analysis.profiles import (
     is_radial,
     measured_profile,
     middles,
-    walls_at_ends,
+    wall_temperatures,
 )
 from snooker_cli.containers import ENDS
 from snooker_cli.errors import FigureError
@@ -37,10 +37,9 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import axis_label, swept_numbers, traits, value_at
+from snooker_cli.figures.selection import axis_label, swept_numbers, value_at
 from snooker_cli.figures.sweeps import places_between, start_with
 from snooker_cli.formatting import listed, short, with_error
-from snooker_cli.laws import Thermal
 from snooker_cli.scene import Scene
 
 BINS = 20  # of profiles
@@ -134,9 +133,10 @@ def profiles(build: FigureBuilder) -> FigureData:
     styles: tuple[LineStyle, ...] = ("solid", "dashed", "dotted")
     for index, ((name, rows), style) in enumerate(zip(columns.items(), styles, strict=True)):
         build.add_means(index, name, places, rows, style)
-    walls = {place: law for place, law in walls_at_ends(scene).items() if isinstance(law, Thermal)}
-    for place, law in walls.items():
-        at = np.array([place]), np.array([law.temperature])
+    heats = wall_temperatures(scene).items()
+    walls = {place: heat for place, heat in heats if math.isfinite(heat)}
+    for place, heat in walls.items():
+        at = np.array([place]), np.array([heat])
         build.lines.append(Points(*at, None, None, 0, filled=False))
     packing = math.pi * float(np.mean(scene.radii**2)) * density
     panels, pressure = [Panel(mean_layers(places, packing), "packing")], None
@@ -192,7 +192,7 @@ def energy_balance(build: FigureBuilder) -> FigureData:
     steady, shares = CountedParts(build), list[Layer]()
     for index, point in enumerate(build.points):
         measurement, part = steady.gas(point).measurement, steady.averages(point)
-        lossy = facts.hold(traits(point), "lossy_pairs")
+        lossy = facts.hold(point.experiment, "lossy_pairs")
         curve, edges = measurement.curve, window_edges(measurement.curve.time)
         given = gains(edges, curve.time, curve.wall_energy) / np.diff(edges)
         # Without losses only rounding is left.
@@ -254,7 +254,7 @@ def heat_flux(build: FigureBuilder) -> FigureData:
             caption += " κ is that of elastic balls."
         numbers |= (jumps := _jumps(gas, through))
         caption += _jump_sentence(jumps, sides)
-    at_walls = np.array([*walls_at_ends(scene)]), through.mean(axis=0), standard_errors(through)
+    at_walls = np.array([*wall_temperatures(scene)]), through.mean(axis=0), standard_errors(through)
     build.lines.append(Points(*at_walls, "through the walls", 1))
     build.record(point, **numbers)
     return build.figure(caption, panels=tuple(panels))
@@ -266,15 +266,15 @@ def _jumps(gas: Gas, through: Array) -> dict[str, Any]:
     through : the flux of heat through both walls in each repeat, J/(m s)
     """
     found, profile = dict[str, Any](), gas.profile
-    for side, law in enumerate(walls_at_ends(gas.scene).values()):
-        if isinstance(law, Thermal):
+    for side, heat in enumerate(wall_temperatures(gas.scene).values()):
+        if math.isfinite(heat):
             strips = np.arange(len(AT_WALL)) if side == 0 else -1 - np.arange(len(AT_WALL))
             warm = profile.temperature[:, strips]
             packing = math.pi * gas.radius**2 * float(profile.density[:, strips].mean())
             here = packing, gas.radius, float(warm.mean()), gas.mass
             slope = float(through[:, side].mean()) / theory.thermal_conductivity(*here)
             expected = slope * theory.temperature_jump(*here) * (-1) ** side
-            jump = mean_and_error(law.temperature - warm @ AT_WALL)
+            jump = mean_and_error(heat - warm @ AT_WALL)
             found |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
     return found
 

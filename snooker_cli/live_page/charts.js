@@ -2,6 +2,7 @@
 // speeds beside Maxwell's law and the law at fixed energy. Of several gases, each has a colour; then
 // there is one pressure of each, and no law but Maxwell's.
 
+const STYLES = { ideal: ["soft", DOTS], finite: ["ink", DASHES] }; // of theories: colour and dashes
 const GAS_COLOURS = ["first", "second", "third", "fourth"];
 const FIT_EVERY = 300; // ms
 const FIRST_SPAN = 2; // crossings of the container at the start, on the axis of time
@@ -9,13 +10,12 @@ const GROWTH = 1.5; // of that axis, when the time reaches its end
 const FIRST_COLLISIONS = 100; // collisions whose mean pressure may leave the panel; at most a tenth of all
 
 class GasCharts extends Panels {
-  constructor(canvas, fluid) {
+  constructor(canvas) {
     super(canvas, [
       { name: phrase`kinetic energy`, foot: false },
       { name: phrase`mean pressure`, foot: true },
       { name: phrase`balls by speed`, foot: true, percent: true, top: MOST_SHARE },
     ]);
-    this.fluid = fluid;
     this.log = false;
     this.isBrief = false; // for beginners: without the virial, where there is a wall
   }
@@ -78,8 +78,8 @@ class GasCharts extends Panels {
 
   // The energy of a gas that is as warm as its wall, J; 0 where nothing is compared with it.
   get wallEnergy() {
-    const traits = traitsOf(this.gas.scene);
-    return applies("wall", traits) ? traits.number * traits.wallTemperature : 0;
+    const traits = traitsOf(this.gas.scene), { wall } = THEORIES.energy;
+    return applies(wall, traits) ? wall.value(traits) : 0;
   }
 
   scaleEnergy(panel, courses) {
@@ -94,7 +94,7 @@ class GasCharts extends Panels {
   drawEnergy(pen, panel, courses) {
     const warm = this.several ? 0 : this.wallEnergy, { from, energy, k, alpha } = this.decay ?? {};
     const laws = this.decay ? [
-      ["ink", DASHES, phrase`Haff’s law: α = ${short(alpha)} 1/s`, (t) => (1 + alpha * t) ** -2],
+      ["ink", DASHES, phrase`Haff’s law: α = ${short(alpha)} 1/s`, (t) => FORMULAS.haffRatio(t, alpha)],
       ["fourth", DOTS, phrase`exponential: k = ${short(k)} 1/s`, (t) => Math.exp(-k * t)],
     ] : [];
     this.inside(pen, panel, () => {
@@ -121,20 +121,17 @@ class GasCharts extends Panels {
   // Mean pressures since the means began, at each row: at the wall, by the virial, and by theory; one of
   // several gases.
   pressures(gas, rows) {
-    const all = [], { scene, from } = gas;
-    const { pairLaw, container } = scene, N = gas.number, drift = driftEnergy(scene);
-    const disk = applies("ratio", traitsOf(scene)) ? this.fluid.ratio(N, scene.radii[0], container, pairLaw.cor) : null;
+    const all = [], { scene, from } = gas, traits = traitsOf(scene), balls = equalBallsOf(scene);
     const add = (name, colour, dash) => all.push({ name, colour, dash, values: [] }) && all[all.length - 1].values;
     const wall = hasWalls(scene.container) ? add(phrase`at the wall`, "third") : null;
     const virial = gas.number > 1 && !(wall && (this.isBrief || this.several)) ? add(phrase`by the virial`, "first") : null;
-    const ideal = this.several ? null : add(THEORY.ideal, "soft", DOTS);
-    const disks = this.several || disk === null ? null : add(THEORY.finite, "ink", DASHES);
+    const theories = Object.entries(this.several ? {} : THEORIES.pressure).filter(([, theory]) => applies(theory, traits));
+    const laws = theories.map(([name, { model, value }]) => [value, add(model, ...STYLES[name])]);
     for (const row of rows) {
       const means = row.time > from.time ? gas.meter.means(from, row) : null;
       wall?.push(means?.wall);
       virial?.push(means?.virial);
-      ideal?.push(means?.ideal);
-      disks?.push(means ? means.ideal * asMet(disk, { ...means, N, container, drift }) : undefined);
+      for (const [value, values] of laws) values.push(means ? value(gasOf(balls, means.temperature)) : undefined);
     }
     return all;
   }
@@ -173,19 +170,20 @@ class GasCharts extends Panels {
     pen.setLineDash(DASHES.line);
     pen.lineWidth = 1.4;
     pen.strokeStyle = paint("ink");
-    this.density(pen, panel, maxwellDensity);
-    const { gas } = this, fixed = !this.several && applies("speeds", traitsOf(gas.scene));
-    if (fixed) {
+    const { scene } = this.gas, balls = equalBallsOf(scene), { maxwell, fixed } = THEORIES.speeds;
+    this.density(pen, panel, (v) => maxwell.value(balls, v));
+    const isFixed = !this.several && applies(fixed, traitsOf(scene));
+    if (isFixed) {
       pen.setLineDash(DOTS.line);
       pen.strokeStyle = paint("first");
-      this.density(pen, panel, fixedEnergyDensity(hasWalls(gas.scene.container) ? gas.number : gas.number - 1));
+      this.density(pen, panel, (v) => fixed.value(balls, v));
     }
     pen.setLineDash([]);
     this.heading(pen, panel, courses.map(({ now, colour }) => [colour ?? paint("second"), `T = ${short(now.temperature)} J`]));
     pen.fillStyle = paint("ink");
-    this.note(pen, panel, `${DASHES.text} ${THEORY.maxwell}`);
+    this.note(pen, panel, `${DASHES.text} ${maxwell.model}`);
     pen.fillStyle = paint("first");
-    if (fixed) this.note(pen, panel, `${DOTS.text} ${THEORY.fixed}`, 1);
+    if (isFixed) this.note(pen, panel, `${DOTS.text} ${fixed.model}`, 1);
   }
 
   // A line through points [time, value]; if it holds its values, with steps.

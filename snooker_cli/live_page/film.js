@@ -107,7 +107,7 @@ class FilmPage extends PlayerPage {
     this.screens = screens;
     this.playheads = screens.map(({ playhead }) => playhead);
     this.several = screens.length > 1;
-    this.charts = new GasCharts(find("charts"), new Fluid(content.theory));
+    this.charts = new GasCharts(find("charts"));
     this.pace = content.pace;
     this.speed = 1;
     const films = content.films, largest = (value) => Math.max(...films.map(value));

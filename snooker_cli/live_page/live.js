@@ -1,7 +1,9 @@
 // The page: what runs, how fast, and what buttons, sliders and keys do.
 
 const content = JSON.parse(find("data").textContent);
-for (const { config: { balls } } of content.scenes) {
+for (const scene of content.scenes) {
+  scene.config = { ...content.defaults, ...scene.config };
+  const { balls } = scene.config;
   if (!balls.list) continue;
   const [keys, ...rows] = balls.list; // without what a ball does not give
   balls.list = rows.map((row) => Object.fromEntries(keys.map((key, k) => [key, row[k]]).filter(([, value]) => value !== null)));
@@ -50,9 +52,8 @@ function saveCanvas(canvas, name) {
 class LivePage extends PlayerPage {
   constructor() {
     super();
-    this.fluid = new Fluid(content.theory);
-    this.charts = new GasCharts(find("charts"), this.fluid);
-    this.table = new Table(this.fluid);
+    this.charts = new GasCharts(find("charts"));
+    this.table = new Table();
     this.controls = new Controls(find("controls"), content.controls, (control, value) => this.changed(control, value));
     this.pace = "time";
     this.speeds = { ...NORMAL };

@@ -218,9 +218,7 @@ function tableRow(config, results, scene = startingScene(config, 0)) {
   for (const name of MEASURED) {
     [row[name], row[`${name}Error`]] = meanAndError(values.map((result) => result[name] ?? NaN));
   }
-  const { velocities: v } = scene;
-  const energy = scene.masses.reduce((sum, m, i) => sum + (m * (v[2 * i] ** 2 + v[2 * i + 1] ** 2)) / 2, 0);
-  row.startTemperature = meetingTemperature(energy, number, scene.container, row.drift);
+  row.startEnergy = kineticEnergyOf(scene) / number;
   return row;
 }
 
@@ -239,7 +237,6 @@ function centreEnergy({ velocities, masses }) {
   return (across ** 2 + along ** 2) / (2 * mass);
 }
 
-// The temperature at which balls of an energy (J) meet each other, J.
-function meetingTemperature(energy, number, container, drift) {
-  return hasWalls(container) || number === 1 ? energy / number : (energy - drift) / (number - 1);
-}
+// The energy of the balls' motion, J.
+const kineticEnergyOf = ({ velocities: v, masses }) =>
+  masses.reduce((sum, m, i) => sum + (m * (v[2 * i] ** 2 + v[2 * i + 1] ** 2)) / 2, 0);

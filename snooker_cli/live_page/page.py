@@ -12,7 +12,6 @@ import yaml
 from numpy.typing import NDArray
 
 from snooker_cli import config as configs
-from snooker_cli import theory
 from snooker_cli.config import BallList, Experiment, Loaded
 from snooker_cli.containers import Circle, Container, Rectangle
 from snooker_cli.engine import webassembly
@@ -30,7 +29,7 @@ from snooker_cli.laws import (
     parts_of,
     word_of,
 )
-from snooker_cli.live_page.page_facts import facts_source
+from snooker_cli.live_page.page_theories import theories_source
 from snooker_cli.pages.html_page import (
     PAGES,
     SHARED,
@@ -126,11 +125,10 @@ def live_page(
     scenes = [own] * is_own + [_translated(scene, words) for scene in scenes]
     data = {
         "start": own_start(experiment),
-        "scenes": [scene | {"config": _with_rows(scene["config"])} for scene in scenes],
+        "scenes": [scene | {"config": _short(scene["config"])} for scene in scenes],
         "defaults": _defaults(),
         "controls": controls,
         "view": "beginner" if beginner else "full",
-        "theory": theory_numbers(),
         "colours": SPEED_COLOURS,
     }
     parts = {
@@ -197,10 +195,10 @@ def _translated(scene: dict[str, Any], words: Words) -> dict[str, Any]:
 
 
 def engine_source(*more: str) -> str:
-    """The facts of a gas, the engine and more scripts, in strict mode; not the compiled modules."""
+    """The engine and more scripts, in strict mode; not the compiled modules."""
     layout = script_data(webassembly.description())
     code = script_of(LIVE, *ENGINE_SCRIPTS, *more)
-    return f'"use strict";\nconst ENGINE = {layout};\n{facts_source()}{code}'
+    return f'"use strict";\nconst ENGINE = {layout};\n{code}'
 
 
 def packed_modules(boundaries: Set[str]) -> dict[str, Any]:
@@ -216,15 +214,12 @@ def packed_modules(boundaries: Set[str]) -> dict[str, Any]:
 
 def worker_source() -> str:
     """What simulates and measures without a page: one script for pages, workers and tests."""
-    return engine_source(*STARTING, *MEASURING)
+    return engine_source(*STARTING) + measuring_source()
 
 
-def theory_numbers() -> dict[str, Any]:
-    """The numbers of ``theory.py`` that ``Fluid`` of theory.js needs."""
-    return {
-        "contact": theory.PADE_CONTACT.tolist(),
-        "denominator": theory.PADE_DENOMINATOR.tolist(),
-    }
+def measuring_source() -> str:
+    """What measures, with the theories."""
+    return script_of(LIVE, *MEASURING) + theories_source()
 
 
 def own_start(experiment: Experiment) -> dict[str, Any] | None:
@@ -292,9 +287,10 @@ def _boundaries(scenes: list[dict[str, Any]]) -> set[str]:
     return boundaries_of({configs.validated(scene["config"]).container.shape for scene in scenes})
 
 
-def _with_rows(config: dict[str, Any]) -> dict[str, Any]:
-    """The config with listed balls as rows of values below one row of keys: half as long."""
-    balls = config["balls"]
+def _short(config: dict[str, Any]) -> dict[str, Any]:
+    """The config without defaults, with listed balls as rows of values below one row of keys."""
+    known, balls = _defaults(), config["balls"]
+    config = {key: value for key, value in config.items() if value != known[key]}
     if not isinstance(balls, dict) or balls.get("list") is None:
         return config
     keys = list({key: None for ball in balls["list"] for key in ball})
@@ -303,7 +299,7 @@ def _with_rows(config: dict[str, Any]) -> dict[str, Any]:
 
 
 def _defaults() -> dict[str, Any]:
-    """The keys of a config that can be left out, with their values."""
+    """The keys of a config in their order, with what they are if left out; needed ones are null."""
     fields = Experiment.model_fields.items()
-    values = {key: field.default for key, field in fields if not field.is_required()}
+    values = {key: None if field.is_required() else field.default for key, field in fields}
     return values | {"sweep": {}}

@@ -16,8 +16,8 @@ const COLUMNS = [
   { key: "ratio", text: "PV/NT", measured: true, axis: true },
   { key: "k", text: "k", unit: "1/s", measured: true, axis: true, rare: true, help: phrase`decay constant of the energy` },
   { key: "alpha", text: "α", unit: "1/s", measured: true, axis: true, rare: true, help: phrase`constant of Haff’s law` },
-  { key: "ratioTheory", text: `PV/NT, ${THEORY.finite}`, rare: true, help: phrase`theory` },
-  { key: "alphaTheory", text: `α, ${THEORY.finite}`, unit: "1/s", rare: true, help: phrase`theory` },
+  { key: "ratioTheory", text: `PV/NT, ${THEORIES.ratio.finite.model}`, rare: true, help: phrase`theory` },
+  { key: "alphaTheory", text: `α, ${THEORIES.alpha.finite.model}`, unit: "1/s", rare: true, help: phrase`theory` },
   { key: "early", text: phrase`ended early`, rare: true, help: phrase`in a wall trap or a collapse` },
   { key: "wallCor", text: phrase`wall CoR`, axis: true, varied: true },
   { key: "wallTemperature", text: phrase`wall T`, unit: "J", axis: true, varied: true },
@@ -32,24 +32,13 @@ const COLUMNS = [
 
 const ALONE = 9; // px: half of the line of a theory that is known at one row only
 
-// The theories of a column: name, colour, dashes, and the value for a row, null where there is none.
-function theoriesOf(key, fluid) {
-  const ideal = (row) => (row.N * row.temperature) / areaOf(row.container);
-  const traits = ({ N, r, cor, container, traits: measured }) => {
-    const packing = packingOf({ container, radii: Array(N).fill(r) });
-    return { ...measured, number: N, cor, ...fullness(packing, r, container) };
-  };
-  const disks = (row) => (applies("ratio", traits(row)) ? asMet(fluid.ratio(row.N, row.r, row.container, row.cor), row) : null);
-  return {
-    pressure: [
-      [THEORY.ideal, "soft", DOTS, ideal],
-      [THEORY.finite, "ink", DASHES, (row) => (disks(row) === null ? null : disks(row) * ideal(row))],
-    ],
-    ratio: [[THEORY.ideal, "soft", DOTS, () => 1], [THEORY.finite, "ink", DASHES, disks]],
-    alpha: [[THEORY.finite, "ink", DASHES, (row) => (applies("alpha", traits(row)) ? fluid.haffRate({
-      ...row, number: row.N, radius: row.r, temperature: row.startTemperature,
-    }) : null)]],
-  }[key] ?? [];
+// The value of a theory for a row, null where it does not hold.
+function valueAtRow(theory, row) {
+  const { N: number, r: radius, cor, container } = row, packing = packingOf({ container, radii: Array(number).fill(radius) });
+  const traits = { ...row.traits, number, cor, ...fullness(packing, radius, container) };
+  if (!applies(theory, traits)) return null;
+  const balls = equalBalls({ ...row, number, radius, energy: number * row.startEnergy });
+  return theory.value(gasOf(balls, row.temperature));
 }
 
 // A row between two: all numbers that both have are between theirs.
@@ -81,8 +70,7 @@ const valueWithError = (value, error) => {
 };
 
 class Table {
-  constructor(fluid) {
-    this.fluid = fluid;
+  constructor() {
     this.plot = new Panels(find("plot"), [{ name: "", foot: true }]);
     this.axes = { "plot-x": "packing", "plot-y": "ratio" };
     this.rows = [];
@@ -121,9 +109,8 @@ class Table {
   }
 
   add(row) {
-    const theory = (key) => theoriesOf(key, this.fluid).find(([title]) => title === THEORY.finite)[3](row);
-    row.ratioTheory = theory("ratio");
-    row.alphaTheory = theory("alpha");
+    row.ratioTheory = valueAtRow(THEORIES.ratio.finite, row);
+    row.alphaTheory = valueAtRow(THEORIES.alpha.finite, row);
     this.rows.push(row);
     this.show();
   }
@@ -188,9 +175,10 @@ class Table {
     const [x, y] = ["plot-x", "plot-y"].map((menu) => COLUMNS.find(({ key }) => key === find(menu).value));
     const points = this.rows.filter((row) => [x, y].every(({ key }) => Number.isFinite(row[key])));
     points.sort((first, second) => first[x.key] - second[x.key]);
-    const theories = theoriesOf(y.key, this.fluid);
-    const curves = theories.map(([name, colour, dash, law]) =>
-      ({ name, colour, dash, pieces: this.pieces(points, x.key, law) }));
+    const curves = Object.entries(THEORIES[y.key] ?? {}).map(([key, theory]) => {
+      const [colour, dash] = STYLES[key], law = (row) => valueAtRow(theory, row);
+      return { name: theory.model, colour, dash, pieces: this.pieces(points, x.key, law) };
+    });
     const errorOf = (row, { key, measured }) => (measured ? row[`${key}Error`] || 0 : 0);
     const ends = (row, axis) => [-1, 1].map((sign) => row[axis.key] + sign * errorOf(row, axis));
     const highest = points.map((row) => ends(row, y)[1]);

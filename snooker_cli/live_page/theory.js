@@ -1,11 +1,6 @@
-// The formulas of theory.py and analysis/gas.py that the page needs, with the same symbols; their sources
-// are there. A container is { shape, size: [width, height] }, m; its area and the length of its wall are
-// in scene.js. Whether a theory holds is asked by `applies`: FACTS and NEEDS are those of the program.
-
-// The names that theories have in `snooker compare`, too.
-const THEORY = {
-  ideal: phrase`ideal gas law`, finite: phrase`hard disks, finite N`, maxwell: phrase`Maxwell-Boltzmann`, fixed: phrase`fixed energy`,
-};
+// What the program's theories see of a gas. THEORIES are those of the program, with their needs and their
+// values, see page_theories.py. A container is { shape, size: [width, height] }, m; its area and the length of
+// its wall are in scene.js.
 
 const hasWalls = (container) => !(repeatsAlong(0, container) && repeatsAlong(1, container));
 
@@ -26,7 +21,7 @@ function traitsOf({ container, radii, masses, velocities, pairLaw, wallLaw, surf
   const hot = laws.filter(givesEnergy), changing = laws.filter((law) => givesEnergy(law) || cor(law) < 1);
   const wallKeepsSlip = !walls || !surface || keepsSlip(surface.wall_tangential_cor, surface.wall_friction);
   const temperatures = new Set(wallKeepsSlip ? changing.map(({ temperature = 0 }) => temperature) : []);
-  const energy = sum(Array.from(masses, (mass, k) => (mass * (velocities[2 * k] ** 2 + velocities[2 * k + 1] ** 2)) / 2));
+  const energy = kineticEnergyOf({ masses, velocities });
   return {
     number, species: new Set(balls).size, masses: new Set(masses).size, walls, keepsDrift: keepsDrift(container),
     ...fullness(packingOf({ container, radii }), sum(Array.from(radii)) / number, container),
@@ -47,102 +42,56 @@ function fullness(packing, radius, container) {
 // Whether contacts take no energy along the tangent.
 const keepsSlip = (cor, friction) => cor === -1 || friction === 0 || (cor === 1 && friction === null);
 
-const applies = (theory, traits) => NEEDS[theory].every((need) => FACTS[need](traits));
+const applies = ({ needs }, traits) => needs.every((fact) => fact(traits));
 
-// Polynomials by their coefficients, the constant first.
-const valueAt = (polynomial, x) => polynomial.reduceRight((sum, factor) => sum * x + factor, 0);
-const derivative = (polynomial) => polynomial.map((factor, power) => power * factor).slice(1);
-
-function productOf(first, second) {
-  const result = new Array(first.length + second.length - 1).fill(0);
-  first.forEach((a, i) => second.forEach((b, j) => { result[i + j] += a * b; }));
-  return result;
+// A container as the program's theories see it.
+function placeOf(container) {
+  const [width, height] = container.size, repeats = [0, 1].map((axis) => repeatsAlong(axis, container));
+  return {
+    area: areaOf(container), wallLength: wallLengthOf(container), hasWall: hasWalls(container), periodic: repeats,
+    accessible: (radius) => accessible(container, radius),
+    packingFraction: (squares) => (packingFactor(container) * squares) / (width * height),
+  };
 }
 
-// The hard-disk fluid with the numbers of theory.py.
-class Fluid {
-  // contact, denominator: coefficients of the Padé approximant
-  constructor({ contact, denominator }) {
-    Object.assign(this, { contact, below: denominator });
-    const above = [0, ...denominator];
-    contact.forEach((factor, power) => { above[power + 2] = (above[power + 2] ?? 0) + factor; });
-    const rising = productOf(derivative(above), denominator), falling = productOf(above, derivative(denominator));
-    this.slope = rising.map((factor, power) => factor - falling[power]);
-  }
+// A scene of equal balls as theories see it. energy, drift: of all balls at the start, and of their centre, J.
+const equalBalls = ({ number, radius, mass, container, containerMass, cor, wallCor, energy, drift }) => ({
+  number, radii: [radius], masses: [mass], container: placeOf(container), containerMass,
+  restitution: cor, wallRestitution: wallCor, kineticEnergy: energy, driftEnergy: drift,
+});
 
-  contactValue(packing) {
-    return valueAt(this.contact, 2 * packing) / valueAt(this.below, 2 * packing);
-  }
+// The same of the scene of a gas; its balls are equal wherever a theory of them holds.
+const equalBallsOf = (scene) => equalBalls({
+  number: scene.radii.length, radius: scene.radii[0], mass: scene.masses[0], container: scene.container,
+  containerMass: scene.containerMass, cor: scene.pairLaw.cor, wallCor: scene.wallLaw.cor ?? 1,
+  energy: kineticEnergyOf(scene), drift: driftEnergy(scene),
+});
 
-  compressibility(packing) {
-    return 1 + 2 * packing * this.contactValue(packing);
-  }
-
-  // P''/P' of P = ηZ.
-  bending(packing) {
-    const relative = (polynomial) => valueAt(derivative(polynomial), 2 * packing) / valueAt(polynomial, 2 * packing);
-    return 2 * (relative(this.slope) - 2 * relative(this.below));
-  }
-
-  // PV/NT of N equal balls at the wall, or without walls in the box, and by the virial.
-  state(number, radius, container) {
-    const covered = number * Math.PI * radius ** 2, whole = areaOf(container);
-    const { area, edge, spreading } = accessible(container, radius);
-    const linear = area - covered, quadratic = area + 2 * radius * edge;
-    const packing = (2 * covered) / (linear + Math.sqrt(linear ** 2 + 4 * quadratic * covered));
-    const density = packing / (Math.PI * radius ** 2);
-    const tension = (-density * radius * packing) / (1 - packing) ** 2;
-    const bulk = density * this.compressibility(packing);
-    const adsorbed = (2 * radius * packing ** 2) / (1 + packing);
-    const slope = (2 * radius * packing * (2 + packing)) / (1 + packing) ** 2, room = area + slope * edge;
-    const bend = (((4 * radius) / (1 + packing) ** 3) * edge) / room - this.bending(packing) + 1 / packing;
-    const ofVariance = (growth, lengthening) =>
-      ((growth + slope * lengthening) / room - (bend * (packing * growth + adsorbed * lengthening)) / room) / 2;
-    const force = bulk * edge - tension * spreading - ofVariance(edge, spreading);
-    const work = 2 * bulk * area - tension * edge - ofVariance(2 * area, edge);
-    const virialRatio = work / (2 * number);
-    const ratio = hasWalls(container) ? ((force / wallLengthOf(container)) * whole) / number : virialRatio;
-    return { ratio, virialRatio };
-  }
-
-  // PV/NT at a CoR between balls: what their collisions add is (1 + e)/2 of that of elastic ones. T is
-  // the temperature at which they meet each other.
-  ratio(number, radius, container, cor) {
-    const state = this.state(number, radius, container);
-    const { area, edge } = accessible(container, radius);
-    const alone = hasWalls(container) ? ((edge / area) * areaOf(container)) / wallLengthOf(container) : 1;
-    return alone + ((1 + cor) / 2) * (state.ratio - alone);
-  }
-
-  // Haff's α of N equal balls at fixed energy that begin at a temperature, 1/s.
-  haffRate({ number, radius, mass, container, containerMass, temperature, cor, wallCor }) {
-    const state = this.state(number, radius, container), walls = hasWalls(container);
-    const components = walls ? 2 * number : 2 * number - 2, factor = fixedEnergyFactor(components / 2);
-    const pairs = (factor * 2 * (state.virialRatio - 1) * Math.sqrt(temperature / (Math.PI * mass))) / radius;
-    let wall = 0;
-    if (walls) {
-      const force = (wallLengthOf(container) * state.ratio * number * temperature) / areaOf(container);
-      const impulse = Math.sqrt(2 * Math.PI * mass * temperature) / fixedEnergyFactor(number);
-      wall = (force / (number * impulse)) * Math.sqrt(1 + mass / containerMass);
-    }
-    const sonine = (16 * (1 - cor) * (1 - 2 * cor ** 2)) / (73 - 41 * cor - 2 * (1 - cor) * cor ** 2);
-    const cooling = ((1 - cor ** 2) * pairs * (1 + (3 * sonine) / 16)) / 2 + (1 - wallCor ** 2) * wall;
-    return (((number * 2) / (components + 1)) * cooling) / 2;
-  }
+// `Gas` of analysis/gas.py: a scene, with the means that theories need. temperature: of all motion, J.
+function gasOf(scene, temperature) {
+  const energy = scene.number * temperature;
+  return {
+    scene, temperature, idealPressure: energy / scene.container.area, startingSpeedRatio: 1,
+    meetingRatio: FORMULAS.meetingTemperature(energy, scene, scene.driftEnergy) / temperature,
+  };
 }
 
-// √N Γ(N)/Γ(N + ½): the mean speed of N balls at fixed energy over Maxwell's.
-function fixedEnergyFactor(number) {
-  let ratio = 2 / Math.sqrt(Math.PI);
-  for (let n = 1; n < number; n++) ratio *= n / (n + 0.5);
-  return Math.sqrt(number) * ratio;
+// A function that keeps its last value, as ``lru_cache`` does with more.
+function remembered(of) {
+  let last = null, value;
+  return (...given) => {
+    if (!last || given.some((one, k) => one !== last[k])) [last, value] = [given, of(...given)];
+    return value;
+  };
 }
 
-// The density of the speed over √(2T/m) of one of N balls at fixed energy.
-const fixedEnergyDensity = (number) => (v) =>
-  v * v < number ? ((2 * (number - 1) * v) / number) * (1 - (v * v) / number) ** (number - 2) : 0;
+// A polynomial by its coefficients, the constant first.
+const polyval = (x, coefficients) => coefficients.reduceRight((sum, factor) => sum * x + factor, 0);
 
-// PV/NT with the temperature of all motion instead of that at which balls meet each other.
-function asMet(ratio, { N, temperature, container, drift }) {
-  return 1 + ((ratio - 1) * meetingTemperature(N * temperature, N, container, drift)) / temperature;
+// ln Γ(x): Stirling's series, from 12 on to the last digits.
+function lgamma(x) {
+  let before = 0;
+  for (; x < 12; x++) before += Math.log(x);
+  const terms = polyval(1 / x ** 2, [1 / 12, -1 / 360, 1 / 1260, -1 / 1680, 1 / 1188]) / x;
+  return (x - 0.5) * Math.log(x) - x + Math.log(2 * Math.PI) / 2 + terms - before;
 }

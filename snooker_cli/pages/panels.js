@@ -198,8 +198,6 @@ class Panels {
   }
 }
 
-const maxwellDensity = (v) => 2 * v * Math.exp(-v * v);
-
 function linearTicks({ low = 0, top, percent }) {
   const step = niceStep(top - low, 4), text = (value) => (percent ? `${Math.round(100 * value)} %` : tickLabel(value, step));
   return multiples(step, low, top).map((value) => [value, text(value)]);

@@ -29,7 +29,7 @@ from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, OWN_FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.caption_text import setting
-from snooker_cli.figures.selection import gas_type_of, spread, swept_number, traits
+from snooker_cli.figures.selection import gas_type_of, spread, swept_number
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label, printable
 from snooker_cli.report.document import Pages, packaged
@@ -192,7 +192,7 @@ def trivial(
 ) -> dict[str, str]:
     """The figures that say little of these points, without those asked for, and the reasons."""
     given = (p.experiment.placed or getattr(p.experiment.balls, "list", ()) for p in points)
-    known = [traits(point) for point in points]
+    known = [facts.traits_of(point.experiment) for point in points]
     lossy_starts = [scene for scene in starts if facts.hold(scene, "lossy_pairs")]
     ratios = [value_of(scene, CRITICAL_RATIO, CRITICAL) for scene in lossy_starts]
     clusters = any(ratio is not None and ratio > 1 for ratio in ratios)

@@ -16,7 +16,7 @@ from snooker_cli.containers import Container
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
-from snooker_cli.laws import Constant, is_random, parts_of, word_of
+from snooker_cli.laws import is_random, parts_of, word_of
 from snooker_cli.memory import MEMORY
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.run import RepeatState, Run
@@ -142,7 +142,7 @@ def _collisions(experiment: Experiment, balls: int, rates: tuple[float, float]) 
         return most or 0
     pairs, wall = rates
     zeta = theory.cooling_rate(experiment.cor, pairs, experiment.effective_wall_cor, wall)
-    if experiment.wall_law.gains:  # the gas stays about as warm as it starts
+    if facts.hold(experiment, "warm_walls"):  # the gas stays about as warm as it starts
         zeta = 0.0
     time = theory.time_without_cooling(experiment.time, theory.haff_rate(zeta))
     number = min(balls * (pairs / 2 + wall) * time, MOST_COLLISIONS)  # else it may be infinite
@@ -157,7 +157,7 @@ def _end(experiment: Experiment, balls: int, rates: tuple[float, float]) -> floa
         return LAST_TIME
     elastic = experiment.collisions / rate
     zeta = theory.cooling_rate(experiment.cor, pairs, experiment.effective_wall_cor, wall)
-    alpha = 0.0 if experiment.wall_law.gains else theory.haff_rate(zeta)
+    alpha = 0.0 if facts.hold(experiment, "warm_walls") else theory.haff_rate(zeta)
     if alpha * elastic > math.log(LAST_TIME):
         return LAST_TIME
     return math.expm1(alpha * elastic) / alpha if alpha else elastic
@@ -165,16 +165,16 @@ def _end(experiment: Experiment, balls: int, rates: tuple[float, float]) -> floa
 
 def _loss_models(experiment: Experiment) -> dict[str, bool]:
     """Which losses a point has, what ends its repeats because of them, and what prevents that."""
-    shape = experiment.container.shape_class
-    law = experiment.wall_law
-    at_wall = shape.has_wall and experiment.effective_wall_cor < 1.0
-    laws = experiment.pair_law, *parts_of(law)
-    words = dict.fromkeys(word_of(part) for part in laws if not isinstance(part, Constant))
-    words |= {} if experiment.surface is None else {"rough": None}
+    traits, shape = facts.traits_of(experiment), experiment.container.shape_class
+    at_wall = facts.hold(traits, "walls") and experiment.effective_wall_cor < 1.0
+    traps = at_wall and facts.hold(traits, "cold") and shape.traps
+    laws = experiment.pair_law, *parts_of(experiment.wall_law)
+    words = dict.fromkeys(word for word in map(word_of, laws) if word != "constant")
+    words |= {"rough": None} if facts.hold(traits, "rough") else {}
     return {f"{LAW}{word}": True for word in words} | {
-        "losses between balls": experiment.cor < 1.0,
+        "losses between balls": facts.hold(traits, "lossy_cor"),
         "losses at the wall": at_wall,
-        "wall traps": at_wall and not law.gains and shape.traps and experiment.collapse == "stop",
+        "wall traps": traps and experiment.collapse == "stop",
         "collapse": True,
         "lasting contacts": experiment.contact_duration > 0.0,
         "slow collisions elastic": experiment.elastic_below > 0.0,
@@ -338,7 +338,7 @@ def _estimates(
     """Collisions, time on one thread (s) and disk for some repeats."""
     collisions, events = _collisions(experiment, balls, rates), scene_class.models["events"]
     stored, recording = float(BYTES_OF_SUMMARY), 1.5e-6 * min(collisions, 20_000)
-    more = 0 if experiment.surface is None else BYTES_OF_ROUGH
+    more = BYTES_OF_ROUGH if facts.hold(experiment, "rough") else 0
     if experiment.stored_times:
         times = snapshot_times(
             experiment, first_scene(experiment, 0), _end(experiment, balls, rates)

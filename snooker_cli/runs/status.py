@@ -5,7 +5,6 @@ lock and has begun to write the file; short repeats are simulated in memory, so 
 until their file exists. It has failed if the record of failures names it and it is not done.
 """
 
-import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from datetime import UTC, datetime
@@ -14,11 +13,10 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from snooker_cli import store
+from snooker_cli import facts, store
 from snooker_cli.config import Experiment, Point
 from snooker_cli.files import unfinished
 from snooker_cli.formatting import counted, printable
-from snooker_cli.laws import Constant
 from snooker_cli.runs.folder import failures, is_locked
 from snooker_cli.runs.run import RepeatState, RepeatStatus, Run, point_and_repeats
 from snooker_cli.trace import StopReason
@@ -122,16 +120,15 @@ def ending(reason: str) -> str:
 
 def continuing(experiment: Experiment, reason: StopReason) -> str:
     """What a config sets so that repeats with such an end continue; empty if there is no way."""
-    lossy = min(experiment.cor, experiment.effective_wall_cor) < 1.0
+    traits = facts.traits_of(experiment)
     if reason is StopReason.WALL_TRAP and experiment.collapse == "stop":
-        rubs = experiment.surface is not None and experiment.surface.rubs_wall
-        if rubs or not isinstance(experiment.wall_law, Constant):
+        if not facts.hold(traits, "smooth_wall", "one_wall_cor"):
             return "`collapse: {tc: 0.01}`"
-        if math.isinf(experiment.container.mass):
+        if facts.hold(traits, "fixed"):
             return "`collapse: slide` (exact)"
         return "`collapse: slide` (exact, fixed container) or `collapse: {tc: 0.01}`"
-    if reason is StopReason.COLLAPSE and experiment.collapse in ("stop", "slide") and lossy:
-        return "`collapse: {tc: 0.01}`"
+    if reason is StopReason.COLLAPSE and experiment.collapse in ("stop", "slide"):
+        return "`collapse: {tc: 0.01}`" if facts.hold(traits, "lossy") else ""
     return ""
 
 

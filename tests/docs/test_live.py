@@ -27,9 +27,9 @@ values.map((value) => {
   config.collisions = collisions;
   const results = Array.from({ length: starts }, (_, repeat) => measureRepeat(config, repeat));
   const row = tableRow(config, results), last = columns[columns.length - 1];
-  const [, , , law] = theoriesOf(last, fluid).find(([name]) => name === theory);
+  const law = Object.values(THEORIES[last]).find(({ model }) => model === theory);
   const cells = columns.map((key) => valueWithError(row[key], row[`${key}Error`]));
-  return [String(value), ...cells, short(law(row), 4)];
+  return [String(value), ...cells, short(valueAtRow(law, row), 4)];
 })
 """
 

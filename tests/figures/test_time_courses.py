@@ -349,6 +349,20 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Run:
     return made(tmp_path_factory.mktemp("stored") / "run", text=STORED)
 
 
+def test_large_cells_of_an_elastic_fluid_have_a_limit(stored: Run, tmp_path: Path) -> None:
+    """A gas that cools has clusters instead."""
+    text = STORED.replace("cor: 0.8", "cor: 1").replace("30000", "300")
+    elastic = made(tmp_path / "elastic", text=text)
+    packing = next(elastic.traces(elastic.points[0])).start.packing_fraction
+    limits = layers(shown(elastic, "density-fluctuations"), Reference)
+    assert [(one.value, one.label) for one in limits] == [
+        (1.0, "independent points"),
+        (theory.structure_at_zero(packing), "S(0) of elastic disks"),
+    ]
+    assert "S(0)" in shown(elastic, "density-fluctuations").caption
+    assert "S(0)" not in shown(stored, "density-fluctuations").caption
+
+
 def test_figures_of_snapshots_have_the_stored_states(stored: Run) -> None:
     """At the times that both repeats have, without the end, which may be a collision."""
     first, second = traces(stored, 0)
@@ -370,12 +384,6 @@ def test_figures_of_snapshots_have_the_stored_states(stored: Run) -> None:
     ]
     final = shown(stored, "density-fluctuations").numbers["points"][0]["final"]
     assert math.isclose(final, np.mean(densities))
-    packing = first.start.packing_fraction
-    limits = layers(shown(stored, "density-fluctuations"), Reference)
-    assert [(one.value, one.label) for one in limits] == [
-        (1.0, "independent points"),
-        (theory.structure_at_zero(packing), "S(0) of elastic disks"),
-    ]
     for name in ("hexatic-order", "local-energy"):
         assert layers(shown(stored, name), Line)[0].x.tolist() == times.tolist()
     assert "record: events" in why_not(stored, "pair-distances")

@@ -110,6 +110,7 @@ CONTROL = """
   seen.hint = text("hint");
   seen.helped = [...document.querySelectorAll("#controls input[type=number], #controls select")]
     .every((at) => document.getElementById(at.getAttribute("aria-describedby"))?.textContent);
+  await new Promise(requestAnimationFrame); // charts have their name from the first drawing on
   const named = (at) => at.labels?.length || at.getAttribute("aria-label") || at.textContent.trim();
   seen.named = [...document.querySelectorAll("input, select, button, canvas")]
     .filter((at) => at.offsetParent && !named(at)).map((at) => at.id);

@@ -10,81 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 from live_scripts import LiveScripts
-from scenes import gas
 
 import snooker_cli as snooker
 from snooker_cli import config as configs
-from snooker_cli import theory
-from snooker_cli.analysis import observables
-from snooker_cli.analysis.gas import finite_haff_rate
-from snooker_cli.containers import Box, Circle, Container, PeriodicBox
 from snooker_cli.engine.page_kernels import SEARCHES
 from snooker_cli.live_page.page import presets, stored_start
 from snooker_cli.placement.starting_scene import starting_scene
 
-CONTAINERS = (Circle(10.0), Box(30.0, 20.0), PeriodicBox(20.0, 25.0))
-PACKINGS = (1e-4, 0.3, 0.64)
-
-
-def plain(container: Container) -> dict[str, Any]:
-    return {"shape": container.name, "size": container.size}
-
-
-@pytest.mark.parametrize("container", CONTAINERS, ids=lambda container: container.name)
-def test_pressures_are_those_of_theory(container: Container, javascript: LiveScripts) -> None:
-    """To 10⁻¹², a thousand roundings of 10⁻¹⁶."""
-    for number in (2, 37, 200):
-        for packing in PACKINGS:
-            radius = container.ball_radius(packing, number)
-            given = {"number": number, "radius": radius, "container": plain(container)}
-            found = javascript.value("fluid.state(number, radius, container)", **given)
-            try:
-                state = theory.fluid_state(number, 1.0, radius, container)
-            except ValueError:
-                continue
-            ratio = state.pressure * container.area / number
-            assert found["ratio"] == pytest.approx(ratio, rel=1e-12)
-            assert found["virialRatio"] == pytest.approx(state.virial_ratio, rel=1e-12)
-
-
-def test_haffs_rate_is_that_of_theory(javascript: LiveScripts) -> None:
-    scenes = [
-        gas(shape, 37, packing, cor=e, wall_cor=w)
-        for shape in ("circle", "box", "periodic")
-        for packing in (0.01, 0.4)
-        for e, w in ((0.5, 0.7), (0.8, 1.0))
-    ]
-    scenes.append(gas("circle", 20, 0.2, cor=0.9, container_mass=50.0))
-    for scene in scenes:
-        given = {
-            "number": scene.number,
-            "radius": float(scene.radii[0]),
-            "mass": float(scene.masses[0]),
-            "container": plain(scene.container),
-            "containerMass": scene.container_mass if scene.free else 1e300,
-            "temperature": observables.meeting_temperature(scene.kinetic_energy, scene),
-            "cor": scene.restitution,
-            "wallCor": scene.wall_restitution,
-        }
-        found = javascript.value("fluid.haffRate(given)", given=given)
-        assert found == pytest.approx(finite_haff_rate(scene), rel=1e-12)
-
-
-def test_laws_of_speed_are_those_of_theory(javascript: LiveScripts) -> None:
-    speeds = np.linspace(0.0, 3.0, 31)
-    found = javascript.value(
-        "speeds.map((v) => [maxwellDensity(v), fixedEnergyDensity(7)(v)])", speeds=speeds.tolist()
-    )
-    # The reduced speed is that of a ball with m = 1 at T = 1/2.
-    known = [
-        theory.maxwell_speed_density(speeds, 0.5),
-        theory.fixed_energy_speed_density(speeds, 7, 0.5),
-    ]
-    np.testing.assert_allclose(np.transpose(found), known, atol=1e-12)
-
-
-THEORIES = """((row) => {
-  const of = (key) => theoriesOf(key, fluid).map(([name, , , law]) => [name, law(row)]);
+COMPARED = """((row) => {
+  const of = (key) => Object.values(THEORIES[key])
+    .map((theory) => [theory.model, valueAtRow(theory, row)]);
   const keys = ["pressure", "ratio", "alpha"];
   return [row, Object.fromEntries(keys.map((key) => [key, Object.fromEntries(of(key))]))];
 })"""
@@ -125,7 +60,7 @@ def test_a_measurement_is_that_of_the_program(
         "config": complete,
         "scenes": [stored_start(starting_scene(experiment, k)) for k in range(starts)],
     }
-    row, theories = javascript.value(f"{THEORIES}({MEASURE})", **given)
+    row, theories = javascript.value(f"{COMPARED}({MEASURE})", **given)
     run = snooker.run(config, out=tmp_path / "run", progress=False)
     rows = run.compare()
     compared = {found["quantity"]: found for found in rows}
@@ -298,7 +233,7 @@ def test_between_two_rows_is_what_a_plot_has_across(javascript: LiveScripts) -> 
     names = ("r", "R", "cor", "wallTemperature", "leftTemperature", "temperature")
     first, second = ({**dict.fromkeys(names, value), "N": 7, "width": None} for value in (1, 3))
     for row in (first, second):
-        row["container"] = plain(Circle(row["R"]))
+        row["container"] = {"shape": "circle", "size": [2 * row["R"]] * 2}
     row = javascript.value("between(first, second, 0.25)", first=first, second=second)
     assert [row[name] for name in names] == [1.5] * len(names)
     assert (row["N"], row["width"], row["container"]["size"]) == (7, None, [3, 3])

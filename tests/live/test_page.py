@@ -535,7 +535,7 @@ def test_a_path_goes_on_at_the_other_side(shape: str, javascript: LiveScripts) -
 PRESSURES = """(() => {
   const gas = new Gas(configOf("cooling")), charts = Object.create(GasCharts.prototype);
   gas.advance(Infinity, collisions);
-  Object.assign(charts, { fluid, isBrief: false, gases: [gas], gas, low: 0 });
+  Object.assign(charts, { isBrief: false, gases: [gas], gas, low: 0 });
   const { seen, rows, pressures } = charts.courseOf(gas, 0);
   const after = rows.findIndex(({ wallEvents, pairEvents }) => wallEvents + pairEvents > 100);
   return [roomy(Math.max(...seen)), pressures.map(({ dash, values }) => values[dash ? 1 : after])];
@@ -634,7 +634,7 @@ def test_the_table_has_theories_of_smooth_balls_only(
     row = "tableRow(config, [measureRepeat(config, 0)])"
     found = javascript.value(
         f"((config) => {{ const {{ traits }} = {row};"
-        " return ['ratio', 'alpha'].map((name) => applies(name, traits)); })"
+        " return ['ratio', 'alpha'].map((name) => applies(THEORIES[name].finite, traits)); })"
         f"({{ ...configOf('{scene}'), ...changes }})",
         changes=config,
     )

@@ -208,7 +208,8 @@ def test_a_slider_that_leaves_one_ball_is_refused_as_a_config_is(engine: JavaScr
 
 
 OWN = """((data, changes) => {
-  const { config } = data.scenes[0], own = ownStart(data.start, config);
+  const config = { ...data.defaults, ...data.scenes[0].config };
+  const own = ownStart(data.start, config);
   const changed = { ...config, ...changes };
   return startOfScene(startingScene(changed, 0, own), changed);
 })"""

@@ -20,10 +20,17 @@ from snooker_cli.live_page.page import (
     presets,
     words_of,
 )
+from snooker_cli.live_page.page_theories import theories_source
 from snooker_cli.pages.html_page import PAGES, PHRASE, SHARED, TEXT, VALUE, text_of
 
 TEMPLATES = text_of(LIVE, "live.html") + text_of(PAGES, "shared.html")
-SCRIPTS = text_of(LIVE, *ENGINE_SCRIPTS, *STARTING, *MEASURING, *SHOWING) + text_of(PAGES, *SHARED)
+SCRIPTS = "".join(
+    [
+        theories_source(),
+        text_of(LIVE, *ENGINE_SCRIPTS, *STARTING, *MEASURING, *SHOWING),
+        text_of(PAGES, *SHARED),
+    ]
+)
 OTHERS = [language for language in LANGUAGES if language != "en"]
 
 
