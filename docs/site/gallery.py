@@ -17,7 +17,7 @@ FIGURES_OF: dict[str, tuple[dict[str, Any], dict[str, dict[str, Any]]]] = {
             "energy": {},
             "event-decay": {},
             "pressure": {},
-            "central-distances": {"cor": 0.8},
+            "states": {"cor": 0.8},
             "momentum": {},
         },
     ),

@@ -114,7 +114,7 @@ def mean_squared_displacement(build: FigureBuilder) -> FigureData:
 
 
 def velocity_autocorrelation(build: FigureBuilder) -> FigureData:
-    """The velocity autocorrelation over ⟨v²⟩ at no delay, and below over an exponential decay."""
+    """The velocity autocorrelation over ⟨v²⟩ at no delay; below, less an exponential decay."""
     panel, tagged = list[Layer]([Reference("y", 0.0)]), set[int]()
     for index, point in enumerate(build.points):
         theory = _theory(build, point)

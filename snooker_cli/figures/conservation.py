@@ -78,7 +78,7 @@ def energy(build: FigureBuilder) -> FigureData:
         build.lines, build.bands, build.singles = changes.lines, changes.bands, changes.singles
         build.lines += rounding
         build.brief, build.fewest, build.result = changes.brief, changes.fewest, ENERGY_CHANGE
-        build.shows = "The change of the total kinetic energy over its value at the start."
+        build.shows = "The change of the total kinetic energy, over the energy at the start."
         build.fields = {**build.fields, "title": "Change of the kinetic energy"}
         return build.figure(ROUNDING, y_label=CHANGE_LABEL)
     empty = np.empty(0)  # the legend has the points of the panel too

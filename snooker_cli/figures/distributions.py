@@ -252,8 +252,12 @@ def structure_factor(build: FigureBuilder) -> FigureData:
         scene = build.start(point)
         chosen = structure.waves(scene)
         x = chosen.numbers * 2 * float(np.mean(scene.radii))
-        parts = _second_half(build, point, MOST_STATES, MOST_WAVES // len(chosen.vectors))
-        parts = np.array(MOMENTS) if cools else parts
+        most, parts = MOST_WAVES // len(chosen.vectors), np.array(MOMENTS)
+        if not cools:
+            parts = _second_half(build, point, MOST_STATES, most)
+        else:
+            parts = parts if len(build.points) == 1 else parts[[0, -1]]
+            build.states(point, len(parts), most, fewest=len(parts))
         s = partial(structure.structure_factor, chosen=chosen)
         if cools and len(build.points) == 1:
             rows, times = _at_moments(s, build, point, parts)
@@ -262,7 +266,7 @@ def structure_factor(build: FigureBuilder) -> FigureData:
             others["shades"] = np.linspace(0.0, 1.0, len(times)).tolist()
             last = rows[:, -1]
         elif cools:
-            rows = _at_moments(s, build, point, parts[[0, -1]])[0]
+            rows = _at_moments(s, build, point, parts)[0]
             last = rows[:, -1]
             build.add_means(index, build.label(point), x, last)
             build.lines.append(Line(x, rows[:, 0].mean(axis=0), None, index, "dashed"))
@@ -393,8 +397,10 @@ def speeds(build: FigureBuilder) -> FigureData:
                 panel.append(below)
     words: dict[str, Any] = {"x_label": "speed (m/s)", "y_label": "probability density (s/m)"}
     panel_unit = " (s/m)" if in_metres else ""
-    least = min(build.records, key=lambda row: row["expected_distance"])
-    chance = f"Independent speeds have D of {short(least['expected_distance'], 2)} by chance."
+    distances = sorted(float(row["expected_distance"]) for row in build.records)
+    least, most = short(distances[0], 2), short(distances[-1], 2)
+    span = " to ".join(dict.fromkeys((least, most)))
+    chance = f"Independent speeds have D of {span} by chance."
     return build.figure(
         f"{chance} {FEW_WORDS * few}".rstrip(),
         panel=tuple(panel),

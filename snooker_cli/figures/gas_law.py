@@ -8,7 +8,6 @@ import numpy as np
 from snooker_cli import facts, theory
 from snooker_cli.analysis import quantities, theories
 from snooker_cli.analysis.fitting import attraction, excluded_area
-from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import collisions_per_ball, mean_and_error
 from snooker_cli.analysis.profiles import middles
 from snooker_cli.config import Point
@@ -273,8 +272,9 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
     lossy = [point for point in build.points if gas_type_of(point) == "cooling"]
     for index, point in enumerate(build.points):
         measurement = build.measurement(point)
-        mean, _, ratio = _means(measurement)
-        end = measurement.curve.kinetic_energy[:, -1] / measurement.scene.number
+        scene, whole = measurement.scene, measurement.whole
+        mean, ratio = whole.kinetic_energy / scene.number, whole.ideal_gas_ratio(scene)
+        end = measurement.curve.kinetic_energy[:, -1] / scene.number
         if not np.all((ratio > 0) & (end > 0)):
             raise FigureError("a repeat has no pressure or no energy left, so it has no ratio")
         ended_early += int(np.count_nonzero(~measurement.complete))
@@ -302,13 +302,6 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
         numbers={"ended_early": ended_early},
         y_log=highest > 20,
     )
-
-
-def _means(measurement: Measurement) -> tuple[Array, Array, Array]:
-    """Temperature (J), pressure (Pa m) and PV/NT of each repeat, means over its whole time."""
-    scene, whole = measurement.scene, measurement.whole
-    warm = whole.kinetic_energy / scene.number
-    return warm, whole.pressure(scene), whole.ideal_gas_ratio(scene)
 
 
 def _gas_state(parts: CountedParts, point: Point) -> _GasState:

@@ -11,6 +11,7 @@ from snooker_cli.engine import state_at
 from snooker_cli.errors import FigureError
 from snooker_cli.facts import MOST_SPECIES
 from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.distributions import MOMENTS
 from snooker_cli.figures.figure_data import Array, FigureData, Picture, Pictures
 from snooker_cli.formatting import listed, short
 from snooker_cli.scene import Scene
@@ -84,7 +85,7 @@ COLOURS: dict[str, Callable[[list[Scene]], Colours]] = {
 """What the colours of balls can show."""
 
 
-PARTS = 0.0, 0.01, 0.1, 1.0
+PARTS = (*MOMENTS[:-1], 1.0)
 """Parts of the time of a gas in which clusters grow, at which it is shown."""
 
 

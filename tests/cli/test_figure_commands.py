@@ -13,7 +13,7 @@ from snooker_cli import runs
 from snooker_cli.api import drawings
 from snooker_cli.cli import figure_commands
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.figures import FIGURES, Selection
+from snooker_cli.figures import Selection
 from snooker_cli.figures.registry import figures_of
 from snooker_cli.files import write_json
 from snooker_cli.runs import open_run
@@ -87,7 +87,7 @@ def test_without_names_figures_of_single_points_are_few(
     finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(drawings, "MOST_SERIES", 1)
-    monkeypatch.setattr(drawings, "FIGURES", {"tagged-path": FIGURES["tagged-path"]})
+    monkeypatch.setattr(drawings, "OWN_FIGURES", ("tagged-path",))
     few = snooker("plot", "small", "--format", "svg")
     assert few.out.split() == [
         f"runs/small/figures/tagged-path-cor-0.85.{ending}" for ending in ("svg", "json")

@@ -10,7 +10,7 @@ from extended import Edits, Extended
 from figure_runs import made
 
 EDITS: Edits = {
-    "figures/time_courses.py": [
+    "figures/conservation.py": [
         (
             "def energy(build: FigureBuilder)",
             '''\
@@ -33,7 +33,7 @@ def energy(build: FigureBuilder)''',
             """\
 energies-left:
   title: Energies at the end
-  draw: time_courses.energies_left
+  draw: conservation.energies_left
   result: {quantity: energy left at the end, number: left, when: at the end}
   needs: Any run.
   shows: The number of repeats by the energy at the end over that at the start.

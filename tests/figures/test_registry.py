@@ -12,7 +12,7 @@ from figure_runs import BASE, layers, made, shown, why_not
 import snooker_cli
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, OWN_FIGURES, FigureData, Points, Reference, Selection
+from snooker_cli.figures import FIGURES, OWN_FIGURES, FigureData, Points, Selection
 from snooker_cli.figures.registry import MOST_ALONG, possible
 from snooker_cli.figures.selection import AXES
 from snooker_cli.reproduction.reproduce import REPORT_FIGURES
@@ -72,7 +72,9 @@ def test_odd_scenes_get_a_sentence(tmp_path: Path) -> None:
     one = made(tmp_path / "one", "balls.rings=0", "collisions=20", "repeats=1", "cor=1,0.9")
     for kind in ("pair-distances", "speeds", "event-decay"):
         assert "two or more" in why_not(one, kind)
-    assert layers(shown(one, "pressure", cor=1.0), Reference) == []  # of one ball, no theory
+    alone = shown(one, "pressure", cor=1.0)
+    assert alone.numbers["points"][0]["theory"] is None  # of one ball, no theory
+    assert alone.x_label == "time (s)"  # it meets no other
     still = made(tmp_path / "still", "balls.speed=0", "repeats=1")
     for kind in ("energy", "energy-fit", "cooling", "event-decay"):
         assert "nothing moves" in why_not(still, kind)
