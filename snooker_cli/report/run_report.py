@@ -114,7 +114,8 @@ def run_report(
 def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dict[str, Any]:
     """What templates/run.md.j2 prints of a run."""
     points, shown = selected(run, Selection()), spread(run.points, MOST_POINTS)
-    starts = {p.index: run.read(p, there[0]).start for p in shown if (there := run.present(p))}
+    begun = [p for p in (*points[:1], *shown) if run.present(p)]  # of many points none may be shown
+    starts = {p.index: run.read(p, run.present(p)[0]).start for p in begun}
     left_out = trivial(points, starts.values(), asked)
     lively = [point for point in points if gas_type_of(point) != "elastic"] or points
     compared = comparisons(run, counting=counting) if gas_type_of(lively[0]) == "warm" else None
@@ -244,6 +245,7 @@ def by_agreement(rows: Records) -> list[tuple[str, dict[str, Any]]]:
 
 
 def _as_they_are(rows: Records) -> list[tuple[str, dict[str, Any]]]:
+    """Rows that have no groups."""
     return [("", row) for row in rows]
 
 
@@ -308,8 +310,10 @@ def _cells(
     lines = tables.note_lines(notes, len(run.points))
     several, table = len(run.points) > 1, list[tuple[str, list[str]]]()
     for group, row in order(rows):
-        heading = "; ".join(filter(None, [several * tables.point_heading(row), group]))
-        table.append((f"{heading[:1].upper() * (not several)}{heading[1 - several :]}", cells(row)))
+        heading = f"{group[:1].upper()}{group[1:]}"
+        if several:
+            heading = "; ".join(filter(None, [tables.point_heading(row), group]))
+        table.append((heading, cells(row)))
     return {"rows": table, "notes": [line.rstrip(".") for line in lines]}
 
 

@@ -292,6 +292,13 @@ def test_an_unfinished_run_says_so(
     found = words(made(tmp_path / "report", open_run(copy)))
     assert "The run is unfinished: 3 of 6 repeats are there, of 1 of 2 points." in found
     assert "cor=1.0 – – 0 of 3" in found
+    other = shutil.copytree(finished_one_each.directory, tmp_path / "other" / "small")
+    for path in other.glob("point-0000/*.h5"):
+        path.unlink()
+    with monkeypatch.context() as patched:
+        patched.setattr(module, "MOST_POINTS", 1)  # the shown point has no repeats
+        found = words(made(tmp_path / "report", open_run(other)))
+    assert "A gas of 7 balls in a circle keeps its energy" in found
     for path in copy.glob("point-*/*.h5"):
         path.unlink()
     with pytest.raises(FigureError, match="no repeat is there yet"):
