@@ -587,7 +587,7 @@ MANIFESTS: dict[str, Damage] = {
 
 BESIDE: dict[str, tuple[str, Damage]] = {
     f"{name} {title}": (name, damage)
-    for name in ("failures.jsonl", "analysis.json", "figures/energy.json")
+    for name in ("failures.jsonl", "figures/energy.json")
     for title, damage in {
         **{
             f"{content[:24]!r}": text(content)
@@ -596,7 +596,6 @@ BESIDE: dict[str, tuple[str, Damage]] = {
                 "[1, 2]",
                 '{"point": 1e999, "repeat": 0, "error": "a"}',
                 '{"point": 0, "repeat": null, "error": []}',
-                json.dumps({"0": {"made_from": ESCAPES, "rows": 5, "notes": 5}}),
             )
         },
         **{kind.__name__: kind for kind in (fifo, folder, endless, holes)},

@@ -17,7 +17,16 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 
 # A part is a module or a folder of the package. It may import the parts named beside it, which
 # come earlier in the table. So data flows in one direction and there are no circles.
-SIMULATING = ("containers", "errors", "files", "laws", "memory", "neighbours", "scene", "trace")
+SIMULATING = (
+    "containers",
+    "errors",
+    "files",
+    "laws",
+    "results_cache",
+    "neighbours",
+    "scene",
+    "trace",
+)
 RUNNING = (
     *("config", "engine", "facts", "formatting", "placement", "runs", "signals", "store", "theory"),
     *("two_temperatures", *SIMULATING),
@@ -26,11 +35,11 @@ PARTS: dict[str, tuple[str, ...]] = {
     # Nothing of ours below
     "files": (),
     "formatting": (),
-    "memory": (),
     "neighbours": (),
     "laws": (),
     "signals": (),
     "errors": ("formatting", "signals"),
+    "results_cache": ("errors", "files"),
     "region_integrals": ("neighbours",),
     "containers": ("errors", "neighbours", "region_integrals"),
     # A scene and its trace

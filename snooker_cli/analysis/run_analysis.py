@@ -1,16 +1,11 @@
-"""The fits, comparisons and table of a run: read from ``analysis.json``, or made together.
+"""The fits, comparisons and table of a run, made together and kept.
 
-One pass over the repeats of a point gives all three. Their results are kept by point, with a hash
-of the repeats, of this code and of the results, which only the same user can make. What does not
-have this hash is made again.
+One pass over the repeats of a point gives all three. The next command finds them in the user's
+cache folder, by a hash of the repeats and of this code.
 """
 
-import json
-import logging
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import groupby
-from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -21,12 +16,12 @@ from snooker_cli.analysis.decay import QUANTITIES, Decay, Note, decays_of, fit_n
 from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure, typical_pairs
 from snooker_cli.analysis.stationarity import stationary_part_of
 from snooker_cli.config import Point
-from snooker_cli.errors import RunError, UserError, error_text
-from snooker_cli.files import read_text, signature, sources_hash, write_text
+from snooker_cli.errors import RunError, UserError
+from snooker_cli.files import sources_hash
 from snooker_cli.formatting import plain
-from snooker_cli.memory import MEMORY
+from snooker_cli.results_cache import MEMORY, from_cache
 from snooker_cli.runs import Run
-from snooker_cli.runs.run import ANALYSIS, RepeatState, RepeatStatus
+from snooker_cli.runs.run import RepeatState, RepeatStatus
 from snooker_cli.runs.status import ending
 from snooker_cli.trace import StopReason, Trace
 
@@ -38,12 +33,8 @@ Records: TypeAlias = list[dict[str, Any]]
 SOURCES = ("analysis/*.py", "engine/*.py", "runs/*.py", "*.py")
 """Whatever decides what an analysis finds."""
 
-BYTES_OF_POINT = 100_000  # of its results with up to 100 repeats; they take a fifth of it
-
 NOTHING: dict[str, Records] = {"rows": [], "notes": []}
 NO_STATE: dict[str, Any] = {"kinds": [], "stationary": None, "changes": {}}
-
-_log = logging.getLogger(__name__)
 
 
 def uncounted(traces: Iterator[Trace], label: str, total: int) -> Iterator[Trace]:
@@ -150,59 +141,13 @@ def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict
     """All results of points, from their runs. Raises ``RunError`` if no repeat is there."""
     if not any(map(run.present, points)):
         next(run.traces(points[0]))  # raises the error
-    origins = map(run.origin, points)
-    by_run = groupby(origins, key=lambda origin: origin[0].directory)
-    groups = (list(group) for _, group in by_run)
-    return [
-        entry
-        for group in groups
-        for entry in _entries_of(group[0][0], [point for _, point in group], counting)
-    ]
+    return [_entry(*run.origin(point), counting) for point in points]
 
 
-def _entries_of(run: Run, points: Sequence[Point], counting: Counting) -> list[dict[str, Any]]:
-    """Results of one run: from its file, where that has those of these very repeats, or made."""
-    most = BYTES_OF_POINT * len(run.points) * (1 + run.experiment.repeats // 100)
-    saved, entries = _saved(run.directory / ANALYSIS, most), list[dict[str, Any]]()
-    origins: dict[str, tuple[str, ...]] = {}  # the origin of results that are made now, by point
-    for point in points:
-        statuses = run.statuses(point.index)
-        origin = sources_hash(*SOURCES), *_fingerprints(statuses)
-        name = str(point.index)
-        entry: Any = saved.get(name)
-        try:
-            mine = entry["hash"] == signature(origin, entry["results"])
-        except Exception:
-            mine = False
-        if not mine:
-            entry = saved[name] = {"results": _all_results(run, point, counting)}
-            origins[name] = origin
-        entries.append(entry["results"])
-    if origins:
-        try:
-            for name, origin in origins.items():
-                saved[name]["hash"] = signature(origin, saved[name]["results"])
-            try:
-                text = json.dumps(saved, allow_nan=False)
-            except (ValueError, RecursionError):  # other points may hold anything
-                text = json.dumps({name: saved[name] for name in origins}, allow_nan=False)
-            write_text(run.directory / ANALYSIS, text)
-        except OSError as error:
-            problem = f"cannot be written ({error_text(error)}); the result is not kept"
-            _log.warning("%s: %s", run.directory / ANALYSIS, problem)
-    return entries
-
-
-def _saved(path: Path, most: int) -> dict[str, Any]:
-    """What a file of analyses holds by point, not yet checked; nothing if it is not such a file.
-
-    most : bytes of such a file
-    """
-    try:
-        content = json.loads(read_text(path, most))
-    except Exception:
-        return {}
-    return content if isinstance(content, dict) else {}
+def _entry(run: Run, point: Point, counting: Counting) -> dict[str, Any]:
+    """All results of a point of one run: those that were made from these very repeats, or new."""
+    origin = sources_hash(*SOURCES), *_fingerprints(run.statuses(point.index))
+    return from_cache(origin, lambda: _all_results(run, point, counting))
 
 
 def measurement_of(
