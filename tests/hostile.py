@@ -35,6 +35,7 @@ ALL = slice(None)
 DEEP = "[" * 200_000
 LARGE = 2**31 - 1
 TIME = f"{layout.TIME}/value"
+SPIN = f"{layout.BALLS}/angular_velocity"
 
 
 class NoCheck(EventCheck):
@@ -364,7 +365,9 @@ REFUSED: dict[str, dict[str, Damage]] = {
         "beyond": parameter("rows", lambda ends: np.append(ends[:-1], 10**15)),
         "one time less": dataset(TIME, one_less),
     },
-    "wrong lengths of the columns": {"one less": dataset(f"{layout.IMPULSE}/value", one_less)},
+    "wrong lengths of the columns": {
+        "one less": dataset(f"{layout.EVENTS['impulse']}/value", one_less)
+    },
     "has neither numbers nor text of fixed length": {
         **{
             f"{name} of {place}": attribute("scene", h5py.Empty(kind), place)
@@ -456,11 +459,13 @@ def gone(name: str) -> Damage:
 
 
 ROUGH: dict[str, dict[str, Damage]] = {
-    "wrong columns of events": {"none along the tangent": gone(layout.TANGENTIAL)},
+    "wrong columns of events": {"none along the tangent": gone(layout.EVENTS["tangential"])},
     "wrong tangential impulse of an event": {
         f"{value}": event("tangential", value) for value in (np.nan, np.inf)
     },
-    "wrong lengths of the columns": {"one less": dataset(f"{layout.TANGENTIAL}/value", one_less)},
+    "wrong lengths of the columns": {
+        "one less": dataset(f"{layout.EVENTS['tangential']}/value", one_less)
+    },
     "wrong surface": {
         **{f"{value}": rules(surface=value) for value in (None, 1.0, [])},
         "too few numbers": rules(surface={"inertia": 0.5}),
@@ -470,8 +475,8 @@ ROUGH: dict[str, dict[str, Damage]] = {
         "friction true": surface(friction=True),
     },
     "wrong number of spins": {
-        "none": gone(layout.SPIN),
-        "too few": dataset(f"{layout.SPIN}/value", filled(lambda _: np.zeros((6, 6)))),
+        "none": gone(SPIN),
+        "too few": dataset(f"{SPIN}/value", filled(lambda _: np.zeros((6, 6)))),
     },
     "wrong spin of a ball": {
         f"{end} {value}": trace(f"{end}.spins", value, 3)
