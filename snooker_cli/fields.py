@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-
 ALWAYS = "positions"
 """The field of ``Scene`` that all scenes have."""
 

@@ -6,6 +6,7 @@ cache folder, by a hash of the repeats and of this code.
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -67,7 +68,7 @@ def fits(
     """
     chosen = tuple(points or run.points)
     if since == 0 and until == math.inf:
-        return _of_all(run, chosen, "fits", counting)
+        return _joined(run, chosen, _entries(run, chosen, counting), "fits")
     if not 0 <= since < until:
         raise UserError(
             f"there is no range of times from {since:g} s to {until:g} s",
@@ -93,7 +94,8 @@ def comparisons(
     run: Run, points: Iterable[Point] | None = None, counting: Counting = uncounted
 ) -> RunAnalysis:
     """Rows of ``Comparison.as_json``; raises ``RunError`` if the points have no repeat."""
-    return _of_all(run, tuple(points or run.points), "comparisons", counting)
+    chosen = tuple(points or run.points)
+    return _joined(run, chosen, _entries(run, chosen, counting), "comparisons")
 
 
 def table_columns(
@@ -111,11 +113,6 @@ def shorter_note(shorter: int, present: int) -> str:
     which = "the repeat" if present == 1 else f"{shorter} of {present} repeats"
     rest = "where the run did before it was extended; run the config again for the rest"
     return f"{which} {'ends' if shorter == 1 else 'end'} {rest}" if shorter else ""
-
-
-def _of_all(run: Run, points: Sequence[Point], name: str, counting: Counting) -> RunAnalysis:
-    """The fits or the comparisons of points."""
-    return _joined(run, points, _entries(run, points, counting), name)
 
 
 def _joined(
@@ -138,16 +135,18 @@ def _joined(
 
 
 def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict[str, Any]]:
-    """All results of points, from their runs. Raises ``RunError`` if no repeat is there."""
+    """All results of points, from their runs: those that were made from these very repeats, or new.
+
+    Raises ``RunError`` if no repeat is there.
+    """
     if not any(map(run.present, points)):
         next(run.traces(points[0]))  # raises the error
-    return [_entry(*run.origin(point), counting) for point in points]
-
-
-def _entry(run: Run, point: Point, counting: Counting) -> dict[str, Any]:
-    """All results of a point of one run: those that were made from these very repeats, or new."""
-    origin = sources_hash(*SOURCES), *_fingerprints(run.statuses(point.index))
-    return from_cache(origin, lambda: _all_results(run, point, counting))
+    entries = []
+    for own_run, point in map(run.origin, points):
+        origin = sources_hash(*SOURCES), *_fingerprints(own_run.statuses(point.index))
+        make = partial(_all_results, own_run, point, counting)
+        entries.append(from_cache(origin, make))
+    return entries
 
 
 def measurement_of(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import traceback
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from command_line import Snooker
 from figure_runs import made
 from repeating import batches_of, file_of
 
@@ -101,3 +103,22 @@ def test_other_repeats_or_other_code_make_a_new_analysis(
         file_of(run, *divmod(number, 2)).unlink()
     with pytest.raises(RunError):
         run_analysis.fits(run)
+
+
+@pytest.mark.parametrize("command", ["fit small", "compare small", "plot small energy"])
+def test_few_calls_lead_from_a_command_to_its_analysis(
+    command: str, finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever looks for where a number comes from can follow them."""
+    called: list[str] = []
+
+    def counted(*arguments: Any, **keywords: Any) -> Any:
+        stack = [frame for frame in traceback.extract_stack() if "snooker_cli" in frame.filename]
+        called[:] = called or [frame.name for frame in stack]
+        return measure(*arguments, **keywords)
+
+    measure = run_analysis.measure
+    monkeypatch.setattr(run_analysis, "measure", counted)
+    assert snooker(*command.split()).code == 0
+    assert called[0] == "main"
+    assert len(called) <= 15, called
