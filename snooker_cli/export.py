@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from snooker_cli import __version__
 from snooker_cli.engine import States
 from snooker_cli.errors import UserError, error_text, install_advice, room_advice
+from snooker_cli.fields import EVENT_COLUMNS, MOVING, MovingField, moving_fields
 from snooker_cli.files import atomic_write
 from snooker_cli.scene import Scene
 from snooker_cli.store import RepeatHeader, hdf5
@@ -25,9 +26,9 @@ from snooker_cli.trace import CONTAINER, Events
 
 Table = dict[str, NDArray[Any]]  # columns of one length, by name
 
-EVENTS = {"time": "s", "i": "1", "j": "1", "impulse": "kg m s-1"}
-EVENTS |= {"tangential_impulse": "kg m s-1"}
-STATES = {"time": "s", "ball": "1", "x": "m", "y": "m", "u": "m s-1", "v": "m s-1", "spin": "s-1"}
+EVENTS = {column.title: column.unit for column in EVENT_COLUMNS if column.title}
+STATES = {"time": "s", "ball": "1"}
+STATES |= {title: field.unit for field in MOVING for title in field.titles}
 """The columns of both tables and their units; ball -1 is the container, which does not turn.
 
 Only rough balls have the last one of both.
@@ -57,25 +58,26 @@ def _exported(path: Path) -> Iterator[Path]:
 
 def events_table(events: Events) -> Table:
     """The columns of ``EVENTS``."""
-    table = {name: getattr(events, name) for name in ("time", "i", "j", "impulse")}
-    rubbed = events.tangential
-    return table if rubbed is None else table | {"tangential_impulse": rubbed}
+    columns = events.columns
+    return {c.title: columns[c.name] for c in EVENT_COLUMNS if c.title and c.name in columns}
 
 
 def states_table(states: States) -> Table:
     """The columns of ``STATES``: at each time the container, then all balls."""
-    number = states.positions.shape[1] + 1
-    containers = np.hstack([states.container_positions, states.container_velocities])
-    balls = np.concatenate([states.positions, states.velocities], axis=2)
-    together = np.concatenate([containers[:, None], balls], axis=1).reshape(-1, 4)
-    table = {
-        "time": np.repeat(states.time, number),
-        "ball": np.tile(np.arange(CONTAINER, number - 1, dtype=np.int32), len(states.time)),
-        **dict(zip("xyuv", np.ascontiguousarray(together.T), strict=True)),
+    moments, number = len(states.time), states.positions.shape[1]
+    columns: dict[str, NDArray[np.float64]] = {}
+    for field in MOVING:
+        if (values := getattr(states, field.in_states)) is not None:
+            parts = values.reshape(moments, *field.shape(number), -1)
+            for k, title in enumerate(field.titles):
+                column = columns.setdefault(title, np.zeros((moments, 1 + number)))
+                bodies = slice(0, 1) if field.of_container else slice(1, None)
+                column[:, bodies] = parts[:, :, k, 0] if field.is_vector else parts[:, :, 0]
+    return {
+        "time": np.repeat(states.time, 1 + number),
+        "ball": np.tile(np.arange(CONTAINER, number, dtype=np.int32), moments),
+        **{title: column.ravel() for title, column in columns.items()},
     }
-    if states.spins is not None:
-        table["spin"] = np.pad(states.spins, [(0, 0), (1, 0)]).ravel()
-    return table
 
 
 def csv_lines(units: Mapping[str, str], tables: Iterable[Table]) -> Iterator[str]:
@@ -232,23 +234,23 @@ def write_states(
         row = 0
         for batch in batches:
             rows = slice(row, row + len(batch.time))
-            for name, data in datasets.items():
-                data[rows] = _in_space(name, getattr(batch, name))
+            for field, data in datasets.items():
+                data[rows] = _in_space(field, getattr(batch, field.in_states))
             row = rows.stop
             check()
 
 
-def _in_space(name: str, states: NDArray[np.float64]) -> NDArray[np.float64]:
+def _in_space(field: MovingField, states: NDArray[np.float64]) -> NDArray[np.float64]:
     """A field of ``States`` in three dimensions: spins are about z, all else has z = 0."""
-    if name == "spins":
+    if not field.is_vector:
         return np.pad(states[..., np.newaxis], [(0, 0), (0, 0), (2, 0)])
     return np.pad(states, [(0, 0)] * (states.ndim - 1) + [(0, 1)])
 
 
 def _create_states(
     file: h5py.File, start: Scene, times: NDArray[np.float64]
-) -> dict[str, h5py.Dataset]:
-    """Write all but the states; their empty datasets by the fields of ``States``."""
+) -> dict[MovingField, h5py.Dataset]:
+    """Write all but the states; their empty datasets."""
     group = file.create_group("particles/trajectory")
     position = group.create_group("position")
     position["step"], position["time"] = np.arange(len(times)), times
@@ -276,11 +278,9 @@ def _create_states(
     for name, values, unit in (("mass", start.masses, "kg"), ("radius", start.radii, "m")):
         group[name] = values
         group[name].attrs["unit"] = unit
-    balls = (start.number, 3)
-    spins = "particles/trajectory/angular_velocity"
-    return ({} if start.spins is None else {"spins": element(spins, balls, "s-1")}) | {
-        "positions": element("particles/trajectory/position", balls, "m"),
-        "velocities": element("particles/trajectory/velocity", balls, "m s-1"),
-        "container_positions": element("observables/container_position", (3,), "m"),
-        "container_velocities": element("observables/container_velocity", (3,), "m s-1"),
+    return {
+        field: element(f"observables/{field.name}", (3,), field.unit)
+        if field.of_container
+        else element(f"particles/trajectory/{field.element}", (start.number, 3), field.unit)
+        for field in moving_fields(start)
     }

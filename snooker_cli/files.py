@@ -9,13 +9,16 @@ import platform
 import re
 import secrets
 import stat
+import sys
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, chdir, contextmanager, nullcontext, suppress
 from functools import cache, partial
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any, BinaryIO
 
 KEY_BYTES = 32
+WRITABLE_BY_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 MOST_BYTES = 1 << 26  # of a file beside results; a manifest of 100,000 points has 20 to 50 million
 
 
@@ -94,6 +97,38 @@ def own_folder(path: Path) -> Path:
     return path
 
 
+def user_cache() -> Path:
+    """The folder for what can be made again. Raises ``RuntimeError`` if the user has no home."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "snooker"
+
+
+def private_folder(parent: Path, name: str, *, shared: bool) -> Path:
+    """Make a folder that no other user can change; Windows has no such check.
+
+    shared : whether ``parent`` has other uses, so that its permissions stay as they are
+
+    Raises ``OSError`` if it cannot be written, or if another user can change or replace it.
+    """
+    parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    folder = parent.resolve() / name
+    if sys.platform != "win32":
+        user, above = os.geteuid(), folder.parent.stat()
+        if above.st_uid == user and not shared:
+            folder.parent.chmod(above.st_mode & ~WRITABLE_BY_OTHERS)
+            above = folder.parent.stat()
+        # In a sticky folder, such as /tmp, others cannot replace what they do not own.
+        loose = above.st_mode & WRITABLE_BY_OTHERS and not above.st_mode & stat.S_ISVTX
+        if loose or above.st_uid not in (user, 0):
+            raise PermissionError(f"other users can change {folder.parent}")
+        folder.mkdir(mode=0o700, exist_ok=True)
+        mine = folder.lstat()
+        if mine.st_uid != user or mine.st_mode & WRITABLE_BY_OTHERS:
+            raise PermissionError(f"other users can change {folder}")
+    folder.mkdir(mode=0o700, exist_ok=True)
+    with TemporaryFile(dir=folder):
+        return folder
+
+
 def open_file(path: Path) -> BinaryIO:
     """Open a file for reading. Raises ``OSError``, at once also for a pipe or a device."""
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
@@ -169,11 +204,6 @@ def user_hash(content: str) -> hmac.HMAC:
     Raises ``OSError`` if no key can be kept.
     """
     return hmac.new(user_key(), content.encode(), "sha256")
-
-
-def signature(*content: Any) -> str:
-    """The `user_hash` of values that JSON can have. Raises ``OSError`` if no key can be kept."""
-    return user_hash(json.dumps(content)).hexdigest()
 
 
 @cache

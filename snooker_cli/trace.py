@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from snooker_cli.fields import EVENT_COLUMNS
 from snooker_cli.scene import Scene
 
 CONTAINER = -1  # the number of the partner in a collision of a ball with the container
@@ -88,14 +89,13 @@ class Events:
 
     def __getitem__(self, rows: slice | NDArray[np.bool_]) -> "Events":
         """The events of some rows; of a slice without a copy."""
-        return Events(
-            self.time[rows],
-            self.i[rows],
-            self.j[rows],
-            self.impulse[rows],
-            None if self.residual is None else self.residual[rows],
-            None if self.tangential is None else self.tangential[rows],
-        )
+        return Events(**{name: column[rows] for name, column in self.columns.items()})
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The columns that are there, in the order of hashes."""
+        columns = {column.name: getattr(self, column.name) for column in EVENT_COLUMNS}
+        return {name: values for name, values in columns.items() if values is not None}
 
     @property
     def at_wall(self) -> NDArray[np.bool_]:
@@ -107,15 +107,15 @@ def joined(parts: Sequence[Events]) -> Events:
     """The parts one after the other; a single part is not copied."""
     if len(parts) == 1:
         return parts[0]
-    residual = None
-    if any(part.residual is not None for part in parts):
-        residual = np.concatenate(
-            [np.zeros_like(part.time) if part.residual is None else part.residual for part in parts]
-        )
-    columns = zip(*((part.time, part.i, part.j, part.impulse) for part in parts), strict=True)
-    time, i, j, impulse = map(np.concatenate, columns)
-    rubbed = [part.tangential for part in parts if part.tangential is not None]
-    return Events(time, i, j, impulse, residual, np.concatenate(rubbed) if rubbed else None)
+    columns = [part.columns for part in parts]
+    names = {name for part in columns for name in part}
+    # Residuals that a part does not have are zero.
+    return Events(
+        **{
+            name: np.concatenate([part.get(name, np.zeros(len(part["time"]))) for part in columns])
+            for name in names
+        }
+    )
 
 
 class Simultaneous:
@@ -174,9 +174,6 @@ def _of_same_time(events: Events) -> int:
     return int(np.count_nonzero(shared.any(axis=0)))
 
 
-_EVENT = [("time", "<f8"), ("i", "<i4"), ("j", "<i4"), ("impulse", "<f8")]
-
-
 def event_hashes(pieces: Iterable[Events]) -> list[tuple[int, str]]:
     """Numbers of events, and the hash of as many: of the first 1,000, 10,000 … and of all.
 
@@ -189,10 +186,11 @@ def event_hashes(pieces: Iterable[Events]) -> list[tuple[int, str]]:
     sha, count, following = hashlib.sha256(), 0, 1000
     hashes: dict[int, str] = {}
     for events in pieces:
-        columns = _EVENT if events.tangential is None else [*_EVENT, ("tangential", "<f8")]
-        rows = np.empty(len(events), dtype=columns)
-        for name, _ in columns:
-            rows[name] = getattr(events, name)
+        columns = events.columns
+        kinds = [(c.name, c.kind) for c in EVENT_COLUMNS if c.title and c.name in columns]
+        rows = np.empty(len(events), dtype=kinds)
+        for name, _ in kinds:
+            rows[name] = columns[name]
         while count + len(rows) >= following:
             first, rows = rows[: following - count], rows[following - count :]
             sha.update(first.tobytes())

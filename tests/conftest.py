@@ -93,6 +93,14 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         compile_ahead()
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _kept_results(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Analyses and certificates that tests make are not kept among those of the user."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("SNOOKER_CACHE_DIR", str(tmp_path_factory.mktemp("kept")))
+        yield
+
+
 @pytest.fixture(autouse=True)
 def _types_of_scenes() -> Iterator[None]:
     """A test that compiles a type of scene which is in no list fails, see scene_types.py."""
@@ -204,7 +212,8 @@ def provenance() -> Provenance:
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A working directory with the small config, ``small.yaml``."""
+    """A working directory with the small config, ``small.yaml``; no analysis is kept."""
+    monkeypatch.setenv("SNOOKER_CACHE_DIR", str(tmp_path.with_name(f"{tmp_path.name}-kept")))
     (tmp_path / "small.yaml").write_text(SMALL)
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -213,8 +222,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def finished(here: Path, finished_run: Run) -> Path:
     """That directory with the config's run in it, ``runs/small``."""
-    unread = shutil.ignore_patterns("analysis.json")  # as if no test had analysed the run
-    return Path(shutil.copytree(finished_run.directory, here / "runs" / "small", ignore=unread))
+    return Path(shutil.copytree(finished_run.directory, here / "runs" / "small"))
 
 
 @pytest.fixture

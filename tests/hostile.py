@@ -35,6 +35,7 @@ ALL = slice(None)
 DEEP = "[" * 200_000
 LARGE = 2**31 - 1
 TIME = f"{layout.TIME}/value"
+SPIN = f"{layout.BALLS}/angular_velocity"
 
 
 class NoCheck(EventCheck):
@@ -364,7 +365,9 @@ REFUSED: dict[str, dict[str, Damage]] = {
         "beyond": parameter("rows", lambda ends: np.append(ends[:-1], 10**15)),
         "one time less": dataset(TIME, one_less),
     },
-    "wrong lengths of the columns": {"one less": dataset(f"{layout.IMPULSE}/value", one_less)},
+    "wrong lengths of the columns": {
+        "one less": dataset(f"{layout.EVENTS['impulse']}/value", one_less)
+    },
     "has neither numbers nor text of fixed length": {
         **{
             f"{name} of {place}": attribute("scene", h5py.Empty(kind), place)
@@ -456,11 +459,13 @@ def gone(name: str) -> Damage:
 
 
 ROUGH: dict[str, dict[str, Damage]] = {
-    "wrong columns of events": {"none along the tangent": gone(layout.TANGENTIAL)},
+    "wrong columns of events": {"none along the tangent": gone(layout.EVENTS["tangential"])},
     "wrong tangential impulse of an event": {
         f"{value}": event("tangential", value) for value in (np.nan, np.inf)
     },
-    "wrong lengths of the columns": {"one less": dataset(f"{layout.TANGENTIAL}/value", one_less)},
+    "wrong lengths of the columns": {
+        "one less": dataset(f"{layout.EVENTS['tangential']}/value", one_less)
+    },
     "wrong surface": {
         **{f"{value}": rules(surface=value) for value in (None, 1.0, [])},
         "too few numbers": rules(surface={"inertia": 0.5}),
@@ -470,8 +475,8 @@ ROUGH: dict[str, dict[str, Damage]] = {
         "friction true": surface(friction=True),
     },
     "wrong number of spins": {
-        "none": gone(layout.SPIN),
-        "too few": dataset(f"{layout.SPIN}/value", filled(lambda _: np.zeros((6, 6)))),
+        "none": gone(SPIN),
+        "too few": dataset(f"{SPIN}/value", filled(lambda _: np.zeros((6, 6)))),
     },
     "wrong spin of a ball": {
         f"{end} {value}": trace(f"{end}.spins", value, 3)
@@ -587,7 +592,7 @@ MANIFESTS: dict[str, Damage] = {
 
 BESIDE: dict[str, tuple[str, Damage]] = {
     f"{name} {title}": (name, damage)
-    for name in ("failures.jsonl", "analysis.json", "figures/energy.json")
+    for name in ("failures.jsonl", "figures/energy.json")
     for title, damage in {
         **{
             f"{content[:24]!r}": text(content)
@@ -596,7 +601,6 @@ BESIDE: dict[str, tuple[str, Damage]] = {
                 "[1, 2]",
                 '{"point": 1e999, "repeat": 0, "error": "a"}',
                 '{"point": 0, "repeat": null, "error": []}',
-                json.dumps({"0": {"made_from": ESCAPES, "rows": 5, "notes": 5}}),
             )
         },
         **{kind.__name__: kind for kind in (fifo, folder, endless, holes)},

@@ -18,7 +18,17 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 
 # A part is a module or a folder of the package. It may import the parts named beside it, which
 # come earlier in the table. So data flows in one direction and there are no circles.
-SIMULATING = ("containers", "errors", "files", "laws", "memory", "neighbours", "scene", "trace")
+SIMULATING = (
+    "containers",
+    "errors",
+    "fields",
+    "files",
+    "laws",
+    "results_cache",
+    "neighbours",
+    "scene",
+    "trace",
+)
 RUNNING = (
     *("config", "engine", "facts", "formatting", "placement", "runs", "signals", "store", "theory"),
     *("two_temperatures", *SIMULATING),
@@ -27,11 +37,12 @@ PARTS: dict[str, tuple[str, ...]] = {
     # Nothing of ours below
     "files": (),
     "formatting": (),
-    "memory": (),
     "neighbours": (),
     "laws": (),
     "signals": (),
+    "fields": (),
     "errors": ("formatting", "signals"),
+    "results_cache": ("errors", "files"),
     "region_integrals": ("neighbours",),
     "containers": ("errors", "neighbours", "region_integrals"),
     # A scene and its trace
@@ -39,14 +50,14 @@ PARTS: dict[str, tuple[str, ...]] = {
     "scene": ("containers", "errors", "laws", "neighbours"),
     "theory": ("containers", "laws", "scene"),
     "facts": ("config", "containers", "laws", "scene", "theory"),
-    "trace": ("scene",),
+    "trace": ("fields", "scene"),
     "two_temperatures": (),
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "laws", "neighbours", "scene"),
-    "engine": ("containers", "errors", "files", "laws", "scene", "trace"),
-    "store": ("containers", "errors", "files", "laws", "scene", "trace"),
+    "engine": ("containers", "errors", "fields", "files", "laws", "scene", "trace"),
+    "store": ("containers", "errors", "fields", "files", "laws", "scene", "trace"),
     "runs": tuple(part for part in RUNNING if part != "runs"),
-    "export": ("engine", "errors", "files", "scene", "store", "trace"),
+    "export": ("engine", "errors", "fields", "files", "scene", "store", "trace"),
     # From repeats to conclusions
     "analysis": RUNNING,
     "figures": (*RUNNING, "analysis"),

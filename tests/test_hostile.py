@@ -251,10 +251,8 @@ def test_hostile_files_beside_the_repeats(name: str, finished: Path, snooker: Sn
 
 
 OWN_FILES = {
-    "fit small": ["analysis.json"],
     "plot small energy": ["figures/energy.svg", "figures/energy.png", "figures/energy.json"],
     "animate small --replace": ["film-cor-0.85.html"],
-    "verify small --exact --point 0 --collisions 9": ["point-0000/exact-0000.json"],
     "run small.yaml --no-progress": ["point-0000/repeats-0000-0002.h5"],
     "run small.yaml --no-progress --fresh": ["run.json"],
 }

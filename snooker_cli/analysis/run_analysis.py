@@ -1,16 +1,12 @@
-"""The fits, comparisons and table of a run: read from ``analysis.json``, or made together.
+"""The fits, comparisons and table of a run, made together and kept.
 
-One pass over the repeats of a point gives all three. Their results are kept by point, with a hash
-of the repeats, of this code and of the results, which only the same user can make. What does not
-have this hash is made again.
+One pass over the repeats of a point gives all three. The next command finds them in the user's
+cache folder, by a hash of the repeats and of this code.
 """
 
-import json
-import logging
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import groupby
-from pathlib import Path
+from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -21,12 +17,12 @@ from snooker_cli.analysis.decay import QUANTITIES, Decay, Note, decays_of, fit_n
 from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure, typical_pairs
 from snooker_cli.analysis.stationarity import stationary_part_of
 from snooker_cli.config import Point
-from snooker_cli.errors import RunError, UserError, error_text
-from snooker_cli.files import read_text, signature, sources_hash, write_text
+from snooker_cli.errors import RunError, UserError
+from snooker_cli.files import sources_hash
 from snooker_cli.formatting import plain
-from snooker_cli.memory import MEMORY
+from snooker_cli.results_cache import MEMORY, from_cache
 from snooker_cli.runs import Run
-from snooker_cli.runs.run import ANALYSIS, RepeatState, RepeatStatus
+from snooker_cli.runs.run import RepeatState, RepeatStatus
 from snooker_cli.runs.status import ending
 from snooker_cli.trace import StopReason, Trace
 
@@ -38,12 +34,8 @@ Records: TypeAlias = list[dict[str, Any]]
 SOURCES = ("analysis/*.py", "engine/*.py", "runs/*.py", "*.py")
 """Whatever decides what an analysis finds."""
 
-BYTES_OF_POINT = 100_000  # of its results with up to 100 repeats; they take a fifth of it
-
 NOTHING: dict[str, Records] = {"rows": [], "notes": []}
 NO_STATE: dict[str, Any] = {"kinds": [], "stationary": None, "changes": {}}
-
-_log = logging.getLogger(__name__)
 
 
 def uncounted(traces: Iterator[Trace], label: str, total: int) -> Iterator[Trace]:
@@ -76,7 +68,7 @@ def fits(
     """
     chosen = tuple(points or run.points)
     if since == 0 and until == math.inf:
-        return _of_all(run, chosen, "fits", counting)
+        return _joined(run, chosen, _entries(run, chosen, counting), "fits")
     if not 0 <= since < until:
         raise UserError(
             f"there is no range of times from {since:g} s to {until:g} s",
@@ -102,7 +94,8 @@ def comparisons(
     run: Run, points: Iterable[Point] | None = None, counting: Counting = uncounted
 ) -> RunAnalysis:
     """Rows of ``Comparison.as_json``; raises ``RunError`` if the points have no repeat."""
-    return _of_all(run, tuple(points or run.points), "comparisons", counting)
+    chosen = tuple(points or run.points)
+    return _joined(run, chosen, _entries(run, chosen, counting), "comparisons")
 
 
 def table_columns(
@@ -120,11 +113,6 @@ def shorter_note(shorter: int, present: int) -> str:
     which = "the repeat" if present == 1 else f"{shorter} of {present} repeats"
     rest = "where the run did before it was extended; run the config again for the rest"
     return f"{which} {'ends' if shorter == 1 else 'end'} {rest}" if shorter else ""
-
-
-def _of_all(run: Run, points: Sequence[Point], name: str, counting: Counting) -> RunAnalysis:
-    """The fits or the comparisons of points."""
-    return _joined(run, points, _entries(run, points, counting), name)
 
 
 def _joined(
@@ -147,62 +135,18 @@ def _joined(
 
 
 def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict[str, Any]]:
-    """All results of points, from their runs. Raises ``RunError`` if no repeat is there."""
+    """All results of points, from their runs: those that were made from these very repeats, or new.
+
+    Raises ``RunError`` if no repeat is there.
+    """
     if not any(map(run.present, points)):
         next(run.traces(points[0]))  # raises the error
-    origins = map(run.origin, points)
-    by_run = groupby(origins, key=lambda origin: origin[0].directory)
-    groups = (list(group) for _, group in by_run)
-    return [
-        entry
-        for group in groups
-        for entry in _entries_of(group[0][0], [point for _, point in group], counting)
-    ]
-
-
-def _entries_of(run: Run, points: Sequence[Point], counting: Counting) -> list[dict[str, Any]]:
-    """Results of one run: from its file, where that has those of these very repeats, or made."""
-    most = BYTES_OF_POINT * len(run.points) * (1 + run.experiment.repeats // 100)
-    saved, entries = _saved(run.directory / ANALYSIS, most), list[dict[str, Any]]()
-    origins: dict[str, tuple[str, ...]] = {}  # the origin of results that are made now, by point
-    for point in points:
-        statuses = run.statuses(point.index)
-        origin = sources_hash(*SOURCES), *_fingerprints(statuses)
-        name = str(point.index)
-        entry: Any = saved.get(name)
-        try:
-            mine = entry["hash"] == signature(origin, entry["results"])
-        except Exception:
-            mine = False
-        if not mine:
-            entry = saved[name] = {"results": _all_results(run, point, counting)}
-            origins[name] = origin
-        entries.append(entry["results"])
-    if origins:
-        try:
-            for name, origin in origins.items():
-                saved[name]["hash"] = signature(origin, saved[name]["results"])
-            try:
-                text = json.dumps(saved, allow_nan=False)
-            except (ValueError, RecursionError):  # other points may hold anything
-                text = json.dumps({name: saved[name] for name in origins}, allow_nan=False)
-            write_text(run.directory / ANALYSIS, text)
-        except OSError as error:
-            problem = f"cannot be written ({error_text(error)}); the result is not kept"
-            _log.warning("%s: %s", run.directory / ANALYSIS, problem)
+    entries = []
+    for own_run, point in map(run.origin, points):
+        origin = sources_hash(*SOURCES), *_fingerprints(own_run.statuses(point.index))
+        make = partial(_all_results, own_run, point, counting)
+        entries.append(from_cache(origin, make))
     return entries
-
-
-def _saved(path: Path, most: int) -> dict[str, Any]:
-    """What a file of analyses holds by point, not yet checked; nothing if it is not such a file.
-
-    most : bytes of such a file
-    """
-    try:
-        content = json.loads(read_text(path, most))
-    except Exception:
-        return {}
-    return content if isinstance(content, dict) else {}
 
 
 def measurement_of(

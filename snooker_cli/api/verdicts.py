@@ -13,7 +13,7 @@ from snooker_cli.api.output_files import check_free
 from snooker_cli.api.results import Result, Results, Verdicts
 from snooker_cli.api.wording import first, in_python_words
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import UserError, explained
+from snooker_cli.errors import UserError, explained, notice
 from snooker_cli.files import write_text
 from snooker_cli.formatting import (
     counted,
@@ -25,6 +25,7 @@ from snooker_cli.formatting import (
     text_table,
 )
 from snooker_cli.runs import RepeatState, Run, open_run, runs_in
+from snooker_cli.runs.folder import former_kept
 from snooker_cli.runs.processes import processors
 from snooker_cli.runs.progress import counting, reporting
 from snooker_cli.runs.run import hidden_collapses
@@ -39,7 +40,9 @@ AT_COLLAPSE = "Run the config with --fresh to end such repeats at the collapse."
 def statuses_in(folder: Path) -> Results:
     """What ``snooker.statuses`` returns."""
     found: list[dict[str, Any]] = []
-    for path in runs_in(folder):
+    paths = runs_in(folder)
+    former = [path for path in paths if former_kept(path)]
+    for path in paths:
         try:
             opened = open_run(path)
             with reporting() as show:
@@ -48,6 +51,9 @@ def statuses_in(folder: Path) -> Results:
         except Exception as error:  # of one run, which hides no other
             status = {"run": str(path), "error": explained(error)[1]}
         found.append(status)
+    if former:
+        files = "analysis.json or point-*/exact-*.json of an older version"
+        notice(f"{counted(len(former), 'run')} with {files}, which nothing reads; delete them")
     headings = ["run", ">points", ">repeats", *COUNT_HEADINGS]
     headings += [">size", "last file", ">engine", "config"]
     rows = [

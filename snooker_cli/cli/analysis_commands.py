@@ -47,8 +47,8 @@ def fit(
     law holds, and the time until which it holds. A is the amplitude, 1 or free. The last column is
     the value at the end over the fit. --all adds half of the range, which is the source report's
     error, the temperature, and A = 1 for the pressure, which the source report has. With --from,
-    the amplitude is free. The results of all times are kept in RUN/analysis.json. Of several runs,
-    a table has one law, and the points of all runs as rows.
+    the amplitude is free. Results of all times are kept for the next command. Of several runs, a
+    table has one law, and the points of all runs as rows.
     """
     opened, end = api.open(*runs), math.inf if until is None else until
     chosen = conditions(where, opened)
@@ -70,8 +70,8 @@ def compare(
     The theory is the ideal gas and kinetic theory. The output begins with the main difference at
     each point; --brief prints only this. Each row has the measured mean, the prediction, and the
     difference with its standard error, also in such errors. --all adds the standard error of the
-    mean and the formulas of the source report. The results are kept in RUN/analysis.json. Of
-    several runs, a table has one theory, and the points of all runs as rows.
+    mean and the formulas of the source report. The results are kept for the next
+    command. Of several runs, a table has one theory, and the points of all runs as rows.
     """
     opened = api.open(*runs)
     chosen = conditions(where, opened)

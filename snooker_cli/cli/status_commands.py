@@ -78,8 +78,7 @@ def verify(
     those of the scene, and bounds of their errors. Chaos ends this after some hundred events; that
     is no error. Summaries, snapshots and endings are compared with a new simulation. The exit code
     is 1 if one differs, if an event is wrong for another reason than rounding, or if the stored end
-    or finish does not follow from the events. The result is kept beside the repeat. It needs the
-    extra `reference`.
+    or finish does not follow from the events. It needs the extra `reference`.
     """
     opened = api.open(run)
     if not exact and (point is not None or repeat or out is not None):

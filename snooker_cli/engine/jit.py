@@ -4,14 +4,13 @@ import hashlib
 import logging
 import os
 import platform
-import stat
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache, cached_property, update_wrapper, wraps
 from importlib.metadata import version
 from pathlib import Path
-from tempfile import TemporaryFile, gettempdir
+from tempfile import gettempdir
 from types import CodeType, FunctionType
 from typing import IO, Any, TypeVar, cast
 
@@ -20,6 +19,7 @@ import numpy as np
 from snooker_cli.engine import linked_helpers
 from snooker_cli.engine.compilation import COMPILATION
 from snooker_cli.errors import UserError
+from snooker_cli.files import private_folder, user_cache
 
 if sys.platform != "win32":
     import fcntl
@@ -53,8 +53,6 @@ DAMAGED = "stored compiled code in %s is damaged and is compiled again"
 NUMBA_SETTINGS = ".numba_config.yaml"
 """Numba takes settings from this file of the current folder, whoever made it: also the folder of
 its cache, and so code that it runs."""
-
-WRITABLE_BY_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 NO_GATHERS = ",+prefer-no-gather,+prefer-no-scatter"
 """Features for LLVM: on several processors, loads one by one are four times as fast as a gather."""
@@ -206,14 +204,13 @@ def cache_folder() -> Path | None:
             digest.update(part.encode())
     name, chosen = f"engine-{digest.hexdigest()[:16]}", os.environ.get("NUMBA_CACHE_DIR")
     try:
-        user = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
-        parent = Path(chosen) if chosen else user.expanduser() / "snooker"
-        return _private_folder(parent, name, shared=bool(chosen))
+        parent = Path(chosen) if chosen else user_cache()
+        return private_folder(parent, name, shared=bool(chosen))
     except (OSError, RuntimeError) as error:  # RuntimeError: the user has no home folder
         reason = getattr(error, "strerror", None) or str(error).rstrip(".")
     owner = "user" if sys.platform == "win32" else os.geteuid()
     try:
-        folder = _private_folder(Path(gettempdir(), f"snooker-{owner}"), name, shared=False)
+        folder = private_folder(Path(gettempdir(), f"snooker-{owner}"), name, shared=False)
         _log.warning(UNUSABLE, reason, f"{folder} is used instead")
         return folder
     except OSError:
@@ -236,33 +233,6 @@ def parts_of_code(source: str) -> Iterator[str]:
                 yield repr(
                     sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant
                 )
-
-
-def _private_folder(parent: Path, name: str, *, shared: bool) -> Path:
-    """Make a folder that no other user can change; Windows has no such check.
-
-    shared : whether ``parent`` has other uses, so that its permissions stay as they are
-
-    Raises ``OSError`` if it cannot be written, or if another user can change or replace it.
-    """
-    parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    folder = parent.resolve() / name
-    if sys.platform != "win32":
-        user, above = os.geteuid(), folder.parent.stat()
-        if above.st_uid == user and not shared:
-            folder.parent.chmod(above.st_mode & ~WRITABLE_BY_OTHERS)
-            above = folder.parent.stat()
-        # In a sticky folder, such as /tmp, others cannot replace what they do not own.
-        loose = above.st_mode & WRITABLE_BY_OTHERS and not above.st_mode & stat.S_ISVTX
-        if loose or above.st_uid not in (user, 0):
-            raise PermissionError(f"other users can change {folder.parent}")
-        folder.mkdir(mode=0o700, exist_ok=True)
-        mine = folder.lstat()
-        if mine.st_uid != user or mine.st_mode & WRITABLE_BY_OTHERS:
-            raise PermissionError(f"other users can change {folder}")
-    folder.mkdir(mode=0o700, exist_ok=True)
-    with TemporaryFile(dir=folder):
-        return folder
 
 
 def check_current_folder() -> None:

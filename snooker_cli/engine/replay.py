@@ -16,6 +16,7 @@ from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.engine.surfaces import Rough
 from snooker_cli.errors import UnsoundError
+from snooker_cli.fields import moving_fields
 from snooker_cli.scene import Scene
 from snooker_cli.trace import (
     SLIDE,
@@ -50,6 +51,24 @@ class States:
     container_positions: NDArray[np.float64]
     container_velocities: NDArray[np.float64]
     spins: NDArray[np.float64] | None = None
+
+    @classmethod
+    def of(cls, times: Sequence[float], scenes: Sequence[Scene]) -> "States":
+        """The states of scenes at their times, s."""
+        return cls(
+            np.array(times),
+            **{
+                field.in_states: np.array([getattr(scene, field.name) for scene in scenes])
+                for field in moving_fields(scenes[0])
+            },
+        )
+
+    def scene(self, start: Scene, row: int) -> Scene:
+        """The scene at the time of a row."""
+        fields = moving_fields(start)
+        return replace(
+            start, **{field.name: getattr(self, field.in_states)[row] for field in fields}
+        )
 
 
 def replay(trace: Trace, times: ArrayLike) -> States:
@@ -111,25 +130,13 @@ def state_at(trace: Trace, time: float) -> tuple[float, Scene]:
             return time, start if time == 0.0 else finish
         assert trace.snapshots is not None
         return time, trace.snapshots.read(int(np.searchsorted(trace.snapshots.time, time)))
-    at = replay(trace, [time])
-    moved = {"positions": at.positions[0], "velocities": at.velocities[0]}
-    container = at.container_positions[0], at.container_velocities[0]
-    moved |= dict(zip(("container_position", "container_velocity"), container, strict=True))
-    if at.spins is not None:
-        moved["spins"] = at.spins[0]
-    return time, replace(start, **moved)
+    return time, replay(trace, [time]).scene(start, 0)
 
 
 def _stored(trace: Trace, times: Floats) -> States:
     """The stored states nearest to some times."""
-    found = [state_at(trace, time) for time in times.tolist()]
-    moments, scenes = [time for time, _ in found], [scene for _, scene in found]
-    columns = "positions", "velocities", "container_position", "container_velocity"
-    places, velocities, at, speed = (
-        np.array([getattr(scene, name) for scene in scenes]) for name in columns
-    )
-    spins = None if trace.start.spins is None else np.array([scene.spins for scene in scenes])
-    return States(np.array(moments), places, velocities, at, speed, spins)
+    moments, scenes = zip(*(state_at(trace, time) for time in times.tolist()), strict=True)
+    return States.of(moments, scenes)
 
 
 def _replayable(trace: Trace, times: ArrayLike) -> Floats:

@@ -36,6 +36,7 @@ from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Recorded,
 from snooker_cli.engine.prefetch import PROGRESS, no_chains
 from snooker_cli.engine.sliding import bounces_to_come
 from snooker_cli.engine.surfaces import Rough
+from snooker_cli.fields import MOVING
 from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 from snooker_cli.trace import (
@@ -78,14 +79,7 @@ PAIRS_AT_ONCE = 1000  # of these, until the user can stop the repeat: 0.1 s, bec
 
 RENEWAL = 400  # cost of predicting all again, in crossings
 
-MOTION = {
-    "positions",
-    "velocities",
-    "spins",
-    "container_position",
-    "container_velocity",
-    "wall_key",
-}
+MOTION = {"wall_key", *(field.name for field in MOVING)}
 """The fields of a scene in which repeats of a point may differ."""
 
 

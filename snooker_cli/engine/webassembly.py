@@ -32,6 +32,7 @@ from snooker_cli.engine.page_kernels import (
 )
 from snooker_cli.engine.sliding import SETTLES
 from snooker_cli.errors import UserError
+from snooker_cli.fields import EVENT_COLUMNS
 from snooker_cli.files import atomic_write
 from snooker_cli.laws import LAWS
 from snooker_cli.trace import StopReason
@@ -222,6 +223,11 @@ def description() -> dict[str, Any]:
             "FULL": clock.FULL,
             "REASONS": list(StopReason)[: clock.FAR + 1],
             "LENGTHS": LENGTHS,
+            "EVENT_COLUMNS": [
+                {"name": column.name, "kind": column.kind, "needs": column.needs}
+                for column in EVENT_COLUMNS
+                if column.title
+            ],
         },
     }
 

@@ -7,7 +7,7 @@ const phrase = String.raw;
 
 const {
   ball: BALL, history: HISTORY, sums: SUMS, counts: COUNTS, law: LAW, kinds: KINDS, shapes: SHAPES, answers: ANSWERS,
-  followed: FOLLOWED, SETTLES, NO_PARTNER, FULL, REASONS, LENGTHS,
+  followed: FOLLOWED, SETTLES, NO_PARTNER, FULL, REASONS, LENGTHS, EVENT_COLUMNS,
 } = ENGINE.names;
 const SQUARES = phrase`squares of speeds are no numbers of double precision`;
 const [COLLISIONS, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, REST, FAR] = REASONS;
@@ -119,6 +119,9 @@ function writeSetup(scene, parts) {
 
 const givesEnergy = (law) => lawsOfWall(law).some(({ word }) => word === "thermal" || word === "driven");
 
+/** The columns that events of a scene have, in the order of their hash; see fields.py. */
+const eventColumns = (scene) => EVENT_COLUMNS.filter(({ needs }) => Boolean(scene[needs]));
+
 /** Write a scene at its start. */
 function writeScene(scene, timeLimit, parts) {
   const { positions, velocities, spins, radii, masses, container, containerMass } = scene;
@@ -173,7 +176,7 @@ class Simulation {
     this.number = scene.radii.length;
     this.wanted = limits.collisions ?? NO_LIMIT;
     this.timeLimit = limits.time ?? Infinity;
-    this.hash = options.hash ? new EventHash(Boolean(scene.surface)) : null;
+    this.hash = options.hash ? new EventHash(eventColumns(scene)) : null;
     this.collisions = 0;
     this.time = 0; // s, of the last event
     this.reached = 0; // s; no other event is before
@@ -199,8 +202,6 @@ class Simulation {
     this.eventTime = parts["followed.time"];
     this.eventI = parts["followed.i"];
     this.eventJ = parts["followed.j"];
-    this.eventImpulse = parts["followed.impulse"];
-    this.eventTangential = parts["followed.tangential"];
     this.eventSums = parts["followed.sums"]; // FOLLOWED_SUMS for each event
     this.eventPlaces = parts["followed.places"]; // of ball i, and of ball j or the container
     this.eventVelocities = parts["followed.velocities"]; // of the same, after the event
@@ -225,7 +226,7 @@ class Simulation {
     this.reached = answers[ANSWERS.REACHED];
     this.collisions += count;
     if (count > 0) this.time = this.eventTime[count - 1];
-    if (this.hash !== null) this.hash.addAll(this, this.collisions - count);
+    if (this.hash !== null) this.hash.addAll(parts, count, this.collisions - count);
     if (this.collisions >= this.wanted) return this.end(COLLISIONS);
     if (reason !== FULL) return this.end(REASONS[reason]);
     this.idle = count > 0 || this.reached >= until ? 0 : this.idle + 1;

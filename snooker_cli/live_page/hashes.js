@@ -92,18 +92,25 @@ class Sha256 {
   }
 }
 
-const EVENT_BYTES = 24, ROUGH_BYTES = 32, EVENTS_AT_ONCE = 8; // eight events are three blocks, or four
+const EVENTS_AT_ONCE = 8; // eight events are three blocks, or four
 
 /** The hash of a repeat's events, kept at 1,000, 10,000, 100,000 … events; see ``event_hashes``. */
 class EventHash {
-  /** rough : whether events have a tangential impulse */
-  constructor(rough) {
+  /** columns : of an event, in order: ``name``, and ``kind``, as little-endian numbers of Python */
+  constructor(columns) {
     this.sha = new Sha256();
-    this.size = rough ? ROUGH_BYTES : EVENT_BYTES;
+    const bytesOf = ({ kind }) => Number(kind.slice(2));
+    this.size = columns.reduce((total, column) => total + bytesOf(column), 0);
     this.bytes = new Uint8Array(this.size * EVENTS_AT_ONCE);
     this.view = new DataView(this.bytes.buffer);
-    this.numbers = new Float64Array(this.bytes.buffer); // little-endian, as all browsers are
-    this.balls = new Int32Array(this.bytes.buffer);
+    const numbers = new Float64Array(this.bytes.buffer); // little-endian, as all browsers are
+    const integers = new Int32Array(this.bytes.buffer);
+    let offset = 0;
+    this.columns = columns.map((column) => {
+      const bytes = bytesOf(column), begin = offset;
+      offset += bytes;
+      return { name: `followed.${column.name}`, bytes, begin, values: bytes === 8 ? numbers : integers };
+    });
     this.used = 0; // bytes of events that the hash has not taken yet
     this.count = 0;
     this.next = 1000;
@@ -112,21 +119,20 @@ class EventHash {
 
   /** Add the events of the last call of ``advance``, but for those that it has.
    *
-   * before : number of events before them
+   * parts : arrays of the engine; count : the number of events; before : number of events before them
    */
-  addAll({ eventCount, eventTime, eventI, eventJ, eventImpulse, eventTangential }, before) {
-    for (let k = this.count - before; k < eventCount; k += 1) {
-      this.add(eventTime[k], eventI[k], eventJ[k], eventImpulse[k], eventTangential?.[k]);
-    }
+  addAll(parts, count, before) {
+    const columns = this.columns.map(({ name }) => parts[name]);
+    for (let k = this.count - before; k < count; k += 1) this.add(columns, k);
   }
 
-  add(time, i, j, impulse, tangential) {
-    const { numbers, balls, used, size } = this;
-    numbers[used / 8] = time;
-    balls[used / 4 + 2] = i;
-    balls[used / 4 + 3] = j;
-    numbers[used / 8 + 2] = impulse;
-    if (size === ROUGH_BYTES) numbers[used / 8 + 3] = tangential;
+  /** Add the event in a row of columns. */
+  add(columns, row) {
+    const { used, size } = this;
+    for (let k = 0; k < columns.length; k += 1) {
+      const { bytes, begin, values } = this.columns[k];
+      values[(used + begin) / bytes] = columns[k][row];
+    }
     this.used = used + size;
     if (this.used === this.bytes.length) {
       this.sha.updateBlocks(this.view);

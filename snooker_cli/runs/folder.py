@@ -36,7 +36,7 @@ from snooker_cli.files import (
 )
 from snooker_cli.formatting import counted, listed
 from snooker_cli.runs import manifest
-from snooker_cli.runs.run import ANALYSIS, FIGURES, MANIFEST, RepeatState, Run, point_and_repeats
+from snooker_cli.runs.run import FIGURES, MANIFEST, RepeatState, Run, point_and_repeats
 
 if sys.platform != "win32":
     import fcntl
@@ -48,7 +48,9 @@ RUNS = Path("runs")
 LOST = f"its {MANIFEST} is lost"
 
 FAILURES = "failures.jsonl"  # the repeats that failed in the last attempt, a line of JSON each
-MADE = ("repeats-*.h5", "exact-*.json")  # in a point's folder
+FORMER_KEPT = ("analysis.json", "point-*/exact-*.json")
+"""Files of older versions that follow from the results; nothing reads them."""
+
 MOST_LISTED = 30  # values of a key in a message
 NO_VALUE = (AttributeError, IndexError, TypeError)  # of a key that an experiment does not have
 MOST_NAMED = 5  # runs that a message about their parent folder names
@@ -67,14 +69,14 @@ def create(run: Run, *, fresh: bool = False) -> str:
     with writing(run.directory):
         if fresh:
             folders = _own_folders(run.directory)
-            results = (folder.glob(name) for folder in folders for name in MADE)
+            results = (folder.glob("repeats-*.h5") for folder in folders)
             for old in (*chain.from_iterable(results), *run.figures()):
                 old.unlink()
+            for old in (run.directory / FAILURES, *former_kept(run.directory)):
+                discard(old)
             for folder in folders:
                 with suppress(OSError):  # it is not empty
                     folder.rmdir()
-            discard(run.directory / FAILURES)
-            discard(run.directory / ANALYSIS)
         if fresh or not holds_manifest(run):
             write_json(run.directory / MANIFEST, manifest.content(run))
     return change
@@ -325,11 +327,16 @@ def runs_in(directory: Path) -> list[Path]:
     return sorted(lost | {path.parent for path in directory.glob(f"*/{MANIFEST}")})
 
 
+def former_kept(directory: Path) -> list[Path]:
+    """The files of a run's folder that older versions kept beside the results."""
+    return sorted(chain.from_iterable(map(directory.glob, FORMER_KEPT)))
+
+
 def holds_results(path: Path) -> bool:
     """Whether a file is a repeat, or another of a run's own, which no command may replace."""
     if not path.is_file():
         return False
-    if path.name in (MANIFEST, FAILURES, ANALYSIS):
+    if path.name in (MANIFEST, FAILURES):
         return _is_run(path.parent)
     try:
         store.read_headers(path)

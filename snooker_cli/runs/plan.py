@@ -17,8 +17,8 @@ from snooker_cli.engine import specialisation
 from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
 from snooker_cli.laws import is_random, parts_of, word_of
-from snooker_cli.memory import MEMORY
 from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.results_cache import MEMORY
 from snooker_cli.runs.run import RepeatState, Run
 from snooker_cli.scene import Scene
 

@@ -19,12 +19,11 @@ from snooker_cli.engine import ENGINE_VERSION, stands_still
 from snooker_cli.errors import AbsentError, PlaceError, RunError, StoreError
 from snooker_cli.files import discard, read_text
 from snooker_cli.formatting import point_label, printable, spans
-from snooker_cli.memory import MEMORY
+from snooker_cli.results_cache import MEMORY
 from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason, Trace
 
 MANIFEST = "run.json"
-ANALYSIS = "analysis.json"  # what ``fit``, ``compare`` and ``table`` keep
 FIGURES = "figures"  # the folder where ``plot`` saves them
 REMEMBERED_SIZE = 32_000_000  # bytes of a file up to which its repeats stay in memory
 REPLACES = "run the config again, which replaces it"

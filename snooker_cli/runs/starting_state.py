@@ -12,12 +12,13 @@ import numpy as np
 
 from snooker_cli import config as configs
 from snooker_cli.config import Loaded, Start
-from snooker_cli.engine import States, replay, state_at
+from snooker_cli.engine import state_at
 from snooker_cli.errors import SceneError, SnookerError
+from snooker_cli.fields import moving_fields
 from snooker_cli.formatting import spans
 from snooker_cli.runs.folder import open_run
 from snooker_cli.runs.run import RepeatState
-from snooker_cli.scene import place_rounding
+from snooker_cli.scene import Scene, place_rounding
 from snooker_cli.trace import StopReason, Trace
 
 MOST_BALLS = 100_000  # of a state: as single balls they take 15 MB in each file of results
@@ -40,27 +41,26 @@ def state_of(start: Start) -> dict[str, Any]:
         raise SceneError("start.run", f"{limit}; take a smaller run")
     time = trace.stop.time if start.time is None else start.time
     state = _state_at(trace, time, start)
-    places = state.positions[0] - state.container_positions[0]
+    moving = [field for field in moving_fields(state) if not field.of_container]
+    columns = {field.key: getattr(state, field.name) for field in moving}
+    places = state.positions - state.container_position
     if scene.container.period is not None:
         places = scene.container.nearest_image(places)
-    columns = [places, state.velocities[0], scene.radii, scene.masses]
-    names = ["position", "velocity", "radius", "mass"]
-    if state.spins is not None:
-        columns, names = [*columns, state.spins[0]], [*names, "spin"]
-    rows = zip(*(column.tolist() for column in columns), strict=True)
+    columns |= {"position": places, "radius": scene.radii, "mass": scene.masses}
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     container = {"shape": scene.container.name, **scene.container.lengths}
     if scene.free:
         container |= {"mass": scene.container_mass}
-        container |= {"velocity": state.container_velocities[0].tolist()}
+        container |= {"velocity": state.container_velocity.tolist()}
     return {
         "start": {
             **start.model_dump(),
             "time": time,
             "content": content,
-            "rounding": _rounding(trace, state),
+            "rounding": _rounding(trace, time, state),
         },
         "container": container,
-        "balls": {"list": [dict(zip(names, row, strict=True)) for row in rows]},
+        "balls": {"list": [dict(zip(columns, row, strict=True)) for row in rows]},
     }
 
 
@@ -89,30 +89,23 @@ def _read(start: Start) -> tuple[Trace, str]:
         raise SceneError("start.run", str(error)) from None
 
 
-def _state_at(trace: Trace, time: float, start: Start) -> States:
+def _state_at(trace: Trace, time: float, start: Start) -> Scene:
     """The state of a repeat at a time, s. Raises ``SceneError``."""
     end = trace.stop.time
     if time > end:
         problem = f"repeat {start.repeat} of {start.run} ends at {end!r} s, before {time!r} s"
         raise SceneError("start.time", f"{problem}; give a time up to its end, or none for the end")
-    if trace.events is not None:
-        return replay(trace, np.array([time]))
     stored, scene = state_at(trace, time)
     if stored != time:
         problem = f"the nearest stored state is at {stored!r} s"
         raise SceneError("start.time", f"{problem}; give this time, or none for the end")
-    columns = scene.positions, scene.velocities, scene.container_position
-    places, velocities, at, speed = (
-        column[np.newaxis] for column in (*columns, scene.container_velocity)
-    )
-    spins = None if scene.spins is None else scene.spins[np.newaxis]
-    return States(np.array([time]), places, velocities, at, speed, spins)
+    return scene
 
 
-def _rounding(trace: Trace, state: States) -> float:
+def _rounding(trace: Trace, time: float, state: Scene) -> float:
     """How far balls of a state may overlap or stick out by rounding, m; see docs/accuracy.md."""
-    scene, time = trace.start, float(state.time[0])
-    velocities = np.vstack([state.velocities[0], state.container_velocities])
+    scene = trace.start
+    velocities = np.vstack([state.velocities, state.container_velocity])
     fastest = float(np.max(np.hypot(*velocities.T)))
     bound = place_rounding(scene.container, 2 * float(np.max(scene.radii)), fastest * time)
     hits = trace.wall_events

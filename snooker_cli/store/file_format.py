@@ -7,7 +7,7 @@ import hashlib
 import json
 import math
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from itertools import chain
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from snooker_cli import __version__
 from snooker_cli.containers import Box, Circle, Container
 from snooker_cli.errors import UnsoundError
+from snooker_cli.fields import EVENT_COLUMNS, MOVING, REQUIRED, MovingField, moving_fields
 from snooker_cli.files import sources_hash, user_hash
 from snooker_cli.laws import LAWS, Constant, Sides, Surface, word_of
 from snooker_cli.scene import TINY, Scene
@@ -30,12 +31,9 @@ from snooker_cli.trace import Events, Stop, Trace
 SCHEMA_VERSION = 4  # goes up when the files change; from 4 on, all text has a fixed length
 
 BALLS, CONTAINER = "particles/balls", "particles/container"
-COLLISIONS = "connectivity/collisions"
-TIME, IMPULSE, RESIDUAL, TANGENTIAL = (
-    f"observables/{name}" for name in ("time", "impulse", "residual", "tangential_impulse")
-)
-EVENTS = (COLLISIONS, TIME, IMPULSE, RESIDUAL, TANGENTIAL)
-SPIN = f"{BALLS}/angular_velocity"
+EVENTS = {column.name: column.path for column in EVENT_COLUMNS}
+EVENT_PATHS = tuple(dict.fromkeys(EVENTS.values()))
+COLLISIONS, TIME, RESIDUAL = EVENTS["i"], EVENTS["time"], EVENTS["residual"]
 SUMMARY = "observables/summary"
 
 SNAPSHOTS, CONTAINER_SNAPSHOTS = "particles/snapshots", "particles/container_snapshots"
@@ -47,14 +45,8 @@ REPEATS, ROWS, ENDINGS, CONTENTS, PROVENANCE, WALL_KEYS, SNAPSHOT_HASHES = (
     for name in ("repeat", "rows", "ending", "content", "provenance", "wall_key", "snapshot")
 )
 
-_SNAPSHOT_VALUES = tuple(
-    f"{group}/{name}"
-    for group in (SNAPSHOTS, CONTAINER_SNAPSHOTS)
-    for name in ("position", "velocity")
-)
-_SNAPSHOT_SPIN = f"{SNAPSHOTS}/angular_velocity"
 SNAPSHOT_TIME, SNAPSHOT_STEP = f"{SNAPSHOTS}/position/time", f"{SNAPSHOTS}/position/step"
-"""When the states of all four elements are, which are of the one repeat in the file."""
+"""When the states of all elements are, which are of the one repeat in the file."""
 
 COUNTS = ("wall_events", "pair_events")  # of an ending, besides the fields of its stop
 
@@ -64,8 +56,8 @@ HASHES = "hashes"  # in the checkpoint, the hashes of past events
 RULES = tuple(
     field.name
     for field in fields(Scene)
-    if field.name not in ("positions", "velocities", "radii", "masses", "wall_key", "spins")
-    and not field.name.startswith("container")
+    if field.name not in ("radii", "masses", "container", "container_mass", "wall_key")
+    and field.name not in (moving.name for moving in MOVING)
 )
 """The fields of a scene that are stored as JSON: all but its balls, container and random key."""
 
@@ -139,7 +131,7 @@ class Fingerprint:
     """
 
     def __init__(self) -> None:
-        self._columns = {name: hashlib.sha256() for name in ("time", "i", "j", "impulse")}
+        self._columns = {name: hashlib.sha256() for name in REQUIRED}
         self._hashes: dict[str, list[bytes]] = {name: [] for name in self._columns}
         self._number = 0
         self.snapshots: list[str] = []  # the `snapshot_hash` of each
@@ -154,19 +146,16 @@ class Fingerprint:
         while len(events):
             full, rest = divmod(self._number, HASHED_ROWS)
             part, events = events[: HASHED_ROWS - rest], events[HASHED_ROWS - rest :]
-            if part.tangential is not None and "tangential" not in self._columns:
-                self._columns["tangential"] = hashlib.sha256()
-                self._hashes["tangential"] = []
-            rounded = part.residual is not None and part.residual.any()
-            # The first residual that is not zero: all rows before it count as zeros.
-            if rounded and "residual" not in self._columns:
-                self._columns["residual"] = hashlib.sha256(bytes(8 * rest))
-                zeros = hashlib.sha256(bytes(8 * HASHED_ROWS)).digest()
-                self._hashes["residual"] = [zeros] * full
+            columns = part.columns
+            for name, values in columns.items():
+                # From the first residual that is not zero: all rows before it count as zeros.
+                if name not in self._columns and (name != "residual" or values.any()):
+                    self._columns[name] = hashlib.sha256(bytes(8 * rest))
+                    zeros = hashlib.sha256(bytes(8 * HASHED_ROWS)).digest()
+                    self._hashes[name] = [zeros] * full
             self._number += len(part)
             for name, column in self._columns.items():
-                values = getattr(part, name)
-                column.update(bytes(8 * len(part)) if values is None else _bytes(values))
+                column.update(_bytes(columns[name]) if name in columns else bytes(8 * len(part)))
                 if self._number % HASHED_ROWS == 0:
                     self._hashes[name].append(column.digest())
                     self._columns[name] = hashlib.sha256()
@@ -176,13 +165,12 @@ class Fingerprint:
         everything = b"".join(chain(*self._hashes.values()))
         return np.frombuffer(everything, np.uint8).reshape(len(self._hashes), -1, 32)
 
-    def restore(self, hashes: NDArray[np.uint8], *, tangential: bool) -> None:
+    def restore(self, hashes: NDArray[np.uint8], names: Iterable[str]) -> None:
         """Begin after as many rows as ``hashes`` gave hashes for.
 
-        tangential : whether the fifth column has tangential impulses
+        names : of the columns that may be there, in the order of ``EVENT_COLUMNS``
         """
-        others = ("tangential", "residual") if tangential else ("residual",)
-        for name, column in zip((*self._columns, *others), hashes, strict=False):
+        for name, column in zip(names, hashes, strict=False):
             self._columns[name] = hashlib.sha256()
             self._hashes[name] = [row.tobytes() for row in column]
         self._number = HASHED_ROWS * hashes.shape[1]
@@ -227,28 +215,33 @@ def scene_hash(scene: Scene) -> str:
     return hashlib.sha256(_scene_bytes(scene)).hexdigest()
 
 
-def snapshot_values(start: Scene) -> tuple[str, ...]:
-    """The elements of the states of a repeat; the last one is that of spins, if balls have some."""
-    return (*_SNAPSHOT_VALUES, _SNAPSHOT_SPIN) if start.spins is not None else _SNAPSHOT_VALUES
+def element(field: MovingField) -> str:
+    """The element of what moves, at the start and the finish of each repeat."""
+    return f"{CONTAINER if field.of_container else BALLS}/{field.element}"
+
+
+def snapshot_elements(scene: Scene) -> dict[MovingField, str]:
+    """The elements of the snapshots of a repeat."""
+    return {
+        field: f"{CONTAINER_SNAPSHOTS if field.of_container else SNAPSHOTS}/{field.element}"
+        for field in moving_fields(scene)
+    }
 
 
 def snapshot_hash(time: float, scene: Scene) -> str:
     """SHA-256 of what moves, at a time, s."""
-    columns = scene.positions, scene.velocities, scene.container_position, scene.container_velocity
-    digest = hashlib.sha256(_bytes(time))
-    for column in (*columns, *([] if scene.spins is None else [scene.spins])):
-        digest.update(_bytes(column))
-    return digest.hexdigest()
+    columns = (getattr(scene, field.name) for field in moving_fields(scene))
+    return hashlib.sha256(b"".join(map(_bytes, (time, *columns)))).hexdigest()
 
 
 def _scene_bytes(scene: Scene) -> bytes:
     """All values of a scene in the order of the fingerprint."""
     sizes, rules = _shared_bytes(scene.container, scene.container_mass, *_rules(scene))
-    balls = (scene.positions, scene.velocities, scene.radii, scene.masses)
-    container = (scene.container_position, scene.container_velocity)
+    moving = [_bytes(getattr(scene, field.name)) for field in moving_fields(scene)]
+    balls = (*moving[:2], _bytes(scene.radii), _bytes(scene.masses))
     key = b"" if scene.wall_key is None else struct.pack("<q", scene.wall_key)
-    spins = b"" if scene.spins is None else _bytes(scene.spins)
-    return b"".join([*map(_bytes, balls), sizes, *map(_bytes, container), rules, key, spins])
+    # Fields that not all scenes have come last, so that hashes of the others stay.
+    return b"".join([*balls, sizes, *moving[2:4], rules, key, *moving[4:]])
 
 
 @lru_cache(maxsize=4, typed=True)

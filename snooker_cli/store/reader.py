@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.containers import SHAPES, Circle
 from snooker_cli.errors import AbsentError, DeniedError, StoreError, error_text
+from snooker_cli.fields import ALWAYS, EVENT_COLUMNS, MOVING
 from snooker_cli.laws import is_random
 from snooker_cli.scene import Scene
 from snooker_cli.store import file_format as layout
@@ -289,15 +290,12 @@ def read_snapshot(path: Path, trace: Trace, row: int) -> Scene:
 def _snapshot(file: h5py.File, path: Path, trace: Trace, row: int) -> Scene:
     """The state of a snapshot. Raises ``StoreError`` or ``ValueError`` for what was changed."""
     rows, number = slice(row, row + 1), trace.start.number
-    names = layout.snapshot_values(trace.start)
-    columns = [hdf5.read_rows(file, f"{name}/value", rows=rows) for name in names]
-    shapes = ([(1, number, 2)] * 2 + [(1, 1, 2)] * 2 + [(1, number)])[: len(columns)]
-    require([column.shape for column in columns] == shapes, "number of balls in a snapshot")
-    moving = [*(column[0] for column in columns[:2]), *(column[0, 0] for column in columns[2:4])]
-    fields = "positions", "velocities", "container_position", "container_velocity"
-    scene = replace(trace.start, **dict(zip(fields, moving, strict=True)))
-    if len(columns) > len(fields):
-        scene = replace(scene, spins=columns[-1][0])
+    moving: dict[str, Any] = {}
+    for field, name in layout.snapshot_elements(trace.start).items():
+        values = hdf5.read_rows(file, f"{name}/value", rows=rows)
+        require(values.shape == (1, *field.shape(number)), "number of balls in a snapshot")
+        moving[field.name] = field.of_row(values[0])
+    scene = replace(trace.start, **moving)
     check_snapshot(trace.start, scene)
     (time,) = hdf5.read_rows(file, layout.SNAPSHOT_TIME, rows=rows).tolist()
     if layout.snapshot_hash(time, scene) != hdf5.read_text(file, layout.SNAPSHOT_HASHES)[row]:
@@ -310,7 +308,7 @@ def _snapshots(file: h5py.File, path: Path, trace: Trace) -> Snapshots | None:
     if layout.SNAPSHOTS not in file:
         return None
     times = hdf5.read_rows(file, layout.SNAPSHOT_TIME)
-    names = layout.snapshot_values(trace.start)
+    names = layout.snapshot_elements(trace.start).values()
     lengths = {hdf5.length(file, f"{name}/value") for name in names}
     hashes = len(hdf5.read_text(file, layout.SNAPSHOT_HASHES))
     require(lengths == {len(times)} == {hashes}, "number of snapshots")
@@ -326,16 +324,12 @@ def _traces(
     file: h5py.File, headers: Sequence[RepeatHeader], rows: list[slice], chosen: Sequence[int]
 ) -> list[Trace]:
     """Some of the traces of a file, checked, without their events."""
-    names = ("position/value", "velocity/value", "mass", "radius")
-    balls, container = (
-        [hdf5.read_rows(file, f"{group}/{name}") for name in names]
+    (masses, radii), (container_mass, lengths) = (
+        [hdf5.read_rows(file, f"{group}/{name}") for name in ("mass", "radius")]
         for group in (layout.BALLS, layout.CONTAINER)
     )
-    for group, number in ((balls, balls[-1].size), (container, 1)):
-        wanted = [(2 * len(headers), number, 2)] * 2 + [(number,)] * 2
-        sound = number > 0 and [values.shape for values in group] == wanted
-        require(sound, "number of balls or repeats")
-    (*moving, masses, radii), (*places, (container_mass,), lengths) = balls, container
+    same = masses.shape == radii.shape == (radii.size,) and container_mass.shape == (1,)
+    require(same and radii.size > 0 and lengths.shape == (1,), "number of balls or repeats")
     rules = {**json.loads(_parameter(file, "scene"))}
     shape = SHAPES[rules.pop("shape")]
     if not issubclass(shape, Circle):
@@ -345,19 +339,20 @@ def _traces(
     if is_random(rules["wall_law"]):
         keys = hdf5.read_rows(file, layout.WALL_KEYS, np.int64).tolist()
         require(len(keys) == len(headers) and np.min(keys) >= 0, "wall_key")
-    rules |= {"container": shape(*lengths.tolist()), "container_mass": float(container_mass)}
-
-    spins: Any = [None] * (2 * len(headers))
-    if rules.get("surface") is not None:
-        require(f"{layout.SPIN}/value" in file, "number of spins")
-        spins = hdf5.read_rows(file, f"{layout.SPIN}/value")
-        require(spins.shape == (2 * len(headers), len(radii)), "number of spins")
+    rules |= {"container": shape(*lengths.tolist()), "container_mass": float(container_mass[0])}
+    columns = {}
+    for field in MOVING:
+        if field.needs != ALWAYS and rules.get(field.needs) is None:
+            continue
+        what, name = f"number of {field.in_states}", f"{layout.element(field)}/value"
+        require(name in file, what)
+        columns[field] = hdf5.read_rows(file, name)
+        require(columns[field].shape == (2 * len(headers), *field.shape(radii.size)), what)
 
     def scene(row: int) -> Scene:
-        at, speed = (values[row, 0] for values in places)
-        rules.update(container_position=at, container_velocity=speed, wall_key=keys[row // 2])
-        positions, velocities = (values[row] for values in moving)
-        return Scene(positions, velocities, radii, masses, **rules, spins=spins[row])
+        moving = {field.name: field.of_row(values[row]) for field, values in columns.items()}
+        own = moving | rules | {"wall_key": keys[row // 2]}
+        return Scene(radii=radii, masses=masses, **own)
 
     summaries = (
         [None] * len(headers) if "connectivity" in file else _summaries(file, rows, scene(0))
@@ -382,14 +377,17 @@ class EventReader:
 
     def __init__(self, file: h5py.File, at_a_time: int) -> None:
         self._file, self._size = file, at_a_time
-        self._paths = [path for path in layout.EVENTS if file.id.links.exists(path.encode())]
+        columns = [c for c in EVENT_COLUMNS if file.id.links.exists(c.path.encode())]
+        self._columns = [column for column in columns if column.path != layout.COLLISIONS]
         self.number = hdf5.length(file, f"{layout.TIME}/value")
-        lengths = {hdf5.length(file, f"{path}/value") for path in self._paths}
+        lengths = {hdf5.length(file, f"{column.path}/value") for column in columns}
         require(lengths == {self.number}, "lengths of the columns of events")
         self._balls = hdf5.length(file, f"{layout.BALLS}/radius")
         rules = json.loads(_parameter(file, "scene"))
-        self._slides, rough = bool(rules.get("slides")), rules.get("surface") is not None
-        require(rough == (layout.TANGENTIAL in self._paths), "columns of events")
+        self._slides = bool(rules.get("slides"))
+        present = {ALWAYS, *(name for name, rule in rules.items() if rule is not None)}
+        wanted = {c.name for c in EVENT_COLUMNS if c.title and c.needs in present}
+        require({c.name for c in columns if c.title} == wanted, "columns of events")
         self._start, self._block = -1, Events(*(np.zeros(0, kind) for kind in "diid"))
 
     def pieces(self, rows: slice, check: EventCheck | None = None) -> Iterator[Events]:
@@ -412,16 +410,13 @@ class EventReader:
 
     def _read_block(self, rows: slice) -> Events:
         """The events in these rows."""
-
-        def column(path: str, dtype: Any = np.float64) -> NDArray[Any]:
-            return hdf5.read_rows(self._file, f"{path}/value", dtype, rows)
-
-        i, j = np.ascontiguousarray(column(layout.COLLISIONS, np.int32)[:, 0].T)
-        residual, tangential = (
-            column(path) if path in self._paths else None
-            for path in (layout.RESIDUAL, layout.TANGENTIAL)
-        )
-        return Events(column(layout.TIME), i, j, column(layout.IMPULSE), residual, tangential)
+        pairs = hdf5.read_rows(self._file, f"{layout.COLLISIONS}/value", np.int32, rows)
+        i, j = np.ascontiguousarray(pairs[:, 0].T)
+        columns = {
+            column.name: hdf5.read_rows(self._file, f"{column.path}/value", rows=rows)
+            for column in self._columns
+        }
+        return Events(i=i, j=j, **columns)
 
 
 def _summaries(file: h5py.File, rows: Sequence[slice], start: Scene) -> list[Summary]:

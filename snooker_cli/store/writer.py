@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
 from snooker_cli.errors import AbsentError, error_text, room_advice
+from snooker_cli.fields import EVENT_COLUMNS, moving_fields
 from snooker_cli.files import discard, move_into_place, own_folder, temporary_path
 from snooker_cli.scene import Scene
 from snooker_cli.store import file_format as layout
@@ -140,8 +141,9 @@ class Recorder(AbstractContextManager["Recorder"]):
             self._times.append(time)
 
     def _write_snapshot(self, file: h5py.File, scene: Scene, row: int) -> None:
-        for name, values, unit in _moving(scene):
-            hdf5.write_rows(file, f"{name}/value", values, unit, 1, row, packed=False)
+        for field, name in layout.snapshot_elements(scene).items():
+            values = field.rows([scene])
+            hdf5.write_rows(file, f"{name}/value", values, field.unit, 1, row, packed=False)
         self._check()
 
     def _submit(self, task: Callable[..., None], *arguments: object) -> None:
@@ -192,7 +194,7 @@ class Recorder(AbstractContextManager["Recorder"]):
                 chunk = ROWS if self._written else _chunk(rest.time)
                 _write_events(file, rest, chunk, self._written)
             file[layout.COLLISIONS].attrs["particles_group"] = file[layout.BALLS].ref
-            for path in layout.EVENTS:
+            for path in layout.EVENT_PATHS:
                 if path in file:
                     hdf5.link(file, f"{path}/step", layout.STEP)
         if self._times:
@@ -232,7 +234,9 @@ class Recorder(AbstractContextManager["Recorder"]):
         """Begin with a copy of the file's events in full chunks, and with the rest of them."""
         with h5py.File(self.path, locking=False) as old:
             hashes = hdf5.read_rows(old, f"{layout.CHECKPOINT}/{layout.HASHES}", None)
-            self._fingerprint.restore(hashes, tangential=layout.TANGENTIAL in old)
+            # Residuals that were zero in all full chunks have no hashes; they come last.
+            columns = [name for name, path in layout.EVENTS.items() if path in old]
+            self._fingerprint.restore(hashes, columns)
             if layout.SNAPSHOTS in old:
                 self._fingerprint.snapshots = hdf5.read_text(old, layout.SNAPSHOT_HASHES)
                 self._times = hdf5.read_rows(old, layout.SNAPSHOT_TIME).tolist()
@@ -245,7 +249,7 @@ class Recorder(AbstractContextManager["Recorder"]):
             full = self._written = self.number = number - number % ROWS
             # Full chunks are copied without unpacking. The rest is added as new events. All were
             # checked before they were written.
-            for path in (f"{name}/value" for name in layout.EVENTS if full and name in old):
+            for path in (f"{name}/value" for name in layout.EVENT_PATHS if full and name in old):
                 old.copy(path, self._open(), path)
                 data = self._open()[path].id
                 data.set_extent((full, *data.shape[1:]))
@@ -275,19 +279,14 @@ def _chunk(values: NDArray[Any]) -> int:
 
 def _write_events(file: h5py.File, events: Events, chunk: int, before: int) -> None:
     """Write the next events, as a chunk or, with 0, all at once without compression."""
-    pairs = np.stack([events.i, events.j], axis=1)[:, None, :]
-    residual = events.residual
-    if residual is None and layout.RESIDUAL in file:  # of an earlier repeat
-        residual = np.zeros(len(events))
-    for path, values, unit in (
-        (layout.COLLISIONS, pairs, "1"),
-        (layout.TIME, events.time, "s"),
-        (layout.IMPULSE, events.impulse, "kg m s-1"),
-        (layout.RESIDUAL, residual, "s"),
-        (layout.TANGENTIAL, events.tangential, "kg m s-1"),
-    ):
-        if values is not None:
-            hdf5.write_rows(file, f"{path}/value", values, unit, chunk, before)
+    columns = events.columns
+    columns["i"] = np.stack([columns["i"], columns.pop("j")], axis=1)[:, None, :]
+    if layout.RESIDUAL in file:  # of an earlier repeat
+        columns.setdefault("residual", np.zeros(len(events)))
+    for column in EVENT_COLUMNS:
+        if column.name in columns:
+            values = columns[column.name]
+            hdf5.write_rows(file, f"{column.path}/value", values, column.unit, chunk, before)
 
 
 def _write_element(
@@ -311,20 +310,15 @@ def _write_scenes(file: h5py.File, traces: Sequence[Trace]) -> None:
     """Write the balls and the container at the start and the finish of each repeat."""
     scenes = [scene for trace in traces for scene in (trace.start, trace.finish)]
     start = scenes[0]
-    moving = [(scene.positions, scene.velocities) for scene in scenes]
-    if start.spins is not None:
-        spins = np.array([scene.spins for scene in scenes])
-        _write_element(file, layout.SPIN, spins, "s-1", _chunk(spins) if len(traces) > 1 else 0)
-    container = [([scene.container_position], [scene.container_velocity]) for scene in scenes]
+    for field in moving_fields(start):
+        rows = field.rows(scenes)
+        chunk = _chunk(rows) if len(traces) > 1 else 0
+        _write_element(file, layout.element(field), rows, field.unit, chunk)
     radius = getattr(start.container, "radius", math.nan)
-    for group, places_and_velocities, masses, radii in (
-        (layout.BALLS, moving, start.masses, start.radii),
-        (layout.CONTAINER, container, np.array([start.container_mass]), np.array([radius])),
+    for group, masses, radii in (
+        (layout.BALLS, start.masses, start.radii),
+        (layout.CONTAINER, np.array([start.container_mass]), np.array([radius])),
     ):
-        positions, velocities = map(np.array, zip(*places_and_velocities, strict=True))
-        chunk = _chunk(positions) if len(traces) > 1 else 0
-        _write_element(file, f"{group}/position", positions, "m", chunk)
-        _write_element(file, f"{group}/velocity", velocities, "m s-1", chunk)
         hdf5.write_rows(file, f"{group}/mass", masses, "kg")
         hdf5.write_rows(file, f"{group}/radius", radii, "m")
         _write_box(file, group, start)
@@ -340,17 +334,6 @@ def _write_box(file: h5py.File, group: str, start: Scene) -> None:
         hdf5.write_rows(file, f"{group}/box/edges", np.array(start.container.size), "m")
 
 
-def _moving(scene: Scene) -> Iterator[tuple[str, NDArray[np.float64], str]]:
-    """The elements of a snapshot: path, row and unit of each."""
-    columns = scene.positions, scene.velocities
-    container = scene.container_position[np.newaxis], scene.container_velocity[np.newaxis]
-    spins = () if scene.spins is None else (scene.spins,)
-    units = [*("m", "m s-1") * 2, *["s-1"] * len(spins)]
-    names = layout.snapshot_values(scene)
-    for name, values, unit in zip(names, (*columns, *container, *spins), units, strict=True):
-        yield name, values[np.newaxis], unit
-
-
 def _write_snapshot_times(
     file: h5py.File, times: Sequence[float], hashes: Sequence[str], start: Scene
 ) -> None:
@@ -358,7 +341,7 @@ def _write_snapshot_times(
     hdf5.write_rows(file, layout.SNAPSHOT_HASHES, np.array(hashes, np.bytes_))
     hdf5.write_rows(file, layout.SNAPSHOT_TIME, np.array(times), "s")
     hdf5.write_rows(file, layout.SNAPSHOT_STEP, np.arange(len(times)))
-    for name in layout.snapshot_values(start):
+    for name in layout.snapshot_elements(start).values():
         for column, shared in (("time", layout.SNAPSHOT_TIME), ("step", layout.SNAPSHOT_STEP)):
             if f"{name}/{column}" != shared:
                 hdf5.link(file, f"{name}/{column}", shared)

@@ -4,7 +4,6 @@ A certificate has the scene, the true events, and intervals of their times that 
 check; docs/accuracy.md explains its format.
 """
 
-import json
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -21,9 +20,10 @@ from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.engine.conversion import origin_of
 from snooker_cli.engine.replay import Replay, replay
 from snooker_cli.errors import StoreError, UnsoundError, UserError, install_advice, notice
-from snooker_cli.files import own_folder, read_text, signature, sources_hash, write_text
+from snooker_cli.files import sources_hash
 from snooker_cli.formatting import counted, duration, listed, plain
 from snooker_cli.laws import Sides, WallLaw, word_of
+from snooker_cli.results_cache import from_cache
 from snooker_cli.runs import Run
 from snooker_cli.runs.verification import ADVICE, config_of, origin_fault, simulated_again
 from snooker_cli.scene import EPSILON, Scene
@@ -343,7 +343,7 @@ def _law_record(law: WallLaw) -> Record:
 
 
 def proven(run: Run, point: int, repeat: int, collisions: int, counting: Counting) -> Record:
-    """The certificate of a repeat of a run: the one kept beside its file, or a new one.
+    """The certificate of a repeat of a run: the one that was kept, or a new one.
 
     It is made again after a change of the repeat, of the number of collisions, or of this code.
 
@@ -360,17 +360,24 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
         flint = import_module("flint").__version__
     except ModuleNotFoundError:
         raise UserError("python-flint is not installed", install_advice("reference")) from None
-    path = status.path.with_name(f"exact-{repeat:04d}.json")
     if fault := origin_fault(run, header):
         raise StoreError(status.path, fault, ADVICE)
     digests = header.provenance.digest, run.digests[point]
-    origin = [header.fingerprint, *digests, collisions, sources_hash(*SOURCES), flint]
-    with suppress(Exception):
-        kept = json.loads(read_text(path))
-        if kept["hash"] == signature(origin, kept["proof"]):
-            return dict(kept["proof"])
-    summary, limits = trace.events is None, config_of(run, header.provenance)
-    stored = trace
+    about = {"point": point, "repeat": repeat}
+    origin = [header.fingerprint, *digests, about, collisions, sources_hash(*SOURCES), flint]
+    return from_cache(
+        origin,
+        lambda: about | _new_proof(run, trace, header, collisions, counting),
+        lambda proof: proof["verdict"] != "interrupted",
+    )
+
+
+def _new_proof(
+    run: Run, stored: Trace, header: store.RepeatHeader, collisions: int, counting: Counting
+) -> Record:
+    """What is proven of a stored repeat, without its place in the run."""
+    trace, limits = stored, config_of(run, header.provenance)
+    summary = trace.events is None
     if summary:
         most = min(trace.collisions, collisions)
         trace = simulate(trace.start, collisions=most, time=limits.time)
@@ -379,15 +386,10 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
     dilution = min(trace.start.mean_free_path / max(trace.start.container.size), 1.0)
     seconds = number * (3e-4 + (1e-6 + 5e-5 * dilution) * trace.start.number)
     notice(f"computing up to {counted(number, 'event')}; this takes about {duration(seconds)}")
-    about = {"point": point, "repeat": repeat, "stored": header.collisions, "summary": summary}
-    proof: Record = about | prove(trace, collisions, counting, limited=limits.time is not None)
+    proof: Record = {"stored": header.collisions, "summary": summary}
+    proof |= prove(trace, collisions, counting, limited=limits.time is not None)
     if proof["verdict"] not in ("wrong", "interrupted"):
         proof |= rest_checked(run, header, stored, proof["ending"])
-    if proof["verdict"] != "interrupted":
-        with suppress(OSError):  # a run that another user owns
-            content = {"hash": signature(origin, proof), "proof": proof}
-            own_folder(path.parent)
-            write_text(path, json.dumps(content) + "\n")
     return proof
 
 

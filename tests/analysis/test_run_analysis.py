@@ -1,23 +1,21 @@
-"""``analysis.json`` is read while it is of the repeats that are there, and of this code."""
+"""Results are kept while they are of the repeats that are there, and of this code."""
 
 from __future__ import annotations
 
-import json
-from hashlib import sha256
+import traceback
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from command_line import Snooker
 from figure_runs import made
 from repeating import batches_of, file_of
 
 from snooker_cli.analysis import run_analysis
 from snooker_cli.errors import RunError
 from snooker_cli.figures import FIGURES, Selection
-from snooker_cli.files import user_key
 from snooker_cli.runs import Run
-from snooker_cli.runs.run import ANALYSIS
 
 KINDS = {
     "fits": run_analysis.fits,
@@ -33,8 +31,9 @@ def run(tmp_path: Path) -> Run:
 
 
 @pytest.fixture
-def measured(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """The number of repeats of each measurement from now on."""
+def measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[int]:
+    """The number of repeats of each measurement from now on; nothing is kept yet."""
+    monkeypatch.setenv("SNOOKER_CACHE_DIR", str(tmp_path / "kept"))
     numbers: list[int] = []
 
     def counted(traces: Any, *span: float, **more: float) -> Any:
@@ -56,14 +55,17 @@ def test_fits_and_figures_measure_a_point_once(run: Run, monkeypatch: pytest.Mon
     assert FIGURES["energy"].make(run, Selection()).numbers["points"]
 
 
-def test_any_analysis_makes_all(run: Run, measured: list[int]) -> None:
+def test_any_analysis_makes_all(run: Run, measured: list[int], tmp_path: Path) -> None:
     KINDS["fits"](run)
-    assert measured == [2, 2]
-    written = (run.directory / ANALYSIS).stat().st_mtime_ns
     made_first = [analyse(run) for analyse in KINDS.values()]
-    assert (measured, (run.directory / ANALYSIS).stat().st_mtime_ns) == ([2, 2], written)
-    (run.directory / ANALYSIS).unlink()
+    assert measured == [2, 2]
+    assert [path for path in run.directory.rglob("*") if path.suffix == ".json"] == [
+        run.directory / "run.json"
+    ]
+    for path in tmp_path.glob("kept/analyses/*.json"):
+        path.write_text('{"fits": ')  # as after a loss of power
     assert [analyse(run) for analyse in KINDS.values()] == made_first
+    assert measured == [2, 2, 2, 2]
     fits, compared, tables = made_first
     assert {row["parameters"]["cor"] for row in fits.rows} == {0.9, 1.0}
     assert len(fits.rows) == 22
@@ -93,61 +95,30 @@ def test_other_repeats_or_other_code_make_a_new_analysis(
     assert [note["note"] for note in fewer.notes if "1 of 2" in note["note"]]
     path.write_bytes(whole)
     run_analysis.fits(run)
-    assert measured == [2, 2, 1, 2]
+    assert measured == [2, 2, 1]
     monkeypatch.setattr(run_analysis, "sources_hash", lambda *_: "other code")
     run_analysis.fits(run)
-    assert measured == [2, 2, 1, 2, 2, 2]
+    assert measured == [2, 2, 1, 2, 2]
     for number in range(4):
         file_of(run, *divmod(number, 2)).unlink()
     with pytest.raises(RunError):
         run_analysis.fits(run)
 
 
-def damages(content: dict[str, Any]) -> list[Any]:
-    """Contents that are not what was written, also with a hash that anyone can make."""
-    changed = json.loads(json.dumps(content))
-    for row in changed["0"]["results"]["fits"]["rows"]:
-        row["value"] = 7 * (row["value"] or 1)
-    forged = json.loads(json.dumps(changed))
-    forged["0"]["hash"] = sha256(json.dumps(forged["0"]["results"]).encode()).hexdigest()
-    unsigned = {"0": {"results": {}, "hash": ""}}
-    return ["[]", {"0": 5}, unsigned, changed, forged]
-
-
-def test_a_file_that_is_no_analysis_is_replaced(
-    run: Run, measured: list[int], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("command", ["fit small", "compare small", "plot small energy"])
+def test_few_calls_lead_from_a_command_to_its_analysis(
+    command: str, finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compared, path = run_analysis.comparisons(run), run.directory / ANALYSIS
-    whole = path.read_text()
-    for content in damages(json.loads(whole)):
-        measured.clear()
-        path.write_text(content if isinstance(content, str) else json.dumps(content))
-        assert run_analysis.comparisons(run) == compared
-        assert measured
-        assert path.read_text() == whole
+    """Whoever looks for where a number comes from can follow them."""
+    called: list[str] = []
 
+    def counted(*arguments: Any, **keywords: Any) -> Any:
+        stack = [frame for frame in traceback.extract_stack() if "snooker_cli" in frame.filename]
+        called[:] = called or [frame.name for frame in stack]
+        return measure(*arguments, **keywords)
 
-def test_only_results_of_this_user_are_believed(
-    run: Run,
-    measured: list[int],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    caplog: pytest.LogCaptureFixture,
-) -> None:
-    """Another user has another key. One without a key keeps nothing, and reads the reason."""
-    fits, path = run_analysis.fits(run), run.directory / ANALYSIS
-    whole = path.read_text()
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "other"))
-    user_key.cache_clear()
-    assert run_analysis.fits(run) == fits
-    assert measured == [2, 2, 2, 2]
-    others = path.read_text()
-    assert others != whole
-    key = tmp_path / "other" / "snooker" / "key"
-    key.write_bytes(b"short")
-    user_key.cache_clear()
-    assert run_analysis.fits(run) == fits
-    user_key.cache_clear()
-    assert measured == [2] * 6
-    assert path.read_text() == others
-    assert f"{key} has 5 bytes, but a key has 32; delete it" in caplog.text
+    measure = run_analysis.measure
+    monkeypatch.setattr(run_analysis, "measure", counted)
+    assert snooker(*command.split()).code == 0
+    assert called[0] == "main"
+    assert len(called) <= 15, called

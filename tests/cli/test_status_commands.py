@@ -257,3 +257,17 @@ def test_every_end_can_be_replayed(record: str, tmp_path: Path, small_config: st
     for checked, state in ((run, "done"), (cut, StopReason.INTERRUPTED)):
         (verdict,) = verify(checked, replay=True, workers=1)
         assert verdict.state == state
+
+
+def test_ls_names_once_what_older_versions_kept_in_runs(finished: Path, snooker: Snooker) -> None:
+    former = [finished / "analysis.json", finished / "point-0001" / "exact-0000.json"]
+    for path in former:
+        path.write_text("{}")
+    shutil.copytree(finished, "runs/other")
+    ended = snooker("ls")
+    assert ended.err == (
+        "snooker: 2 runs with analysis.json or point-*/exact-*.json of an older version, which "
+        "nothing reads; delete them\n"
+    )
+    assert snooker("run", "small.yaml", "--fresh", "--no-progress").code == 0
+    assert not any(path.exists() for path in former)

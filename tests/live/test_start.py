@@ -269,8 +269,8 @@ def test_hash_of_events(engine: JavaScript, size: int) -> None:
     rows = np.zeros(size, dtype="<f8,<i4,<i4,<f8")
     rows["f0"], rows["f1"], rows["f2"], rows["f3"] = np.arange(size) / 3, 5, -1, 1e300
     answer = engine.answer(f"""(() => {{
-      const hash = new EventHash();
-      for (let k = 0; k < {size}; k += 1) hash.add(k / 3, 5, -1, 1e300);
+      const hash = new EventHash(eventColumns({{ positions: [] }}));
+      for (let k = 0; k < {size}; k += 1) hash.add([[k / 3], [5], [-1], [1e300]], 0);
       return JSON.stringify(hash.digest());
     }})()""")
     assert answer == hashlib.sha256(rows.tobytes()).hexdigest()

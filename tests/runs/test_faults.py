@@ -25,7 +25,6 @@ REPEAT = Path("runs/small/point-0000/repeats-0000-0000.h5")
         "animate small --replace --out film.gif --seconds 0.1",
         "animate small --replace --out film.mp4 --seconds 0.1",
         "plot small energy",
-        "fit small",
         "export small --replace --out events.csv",
     ],
 )
@@ -109,10 +108,9 @@ def test_a_locked_result_is_replaced_by_no_run(
 
 
 def test_an_export_replaces_exports_but_no_results(separate: Path, snooker: Snooker) -> None:
-    snooker("fit", "small")
     shutil.copy(REPEAT, "copy.h5")
     states, events = ("export", "small", "--states"), ("export", "small")
-    for out in (str(REPEAT), "copy.h5", "runs/small/run.json", "runs/small/analysis.json"):
+    for out in (str(REPEAT), "copy.h5", "runs/small/run.json"):
         before = Path(out).read_bytes()
         ended = snooker(*(states if out.endswith("h5") else events), "--out", out)
         assert (ended.code, ended.out) == (2, "")

@@ -339,10 +339,11 @@ def test_another_program_can_check_a_certificate(scene: Scene) -> None:
             certificates.check(proof | {"events": wrong})
 
 
-def test_a_certificate_is_kept_beside_the_repeat(
-    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+def test_a_certificate_is_kept(
+    finished: Path, snooker: Snooker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As long as nothing that it follows from changes; only this user's is believed."""
+    """As long as nothing that it follows from changes."""
+    monkeypatch.setenv("SNOOKER_CACHE_DIR", str(tmp_path / "kept"))
     command = ("verify", "small", "--exact", "--point", "1", "--repeat", "2")
     first = snooker(*command, "--json", "--out", "certificate.json")
     assert first.err.startswith("snooker: computing up to 150 events; this takes about a second")
@@ -351,10 +352,7 @@ def test_a_certificate_is_kept_beside_the_repeat(
     again = snooker(*command, "--json")
     assert (again.out, again.err) == (first.out, "")
     assert "computing" in snooker(*command, "--collisions", "100").err
-    snooker(*command)
-    kept = Path("runs/small/point-0001/exact-0002.json")
-    kept.write_text(kept.read_text("utf-8").replace('"all"', '"wrong"'), "utf-8")
-    assert snooker(*command).code == 0
+    assert "computing" in snooker(*command[:-1], "1", "--json").err
 
 
 def test_a_summary_is_simulated_again(here: Path, snooker: Snooker) -> None:
