@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+from snooker_cli import facts
 from snooker_cli.analysis.decay import early_endings
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
@@ -83,7 +84,7 @@ def _constants(points: Sequence[Point]) -> Iterator[str]:
         yield f"N = {experiment.number} of several species"
     elif balls := getattr(experiment.balls, "list", None):
         yield f"N = {len(balls)}"
-    wall = any(point.experiment.container.shape_class.has_wall for point in points)
+    wall = any(facts.hold(point.experiment, "walls") for point in points)
     for key in SCENE_WORDS:
         try:
             first, *others = distinct(points, key)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from snooker_cli import theory, two_temperatures
+from snooker_cli import facts, theory, two_temperatures
 from snooker_cli.analysis import quantities, theories
 from snooker_cli.analysis.decay import course
 from snooker_cli.analysis.gas import components, cooling_spins, floors
@@ -133,7 +133,7 @@ def _left_by_counts(measurement: Measurement, counts: Array) -> Iterator[Array]:
         _at_counts(measurement, counts, values) for values in (curve.wall_events, curve.pair_events)
     )
     shared, cors = components(scene), (scene.restitution, scene.wall_restitution)
-    for number in (shared, shared - scene.container.has_wall):
+    for number in (shared, shared - facts.hold(scene, "walls")):
         yield theory.energy_ratio_by_events(number, cors[0], pairs, cors[1], wall)
 
 

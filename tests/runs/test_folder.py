@@ -18,7 +18,8 @@ from snooker_cli.errors import RunError, StoreError
 from snooker_cli.figures.caption_text import unlisted
 from snooker_cli.files import temporary_path, write_json
 from snooker_cli.runs import MANIFEST, Run
-from snooker_cli.runs.run import ANALYSIS, FIGURE_KEYS
+from snooker_cli.runs.folder import FAILURES
+from snooker_cli.runs.run import FIGURE_KEYS
 
 
 @pytest.fixture
@@ -84,7 +85,7 @@ def test_a_manifest_that_lacks_a_point_is_refused(copied: Path) -> None:
 def test_the_same_physics_keeps_the_results(
     overrides: tuple[str, ...], change: str, copied: Path, small_config: str
 ) -> None:
-    (copied / ANALYSIS).write_text("[]")
+    (copied / FAILURES).write_text("[]")
     before = files(copied)
     run = run_of(copied, small_config, *overrides)
     planned = runs.planned_change(run)
@@ -208,7 +209,7 @@ def test_fresh_deletes_what_was_made_of_the_old_results(copied: Path, small_conf
     figure = dict.fromkeys(FIGURE_KEYS) | {"series": []}
     (copied / "figures").mkdir()
     (copied / "figures" / "energy-cor-0.8.json").write_text(json.dumps(figure))
-    for name in (ANALYSIS, "figures/energy-cor-0.8.svg"):
+    for name in (FAILURES, "figures/energy-cor-0.8.svg"):
         (copied / name).write_text("[]")
     theirs = {"figures/mine.svg", "figures/mine.json", "figures/energy.svg", "mine.json"}
     for name in theirs:
@@ -241,7 +242,7 @@ def test_a_folder_is_locked_once_at_a_time(tmp_path: Path) -> None:
 def test_only_what_this_machine_left_is_deleted(finished_one_each: Run, copied: Path) -> None:
     """Another machine, on the same disk, may still be writing."""
     run = runs.open_run(copied)
-    for path in (run.path(0, [1]), run.path(1, [2]), copied / ANALYSIS):
+    for path in (run.path(0, [1]), run.path(1, [2]), copied / FAILURES):
         temporary_path(path).write_text("left by a kill")
     other = copied / "point-0000" / "repeats-0000-0000.h5.elsewhere-0123456789abcdef.part"
     other.write_text("being written")
