@@ -53,7 +53,8 @@ def tagged_path(build: FigureBuilder) -> FigureData:
     else:
         corners = container.outline[np.arange(-1, len(container.outline))].T
         build.lines.append(Line(corners[0], corners[1], container.title, NEUTRAL, "dashed"))
-    ends = np.unique(np.linspace(0, len(shown) - 1, COLOURS + 1).round().astype(int))
+    even = np.linspace(0.0, shown[-1], COLOURS + 1)[1:]
+    ends = np.unique(np.append(0, np.maximum(np.searchsorted(shown, even), 1)))
     parts = [*pairwise(ends.tolist())]
     for series, (first, last) in enumerate(parts):
         part = slice(first, last + 1)

@@ -60,6 +60,7 @@ from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace, even_choice
 
+MOST_BANDS = 8  # series with bands; more would hide each other
 SPREAD = "mean ± standard deviation of a repeat"  # what the band of a fit shows
 LOG_SPREAD = "mean ± standard deviation of logarithms"  # the same on a logarithmic axis
 FEWEST_STATES = 2  # of a repeat that a figure over time or space can have
@@ -86,6 +87,7 @@ class FigureBuilder:
     shows : the sentence that begins the caption
     result : the result of the figure, if it has one; the caption says it next
     lines, bands : layers; bands are behind lines
+    averaged : whether some lines are means over repeats
     panel : layers of the panel below
     records : the numbers of each point, as JSON
     places : the point of each record in words
@@ -110,6 +112,7 @@ class FigureBuilder:
     result: Result | None = None
     lines: list[Layer] = field(default_factory=list)
     bands: list[Band] = field(default_factory=list)
+    averaged: bool = False
     singles: list[Repeats] = field(default_factory=list)
     panel: list[Layer] = field(default_factory=list)
     records: list[dict[str, Any]] = field(default_factory=list)
@@ -315,7 +318,9 @@ class FigureBuilder:
             thin = times[few - 1 :], mean[few - 1 :]
             self.lines.append(Line(*thin, None, index, style, thin=True))
         if len(rows) > 1:
-            self.bands.append(Band(times, mean - error, mean + error, None, index))
+            self.averaged = True
+            if self.source or len(self.points) <= MOST_BANDS:
+                self.bands.append(Band(times, mean - error, mean + error, None, index))
             if style in ("series", "solid"):
                 self.singles.append(Repeats(x, rows, None, index))
         self.note_remaining(ends, float(x[-1]))
@@ -387,7 +392,7 @@ class FigureBuilder:
     def _means_sentence(self, singles: bool) -> str:
         """A sentence on means over the repeats, their bands, and the repeats, if they are drawn."""
         if not any(band.label is None for band in self.bands):
-            return ""
+            return "Lines: means over the repeats." if self.averaged else ""
         thin = "; thin: single repeats" * singles
         return f"Bold: means over the repeats{thin}; bands: standard errors."
 

@@ -122,12 +122,12 @@ class _End(NamedTuple):
 
 
 def name_at_ends(axes: Axes, data: FigureData) -> set[str]:
-    """Write the names of up to four series at the ends of their lines; none if one has no room.
+    """Write the names of two to four series at the ends of their lines; none if one has no room.
 
     The limits of the axes are those in the end. Returns the names that are written.
     """
     ends = sorted(_ends(axes, data), key=lambda end: end.y)
-    if len(ends) > MOST_ENTRIES or data.hues:
+    if not 1 < len(ends) <= MOST_ENTRIES or data.hues:
         return set()
     if any(len(end.name) > END_LETTERS or not -0.02 < end.y < 1.02 for end in ends):
         return set()

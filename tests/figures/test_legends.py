@@ -83,16 +83,25 @@ def test_series_without_room_at_their_ends_are_in_a_legend(layers: list[Line]) -
 def test_a_theory_of_one_series_has_no_name_at_its_end() -> None:
     """A legend has its dashes."""
     theory = Line(X, 1 - 0.8 * X, "theory", 0, "dotted")
-    assert names(draw(figure_of(Line(X, 1 - X / 2, "simulation", 0), theory))) == (
-        ["simulation"],
+    assert names(draw(figure_of(*FALLING[1:3], replace(theory, series=1)))) == (
+        sorted((line.label for line in FALLING[1:3]), reverse=True),
         ["theory"],
+    )
+
+
+def test_a_single_series_is_named_in_the_legend() -> None:
+    """Beside its line the name would take room from the axes."""
+    theory = Line(X, 1 - 0.8 * X, "theory", 0, "dotted")
+    assert names(draw(figure_of(Line(X, 1 - X / 2, "simulation", 0), theory))) == (
+        [],
+        ["simulation", "theory"],
     )
 
 
 def test_the_thin_end_of_a_mean_has_the_name() -> None:
     thick, thin = Line(X[:20], X[:20], "mean", 0), Line(X[19:], X[19:], None, 0, thin=True)
-    (text,) = draw(figure_of(thick, thin)).axes[0].texts
-    assert text.xy == (1.0, 1.0)
+    texts = draw(figure_of(thick, thin, FALLING[3])).axes[0].texts
+    assert (1.0, 1.0) in [text.xy for text in texts]
 
 
 def test_more_than_four_values_of_one_key_are_a_colour_scale() -> None:
