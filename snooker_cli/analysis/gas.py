@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import observables, structure
 from snooker_cli.analysis.measurement import Measurement
-from snooker_cli.analysis.profiles import Conduction, Profile, conduction
+from snooker_cli.analysis.profiles import Conduction, Profile, axis_across, conduction
 from snooker_cli.analysis.time_series import Averages
-from snooker_cli.containers import Container
+from snooker_cli.containers import ENDS, Container
 from snooker_cli.laws import Law, Sides
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
@@ -342,6 +342,18 @@ class Gas:
     def conduction(self) -> Conduction:
         """The heat that this profile conducts."""
         return conduction(self.scene, self.profile)
+
+    @cached_property
+    def heat_through(self) -> Array:
+        """The flux of heat through the walls at both ends of a profile; (*repeats*, 2), J/(m s).
+
+        It is positive in the direction of x or y, and nan of a repeat without a steady part.
+        """
+        axis, sides = axis_across(self.scene), self.container.sides
+        ends = [sides.index(side) for side in ENDS[self.container.across or "x"]]
+        given = self.measurement.by_side[:, self.first_window :, ends].sum(axis=1)
+        seconds = self.means.length[:, np.newaxis]
+        return np.asarray(given * (1, -1) / (self.container.size[1 - axis] * seconds))
 
     @cached_property
     def means(self) -> Averages:

@@ -119,6 +119,34 @@ def wall_temperatures(scene: Scene) -> dict[float, float]:
     return {place: getattr(law, "temperature", math.nan) for place, law in walls}
 
 
+AT_WALL = np.array([0.85, 0.45, 0.05, -0.35])
+"""Weights of the first bins at a wall: the value at the wall of the line fitted to them."""
+
+
+def temperature_jumps(scene: Scene, profile: Profile) -> Array:
+    """By how much walls at both ends are warmer than the gas beside them, J, (*repeats*, 2).
+
+    It is nan at a wall without a temperature.
+    """
+    near = profile.temperature[:, : len(AT_WALL)], profile.temperature[:, : -len(AT_WALL) - 1 : -1]
+    beside = np.column_stack([strips @ AT_WALL for strips in near])
+    return np.asarray([*wall_temperatures(scene).values()] - beside)
+
+
+def expected_jumps(scene: Scene, profile: Profile, through: Array) -> Array:
+    """The same by `theory.temperature_jump`, from the flux of heat through these walls; (2,).
+
+    through : in the direction of x or y, J/(m s), (*repeats*, 2)
+    """
+    jumps, size, mass = [], float(scene.radii[0]), float(scene.masses[0])
+    for side, strips in enumerate((slice(None, len(AT_WALL)), slice(-len(AT_WALL), None))):
+        packing = math.pi * size**2 * float(profile.density[:, strips].mean())
+        here = packing, size, float(profile.temperature[:, strips].mean()), mass
+        slope = float(through[:, side].mean()) / theory.thermal_conductivity(*here)
+        jumps.append(slope * theory.temperature_jump(*here) * (-1) ** side)
+    return np.array(jumps)
+
+
 class Conduction(NamedTuple):
     """What a profile of equal balls conducts, after Enskog, without the bins near its ends.
 

@@ -110,7 +110,11 @@ CLUSTER_SIZE = Quantity(
 HEAT_FLUX = Quantity(
     *("heat flux", "q", "J/(m s)", "heat flux", "heat_flux", "snapshots", ("uneven",))
 )
-"""A result of figures, as the one before."""
+TEMPERATURE_JUMP = Quantity(
+    *("jump of the temperature at a wall", "ΔT", "J", "jump of the temperature"),
+    *("temperature_jump", "snapshots"),
+)
+"""Results of figures, as the one before."""
 
 TEMPERATURE = Quantity(
     *("temperature", "T", "J", "temperature", "temperature", "means", ("warm",)),
@@ -294,7 +298,8 @@ OF_FIGURES = (
 QUANTITIES: Mapping[str, Quantity] = {
     quantity.name: quantity
     for quantity in (
-        *(CLUSTER_SIZE, HEAT_FLUX, SPECIES_RATIO, SPIN_RATIO, TEMPERATURE, HAFF_RATE, RATIO),
+        *(CLUSTER_SIZE, HEAT_FLUX, TEMPERATURE_JUMP, SPECIES_RATIO, SPIN_RATIO, TEMPERATURE),
+        *(HAFF_RATE, RATIO),
         *(PRESSURE, VIRIAL_PRESSURE),
         *(VIRIAL_RATIO, WALL_RATE, PAIR_RATE, FREE_PATH, MEAN_SPEED, KURTOSIS, CHI_SQUARE),
         *(ENERGY_DECAY, PRESSURE_DECAY, ENERGY_LEFT, CRITICAL_RATIO, GIVEN, *SIDES_GIVEN.values()),

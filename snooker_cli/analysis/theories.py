@@ -17,6 +17,7 @@ from snooker_cli.analysis import gas as gas_numbers
 from snooker_cli.analysis import quantities as q
 from snooker_cli.analysis.decay import Note, reported_constants
 from snooker_cli.analysis.gas import Array, DiskRatio, Gas, SpeedLaw
+from snooker_cli.analysis.profiles import expected_jumps
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity, Source
 from snooker_cli.facts import FACTS, Traits
 from snooker_cli.formatting import listed
@@ -55,6 +56,7 @@ CRITICAL, BY_COUNT = "critical length", "by event count"
 ABOVE_ROTATION, ABOVE_DRIFT = f"{BY_COUNT}, above L²/2I", f"{BY_COUNT}, above p²/2M"
 CHI, COMPRESSIBILITY = "contact value χ", "compressibility, k → 0"
 CONDUCTIVITY = "Enskog's conductivity"
+JUMP = "Maxwell's jump"
 SOURCE_REPORT = "source report"
 """How models of the source report begin, which only --all prints."""
 
@@ -403,6 +405,11 @@ THEORIES: tuple[Theory, ...] = (
     Theory(
         *(q.HEAT_FLUX, CONDUCTIVITY, "Gass 1971", ("warm_walls", "hot_ends", *FLUID, "smooth")),
         lambda g: g.conduction.middle,
+    ),
+    Theory(
+        *(q.TEMPERATURE_JUMP, JUMP, "Maxwell 1879"),
+        ("warm_walls", "hot_ends", *FLUID, "smooth"),
+        lambda g: expected_jumps(g.scene, g.profile, g.heat_through),
     ),
 )
 """Every theory, in the order of the rows of `snooker compare`."""

@@ -13,10 +13,10 @@ from snooker_cli.analysis.observables import mean_and_error, standard_errors
 from snooker_cli.analysis.profiles import (
     NEAR,
     Profile,
-    axis_across,
     is_radial,
     measured_profile,
     middles,
+    temperature_jumps,
     wall_temperatures,
 )
 from snooker_cli.containers import ENDS
@@ -43,9 +43,6 @@ from snooker_cli.formatting import listed, short, with_error
 from snooker_cli.scene import Scene
 
 BINS = 20  # of profiles
-AT_WALL = np.array([0.85, 0.45, 0.05, -0.35])
-"""Weights of the first bins at a wall: the value at the wall of the line fitted to them."""
-
 MOST_BALLS = 4_000_000  # balls times states of a point's profiles, which take a second or two
 CURVE = 100  # vertices of a curve of theory
 
@@ -221,11 +218,7 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     (point,) = build.points
     steady, scene = CountedParts(build), build.start(point)
     gas, panels = steady.gas(point), list[Panel]()
-    height = scene.container.size[1 - axis_across(scene)]
-    sides = ENDS[scene.container.across or "x"]
-    ends = [scene.container.sides.index(side) for side in sides]
-    given = gas.measurement.by_side[:, gas.first_window :, ends].sum(axis=1)
-    through = given * (1, -1) / (height * gas.means.length[:, np.newaxis])
+    sides, through = ENDS[scene.container.across or "x"], gas.heat_through
     if np.isnan(through).any():
         raise FigureError("a repeat has too many collisions for this figure; run a shorter one")
     both = [mean_and_error(side) for side in through.T]
@@ -252,7 +245,7 @@ def heat_flux(build: FigureBuilder) -> FigureData:
             panels.append(Panel((Reference("y", 1.0), *ratios), "flux / Enskog's"))
         else:
             caption += " κ is that of elastic balls."
-        numbers |= (jumps := _jumps(gas, through))
+        numbers |= (jumps := _jumps(build, gas))
         caption += _jump_sentence(jumps, sides)
     at_walls = np.array([*wall_temperatures(scene)]), through.mean(axis=0), standard_errors(through)
     build.lines.append(Points(*at_walls, "through the walls", 1))
@@ -260,22 +253,17 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     return build.figure(caption, panels=tuple(panels))
 
 
-def _jumps(gas: Gas, through: Array) -> dict[str, Any]:
-    """The jump of temperature at each thermal wall, measured and by theory, J.
-
-    through : the flux of heat through both walls in each repeat, J/(m s)
-    """
-    found, profile = dict[str, Any](), gas.profile
-    for side, heat in enumerate(wall_temperatures(gas.scene).values()):
-        if math.isfinite(heat):
-            strips = np.arange(len(AT_WALL)) if side == 0 else -1 - np.arange(len(AT_WALL))
-            warm = profile.temperature[:, strips]
-            packing = math.pi * gas.radius**2 * float(profile.density[:, strips].mean())
-            here = packing, gas.radius, float(warm.mean()), gas.mass
-            slope = float(through[:, side].mean()) / theory.thermal_conductivity(*here)
-            expected = slope * theory.temperature_jump(*here) * (-1) ** side
-            jump = mean_and_error(heat - warm @ AT_WALL)
-            found |= {f"jump_{side}": jump, f"jump_theory_{side}": expected}
+def _jumps(build: FigureBuilder, gas: Gas) -> dict[str, Any]:
+    """The jump of temperature at each thermal wall, measured and by theory, J."""
+    law = theories.theory_of(gas.scene, quantities.TEMPERATURE_JUMP, theories.JUMP)
+    if law is None:
+        return {}
+    build.cite(law.quantity, law.model)
+    found, measured = dict[str, Any](), temperature_jumps(gas.scene, gas.profile)
+    expected = np.asarray(law.value(gas))
+    for side in np.flatnonzero(np.isfinite(measured[0])):
+        found[f"jump_{side}"] = mean_and_error(measured[:, side])
+        found[f"jump_theory_{side}"] = float(expected[side])
     return found
 
 
