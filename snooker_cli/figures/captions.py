@@ -242,7 +242,7 @@ class FigureBuilder:
         if used == [len(self.statuses(point)) for point in self.points]:
             return points
         number = " to ".join(map(str, sorted({min(used), max(used)})))
-        noun = "repeat" if max(used) == 1 else "repeats, evenly chosen,"
+        noun = "repeat" if max(used) == 1 else "evenly chosen repeats"
         where = " of each point" * (shown > 1)
         return f"{points} The figure uses {number} {noun}{where}.".lstrip()
 
@@ -309,7 +309,9 @@ class FigureBuilder:
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.where(number > 1, deviation / np.sqrt(number), math.nan)
         # Where a repeat ends, a mean of few others may jump, which is no event of the gas.
-        jumps = 1 + np.flatnonzero((np.diff(number) < 0) & (np.abs(np.diff(mean)) > error[:-1] / 2))
+        known = np.isfinite(rows[:, 1:])
+        left = mean_of_remaining(np.where(known, rows[:, :-1], math.nan))[0]
+        jumps = 1 + np.flatnonzero(np.abs(left - mean[:-1]) > error[:-1] / 2)
         few += int(np.count_nonzero(jumps < few))
         times = np.insert(x, jumps, x[jumps])
         mean, error = (np.insert(column, jumps, math.nan) for column in (mean, error))

@@ -81,10 +81,9 @@ def energy(build: FigureBuilder) -> FigureData:
         build.shows = "The change of the total kinetic energy, over the energy at the start."
         build.fields = {**build.fields, "title": "Change of the kinetic energy"}
         return build.figure(ROUNDING, y_label=CHANGE_LABEL)
-    empty = np.empty(0)  # the legend has the points of the panel too
     for line in changes.lines:
         if isinstance(line, Line) and line.label:
-            build.lines.append(replace(line, x=empty, y=empty))
+            build.lines.append(replace(line, y=np.ones_like(line.x)))
     below = (*changes.shown_singles(), *changes.bands, *changes.lines, *rounding)
     return build.figure(
         f"Below: the change of the energy of elastic balls. {ROUNDING}",

@@ -82,7 +82,7 @@ class Result(NamedTuple):
             beside = f" (theory: {short(theory, 4)}{self._unit})" if theory is not None else ""
             return f"{name} = {low}{beside}."
         missing = len(rows) - len(known)
-        without = f"; {missing} of {len(rows)} points have none" if missing else ""
+        without = f"; {missing} of {len(rows)} points have no such value" if missing else ""
         if len(known) == 1:
             return f"{name} is {low} ({least[1]}){without}."
         if low == high:
@@ -170,4 +170,4 @@ def deviation_sentence(
     value += f" ({', '.join(about)})" * bool(about)
     if number == 1:
         return f"The deviation from theory is {value}."
-    return f"The largest of {number} deviations from theory, in errors, is {value}."
+    return f"Of {number} deviations from theory, the most significant is {value}."

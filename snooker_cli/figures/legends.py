@@ -178,11 +178,21 @@ def _ends(axes: Axes, data: FigureData) -> Iterator[_End]:
             for other in data.layers
             if isinstance(other, Line) and other.thin and other.series == layer.series
         ]
-        places = [place for part in parts for place in _finite(part).tolist()]
+        places = [place for part in parts for place in _drawn(part).tolist()]
         if places:
             x, y = max(places)
             (share,) = axes.transAxes.inverted().transform(axes.transData.transform([(x, y)]))
             yield _End(layer.series, layer.label, (x, y), float(share[0]), float(share[1]))
+
+
+def _drawn(layer: Line | Points) -> Array:
+    """The places (*n*, 2) of a layer that one sees: a line needs two of them in a row."""
+    places = np.column_stack([layer.x, layer.y])
+    known = np.isfinite(places).all(axis=1)
+    if isinstance(layer, Line):
+        beside = np.append(False, known[:-1]) | np.append(known[1:], False)
+        known &= beside
+    return places[known]
 
 
 def _finite(layer: Line | Points) -> Array:

@@ -26,7 +26,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import gas_type_of
 from snooker_cli.theory import FINITE
-from snooker_cli.trace import Trace
+from snooker_cli.trace import Trace, even_choice
 
 FEWEST_REPEATS = 8  # of a histogram
 FEWEST_BINS = 4
@@ -97,10 +97,12 @@ def wall_impulses(build: FigureBuilder) -> FigureData:
     build.limit(point, MOST_REPEATS)
     scene, gas = build.start(point), parts.gas(point)
     hits = [_hits(trace) for trace in build.traces(point)]
-    time, impulses = (column[:HITS] for column in hits[0])
-    if not len(time):
+    if not len(hits[0][0]):
         raise FigureError("nothing hits the wall, so there is no pressure; run longer")
-    times = np.linspace(0.0, time[-1], TIMES + 1)[1:]
+    chosen = even_choice(len(hits[0][0]), HITS)
+    time, impulses = (column[chosen] for column in hits[0])
+    end = min(trace.stop.time for trace in build.traces(point))
+    times = np.linspace(0.0, end, TIMES + 1)[1:]
     sums = [np.append(0.0, np.cumsum(of))[np.searchsorted(at, times, "right")] for at, of in hits]
     build.add_means(0, "simulation", times, np.array(sums) / (scene.container.wall_length * times))
     pressure = mean_and_error(gas.pressure)
@@ -118,7 +120,8 @@ def wall_impulses(build: FigureBuilder) -> FigureData:
         hits=float(len(impulses)),
     )
     below = Panel((Points(time, impulses),), "J (kg m/s)")
-    caption = f"Below: the first {len(time)} hits of the wall in the first repeat. {parts.text}"
+    which = "all" if len(time) == len(hits[0][0]) else "an even choice of"
+    caption = f"Below: {which} {len(time)} hits of the wall in the first repeat. {parts.text}"
     return build.figure(caption, panels=(below,))
 
 

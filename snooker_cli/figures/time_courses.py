@@ -39,7 +39,8 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     mean_of_remaining,
 )
-from snooker_cli.figures.selection import elastic, gas_type_of, varying
+from snooker_cli.figures.legends import MOST_ENTRIES
+from snooker_cli.figures.selection import along, elastic, gas_type_of, varying
 from snooker_cli.formatting import short
 from snooker_cli.scene import Scene
 from snooker_cli.trace import even_choice
@@ -208,15 +209,19 @@ def hexatic_order(build: FigureBuilder) -> FigureData:
 
 
 def a2(build: FigureBuilder) -> FigureData:
-    """a2 over collisions per ball, or against the CoR if it alone is swept.
+    """a2 over collisions per ball, or against the CoR if it is swept.
 
     With theory for balls of one type; of a mixture for each species. The first collisions belong to
     the start.
     """
-    if varying(build.points) == ["cor"] and all(
+    swept = varying(build.points)
+    if "cor" in swept and all(
         facts.hold(build.start(point), "equal_balls") for point in build.points
     ):
-        return _a2_against_cor(build)
+        others = [key for key in swept if key != "cor"]
+        if not others or (len(others) == 1 and len(build.points) > MOST_ENTRIES):
+            build.groups = along(build.points, ["cor"], others[0] if others else None)
+            return _a2_against_cor(build)
     for point, scene, collisions, rows in _a2(build):
         names = [None] if facts.hold(scene, "equal_balls") else structure.species_names(scene)
         expected = None if build.too_thin(scene) else build.predicted(scene, *SONINE)
@@ -240,26 +245,34 @@ SONINE = quantities.SONINE, theories.FIXED, theories.COOLING
 
 
 def _a2_against_cor(build: FigureBuilder) -> FigureData:
-    """a2 in the second half of the collisions of each point, with theory, and their difference."""
-    means = []
-    for index, (point, start, collisions, rows) in enumerate(_a2(build)):
-        _, kept = build.lasting(index, collisions, rows[..., 0])
-        means.append(_second_half(kept))
-        build.record(point, second_half=means[-1], theory=build.predicted(start, *SONINE))
-    cors, (mean, error) = np.array([p.experiment.cor for p in build.points]), np.transpose(means)
-    order = np.argsort(cors)
-    cors, mean, error = cors[order], mean[order], error[order]
-    build.groups = [[build.points[place] for place in order]]
-    grid, first = np.linspace(cors[0], min(cors[-1], NEARLY_ELASTIC), 100), build.groups[0][0]
-    scene = build.start(first)
-    known = [theories.values_of(with_cor(first, scene, float(e)), *SONINE) for e in grid]
-    curve = np.array([next(iter(values.values()), math.nan) for values in known])
-    build.lines.append(Points(cors, mean, error, "simulation", 0))
-    difference: list[Layer] = []
-    if np.isfinite(curve).any():
-        build.lines.append(Line(grid, curve, "theory", 0, "solid"))
-        expected = np.array([build.records[place]["theory"] for place in order], float)
-        difference += [Reference("y", 0.0), Points(cors, mean - expected, error)]
+    """a2 in the second half of the collisions of each point, with theory, and their difference.
+
+    Points of another swept key are a series each.
+    """
+    names, difference = [group[0] for group in build.groups], list[Layer]()
+    means, expected = dict[int, tuple[float, float]](), dict[int, float]()
+    for number, (point, start, collisions, rows) in enumerate(_a2(build)):
+        _, kept = build.lasting(number, collisions, rows[..., 0])
+        means[point.index] = _second_half(kept)
+        theory_of_point = build.predicted(start, *SONINE)
+        expected[point.index] = math.nan if theory_of_point is None else theory_of_point
+        build.record(point, second_half=means[point.index], theory=theory_of_point)
+    for index, group in enumerate(build.groups):
+        cors = np.array([point.experiment.cor for point in group])
+        mean, error = np.transpose([means[point.index] for point in group])
+        label = build.label(group[0], names) if names[1:] else "simulation"
+        build.lines.append(Points(cors, mean, error, label, index))
+        grid = np.linspace(cors[0], min(cors[-1], NEARLY_ELASTIC), 100)
+        scene = build.start(group[0])
+        known = [theories.values_of(with_cor(group[0], scene, float(e)), *SONINE) for e in grid]
+        curve = np.array([next(iter(values.values()), math.nan) for values in known])
+        if np.isfinite(curve).any():
+            build.lines.append(Line(grid, curve, None if names[1:] else "theory", index, "solid"))
+            law = np.array([expected[point.index] for point in group])
+            difference.append(Points(cors, mean - law, error, None, index))
+    if difference:
+        difference.insert(0, Reference("y", 0.0))
+        build.lines += [legend_line("theory", "solid")] if names[1:] else []
     return build.figure(
         title="Second Sonine coefficient: a₂ against the CoR",
         x_label="coefficient of restitution e",
@@ -388,11 +401,10 @@ def cluster_growth(build: FigureBuilder) -> FigureData:
         build.record(point, mean=mean, largest=largest, uniform=before, balls=scene.number)
         alike = f"{scene.packing_fraction:.2g}"
         if kept or alike not in without:  # elastic balls have it for longer
-            without[alike] = Reference("y", before, None, "dashed")
+            without[alike] = Reference("y", before, "without clustering", "dashed")
     build.lines += without.values()
     build.lines.append(legend_line("cluster of a ball, mean", "solid"))
     build.lines.append(legend_line("the largest cluster", "dotted"))
-    build.lines.append(legend_line("without clustering", "dashed"))
     caption = (
         f"Balls with a gap of at most {structure.CLUSTER_GAP:g} mean diameters are in one cluster "
         "(Luding & Herrmann 1999). Without clustering: the mean of elastic balls, or else at the "

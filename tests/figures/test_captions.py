@@ -125,7 +125,7 @@ def test_many_collisions_are_those_of_few_repeats(
     monkeypatch.setattr(registry, "MOST_COLLISIONS", 3 * 599)
     found = FIGURES["energy"].make(decaying, Selection())
     assert [row["repeats"] for row in found.numbers["points"]] == [2, 2, 2]
-    assert found.caption.endswith("The figure uses 2 repeats, evenly chosen, of each point.")
+    assert found.caption.endswith("The figure uses 2 evenly chosen repeats of each point.")
     for name in ("event-decay", "decay-against-cor"):
         figure = FIGURES[name].make(decaying, Selection())
         assert [row["repeats"] for row in figure.numbers["points"]] == [3, 3]

@@ -22,7 +22,7 @@ def test_energy_is_a_mean_over_the_repeats(decaying: Run) -> None:
     found = shown(decaying, "energy")
     records, lines = found.numbers["points"], [*layers(found, Line)]
     assert [line.label for line in lines] == ["CoR 0.8", "CoR 0.9", "CoR 1"]
-    assert not len(lines.pop().x)  # an entry in the legend
+    assert {*lines.pop().y} == {1.0}  # its change is below
     assert [record["elastic"] for record in records] == [False, False, True]
     bold = "Bold: means over the repeats; thin: single repeats; bands: standard errors."
     assert bold in found.caption

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -102,6 +103,13 @@ def test_the_thin_end_of_a_mean_has_the_name() -> None:
     thick, thin = Line(X[:20], X[:20], "mean", 0), Line(X[19:], X[19:], None, 0, thin=True)
     texts = draw(figure_of(thick, thin, FALLING[3])).axes[0].texts
     assert (1.0, 1.0) in [text.xy for text in texts]
+
+
+def test_a_name_is_at_the_last_piece_of_a_line_that_one_sees() -> None:
+    """A single value behind a gap is no line."""
+    y = np.append(X[:-2], [math.nan, 1.0])
+    texts = draw(figure_of(Line(X, y, "mean", 0), FALLING[3])).axes[0].texts
+    assert (X[-3], X[-3]) in [text.xy for text in texts]
 
 
 def test_more_than_four_values_of_one_key_are_a_colour_scale() -> None:

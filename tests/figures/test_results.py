@@ -43,14 +43,14 @@ def test_a_result_is_the_least_and_the_largest_of_the_points(decaying: Run, warm
     rows = [{"mean": mean, "mean_error": 0.01} for mean in (2.0, 1.0, 4.0, 3.0)]
     assert least.sentence([*rows, {"mean": None}], list("abcde")) == (
         "Temperature T in the second half is between 1.000 ± 0.010 J (b) and 4.000 ± 0.010 J (c); "
-        "1 of 5 points have none."
+        "1 of 5 points have no such value."
     )
     assert least.sentence(rows[:1], ["a"]) == "Temperature T in the second half = 2.000 ± 0.010 J."
     assert least.sentence([{"mean": None}], ["a"]) == ""
     alike = [{"mean": 1.0}, {"mean": 1.0}]
     assert "in the second half is 1 J at all 2 points." in least.sentence(alike, ["a", "b"])
     alone = [{"mean": 2.0}, {"mean": None}]
-    known = "Temperature T in the second half is 2 J (a); 1 of 2 points have none."
+    known = "Temperature T in the second half is 2 J (a); 1 of 2 points have no such value."
     assert least.sentence(alone, ["a", "b"]) == known
     caption = shown(decaying, "energy").caption
     assert re.search(r"between 0\.\d+ ± 0\.\d+ \(CoR 0\.8\) and 1 \(CoR 1\)\.", caption)

@@ -201,7 +201,7 @@ def test_a_gas_that_still_changes_has_an_open_point_without_an_error(
     assert "Open: the gas still changes" in found.caption
     residuals = [layer for layer in found.panel if isinstance(layer, Points)]
     assert [layer.series for layer in residuals] == [settled.series]
-    assert "2 of 4 points have none" in found.caption
+    assert "2 of 4 points have no such value" in found.caption
 
 
 def test_figures_of_other_gases_say_why(driven: Run, heated: Run, decaying: Run) -> None:
