@@ -274,7 +274,7 @@ def _jump_sentence(jumps: Mapping[str, Any], sides: Sequence[str]) -> str:
         if f"jump_{side}" in jumps:
             (value, error), law = jumps[f"jump_{side}"], short(jumps[f"jump_theory_{side}"])
             found.append(f"{with_error(value, error, 'J')} at the {name} wall (Maxwell: {law} J)")
-    return f" The wall is warmer than the gas beside it by {listed(found)}." if found else ""
+    return f" T of the wall less T of the gas beside it is {listed(found)}." if found else ""
 
 
 def equation_of_state(build: FigureBuilder) -> FigureData:
