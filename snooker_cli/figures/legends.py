@@ -188,7 +188,7 @@ def _ends(axes: Axes, data: FigureData) -> Iterator[_End]:
 def _drawn(layer: Line | Points) -> Array:
     """The places (*n*, 2) of a layer that one sees: a line needs two of them in a row."""
     places = np.column_stack([layer.x, layer.y])
-    known = np.isfinite(places).all(axis=1)
+    known = np.asarray(np.isfinite(places).all(axis=1))
     if isinstance(layer, Line):
         beside = np.append(False, known[:-1]) | np.append(known[1:], False)
         known &= beside
