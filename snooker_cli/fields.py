@@ -5,6 +5,8 @@ a new quantity of balls is an entry here, a field of ``Scene`` and of ``States``
 engine does with it.
 """
 
+from collections.abc import Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -71,9 +73,18 @@ MOVING = (
 )
 
 
-def moving_fields(scene: Any) -> list[MovingField]:
+OPTIONAL = sorted({field.needs for field in MOVING} - {ALWAYS})
+
+
+def moving_fields(scene: Any) -> Sequence[MovingField]:
     """The quantities that a scene has."""
-    return [field for field in MOVING if getattr(scene, field.needs) is not None]
+    return _without(tuple([name for name in OPTIONAL if getattr(scene, name) is None]))
+
+
+@cache
+def _without(absent: tuple[str, ...]) -> Sequence[MovingField]:
+    """The quantities that do not need any of these fields of a scene."""
+    return tuple(field for field in MOVING if field.needs not in absent)
 
 
 class EventColumn(NamedTuple):

@@ -71,31 +71,30 @@ class Events:
     i, j : (*n*,) ``numpy.int32``; i < j for two balls, j = ``CONTAINER``, or j = ``SLIDE``
     impulse : (*n*,) ``numpy.float64``, kg m/s, not negative, along the line of centres; for
         ``SLIDE`` the sum of all bounces or of the pressing
-    residual : (*n*,) ``numpy.float64``, s, the part of the time that rounding cuts off, see
-        ``engine.clock``; ``None`` in runs that are not long, where it is zero
     tangential : (*n*,) ``numpy.float64``, kg m/s, the impulse to the left of the line of centres,
         on j; ``None`` of smooth balls
+    residual : (*n*,) ``numpy.float64``, s, the part of the time that rounding cuts off, see
+        ``engine.clock``; ``None`` in runs that are not long, where it is zero
     """
 
     time: NDArray[np.float64]
     i: NDArray[np.int32]
     j: NDArray[np.int32]
     impulse: NDArray[np.float64]
-    residual: NDArray[np.float64] | None = None
     tangential: NDArray[np.float64] | None = None
+    residual: NDArray[np.float64] | None = None
 
     def __len__(self) -> int:
         return len(self.time)
 
     def __getitem__(self, rows: slice | NDArray[np.bool_]) -> "Events":
         """The events of some rows; of a slice without a copy."""
-        return Events(**{name: column[rows] for name, column in self.columns.items()})
+        return Events(**{name: values[rows] for name, values in self.columns.items()})
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
         """The columns that are there, in the order of hashes."""
-        columns = {column.name: getattr(self, column.name) for column in EVENT_COLUMNS}
-        return {name: values for name, values in columns.items() if values is not None}
+        return {name: values for name, values in vars(self).items() if values is not None}
 
     @property
     def at_wall(self) -> NDArray[np.bool_]:

@@ -37,7 +37,8 @@ def test_collisions_at_the_time_of_another_of_the_same_ball(rows, cuts):
         (np.array(column) for column in zip(*rows, strict=True)) if rows else (np.empty((4, 0)))
     )
     events = Events(
-        time.astype(float), i.astype(np.int32), j.astype(np.int32), time * 0.0, residual * 1.0
+        *(time.astype(float), i.astype(np.int32), j.astype(np.int32), time * 0.0),
+        residual=residual * 1.0,
     )
     collisions = [row for row in rows if row[3] != SLIDE]
     met = Counter((*row[:2], ball) for row in collisions for ball in row[2:] if ball >= 0)

@@ -230,7 +230,7 @@ class Simulation(ABC):
                     columns = [column[:new].copy() for column in columns]
                 clock_times, i, j, impulse, given = columns
                 time, residual = clock.times(epoch, clock_times)
-                events = Events(time, i, j, impulse, residual, given if rough else None)
+                events = Events(time, i, j, impulse, given if rough else None, residual)
                 (self.chunks[repeat].append if sink is None else sink)(events)
         for row in np.flatnonzero((done > before) & (done % epoch_length == 0)).tolist():
             following = clock.following(float(epochs[row]), float(clocks[row]))

@@ -56,7 +56,7 @@ def without_events(scene: Scene) -> Trace:
     """A repeat that ended at its start: the types of its arrays are those of any other."""
     indices = np.zeros(0, dtype=np.int32)
     spins = None if scene.surface is None else np.zeros(0)
-    events = Events(np.zeros(0), indices, indices, np.zeros(0), None, spins)
+    events = Events(np.zeros(0), indices, indices, np.zeros(0), spins)
     return Trace(scene, scene, Stop(StopReason.TIME, 0.0, (), ""), 0, 0, events, None)
 
 
