@@ -217,7 +217,8 @@ def _along_cor(records: Sequence[dict[str, Any]], expected: Array, model: str) -
         | {name: column[place] for name, column in numbers.items()}
         for place, record in enumerate(records)
     ]
-    return Trend("cor", rows, words={cor: f"CoR {cor:g}" for cor in cors}).sentence()
+    sentence = Trend("cor", rows, words={cor: f"CoR {cor:g}" for cor in cors}).sentence()
+    return f"By itself, {sentence}"
 
 
 def _constants(build: FigureBuilder, point: Point) -> dict[str, Any]:
@@ -326,7 +327,8 @@ def cooling(build: FigureBuilder) -> FigureData:
         x = np.geomspace(min(ends), max(ends), 200)
         build.lines.append(Line(x, x, _HAFF[common][0].format(**words), NEUTRAL, "dashed"))
         rate.append(Line(x, 1 / (1 + x), None, NEUTRAL, "dashed"))
-        labels, unit, drawn = {"x_label": "α t"}, "2α", drawn & {"floor"}
+        labels = {"x_label": f"α t, α {'of theory' if common == 'theory' else 'fitted'}"}
+        unit, drawn = "2α", drawn & {"floor"}
         if drawn:
             text, style = _HAFF["floor"]
             build.lines.append(legend_line(text.format(**words), style))

@@ -25,6 +25,7 @@ from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.counted_parts import CountedParts, gains, measured, window_edges
 from snooker_cli.figures.figure_data import (
     LOG_MARGIN,
+    NEUTRAL,
     Array,
     Band,
     FigureData,
@@ -124,20 +125,20 @@ def profiles(build: FigureBuilder) -> FigureData:
     warm = gas.temperature
     columns = {
         "T": temperature,
-        "along the radius" if circle else "across": across,
-        "around" if circle else "along the walls": along,
+        "T along the radius" if circle else "T across": across,
+        "T around" if circle else "T along the walls": along,
     }
     styles: tuple[LineStyle, ...] = ("solid", "dashed", "dotted")
     for index, ((name, rows), style) in enumerate(zip(columns.items(), styles, strict=True)):
         build.add_means(index, name, places, rows, style)
     heats = wall_temperatures(scene).items()
     walls = {place: heat for place, heat in heats if math.isfinite(heat)}
-    for place, heat in walls.items():
-        at = np.array([place]), np.array([heat])
-        build.lines.append(Points(*at, None, None, 0, filled=False))
+    if walls:
+        at = np.array([*walls]), np.array([*walls.values()])
+        build.lines.append(Points(*at, None, "T of the walls", NEUTRAL, filled=False))
     packing = math.pi * float(np.mean(scene.radii**2)) * density
     panels, pressure = [Panel(mean_layers(places, packing), "packing")], None
-    caption = " Open: the wall." * bool(walls)
+    caption = ""
     if facts.hold(scene, *theories.LARGE):
         factor = theory.granular_compressibility(packing.mean(axis=0), scene.restitution)
         # Beside a wall balls are in layers, of which Z of a uniform gas says nothing.
@@ -147,7 +148,7 @@ def profiles(build: FigureBuilder) -> FigureData:
         edge = scene.container.accessible(gas.radius).edge
         force = mean_and_error(gas.pressure * scene.container.wall_length / edge)
         line = Reference("y", force[0], None, "dashed")
-        panels.append(Panel((line, *mean_layers(places, pressure)), "p = nTZ (Pa·m)"))
+        panels.append(Panel((line, *mean_layers(places, pressure)), "nTZ (Pa·m)"))
         walls_have = f"dashed: {with_error(*force, 'Pa·m')}, the force on the walls"
         caption += f" Z is that of the packing there; {walls_have}."
     with np.errstate(divide="ignore", invalid="ignore"):  # balls that move along one line
@@ -232,7 +233,7 @@ def heat_flux(build: FigureBuilder) -> FigureData:
         gas = Gas(gas.measurement, first_window=gas.first_window, profile=_profile(build, steady))
         places, local = gas.conduction
         name = build.cite(law.quantity, law.model)
-        build.add_means(0, f"{name}, −κ dT/dx", places, local, "solid")
+        build.add_means(0, f"{name}, −κ dT/dx of the profile", places, local, "solid")
         numbers["enskog"] = middle = mean_and_error(np.asarray(law.value(gas)))
         caption += f" dT/dx is the slope of a line through {2 * NEAR + 1} of {BINS} strips."
         if is_elastic:
@@ -248,7 +249,7 @@ def heat_flux(build: FigureBuilder) -> FigureData:
         numbers |= (jumps := _jumps(build, gas))
         caption += _jump_sentence(jumps, sides)
     at_walls = np.array([*wall_temperatures(scene)]), through.mean(axis=0), standard_errors(through)
-    build.lines.append(Points(*at_walls, "through the walls", 1))
+    build.lines.append(Points(*at_walls, "measured at the walls", 1))
     build.record(point, **numbers)
     return build.figure(caption, panels=tuple(panels))
 

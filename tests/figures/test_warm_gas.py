@@ -39,7 +39,7 @@ def test_elastic_balls_between_equal_walls_have_their_temperature_everywhere(hea
     assert np.mean(record["density"]) * 19 * 12 == pytest.approx(40, rel=1e-12)
     assert np.array(record["density"])[[0, -1]] == pytest.approx(record["density"][0], rel=0.1)
     walls = [points for points in layers(found, Points) if not points.filled]
-    assert [points.x.tolist() for points in walls] == [[-10.0], [10.0]]
+    assert [points.x.tolist() for points in walls] == [[-10.0, 10.0]]
 
 
 def record_pair(record: dict[str, float], name: str) -> tuple[float, float]:
