@@ -113,7 +113,8 @@ def momentum(build: FigureBuilder) -> FigureData:
         curves = [_momentum_change(trace) for trace in build.traces(point)]
         build.add_mean_course(index, point, [(time, change / UNIT) for time, change in curves])
         build.record(point, largest_deviation=max(float(change.max()) for _, change in curves))
-    build.lines += _rounding(build, build.points, False)[:1]
+    (above, _) = _rounding(build, build.points, False)
+    build.lines.append(replace(above, label="expected rounding"))
     return build.figure(ROUNDING)
 
 

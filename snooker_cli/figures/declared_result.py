@@ -121,15 +121,19 @@ class _Deviation(NamedTuple):
         return 100 * share, 100 * factor * self.error
 
 
-def _largest(points: Sequence[Points]) -> _Deviation:
-    """The residual that is largest in errors; of residuals without errors the largest."""
+def _largest(points: Sequence[Points]) -> tuple[_Deviation, _Deviation]:
+    """The residual that is largest in errors, and the one that is largest by itself.
+
+    Without errors both are the second.
+    """
     y = np.concatenate([layer.y for layer in points])
     error = np.concatenate([layer.y_error for layer in points if layer.y_error is not None])
     series = np.concatenate([np.full(len(layer.y), layer.series) for layer in points])
-    has_error = np.isfinite(error) & (error > 0)
-    largest = int(np.argmax(np.where(has_error, np.abs(y) / np.where(has_error, error, 1.0), -1.0)))
-    largest = largest if np.any(has_error) else int(np.argmax(np.abs(y)))
-    return _Deviation(float(y[largest]), float(error[largest]), int(series[largest]))
+    has_error, size = np.isfinite(error) & (error > 0), np.nan_to_num(np.abs(y))
+    in_errors = np.where(has_error, size / np.where(has_error, error, 1.0), -1.0)
+    places = int(np.argmax(in_errors if np.any(has_error) else size)), int(np.argmax(size))
+    first, second = (_Deviation(float(y[k]), float(error[k]), int(series[k])) for k in places)
+    return first, second
 
 
 def deviations(panel: Sequence[Layer]) -> dict[str, Any]:
@@ -137,7 +141,7 @@ def deviations(panel: Sequence[Layer]) -> dict[str, Any]:
     points = [layer for layer in panel if isinstance(layer, Points)]
     if not points:
         return {}
-    share, error = _largest(points).percent
+    share, error = _largest(points)[0].percent
     number = sum(len(layer.x) for layer in points)
     return {"residuals": number, "largest_residual": share, "largest_residual_error": error}
 
@@ -153,21 +157,27 @@ def deviation_sentence(
     points = [layer for layer in panel if isinstance(layer, Points)]
     if not points:
         return ""
-    largest, number = _largest(points), sum(len(layer.x) for layer in points)
-    share, error = largest.percent
+    number, several = sum(len(layer.x) for layer in points), len({layer.series for layer in points})
+    shown = names if several > 1 else {}
+    values = [_described(deviation, shown, repeats) for deviation in _largest(points)]
+    if number == 1:
+        return f"The deviation from theory is {values[0]}."
+    text = f"Of {number} deviations from theory, the most significant is {values[0]}"
+    return f"{text}." if values[0] == values[1] else f"{text}, and the largest {values[1]}."
+
+
+def _described(deviation: _Deviation, names: Mapping[int, str], repeats: int) -> str:
+    """A deviation in %, or as a factor, and in errors; and which series it is of."""
+    share, error = deviation.percent
     value = with_error(share, error, "%")
     if not 1 / FACTOR < 1 + share / 100 < FACTOR:
         value = f"a factor of {with_error(1 + share / 100, error / 100)}"
     about = []
-    if largest.error > 0 and repeats < FEWEST_TESTED:
+    if deviation.error > 0 and repeats < FEWEST_TESTED:
         about.append(TOO_FEW)
-    elif largest.error > 0:
-        of_logarithm = f"{abs(largest.residual / largest.error):.1f} errors"
+    elif deviation.error > 0:
+        of_logarithm = f"{abs(deviation.residual / deviation.error):.1f} errors"
         same = of_logarithm == f"{abs(share / error):.1f} errors"
         about.append(of_logarithm if same else f"{of_logarithm} of its logarithm")
-    if len({layer.series for layer in points}) > 1 and largest.series in names:
-        about.append(names[largest.series])
-    value += f" ({', '.join(about)})" * bool(about)
-    if number == 1:
-        return f"The deviation from theory is {value}."
-    return f"Of {number} deviations from theory, the most significant is {value}."
+    about += [names[deviation.series]] if deviation.series in names else []
+    return value + f" ({', '.join(about)})" * bool(about)

@@ -312,7 +312,7 @@ def species_temperature(build: FigureBuilder) -> FigureData:
         if law is not None:
             numbers["theory"] = law
             layers.append(Line(collisions[[0, -1]], np.array([law, law]), None, NEUTRAL, "dotted"))
-            caption = "Dotted: theory."
+            build.lines.append(legend_line(f"T₁/T₂, {model}", "dotted"))
         panels.append(Panel(tuple(layers), "T₁/T₂"))
         change = ratio_changes(gas.measurement).get(quantities.SPECIES_RATIO.name)
         if change is not None and change.refused:
@@ -367,7 +367,7 @@ def rotation(build: FigureBuilder) -> FigureData:
             build.add_residuals(index, x[few], mean[few], error[few], of_ratio[few])
             final = float(of_ratio[last])
         build.record(point, final_ratio=mean_and_error(kept[:, -1]), theory=final)
-    caption = "Panel of temperatures: T_tr solid, T_rot dashed."
+    caption = "In the middle: T_tr solid, T_rot dashed."
     if known:
         build.lines.append(legend_line(f"theory, {build.cite(*spins)}", "dotted"))
     return build.figure(caption, panels=(Panel(tuple(decay), "T / T_tr(0)", log=True),))

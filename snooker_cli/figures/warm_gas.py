@@ -75,14 +75,18 @@ def stationary(build: FigureBuilder) -> FigureData:
             build.lines.append(Line(places, np.array(curve), None, index, "dotted"))
         label = build.label(group[0], names) or "simulation"
         settled = np.array([point.index not in steady.changing for point in group])
-        build.lines.append(Points(x[settled], y[settled], errors[settled], label, index))
+        if settled.any():
+            build.lines.append(Points(x[settled], y[settled], errors[settled], label, index))
         of_settled = (column[settled] for column in (x, y, errors, np.array(expected)))
         build.add_residuals(index, *of_settled)
         if not settled.all():  # an error would say that this is the mean of a steady gas
-            build.lines.append(Points(x[~settled], y[~settled], None, None, index, filled=False))
+            named = None if settled.any() else label
+            build.lines.append(Points(x[~settled], y[~settled], None, named, index, filled=False))
     caption = steady.text
     if steady.changing:
         caption += " Open: the gas still changes."
+        empty = np.empty(0)
+        build.lines.append(Points(empty, empty, None, "still changes", NEUTRAL, filled=False))
     if build.cited:
         build.lines.append(legend_line(", ".join(build.cited), "dotted"))
     columns = [line.y for line in build.lines if isinstance(line, Points)]

@@ -114,3 +114,17 @@ def test_captions_name_the_part_of_the_repeats_that_a_pressure_is_from(
     for name in "pressure", "pressure-temperature":
         assert "Means are over the part after the relaxation." in shown(warm, name).caption
     assert "Steady part: the last 50 % of each repeat" in shown(driven, "pressure").caption
+
+
+def test_the_most_significant_and_the_largest_deviation_are_named() -> None:
+    """One of them may be nearer to theory, and the other have a large error."""
+    panel = [
+        Points(np.arange(2.0), np.log([1.02, 1.01]), np.array([0.001, 0.01]), None, 0),
+        Points(np.arange(1.0), np.log([1.3]), np.array([0.2]), None, 1),
+    ]
+    assert deviation_sentence(panel, {0: "CoR 0.8", 1: "CoR 0.9"}) == (
+        "Of 3 deviations from theory, the most significant is 2.00 ± 0.10 % (19.8 errors of its "
+        "logarithm, CoR 0.8), and the largest 30 ± 26 % (1.3 errors of its logarithm, CoR 0.9)."
+    )
+    alone = "Of 2 deviations from theory, the most significant is 2.00 ± 0.10 % (19.8 errors of its"
+    assert deviation_sentence(panel[:1], {}) == f"{alone} logarithm)."

@@ -257,10 +257,11 @@ def test_clusters_have_those_of_elastic_balls_beside_them(periodic: Run, tmp_pat
 
 def test_species_have_their_temperatures_and_the_ratio_of_compare(mixture: Run) -> None:
     found = shown(mixture, "species-temperature")
-    first, second = layers(found, Line)
-    assert [line.label for line in (first, second)] == [
+    first, second, entry = layers(found, Line)
+    assert [line.label for line in (first, second, entry)] == [
         "1: r = 0.6 m, m = 4 kg",
         "2: r = 0.4 m, m = 1 kg",
+        "T₁/T₂, equal cooling rates",
     ]
     assert first.x[0] == 0.0
     assert first.x[-1] == pytest.approx(2 * 900 / 60, rel=0.05)

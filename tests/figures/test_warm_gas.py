@@ -188,11 +188,12 @@ def test_a_gas_that_still_changes_has_an_open_point_without_an_error(
 
     monkeypatch.setattr(counted_parts, "stationary_part_of", part)
     found = FIGURES["stationary"].make(driven, Selection())
-    settled, empty, changing = layers(found, Points)
+    settled, changing, entry = layers(found, Points)
     assert settled.filled
     assert len(settled.x) == 2
-    assert len(empty.x) == 0
     assert not changing.filled
+    assert changing.label == "CoR 0.95"
+    assert (entry.filled, entry.label, len(entry.x)) == (False, "still changes", 0)
     assert changing.y_error is None
     for record in found.numbers["points"]:
         changes = record["parameters"]["cor"] == 0.95
