@@ -68,11 +68,10 @@ def states_table(states: States) -> Table:
     columns: dict[str, NDArray[np.float64]] = {}
     for field in MOVING:
         if (values := getattr(states, field.in_states)) is not None:
-            parts = values.reshape(moments, *field.shape(number), -1)
+            parts = values.reshape(moments, -1, len(field.titles))  # of balls, or the container
             for k, title in enumerate(field.titles):
                 column = columns.setdefault(title, np.zeros((moments, 1 + number)))
-                bodies = slice(0, 1) if field.of_container else slice(1, None)
-                column[:, bodies] = parts[:, :, k, 0] if field.is_vector else parts[:, :, 0]
+                column[:, slice(0, 1) if field.of_container else slice(1, None)] = parts[..., k]
     return {
         "time": np.repeat(states.time, 1 + number),
         "ball": np.tile(np.arange(CONTAINER, number, dtype=np.int32), moments),

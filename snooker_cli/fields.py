@@ -44,7 +44,7 @@ class MovingField(NamedTuple):
         return len(self.titles) == 2
 
     def shape(self, balls: int) -> tuple[int, ...]:
-        """The shape of its values for so many balls; the container counts as one."""
+        """The shape of its values for a number of balls; the container counts as one."""
         number = 1 if self.of_container else balls
         return (number, 2) if self.is_vector else (number,)
 

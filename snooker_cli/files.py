@@ -97,9 +97,20 @@ def own_folder(path: Path) -> Path:
     return path
 
 
-def user_cache() -> Path:
-    """The folder for what can be made again. Raises ``RuntimeError`` if the user has no home."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "snooker"
+def cache_within(chosen: str | None, name: str) -> Path:
+    """The `private_folder` of a name for what can be made again.
+
+    chosen : the folder that the user has set for it [that of the user's caches]
+
+    Raises ``OSError``, also if the user has no home folder.
+    """
+    if chosen:
+        return private_folder(Path(chosen), name, shared=True)
+    try:
+        user = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser()
+    except RuntimeError as error:
+        raise OSError(str(error).rstrip(".")) from None
+    return private_folder(user / "snooker", name, shared=False)
 
 
 def private_folder(parent: Path, name: str, *, shared: bool) -> Path:

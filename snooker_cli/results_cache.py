@@ -23,7 +23,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from snooker_cli.errors import error_text
-from snooker_cli.files import discard, private_folder, temporary_path, user_cache
+from snooker_cli.files import cache_within, discard, temporary_path
 
 Result = TypeVar("Result")
 
@@ -100,7 +100,10 @@ MOST_BYTES = 2**28
 """Bytes of the files in the cache folder: analyses of some 10,000 points."""
 
 KEPT_PART = 0.75
-"""Of these bytes, where files must go; so that not each new file looks at all others."""
+"""Of these bytes, where files must go; so that the next ones have room."""
+
+ROOM: dict[Path, int] = {}
+"""Bytes that this process may add to a folder until it looks at all files there again."""
 
 
 def from_cache(
@@ -122,7 +125,8 @@ def from_cache(
     path = folder / f"{name}.json"
     with suppress(OSError, ValueError, RecursionError):
         kept: Result = json.loads(path.read_text(encoding="utf-8"))
-        os.utime(path)  # it was used now
+        with suppress(OSError):
+            os.utime(path)  # it was used now
         return kept
     value = make()
     if is_final(value):
@@ -142,10 +146,9 @@ def _folder(chosen: str | None) -> Path | None:
     chosen : the folder that the user has set for it
     """
     try:
-        parent = Path(chosen) if chosen else user_cache()
-        return private_folder(parent, "analyses", shared=bool(chosen))
-    except (OSError, RuntimeError) as error:  # RuntimeError: the user has no home folder
-        reason = getattr(error, "strerror", None) or str(error).rstrip(".")
+        return cache_within(chosen, "analyses")
+    except OSError as error:
+        reason = error.strerror or str(error)
     advice = "set SNOOKER_CACHE_DIR to a folder that only you can write to"
     _log.warning("the folder for kept results cannot be used (%s); %s", reason, advice)
     return None
@@ -159,16 +162,24 @@ def _write(path: Path, text: str) -> None:
         part.replace(path)  # not flushed to the disk: what a machine loses is made again
     finally:
         discard(part)
+    folder = path.parent
+    ROOM[folder] = ROOM.get(folder, 0) - len(text)  # JSON is ASCII
+    if ROOM[folder] < 0:
+        ROOM[folder] = MOST_BYTES - _forget_oldest(folder)
+
+
+def _forget_oldest(folder: Path) -> int:
+    """Delete the files that were not used for longest if all have too many bytes; bytes left."""
     files = []
-    for file in path.parent.iterdir():
+    for file in folder.iterdir():
         with suppress(OSError):  # another process may forget it at the same time
             status = file.stat()
             files.append((status.st_mtime_ns, status.st_size, file))
     total = sum(size for _, size, _ in files)
-    if total <= MOST_BYTES:
-        return
+    kept = MOST_BYTES if total <= MOST_BYTES else KEPT_PART * MOST_BYTES
     for _, size, file in sorted(files)[:-1]:
-        if total <= KEPT_PART * MOST_BYTES:
-            return
+        if total <= kept:
+            break
         discard(file)
         total -= size
+    return total

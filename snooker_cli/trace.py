@@ -111,7 +111,9 @@ def joined(parts: Sequence[Events]) -> Events:
     # Residuals that a part does not have are zero.
     return Events(
         **{
-            name: np.concatenate([part.get(name, np.zeros(len(part["time"]))) for part in columns])
+            name: np.concatenate(
+                [part[name] if name in part else np.zeros(len(part["time"])) for part in columns]
+            )
             for name in names
         }
     )

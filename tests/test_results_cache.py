@@ -80,6 +80,23 @@ def test_results_that_were_not_used_for_long_make_room(
     assert kept == [0, 5, 6, 7, 8, 9, 10]
 
 
+def test_a_new_result_does_not_look_at_all_others(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A sweep may have ten thousand points."""
+    looks: list[Path] = []
+
+    def counted(path: Path) -> int:
+        looks.append(path)
+        return forget(path)
+
+    forget = results_cache._forget_oldest
+    monkeypatch.setattr(results_cache, "_forget_oldest", counted)
+    for number in range(9):
+        value_of([number])
+    assert looks == [folder]
+
+
 def test_other_users_cannot_change_the_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -19,7 +19,7 @@ import numpy as np
 from snooker_cli.engine import linked_helpers
 from snooker_cli.engine.compilation import COMPILATION
 from snooker_cli.errors import UserError
-from snooker_cli.files import private_folder, user_cache
+from snooker_cli.files import cache_within, private_folder
 
 if sys.platform != "win32":
     import fcntl
@@ -204,10 +204,9 @@ def cache_folder() -> Path | None:
             digest.update(part.encode())
     name, chosen = f"engine-{digest.hexdigest()[:16]}", os.environ.get("NUMBA_CACHE_DIR")
     try:
-        parent = Path(chosen) if chosen else user_cache()
-        return private_folder(parent, name, shared=bool(chosen))
-    except (OSError, RuntimeError) as error:  # RuntimeError: the user has no home folder
-        reason = getattr(error, "strerror", None) or str(error).rstrip(".")
+        return cache_within(chosen, name)
+    except OSError as error:
+        reason = error.strerror or str(error)
     owner = "user" if sys.platform == "win32" else os.geteuid()
     try:
         folder = private_folder(Path(gettempdir(), f"snooker-{owner}"), name, shared=False)

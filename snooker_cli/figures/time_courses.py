@@ -491,7 +491,7 @@ def _a2(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
     """As of `_over_time`, from ``RELAXED`` collisions per ball on, instead of times.
 
     Of balls of one type means between the times, of a mixture at the times. Raises ``FigureError``
-    without so many collisions.
+    without this many collisions.
     """
     for point, scene, times, rows in _a2_over_time(build):
         curve = build.measurement(point).curve

@@ -4,7 +4,6 @@ A page changes its scene without Python. So it has the functions of ``facts.py``
 the table of theories in JavaScript, see ``javascript.py``.
 """
 
-import re
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
@@ -109,9 +108,3 @@ def _of(formulas: Formulas, quantity: str) -> Iterator[str]:
         value = formulas.name_of(entry.value, camel(f"{quantity}_{name}"))
         model = f"model: phrase`{entry.model}`, " if entry.model else ""
         yield f"{name}: {{ {model}needs: [{needs}], value: {value} }}"
-
-
-def asked_traits() -> list[str]:
-    """The traits that these facts ask for, in the spelling of JavaScript."""
-    source = theories_source()
-    return [name for name in map(camel, Traits._fields) if re.search(rf"\.{name}\b", source)]
