@@ -195,15 +195,9 @@ def _drawn(layer: Line | Points) -> Array:
     return places[known]
 
 
-def _finite(layer: Line | Points) -> Array:
-    """The places (*n*, 2) of a layer that are finite."""
-    places = np.column_stack([layer.x, layer.y])
-    return places[np.isfinite(places).all(axis=1)]
-
-
 def _in_axes(axes: Axes, layer: Line | Points) -> Array:
     """Places (*n*, 2) along a layer as shares of the axes, close to each other on a line."""
-    shares = axes.transAxes.inverted().transform(axes.transData.transform(_finite(layer)))
+    shares = axes.transAxes.inverted().transform(axes.transData.transform(_drawn(layer)))
     shares = shares[np.isfinite(shares).all(axis=1)]
     if isinstance(layer, Points) or len(shares) < 2:
         return np.asarray(shares)
