@@ -15,7 +15,7 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.config import Experiment
 from snooker_cli.containers import ENDS, Container
-from snooker_cli.laws import Law, Sides, Surface, Thermal, WallLaw, parts_of, word_of
+from snooker_cli.laws import CollisionRules, Sides, Thermal
 from snooker_cli.scene import Scene
 from snooker_cli.theory import DENSEST_FLUID
 
@@ -107,13 +107,11 @@ def _of_scene(scene: Scene) -> Traits:
         crowding=_crowding(scene.packing_fraction, float(np.mean(scene.radii)), scene.container),
         published=published.source if published else "",
         free=scene.free,
-        contact_duration=scene.contact_duration,
-        elastic_below=scene.elastic_below,
         moves=scene.kinetic_energy > 0,
         at_rest=scene.drift_energy <= ROUNDING * scene.kinetic_energy,
         events=True,
         states=True,
-        **traits_of_rules(scene.container, scene.pair_law, scene.wall_law, scene.surface),
+        **traits_of_rules(scene.container, scene.rules),
     )
 
 
@@ -130,18 +128,11 @@ def _of_config(experiment: Experiment) -> Traits:
         crowding=math.nan,
         published="",
         free=math.isfinite(experiment.container.mass),
-        contact_duration=experiment.contact_duration,
-        elastic_below=experiment.elastic_below,
         moves=any(moves),
         at_rest=bool(experiment.species and not experiment.placed),
         events=experiment.keeps_events,
         states=bool(experiment.keeps_events or experiment.stored_times),
-        **traits_of_rules(
-            experiment.container.shape_class,
-            experiment.pair_law,
-            experiment.wall_law,
-            experiment.surface,
-        ),
+        **traits_of_rules(experiment.container.shape_class, experiment.collision_rules),
     )
 
 
@@ -157,15 +148,16 @@ def resized(traits: Traits, number: float, radius: float, container: Container) 
 
 
 def traits_of_rules(
-    container: Container | type[Container], pair: Law, wall: WallLaw, surface: Surface | None
+    container: Container | type[Container], rules: CollisionRules
 ) -> dict[str, Any]:
     """The traits that follow from the container's shape and from what collisions do."""
-    laws = parts_of(wall) if container.has_wall else ()
-    changing = [law for law in laws if law.gains or law.cor < 1]
+    pair, wall, surface = rules.pair_law, rules.wall_law, rules.surface
+    laws = wall.parts if container.has_wall else ()
+    changing = [law for law in laws if law.adds_energy or law.cor < 1]
     warm = {law.temperature if isinstance(law, Thermal) else 0.0 for law in changing}
     if surface is not None and not surface.elastic_wall:
         warm = set()
-    lossy = (law for law in (pair, *laws) if not (law.gains or theory.has_mean_loss(law)))
+    lossy = (law for law in (pair, *laws) if not (law.adds_energy or theory.has_mean_loss(law)))
     unknown = (law for law in laws if not isinstance(law, theory.BALANCED))
     ends = ENDS.get(container.across or "", ())
     return {
@@ -174,15 +166,17 @@ def traits_of_rules(
         "repeats": any(container.periodic),
         "keeps_drift": container.keeps_drift(),
         "across": container.across or "",
+        "contact_duration": rules.contact_duration,
+        "elastic_below": rules.elastic_below,
         "cor": pair.cor,
-        "pair_law": word_of(pair),
+        "pair_law": pair.name,
         "wall_cor": wall.cor if container.has_wall else 1.0,
-        "wall_law": word_of(wall) if container.has_wall else "",
-        "unbalanced_law": next(map(word_of, unknown), ""),
-        "hot_laws": len({law for law in laws if law.gains}),
+        "wall_law": wall.name if container.has_wall else "",
+        "unbalanced_law": next((law.name for law in unknown), ""),
+        "hot_laws": len({law for law in laws if law.adds_energy}),
         "wall_temperature": warm.pop() if len(warm) == 1 else 0.0,
-        "hot_ends": isinstance(wall, Sides) and any(getattr(wall, end).gains for end in ends),
-        "unknown_loss": next(map(word_of, lossy), ""),
+        "hot_ends": isinstance(wall, Sides) and any(getattr(wall, end).adds_energy for end in ends),
+        "unknown_loss": next((law.name for law in lossy), ""),
         "rough": surface is not None,
         "tangential_cor": surface.tangential_cor if surface else -1.0,
         "friction": surface.friction if surface else 0.0,

@@ -1,28 +1,72 @@
-"""Laws of collision: what a hit does to the speed along the line of centres.
+"""What collisions do to the balls: the laws that configs, scenes, files and pages have.
 
-A law is a ``NamedTuple`` of numbers, whose names are its config keys; at the wall these begin with
-``wall_``. What it does to the normal speed is in ``engine.restitution``.
-
-cor : every law's first number: the coefficient of restitution e, 0 to 1, of fast collisions
-gains : whether a collision can give energy to the balls
+A law is a name and numbers with their ranges. What it does to the normal speed is in
+``engine.restitution``, and what a rough surface does along the tangent in ``engine.surfaces``.
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from dataclasses import fields
+from typing import Annotated, Any, ClassVar, Self
+
+from pydantic import (
+    BeforeValidator,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    TypeAdapter,
+    model_validator,
+)
+from pydantic.dataclasses import dataclass
+
+from snooker_cli.ranges import (
+    STRICT,
+    Amount,
+    DrivingSpeed,
+    Inertia,
+    LawSpeed,
+    Restitution,
+    Switch,
+    TangentialCor,
+)
 
 
-class Constant(NamedTuple):
-    """One coefficient of restitution for all speeds."""
+class Law:
+    """What a hit does to the speed along the line of centres.
+
+    name : in files
+    adds_energy : whether hits can give energy to the balls, as only those of a wall may
+    is_random : whether hits need random numbers
+    cor : the coefficient of restitution e, 0 to 1, of fast collisions
+    """
+
+    name: ClassVar[str]
+    adds_energy = False
+    is_random = False
 
     cor: float
 
     @property
-    def gains(self) -> bool:
-        return False
+    def parts(self) -> "tuple[Law, ...]":
+        """The laws of the sides of a wall, or the only law."""
+        return (self,)
+
+    @classmethod
+    def numbers(cls) -> tuple[str, ...]:
+        """The names of its numbers."""
+        return tuple(field.name for field in fields(cls))  # type: ignore[arg-type]
 
 
-class Viscoelastic(NamedTuple):
+@dataclass(frozen=True, config=STRICT)
+class Constant(Law):
+    """One coefficient of restitution for all speeds."""
+
+    name = "constant"
+
+    cor: Restitution
+
+
+@dataclass(frozen=True, config=STRICT)
+class Viscoelastic(Law):
     """Restitution that depends on the normal speed v: 1 - (1 - e) (v/v0)^(3/4) below v0, else e.
 
     Slow collisions are almost elastic (Bizon et al., Phys. Rev. Lett. 80, 57 (1998)).
@@ -30,67 +74,120 @@ class Viscoelastic(NamedTuple):
     cor_speed : v0, m/s
     """
 
-    cor: float
-    cor_speed: float
+    name = "viscoelastic"
 
-    @property
-    def gains(self) -> bool:
-        return False
+    cor: Restitution
+    cor_speed: LawSpeed
 
 
-class Driven(NamedTuple):
+@dataclass(frozen=True, config=STRICT)
+class Driven(Law):
     """A wall that moves inwards at a speed V whenever it is hit, and is always at the same place.
 
     This is saw-tooth driving of vanishing amplitude. A ball leaves with e v_n + (1 + e) V.
 
-    speed : V, m/s, above 0
+    speed : V, m/s
     """
 
-    cor: float
-    speed: float
+    name = "driven"
+    adds_energy = True
 
-    @property
-    def gains(self) -> bool:
-        return True
+    cor: Restitution
+    speed: DrivingSpeed
 
 
-class Thermal(NamedTuple):
+@dataclass(frozen=True, config=STRICT)
+class Thermal(Law):
     """A wall with a temperature: a ball leaves it with a random velocity of Maxwell's flux.
 
-    temperature : J, above 0
+    It keeps nothing of its normal speed, so its CoR is 0.
+
+    temperature : J
     """
 
-    temperature: float
+    name = "thermal"
+    adds_energy = True
+    is_random = True
+    cor = 0.0
+
+    temperature: Amount
+
+
+LAWS: dict[str, type[Law]] = {law.name: law for law in (Constant, Viscoelastic, Driven, Thermal)}
+"""The laws of one contact by their names; the first is the default."""
+
+
+def as_json(law: Law) -> dict[str, Any]:
+    """A law as files have it."""
+    numbers = {name: getattr(law, name) for name in law.numbers()}
+    parts = {key: as_json(part) if isinstance(part, Law) else part for key, part in numbers.items()}
+    return {"name": law.name, **parts}
+
+
+def law_from(written: Any) -> Law:
+    """A law from a file. Raises ``ValueError`` for numbers that no config gives."""
+    if isinstance(written, Law):
+        return written
+    numbers = dict(written)
+    name = numbers.pop("name", None)
+    law = Sides if name == Sides.name else LAWS.get(name)
+    if law is None:
+        raise ValueError(f"no law of collision has the name {name!r}")
+    return law(**numbers)
+
+
+SIDES = "left", "right", "bottom", "top"
+
+StoredLaw = Annotated[Law, PlainValidator(law_from), PlainSerializer(as_json)]
+"""A law that JSON has as its name and its numbers."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Sides(Law):
+    """The laws of straight walls, one for each side. The CoR is the least of all."""
+
+    name = "sides"
+
+    left: StoredLaw
+    right: StoredLaw
+    bottom: StoredLaw
+    top: StoredLaw
+
+    @model_validator(mode="after")
+    def _has_laws_of_one_wall(self) -> Self:
+        if any(isinstance(law, Sides) for law in self.parts):
+            raise ValueError
+        return self
 
     @property
-    def cor(self) -> float:
-        """A ball keeps nothing of its normal speed."""
-        return 0.0
+    def parts(self) -> tuple[Law, ...]:
+        return tuple(getattr(self, side) for side in SIDES)
 
     @property
-    def gains(self) -> bool:
-        return True
-
-
-class Sides(NamedTuple):
-    """The laws of straight walls, one for each side."""
-
-    left: "Law"
-    right: "Law"
-    bottom: "Law"
-    top: "Law"
+    def cor(self) -> float:  # type: ignore[override]
+        return min(law.cor for law in self.parts)
 
     @property
-    def cor(self) -> float:
-        """The least of all sides."""
-        return min(law.cor for law in self)
+    def adds_energy(self) -> bool:  # type: ignore[override]
+        return any(law.adds_energy for law in self.parts)
 
     @property
-    def gains(self) -> bool:
-        return any(law.gains for law in self)
+    def is_random(self) -> bool:  # type: ignore[override]
+        return any(law.is_random for law in self.parts)
 
 
-class Surface(NamedTuple):
+Friction = Annotated[
+    float,
+    Field(ge=0, allow_inf_nan=True),
+    BeforeValidator(lambda limit: math.inf if limit is None else limit),
+    PlainSerializer(lambda limit: None if limit == math.inf else limit),
+]
+"""The largest tangential impulse over the normal one; infinite, which JSON has as null, if there is
+no limit."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Surface:
     """Rough balls: what a collision does along the tangent, see ``engine.surfaces``.
 
     inertia : q of the moment of inertia q m r², above 0, at most 1
@@ -99,11 +196,11 @@ class Surface(NamedTuple):
     friction, wall_friction : μ, the largest tangential impulse over the normal one; may be infinite
     """
 
-    inertia: float
-    tangential_cor: float
-    friction: float
-    wall_tangential_cor: float
-    wall_friction: float
+    inertia: Inertia
+    tangential_cor: TangentialCor
+    friction: Friction
+    wall_tangential_cor: TangentialCor
+    wall_friction: Friction
 
     @property
     def rubs_wall(self) -> bool:
@@ -113,65 +210,91 @@ class Surface(NamedTuple):
     @property
     def elastic_pairs(self) -> bool:
         """Whether no contact of two balls takes energy."""
-        return _keeps_energy(self.tangential_cor, self.friction)
+        return keeps_slip(self.tangential_cor, self.friction)
 
     @property
     def elastic_wall(self) -> bool:
         """Whether no hit of the wall takes energy."""
-        return _keeps_energy(self.wall_tangential_cor, self.wall_friction)
+        return keeps_slip(self.wall_tangential_cor, self.wall_friction)
 
 
-def _keeps_energy(cor: float, friction: float) -> bool:
-    """Whether surfaces are smooth, or turn each slip round."""
+def keeps_slip(cor: float, friction: float) -> bool:
+    """Whether surfaces are smooth, or turn each slip round: contacts take no energy."""
     return cor == -1 or friction == 0 or (cor == 1 and friction == math.inf)
 
 
-Law: TypeAlias = Constant | Viscoelastic | Driven | Thermal
-WallLaw: TypeAlias = Law | Sides
+@dataclass(frozen=True, config=STRICT)
+class CollisionRules:
+    """What collisions do in a scene, as files have it.
 
-LAWS: Mapping[str, type[WallLaw]] = {
-    "constant": Constant,
-    "viscoelastic": Viscoelastic,
-    "driven": Driven,
-    "thermal": Thermal,
-    "sides": Sides,
-}
-"""The laws by their word in files; the first is the default."""
-
-
-class LawError(ValueError):
-    """No law has just these keys.
-
-    keys : these, in the order in which they were given
+    pair_law, wall_law : between balls, and at the wall
+    contact_duration : of the TC model, in mean free times; 0 without it
+    elastic_below : relative normal speed below which collisions are elastic, m/s; 0 without it
+    slides : whether a ball slides on after infinitely many bounces on a fixed circular wall
+    surface : of rough balls; None for smooth ones, which do not spin
     """
 
-    def __init__(self, keys: Sequence[str]) -> None:
-        super().__init__(f"no law of collision in laws.py has the keys {', '.join(keys)}")
-        self.keys = tuple(keys)
+    pair_law: StoredLaw
+    wall_law: StoredLaw
+    contact_duration: Annotated[float, Field(ge=0, le=1)] = 0.0
+    elastic_below: Annotated[float, Field(ge=0)] = 0.0
+    slides: Switch = False
+    surface: Surface | None = None
+
+    @model_validator(mode="after")
+    def _balls_lose_energy(self) -> Self:
+        """Two balls have one law, which adds no energy."""
+        if self.pair_law.adds_energy or isinstance(self.pair_law, Sides):
+            raise ValueError
+        return self
+
+    @classmethod
+    def of(cls, scene: Any) -> Self:
+        """Those of a scene, which has fields of the same names."""
+        return cls(*(getattr(scene, field.name) for field in fields(cls)))
 
 
-def law_of(keys: Mapping[str, float | None]) -> Any:
-    """The law that has just these keys of a config; a key with the value ``None`` is not given.
+RULES = TypeAdapter(CollisionRules)
+"""Writes rules as JSON and reads them. Raises ``ValueError`` for what no config gives."""
 
-    Raises ``LawError`` without such a law.
+
+# The laws that the numbers of a config give. Pages have these functions too, see `live_page`.
+
+
+def law_of_pairs(cor: float, cor_speed: float | None) -> Law:
+    """The law of two balls, or of a wall that gives no energy."""
+    if cor_speed is not None:
+        return Viscoelastic(cor, cor_speed)
+    return Constant(cor)
+
+
+def law_of_wall(
+    cor: float, cor_speed: float | None, speed: float | None, temperature: float | None
+) -> Law:
+    """The law of one wall; a speed of 0 is none."""
+    if temperature is not None:
+        return Thermal(temperature)
+    if speed:
+        return Driven(cor, speed)
+    return law_of_pairs(cor, cor_speed)
+
+
+def surface_of(
+    inertia: float,
+    cor: float | None,
+    friction: float | None,
+    wall_cor: float | None,
+    wall_friction: float | None,
+    smooth_wall: bool,
+) -> Surface | None:
+    """The surface of balls, without a limit of the friction that is not given.
+
+    smooth_wall : whether every hit of the wall forgets how the ball moved
     """
-    given: dict[str, Any] = {key: value for key, value in keys.items() if value is not None}
-    for law in LAWS.values():
-        if {*law._fields} == given.keys():
-            return law(**given)
-    raise LawError([*given])
-
-
-def parts_of(law: WallLaw) -> tuple[Law, ...]:
-    """The laws of the sides of a wall, or its only law."""
-    return tuple(law) if isinstance(law, Sides) else (law,)
-
-
-def is_random(law: WallLaw) -> bool:
-    """Whether hits of a wall need random numbers."""
-    return any(isinstance(part, Thermal) for part in parts_of(law))
-
-
-def word_of(law: WallLaw) -> str:
-    """The law's word in files."""
-    return next(word for word, law_class in LAWS.items() if type(law) is law_class)
+    if cor is None and wall_cor is None:
+        return None
+    pairs = -1.0 if cor is None else cor
+    limit = math.inf if friction is None else friction
+    walls = pairs if wall_cor is None else wall_cor
+    wall_limit = limit if wall_friction is None else wall_friction
+    return Surface(inertia, pairs, limit, -1.0 if smooth_wall else walls, wall_limit)

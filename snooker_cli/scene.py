@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli.containers import LEAST_AMOUNT, MOST_AMOUNT, MOST_SPEED, Container
 from snooker_cli.errors import SceneError
-from snooker_cli.laws import Law, Surface, WallLaw
+from snooker_cli.laws import CollisionRules, Law, Surface
 from snooker_cli.neighbours import near_pairs
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -43,7 +43,7 @@ class Scene:
     container_position: NDArray[np.float64]
     container_velocity: NDArray[np.float64]
     pair_law: Law
-    wall_law: WallLaw
+    wall_law: Law
     contact_duration: float = 0.0
     elastic_below: float = 0.0
     slides: bool = False
@@ -73,6 +73,11 @@ class Scene:
     def free(self) -> bool:
         """Whether the container moves when a ball hits it."""
         return math.isfinite(self.container_mass)
+
+    @property
+    def rules(self) -> CollisionRules:
+        """What collisions do."""
+        return CollisionRules.of(self)
 
     @property
     def restitution(self) -> float:

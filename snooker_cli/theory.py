@@ -33,7 +33,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from snooker_cli.containers import AccessibleRegion, Container
-from snooker_cli.laws import Constant, Driven, Law, Thermal, Viscoelastic, word_of
+from snooker_cli.laws import Constant, Driven, Law, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
 
 Real = TypeVar("Real", float, NDArray[np.float64])  # a float, or an array of floats
@@ -697,7 +697,7 @@ def mean_loss(law: Law, temperature: Real, mass: float = 1.0, a2: float = 0.0) -
     Raises ValueError for a law that `has_mean_loss` does not know.
     """
     if not has_mean_loss(law):
-        raise ValueError(f"theory.py has no mean_loss of the {word_of(law)} law")
+        raise ValueError(f"theory.py has no mean_loss of the {law.name} law")
     loss = 1 - law.cor
     if not isinstance(law, Viscoelastic):
         one: Real = loss * (2 - loss) * (1 + 3 * a2 / 16) + 0 * temperature

@@ -250,7 +250,7 @@ def series_units(scene: Scene) -> dict[str, str]:
     """The columns of the ``Series`` of a scene, in order, and their units."""
     units = ("s", "J", "J", "kg m s-1", "kg m2 s-1", "1", "1", "m s-1", "1", "J", "J", "J")
     columns = dict(zip(Series.__dataclass_fields__, units, strict=True))
-    if not scene.wall_law.gains:
+    if not scene.wall_law.adds_energy:
         del columns["wall_energy"], columns["lost_energy"]
     if scene.surface is None:
         del columns["spin_energy"]

@@ -24,6 +24,7 @@ SIMULATING = (
     "fields",
     "files",
     "laws",
+    "ranges",
     "results_cache",
     "neighbours",
     "scene",
@@ -38,7 +39,8 @@ PARTS: dict[str, tuple[str, ...]] = {
     "files": (),
     "formatting": (),
     "neighbours": (),
-    "laws": (),
+    "laws": ("ranges",),
+    "ranges": ("containers",),
     "signals": (),
     "fields": (),
     "errors": ("formatting", "signals"),
@@ -46,7 +48,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "region_integrals": ("neighbours",),
     "containers": ("errors", "neighbours", "region_integrals"),
     # A scene and its trace
-    "config": ("containers", "errors", "formatting", "laws"),
+    "config": ("containers", "errors", "formatting", "laws", "ranges"),
     "scene": ("containers", "errors", "laws", "neighbours"),
     "theory": ("containers", "laws", "scene"),
     "facts": ("config", "containers", "laws", "scene", "theory"),
@@ -243,12 +245,12 @@ COMPUTING = (
 )
 """They add up other columns for some laws and shapes, which is no question of theory."""
 
-QUESTIONS = "equal_balls", "gains", "has_wall", "keeps_drift", "keeps_rotation", "rubs_wall"
+QUESTIONS = "adds_energy", "equal_balls", "has_wall", "keeps_drift", "keeps_rotation", "rubs_wall"
 """Fields of a scene and of its parts that facts know."""
 
 
 def asks_what_a_gas_is(node: ast.AST) -> bool:
-    """Whether code asks for balls, walls or collisions: ``law.gains``, ``surface is None`` …"""
+    """Whether code asks for balls, walls or collisions: ``law.adds_energy``, ``surface is None`` …"""
     if isinstance(node, ast.Attribute):
         return node.attr in QUESTIONS
     if isinstance(node, ast.Compare):
@@ -273,7 +275,7 @@ def test_analyses_figures_and_reports_ask_facts_what_a_gas_is() -> None:
     [
         "scene.equal_balls",
         "scene.container.has_wall and f()",
-        "wall_law.gains",
+        "wall_law.adds_energy",
         "scene.surface is None",
         "experiment.cor < 1",
         "isinstance(law, Thermal | Driven)",

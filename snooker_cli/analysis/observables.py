@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.engine import States, replay, replayed
 from snooker_cli.engine.replay import Replay
-from snooker_cli.laws import Sides
+from snooker_cli.laws import SIDES
 from snooker_cli.neighbours import near_pairs
 from snooker_cli.scene import TINY, Scene
 from snooker_cli.theory import Real
@@ -192,7 +192,8 @@ def shares_across(trace: Trace, windows: int) -> Array:
     """
     scene, shares = trace.start, np.full(windows, math.nan)
     few = min(STATES_IN_WINDOW, MOST_BALLS // (scene.number * windows))
-    if not scene.wall_law.gains or trace.events is None or trace.summary is not None or few < 1:
+    has_all = trace.events is not None and trace.summary is None
+    if not (scene.wall_law.adds_energy and has_all) or few < 1:
         return shares
     if (direction := scene.container.across) is None:
         return shares
@@ -218,7 +219,7 @@ def wall_energies(trace: Trace, kinetic_energy: Array, edges: Array) -> Array:
     """
     scene, events = trace.start, trace.events
     assert events is not None
-    sides = [Sides._fields.index(side) for side in scene.container.sides]
+    sides = [SIDES.index(side) for side in scene.container.sides]
     given, gain = np.zeros((len(edges) - 1, len(sides))), np.diff(kinetic_energy)
     late = (events.time > edges[0]) | (edges[0] == 0)  # collisions at time zero count
     hits = np.flatnonzero(events.at_wall & late)
@@ -226,7 +227,7 @@ def wall_energies(trace: Trace, kinetic_energy: Array, edges: Array) -> Array:
     after = Replay(trace).states(hits + 1, events.time[hits], balls[:, np.newaxis])[0]
     places = after[:, :2, 0]
     reach = np.array(scene.container.size) / 2 - scene.radii[balls, None]
-    gaps = np.hstack([reach + places, reach - places])[:, [0, 2, 1, 3]]  # as in ``Sides``
+    gaps = np.hstack([reach + places, reach - places])[:, [0, 2, 1, 3]]  # as in ``SIDES``
     window = np.clip(np.searchsorted(edges, events.time[hits]) - 1, 0, len(edges) - 2)
     np.add.at(given, (window, np.argmin(gaps[:, sides], axis=1)), gain[hits])
     return given

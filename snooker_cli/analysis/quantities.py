@@ -8,7 +8,7 @@ import numpy as np
 
 from snooker_cli.analysis import gas as gas_numbers
 from snooker_cli.analysis.gas import Array, Gas
-from snooker_cli.laws import Sides
+from snooker_cli.laws import SIDES
 
 GasKind: TypeAlias = Literal["elastic", "cooling", "warm", "mixture", "rough", "clusters", "uneven"]
 """Types of gas. Collisions keep the energy (elastic), collisions take energy (cooling), or walls
@@ -223,7 +223,7 @@ SIDES_GIVEN = {
         unmeasured="",
         alone=("warm_walls", "different_walls"),
     )
-    for side in Sides._fields
+    for side in SIDES
 }
 COLLISION_LOSS = Quantity(
     *("energy taken by a collision", "ΔE", "J", "energy taken by a collision"),

@@ -186,7 +186,7 @@ class TimeSeries:
     ) -> None:
         scene = traces[0].start
         self.time, self.columns, self.starts, self.held = time, columns, starts, held
-        self.gains, self.rough = scene.wall_law.gains, scene.surface is not None
+        self.gains, self.rough = scene.wall_law.adds_energy, scene.surface is not None
         self.drift = np.array([trace.start.drift_energy for trace in traces])
         self.walls = scene.container.has_wall or scene.number == 1
         self.free = scene.number - (not self.walls)

@@ -13,7 +13,6 @@ from snooker_cli import engine
 from snooker_cli.api.repeats import Repeat
 from snooker_cli.containers import Container
 from snooker_cli.errors import UserError
-from snooker_cli.laws import is_random
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 
@@ -110,7 +109,7 @@ def simulate(
     for name, limit in (("collisions", collisions), ("time", time)):
         if limit is not None and not (isinstance(limit, Real) and 0 < limit < math.inf):
             raise UserError(f"{name}={limit!r}: give a number above 0")
-    if is_random(scene.wall_law) and scene.wall_key is None:
+    if scene.wall_law.is_random and scene.wall_key is None:
         problem = (
             "a wall with a temperature draws random numbers, and the scene has no key for them"
         )

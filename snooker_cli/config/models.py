@@ -2,38 +2,63 @@
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from functools import partial
 from itertools import pairwise
 from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
 from pydantic import (
     AfterValidator,
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Discriminator,
     Field,
     PlainSerializer,
     PlainValidator,
     SerializerFunctionWrapHandler,
     Tag,
-    ValidationError,
-    ValidatorFunctionWrapHandler,
     WithJsonSchema,
-    WrapValidator,
     model_serializer,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
 
-from snooker_cli import containers
 from snooker_cli.config.axes import Axes, axes, written
 from snooker_cli.config.problems import ConfigError, KeyPath, Problem
 from snooker_cli.containers import SHAPES, Circle, Container
 from snooker_cli.formatting import listed
-from snooker_cli.laws import Law, LawError, Sides, Surface, Thermal, WallLaw, law_of
-
-# Types of values. Each has a range, and the phrase of an error that states it.
+from snooker_cli.laws import (
+    SIDES,
+    CollisionRules,
+    Law,
+    Sides,
+    law_of_pairs,
+    law_of_wall,
+    surface_of,
+)
+from snooker_cli.ranges import (
+    FROM_LIST,
+    POSITIVE_ZERO,
+    WHOLE,
+    ZERO_OR_A_SPEED,
+    Amount,
+    Coordinate,
+    Count,
+    Duration,
+    Fraction,
+    Friction,
+    Index,
+    Inertia,
+    LawSpeed,
+    Model,
+    Number,
+    Pair,
+    Restitution,
+    RingNumber,
+    Speed,
+    Switch,
+    TangentialCor,
+    WallMass,
+    WallSpeed,
+    needs,
+)
 
 MAX_BALLS = 10_000_000  # balls of all species; their start takes half a minute and 2 GB
 
@@ -41,110 +66,12 @@ LEAST_LOSS = 1e-6  # 1 − wall CoR of balls that slide, or 0; 18 million bounce
 
 AS_LARGE_AS_A_SUMMARY = 1000  # collisions of a repeat whose events take as much space
 
-MAX_INTEGER = 2**63 - 1  # the largest 64-bit integer, for files and arrays
-
-
-def _needs(phrase: str, is_number: bool = True) -> WrapValidator:
-    """Replaces the errors about a value by one, with what is needed."""
-
-    def validated(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
-        try:
-            return handler(value)
-        except ValidationError:
-            context = {"needs": phrase, "is_number": is_number}
-            raise PydanticCustomError("needs", "{needs} is needed", context) from None
-
-    return WrapValidator(validated)
-
-
 Value = TypeVar("Value")
 
-_FROM_LIST = Field(strict=False)  # reads a list as a tuple, which is immutable
-
-_ZERO = AfterValidator(lambda value: value + 0.0)
-"""Turns −0.0 into 0.0, which must have the same digest."""
-
-_WHOLE = BeforeValidator(
-    lambda value: int(value) if isinstance(value, float) and value.is_integer() else value
-)
-"""Accepts 3.0 and 1e6 as whole numbers."""
-
-Coordinate = Annotated[float, _ZERO]
-Pair = Annotated[
-    tuple[Coordinate, Coordinate], _FROM_LIST, _needs("a pair of finite numbers [x, y]", False)
-]
-LawSpeed = Annotated[
-    float,
-    Field(ge=containers.LEAST_SPEED, le=containers.MOST_SPEED),
-    _needs("a number above 0 (from 1e-150 to 1e150)"),
-]
-"""A speed of a law: any other speed over it is a double."""
-Amount = Annotated[
-    float,
-    Field(ge=containers.LEAST_AMOUNT, le=containers.MOST_AMOUNT),
-    _needs("a number above 0 (from 1e-50 to 1e50)"),
-]
-"""A length or a mass: areas and energies are doubles."""
-Speed = Annotated[
-    float,
-    Field(ge=0, le=containers.MOST_SPEED),
-    _ZERO,
-    _needs("a number of 0 or more (at most 1e150)"),
-]
-Duration = Annotated[
-    float, Field(ge=containers.LEAST_TIME), _needs("a finite number of at least 1e-250")
-]
-Fraction = Annotated[float, Field(gt=0, le=1), _needs("a number above 0, at most 1")]
-Inertia = Annotated[
-    float,
-    Field(ge=containers.LEAST_AMOUNT, le=1),
-    _needs("a number above 0 (from 1e-50), at most 1"),
-]
-TangentialCor = Annotated[
-    float, Field(ge=-1, le=1), _ZERO, _needs("a number from -1 (smooth) to 1 (perfectly rough)")
-]
-Friction = Annotated[float, Field(ge=0), _ZERO, _needs("a finite number of 0 or more")]
-Restitution = Annotated[float, Field(ge=0, le=1), _ZERO, _needs("a number from 0 to 1")]
-Count = Annotated[
-    int, Field(ge=1, le=MAX_INTEGER), _WHOLE, _needs("a whole number of 1 or more (below 2^63)")
-]
-Switch = Annotated[bool, _needs("true or false", False)]
-Index = Annotated[
-    int, Field(ge=0, le=MAX_INTEGER), _WHOLE, _needs("a whole number of 0 or more (below 2^63)")
-]
 RunPath = Annotated[
     str,
     Field(min_length=1, max_length=1000),
-    _needs("the name or the folder of a run", False),
-]
-RingNumber = Annotated[int, Field(ge=0, le=1000), _WHOLE, _needs("a whole number from 0 to 1000")]
-Number = Annotated[
-    int, Field(ge=1, le=1_000_000), _WHOLE, _needs("a whole number from 1 to 1,000,000")
-]
-ZERO_OR_A_SPEED = "0 or a number from 1e-150 to 1e50"
-
-
-def _zero_or_a_speed(value: float) -> float:
-    if 0 < value < containers.LEAST_SPEED:
-        raise ValueError
-    return value
-
-
-WallSpeed = Annotated[
-    float,
-    Field(ge=0, le=containers.MOST_AMOUNT),
-    _ZERO,
-    AfterValidator(_zero_or_a_speed),
-    _needs(ZERO_OR_A_SPEED),
-]
-WallMass = Annotated[
-    float,
-    Field(gt=0, allow_inf_nan=True),
-    BeforeValidator(
-        lambda value: math.inf if value is None else value,
-        json_schema_input_type=Annotated[float, Field(gt=0)] | None,
-    ),
-    _needs("a number above 0, or .inf for a fixed wall"),
+    needs("the name or the folder of a run", False),
 ]
 
 
@@ -167,19 +94,11 @@ ShapeName = Annotated[
 Title = Annotated[
     str,
     Field(min_length=1, max_length=200, pattern=r"^([^\p{C}\p{Z}]| )*$"),
-    _needs("one line of printable text of at most 200 characters", False),
+    needs("one line of printable text of at most 200 characters", False),
 ]
 
 
 # The parts of an experiment.
-
-
-class Model(BaseModel):
-    """Frozen, and strict about keys, types and finite numbers."""
-
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
-    )
 
 
 _USUAL = (("shape", Circle.name), ("common_rotation", True))
@@ -233,7 +152,7 @@ class ContainerConfig(_Sparse):
         return self.shape_class(first, *(first if side is None else side for side in others))
 
 
-class _BySide(_Sparse, Generic[Value]):
+class BySide(_Sparse, Generic[Value]):
     """A value for some straight walls; others have wall_cor."""
 
     left: Value | None = None
@@ -252,11 +171,11 @@ class _BySide(_Sparse, Generic[Value]):
         return self
 
 
-class SpeedBySide(_BySide[WallSpeed]):
+class SpeedBySide(BySide[WallSpeed]):
     """The speed of some straight walls, m/s."""
 
 
-class TemperatureBySide(_BySide[Amount]):
+class TemperatureBySide(BySide[Amount]):
     """The temperature of some straight walls, J."""
 
 
@@ -273,13 +192,13 @@ CommonRotation = Annotated[
 class SpinTemperature(Model):
     """Random spins."""
 
-    temperature: Annotated[float, Field(ge=0), _ZERO, _needs("a number of 0 or more")]
+    temperature: Annotated[float, Field(ge=0), POSITIVE_ZERO, needs("a number of 0 or more")]
     """Temperature of the rotation, J: twice the mean energy of a spin."""
 
 
 Spin = Annotated[
     Coordinate | SpinTemperature | None,
-    _needs("a finite number, or {temperature: 0 or more},", False),
+    needs("a finite number, or {temperature: 0 or more},", False),
     Field(
         description="Spin of every ball at the start, rad/s, positive to the left; or random spins "
         "of {temperature: J}. Absent: rough balls start at rest."
@@ -323,14 +242,14 @@ class Ball(_Sparse):
     """Radius of the ball, m."""
     mass: Amount = 1.0
     """Mass of the ball, kg."""
-    spin: Annotated[Coordinate, _needs("a finite number")] | None = None
+    spin: Annotated[Coordinate, needs("a finite number")] | None = None
     """Spin at the start, rad/s, positive to the left; absent: 0 of rough balls."""
 
 
 class BallList(Model):
     """Balls given one by one."""
 
-    list: Annotated[tuple[Ball, ...], Field(min_length=1), _FROM_LIST]
+    list: Annotated[tuple[Ball, ...], Field(min_length=1), FROM_LIST]
     """The balls, each with position, velocity, radius and (default 1 kg) mass."""
 
 
@@ -395,7 +314,7 @@ Balls = Annotated[
     Annotated[Rings, Tag("rings")]
     | Annotated[BallList, Tag("list")]
     | Annotated[BallCount, Tag("count")]
-    | Annotated[tuple[Group, ...], Field(min_length=1), _FROM_LIST, Tag("species")],
+    | Annotated[tuple[Group, ...], Field(min_length=1), FROM_LIST, Tag("species")],
     Discriminator(_tag),
 ]
 
@@ -409,12 +328,12 @@ class Start(_Sparse):
     """The number of its point, from 0."""
     repeat: Index = 0
     """The number of the repeat at that point, from 0."""
-    time: Annotated[float, Field(ge=0), _needs("a finite number of 0 or more")] | None = None
+    time: Annotated[float, Field(ge=0), needs("a finite number of 0 or more")] | None = None
     """Time of the state, s; absent: the end of the repeat."""
-    content: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$"), _needs("a hash", False)] | None = None
+    content: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$"), needs("a hash", False)] | None = None
     """Written by snooker: the hash of the repeat. Container and balls are then those of the
     state."""
-    rounding: Annotated[float, Field(ge=0), _needs("a finite number of 0 or more")] | None = None
+    rounding: Annotated[float, Field(ge=0), needs("a finite number of 0 or more")] | None = None
     """Written by snooker: how far balls may overlap by the rounding of the run, m."""
 
 
@@ -437,21 +356,21 @@ class Regularisation(_Sparse):
 
 Collapse = Annotated[
     Literal["stop", "slide"] | Regularisation,
-    _needs("stop, slide, {tc: up to 1} or {elastic_below: 1e-150 to 1e150}", False),
+    needs("stop, slide, {tc: up to 1} or {elastic_below: 1e-150 to 1e150}", False),
 ]
 
 
 MOST_SNAPSHOTS = 10_000  # of a list; each is read and checked
 
 _Moments = Annotated[
-    tuple[Duration, ...], Field(min_length=1, max_length=MOST_SNAPSHOTS), _FROM_LIST
+    tuple[Duration, ...], Field(min_length=1, max_length=MOST_SNAPSHOTS), FROM_LIST
 ]
 
 
 class PerDecade(_Sparse):
     """Times that are as many in each decade, at equal distances of their logarithm."""
 
-    per_decade: Annotated[int, Field(ge=1, le=100), _WHOLE]
+    per_decade: Annotated[int, Field(ge=1, le=100), WHOLE]
     """Times in each decade, 1 to 100, from about the time between two collisions of a ball on."""
 
 
@@ -465,7 +384,7 @@ def _ascending(value: Any) -> Any:
 StoredTimes = Annotated[
     _Moments | PerDecade,
     AfterValidator(_ascending),
-    _needs("a list of times in s that ascend, as [1, 10, 100], or {per_decade: 1 to 100}", False),
+    needs("a list of times in s that ascend, as [1, 10, 100], or {per_decade: 1 to 100}", False),
 ]
 
 DEFAULT_TIMES = PerDecade(per_decade=10)
@@ -507,7 +426,7 @@ class Experiment(Model):
     wall_speed: (
         Annotated[
             WallSpeed | SpeedBySide,
-            _needs(f"{ZERO_OR_A_SPEED}, or one for some sides, as {{left: 1, right: 1}},"),
+            needs(f"{ZERO_OR_A_SPEED}, or one for some sides, as {{left: 1, right: 1}},"),
         ]
         | None
     ) = None
@@ -516,7 +435,7 @@ class Experiment(Model):
     wall_temperature: (
         Annotated[
             Amount | TemperatureBySide,
-            _needs("a number above 0, or one for some sides, as {left: 20, right: 80},"),
+            needs("a number above 0, or one for some sides, as {left: 20, right: 80},"),
         ]
         | None
     ) = None
@@ -583,62 +502,49 @@ class Experiment(Model):
     @property
     def pair_law(self) -> Law:
         """The law of collisions between balls."""
-        law: Law = law_of(self.pair_keys)
-        return law
+        return law_of_pairs(self.cor, self.cor_speed)
 
     @property
-    def pair_keys(self) -> dict[str, float | None]:
-        """The keys of the law between balls, and their values; None of a key that is absent."""
-        return {"cor": self.cor, "cor_speed": self.cor_speed}
-
-    @property
-    def surface(self) -> Surface | None:
-        """What rough balls do along the tangent; None for smooth balls."""
-        if self.tangential_cor is None and self.wall_tangential_cor is None:
-            return None
-        cor = -1.0 if self.tangential_cor is None else self.tangential_cor
-        friction = math.inf if self.friction is None else self.friction
-        wall = cor if self.wall_tangential_cor is None else self.wall_tangential_cor
-        sides = self.container.shape_class.sides or ("left",)
-        if all(isinstance(self._law_at(side), Thermal) for side in sides):
-            wall = -1.0
-        limit = friction if self.wall_friction is None else self.wall_friction
-        return Surface(self.inertia, cor, friction, wall, limit)
-
-    @property
-    def wall_law(self) -> WallLaw:
+    def wall_law(self) -> Law:
         """The law of collisions at the wall."""
         keys = self.wall_speed, self.wall_temperature
-        if any(isinstance(key, _BySide) for key in keys):
-            return Sides(*map(self._law_at, Sides._fields))
+        if any(isinstance(key, BySide) for key in keys):
+            return Sides(*map(self._law_at, SIDES))
         return self._law_at("left")
 
     def _law_at(self, side: str) -> Law:
         """The law of one wall."""
-        speed, temperature = self._at(side)
-        if temperature is not None:
-            return Thermal(temperature)
-        cor, cor_speed = self.effective_wall_cor, self.wall_cor_speed
-        law: Law = law_of({"cor": cor, "cor_speed": cor_speed, "speed": speed or None})
-        return law
+        return law_of_wall(self.effective_wall_cor, self.wall_cor_speed, *self._at(side))
 
     def _at(self, side: str) -> tuple[float | None, float | None]:
         """The speed (m/s) and the temperature (J) of one wall."""
         speed, temperature = (
-            getattr(key, side) if isinstance(key, _BySide) else key
+            getattr(key, side) if isinstance(key, BySide) else key
             for key in (self.wall_speed, self.wall_temperature)
         )
         return speed, temperature
 
     @property
-    def contact_duration(self) -> float:
-        """Duration of a contact in the TC model, mean free times; zero without the model."""
-        return 0.0 if isinstance(self.collapse, str) else self.collapse.tc or 0.0
-
-    @property
-    def elastic_below(self) -> float:
-        """Relative normal speed below which collisions are elastic, m/s; zero if none are."""
-        return 0.0 if isinstance(self.collapse, str) else self.collapse.elastic_below or 0.0
+    def collision_rules(self) -> CollisionRules:
+        """What collisions do: the laws, what rough balls do along the tangent, and ``collapse``."""
+        wall = self.wall_law
+        sides = self.container.shape_class.sides or ("left",)
+        change = None if isinstance(self.collapse, str) else self.collapse
+        return CollisionRules(
+            self.pair_law,
+            wall,
+            contact_duration=(change and change.tc) or 0.0,
+            elastic_below=(change and change.elastic_below) or 0.0,
+            slides=self.collapse == "slide",
+            surface=surface_of(
+                self.inertia,
+                self.tangential_cor,
+                self.friction,
+                self.wall_tangential_cor,
+                self.wall_friction,
+                all(self._law_at(side).is_random for side in sides),
+            ),
+        )
 
     @property
     def species(self) -> tuple[Species, ...]:
@@ -712,8 +618,7 @@ def _faults(experiment: Experiment) -> Iterator[Problem]:
             "and 1; set wall_cor: 1, or collapse: stop"
         )
         yield Problem(("collapse",), sentence)
-    yield from (walls := tuple(_faults_of_walls(experiment)))
-    yield from () if walls else _faults_of_laws(experiment)
+    yield from _faults_of_walls(experiment)
     yield from _faults_of_snapshots(experiment)
     yield from _faults_of_surface(experiment)
     if experiment.collapse == "slide" and experiment.wall_cor_speed is not None:
@@ -723,7 +628,7 @@ def _faults(experiment: Experiment) -> Iterator[Problem]:
 
 def _faults_of_surface(experiment: Experiment) -> Iterator[Problem]:
     """Friction, inertia and spins are of rough balls."""
-    surface = experiment.surface
+    surface = experiment.collision_rules.surface
     if surface is None:
         given = [
             key for key in ("friction", "wall_friction") if getattr(experiment, key) is not None
@@ -778,7 +683,7 @@ def _faults_of_walls(experiment: Experiment) -> Iterator[Problem]:
             yield fault(f"a {shape.title} has no wall; remove {key}, or set another shape")
         if math.isfinite(experiment.container.mass):
             yield fault(f"a free container has no {key}; remove it, or set container.mass: .inf")
-        if isinstance(value, _BySide) and shape.has_wall:
+        if isinstance(value, BySide) and shape.has_wall:
             given = {side for side, amount in value if amount is not None}
             for side in given - set(shape.sides):
                 sides = listed(shape.sides) if shape.sides else "no sides, so give one number"
@@ -799,20 +704,6 @@ def _faults_of_walls(experiment: Experiment) -> Iterator[Problem]:
         if None not in temperatures and getattr(experiment, key) is not None:
             sentence = f"wall_temperature replaces {key}; remove one of them"
             yield Problem((key,), sentence, about_key=True)
-
-
-def _faults_of_laws(experiment: Experiment) -> Iterator[Problem]:
-    """The keys of one law are given between balls, and for each wall."""
-    sides = experiment.container.shape_class.sides or ("left",)
-    walls = [(partial(experiment._law_at, side), "wall_") for side in sides]
-    for law, prefix in ((partial(law_of, experiment.pair_keys), ""), *walls):
-        try:
-            law()
-        except LawError as error:
-            keys = [f"{prefix}{key}" for key in error.keys]
-            sentence = f"no law of collision has {listed(keys)} together; remove one of them"
-            yield Problem((keys[-1],), sentence, about_key=True)
-            return
 
 
 def _faults_of_snapshots(experiment: Experiment) -> Iterator[Problem]:

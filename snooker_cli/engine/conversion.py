@@ -24,9 +24,9 @@ from snooker_cli.engine.kernel_state import (
 )
 from snooker_cli.engine.restitution import TRAPPING, law_rows
 from snooker_cli.engine.sliding import SlidingCircle
-from snooker_cli.engine.surfaces import BallSurface, Rough, Smooth
+from snooker_cli.engine.surfaces import BallSurface, Rough, Smooth, SurfaceNumbers
 from snooker_cli.errors import SceneError
-from snooker_cli.laws import Constant, Surface, word_of
+from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
 
@@ -74,7 +74,7 @@ def new_states(
         labels=np.zeros(0, dtype=np.int32),
         sums=sums,
         counts=counts,
-        account=np.zeros((repeats, ks.ACCOUNT if first.wall_law.gains else 0)),
+        account=np.zeros((repeats, ks.ACCOUNT if first.wall_law.adds_energy else 0)),
         scratch=np.zeros((repeats, scratch_rows, number)),
     )
 
@@ -84,11 +84,9 @@ def setup_of(scene: Scene) -> Setup:
     law, lasts = scene.wall_law, scene.contact_duration
     traps = scene.container.traps
     no_rule = not lasts and scene.elastic_below == 0.0
-    always_loses = law.cor < 1.0 and not law.gains and no_rule
+    always_loses = law.cor < 1.0 and not law.adds_energy and no_rule
     if traps and always_loses and not isinstance(law, TRAPPING):
-        problem = (
-            f"a {scene.container.title} may trap balls, and the {word_of(law)} law has no sums"
-        )
+        problem = f"a {scene.container.title} may trap balls, and the {law.name} law has no sums"
         advice = "set another shape or collapse: {tc: 0.01}, or add the law to `bounce_sums`"
         raise SceneError("container", f"{problem}; {advice} and TRAPPING in engine/restitution.py")
     masses = [*scene.masses, scene.container_mass] if scene.free else scene.masses
@@ -139,7 +137,7 @@ def surface_of(scenes: Sequence[Scene]) -> BallSurface:
     if surface is None:
         return Smooth(None)
     return Rough(
-        Surface(*map(float, surface)),
+        SurfaceNumbers(*map(float, vars(surface).values())),
         np.array([scene.spins for scene in scenes]),
         np.zeros((len(scenes), 1)),
     )

@@ -18,8 +18,7 @@ from snooker_cli.engine.frames import MovingFrame
 from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Recorded, State, U, V, X, Y
 from snooker_cli.engine.sliding import SlidingCircle, bounces_to_come
-from snooker_cli.engine.surfaces import Rough
-from snooker_cli.laws import Surface
+from snooker_cli.engine.surfaces import Rough, SurfaceNumbers
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE
 
@@ -126,7 +125,7 @@ def example(boundary: str, number: int) -> Page:
         history=np.zeros((ks.HISTORY_ROWS, number), dtype=np.int32),
         boundary=_boundary(boundary, number),
         sizes=ks.UnequalBalls(np.zeros(number), np.zeros(number)),
-        surface=Rough(Surface(0.5, -1.0, 0.0, -1.0, 0.0), np.zeros(number), np.zeros(1)),
+        surface=Rough(SurfaceNumbers(0.5, -1.0, 0.0, -1.0, 0.0), np.zeros(number), np.zeros(1)),
         frame=MovingFrame(np.zeros(ks.BALL_ROWS), 0.0, 0.0),
         labels=np.zeros(0, dtype=np.int32),
         sums=np.zeros(ks.SUMS),

@@ -1,6 +1,6 @@
 """What a hit does to the normal speed, for each law of collision; and hits of a thermal wall.
 
-A law is data: a row of ``Setup.laws`` with its number and the numbers of its keys, see ``laws``. So
+A law is data: a row of ``Setup.laws`` with its number and its own numbers, see ``laws``. So
 one kernel has all laws, and each hit takes one branch, which the processor foresees.
 """
 
@@ -11,18 +11,25 @@ import numpy as np
 from snooker_cli.engine.frames import laboratory_velocity
 from snooker_cli.engine.jit import helper, inlined
 from snooker_cli.engine.kernel_state import KEY, PAIR_EVENTS, WALL_EVENTS, Floats, State, U, V
-from snooker_cli.laws import Constant, Driven, Law, Sides, Thermal, Viscoelastic, WallLaw, word_of
+from snooker_cli.laws import Constant, Driven, Law, Thermal, Viscoelastic
 
 # Rows of ``Setup.laws``: the law of two balls, and that of each straight wall. The wall of a circle
 # has the first of these.
 PAIR, LEFT, RIGHT, BOTTOM, TOP, LAWS = range(6)
 WALL = LEFT
 
-# Columns: which law it is; e; v0 or V, m/s; T, J.
-KIND, COR, SPEED, TEMPERATURE, COLUMNS = range(5)
+# Columns: which law it is; e; its other number: v0 or V, m/s, or T, J.
+KIND, COR, SPEED, COLUMNS = range(4)
+TEMPERATURE = SPEED
 
-# Numbers of laws; each has the name of its word in ``laws.LAWS``, which the live page reads.
 CONSTANT, VISCOELASTIC, DRIVEN, THERMAL = range(4)
+KINDS = {
+    Constant.name: CONSTANT,
+    Viscoelastic.name: VISCOELASTIC,
+    Driven.name: DRIVEN,
+    Thermal.name: THERMAL,
+}
+"""The numbers of laws by their names."""
 
 TRAPPING = Constant, Viscoelastic
 """The laws that `bounce_sums` has: with others that lose energy a circle would need other sums."""
@@ -34,27 +41,20 @@ Speeds fall as k^(-4/3) in k hits, and the time that is left only as k^(-1/3).
 """
 
 
-def law_rows(pair: Law, wall: WallLaw) -> Floats:
+def law_rows(pair: Law, wall: Law) -> Floats:
     """``Setup.laws``, (LAWS, COLUMNS)."""
-    walls = wall if isinstance(wall, Sides) else [wall] * 4
+    walls = wall.parts if wall.parts[1:] else [wall] * 4
     return np.array([_row(law) for law in (pair, *walls)], dtype=np.float64)
 
 
-def _row(law: Law) -> tuple[float, float, float, float]:
-    match law:
-        case Constant(cor):
-            return CONSTANT, cor, 0.0, 0.0
-        case Viscoelastic(cor, speed):
-            return VISCOELASTIC, cor, speed, 0.0
-        case Driven(cor, speed):
-            return DRIVEN, cor, speed, 0.0
-        case Thermal(temperature):
-            return THERMAL, law.cor, 0.0, temperature
-        case _:
-            raise ValueError(
-                f"the engine has no {word_of(law)} law; add it to `_row` and `kick` in "
-                "engine/restitution.py"
-            )
+def _row(law: Law) -> tuple[float, ...]:
+    """A law's number, its CoR and its other number, if it has one."""
+    if law.name not in KINDS:
+        raise ValueError(
+            f"the engine has no {law.name} law; add it to KINDS and `kick` in engine/restitution.py"
+        )
+    others = [value for key, value in vars(law).items() if key != "cor"]
+    return KINDS[law.name], law.cor, *(others or [0.0])
 
 
 @inlined

@@ -4,7 +4,9 @@ A kernel of smooth balls has none of this code.
 """
 
 import math
-from typing import NamedTuple
+from collections import namedtuple
+from dataclasses import fields
+from typing import Any, NamedTuple, cast
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.frames import laboratory_velocity
@@ -107,9 +109,11 @@ def tangential(slip: float, cor: float, friction: float, mass: float, normal: fl
     return math.copysign(most, sticks) if abs(sticks) > most else sticks
 
 
-class Rough(
-    BallSurface, NamedTuple("Rough", [("law", Surface), ("spins", Floats), ("given", Floats)])
-):
+SurfaceNumbers = cast(Any, namedtuple("SurfaceNumbers", [field.name for field in fields(Surface)]))
+"""A ``Surface`` in a kernel: floats."""
+
+
+class Rough(BallSurface, NamedTuple("Rough", [("law", Any), ("spins", Floats), ("given", Floats)])):
     """Balls that spin. A turn to the left is positive, rad/s.
 
     The tangent t is the normal n from ball i to j turned to the left. Surfaces slip at
@@ -121,7 +125,7 @@ class Rough(
            ( i )-+-( j )   n ->
            w_i       w_j
 
-    law : with numbers that are floats
+    law : ``SurfaceNumbers``
     spins : (*N*,), rad/s, in the scene's order
     given : (1,), see ``LAST``
 

@@ -207,8 +207,11 @@ def description() -> dict[str, Any]:
             "counts": constants_of(
                 ks, *("WALL_EVENTS", "PAIR_EVENTS", "FIRST", "SECOND", "STALLED", "INVOLVED", "KEY")
             ),
-            "law": constants_of(restitution, "KIND", "COR", "SPEED", "TEMPERATURE", "COLUMNS"),
-            "kinds": {word: getattr(restitution, word.upper()) for word in LAWS if word != "sides"},
+            "law": constants_of(restitution, "KIND", "COR", "SPEED", "COLUMNS"),
+            "laws": {
+                name: {"number": restitution.KINDS[name], "addsEnergy": law.adds_energy}
+                for name, law in LAWS.items()
+            },
             "shapes": {name: shape_of(shape) for name, shape in SHAPES.items()},
             "answers": constants_of(
                 page_kernels, "REASON", "EVENTS_DONE", "REACHED", "LASTS", "GIVEN"

@@ -9,14 +9,14 @@ from decimal import Decimal
 from typing import Any, NamedTuple, TypeVar
 
 from snooker_cli.config import Point, unit_of
-from snooker_cli.config.models import Model
 from snooker_cli.config.points import single_values
 from snooker_cli.config.problems import key_path
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError, KeyAbsentError
 from snooker_cli.facts import GasType, gas_type, traits_of
 from snooker_cli.formatting import listed, short, value_text
-from snooker_cli.laws import Sides
+from snooker_cli.laws import SIDES
+from snooker_cli.ranges import Model
 from snooker_cli.runs import RepeatState, RepeatStatus, Run
 from snooker_cli.runs.run import point_and_repeats
 from snooker_cli.runs.side_by_side import RUN
@@ -454,7 +454,7 @@ def axis_label(point: Point, key: str) -> str:
 def _words(point: Point, key: str) -> str:
     """Words of a key with a place for its value; without words of its own its name is one."""
     wall, _, side = key.rpartition(".")
-    if side in Sides._fields:
+    if side in SIDES:
         return f"{side} {_WORDS[wall]}"
     return _WORDS.get(key) or f"{_name(key)} = {{}} {unit_of(point.experiment, key)}".rstrip()
 
@@ -464,7 +464,7 @@ def _name(key: str) -> str:
     *path, last = key_path(key)
     words = str(last).replace("_", " ")
     match path:
-        case [*_, str(wall)] if last in Sides._fields:
+        case [*_, str(wall)] if last in SIDES:
             return f"{wall.replace('_', ' ')}, {words}"
         case ["balls", int(species)]:
             return f"{words} of species {species + 1}"

@@ -6,7 +6,7 @@
 const phrase = String.raw;
 
 const {
-  ball: BALL, history: HISTORY, sums: SUMS, counts: COUNTS, law: LAW, kinds: KINDS, shapes: SHAPES, answers: ANSWERS,
+  ball: BALL, history: HISTORY, sums: SUMS, counts: COUNTS, law: LAW, laws: LAWS, shapes: SHAPES, answers: ANSWERS,
   followed: FOLLOWED, SETTLES, NO_PARTNER, FULL, REASONS, LENGTHS, EVENT_COLUMNS,
 } = ENGINE.names;
 const SQUARES = phrase`squares of speeds are no numbers of double precision`;
@@ -78,13 +78,9 @@ class Kernels {
 // A scene in memory, as engine/conversion.py has it
 
 /** The law of collision of a scene, as a row of ``Setup.laws``. */
-function lawRow({ word, cor, corSpeed, speed, temperature, row: stored }) {
-  if (stored) return Float64Array.from(stored);
+function lawRow({ name, cor = 0, ...others }) {
   const row = new Float64Array(LAW.COLUMNS);
-  row[LAW.KIND] = KINDS[word];
-  row[LAW.COR] = cor ?? 0;
-  row[LAW.SPEED] = corSpeed ?? speed ?? 0;
-  row[LAW.TEMPERATURE] = temperature ?? 0;
+  row.set([LAWS[name].number, cor, ...Object.values(others)]);
   return row;
 }
 
@@ -103,21 +99,21 @@ function boundaryOf(scene) {
 /** Write what collisions do in a scene. */
 function writeSetup(scene, parts) {
   const { pairLaw, wallLaw, contactDuration, elasticBelow, masses, surface } = scene;
-  for (const [name, value] of Object.entries(surface ?? SMOOTH)) parts[`state.surface.law.${name}`][0] = value ?? Infinity;
+  for (const [name, value] of Object.entries(surface ?? SMOOTH)) parts[`state.surface.law.${name}`][0] = value;
   const walls = SIDES.map((side) => wallLaw[side] ?? wallLaw);
   [pairLaw, ...walls].forEach((law, row) => parts["state.setup.laws"].set(lawRow(law), row * LAW.COLUMNS));
   const noRule = !contactDuration && elasticBelow === 0, passive = !givesEnergy(wallLaw);
   const loses = noRule && passive && Math.min(...walls.map(({ cor }) => cor)) < 1;
   const bodies = isFree(scene) ? [...masses, scene.containerMass] : masses;
   const imbalance = Math.sqrt(Math.max(...bodies)) / Math.sqrt(Math.min(...bodies));
-  const slowCor = noRule && pairLaw.word === "constant" ? pairLaw.cor : 1;
+  const slowCor = noRule && pairLaw.name === "constant" ? pairLaw.cor : 1;
   parts["state.setup.contact_path"][0] = contactDuration ? contactDuration * meanFreePath(scene) : 0;
   parts["state.setup.elastic_below"][0] = elasticBelow;
   parts["state.setup.traps"][0] = Number(scene.container.shape === "circle" && loses);
   parts["state.setup.settling"][0] = Math.min(imbalance, slowCor >= 1 ? Infinity : 2 / (1 - slowCor));
 }
 
-const givesEnergy = (law) => lawsOfWall(law).some(({ word }) => word === "thermal" || word === "driven");
+const givesEnergy = (law) => lawsOfWall(law).some(({ name }) => LAWS[name].addsEnergy);
 
 /** The columns that events of a scene have, in the order of their hash; see fields.py. */
 const eventColumns = (scene) => EVENT_COLUMNS.filter(({ needs }) => Boolean(scene[needs]));
@@ -479,12 +475,12 @@ class Simulation {
   }
 
   trapMessage(ball) {
-    const { time, kernels, parts } = this, { word, cor } = this.scene.wallLaw;
+    const { time, kernels, parts } = this, { name, cor } = this.scene.wallLaw;
     kernels.trap();
     const lasts = parts.answers[ANSWERS.LASTS], given = parts.answers[ANSWERS.GIVEN];
     const end = general(time + lasts, 9), impulse = general(given, 6);
     let what = phrase`stays at the wall, because the wall CoR is 0`;
-    if (word !== "constant" || (rubsWall(this.scene.surface) && cor > 0)) {
+    if (name !== "constant" || (rubsWall(this.scene.surface) && cor > 0)) {
       const most = phrase`at most ${impulse} kg m/s more, if no other ball hits it`;
       what = phrase`bounces ever faster at the wall: it stops by ${end} s and gives it ${most}`;
     } else if (cor > 0) {

@@ -366,7 +366,7 @@ class Gas {
   // Other laws of collision from now on.
   setLaws(config) {
     this.config = config;
-    const { pairLaw, wallLaw, surface } = collisionRules(config);
+    const { pairLaw, wallLaw, surface } = rulesOf(config);
     this.simulation.setLaws(pairLaw, wallLaw, surface);
     this.changed = true;
     this.forgetMeans();
@@ -388,7 +388,7 @@ class Gas {
     if (reason === TIME || reason === NOTHING_LEFT) return "on";
     if ((reason !== WALL_TRAP && reason !== COLLAPSE) || contactDuration) return null;
     const fixed = container.shape === "circle" && !Number.isFinite(containerMass);
-    const slides = fixed && !rubsWall(surface) && wallLaw.word === "constant" && wallLaw.cor <= 1 - 1e-6;
+    const slides = fixed && !rubsWall(surface) && wallLaw.name === "constant" && wallLaw.cor <= 1 - 1e-6;
     return reason === WALL_TRAP && slides ? "slide" : "tc";
   }
 }

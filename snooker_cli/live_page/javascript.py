@@ -19,6 +19,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from pydantic.dataclasses import is_pydantic_dataclass
 
 OPERATORS: dict[type[ast.AST], tuple[str, int]] = {
     ast.Or: ("||", 1),
@@ -239,9 +240,18 @@ class _Scope:
             changed = [f"{camel(w.arg or '')}: {self.expression(w.value)}" for w in node.keywords]
             record = self.expression(node.args[0])
             return f"Object.assign(Object.create({record}), {{ {', '.join(changed)} }})"
+        if is_pydantic_dataclass(called):
+            return self._literal(called, node.args)
         args = ", ".join(map(self.expression, [*node.args, *_by_place(node, called)]))
         text = f"{self.expression(node.func)}({args})"
         return f"new {text}" if _is_record(called) else text
+
+    def _literal(self, record: type, values: Sequence[ast.expr]) -> str:
+        """A record of files as JSON has it: with its name, if it has one."""
+        texts = {"name": json.dumps(record.name)} if hasattr(record, "name") else {}
+        keys = inspect.signature(record).parameters
+        texts |= zip(keys, map(self.expression, values), strict=True)
+        return f"{{ {', '.join(f'{key}: {text}' for key, text in texts.items())} }}"
 
 
 def _strength(node: ast.expr) -> int:

@@ -194,6 +194,8 @@ function meanAndError(values) {
 
 const MEASURED = ["temperature", "pressure", "ratio", "k", "alpha"];
 
+const finite = (value) => (Number.isFinite(value) ? value : null);
+
 // A row of the table: means and standard errors over the repeats of a config, and its first scene.
 function tableRow(config, results, scene = startingScene(config, 0)) {
   const [width] = scene.container.size, number = scene.radii.length;
@@ -208,7 +210,7 @@ function tableRow(config, results, scene = startingScene(config, 0)) {
     cor: config.cor, wallCor: law.cor ?? null, container: scene.container,
     packing: packingOf(scene), seed: config.seed,
     wallTemperature: law.temperature ?? null, wallSpeed: law.speed ?? null,
-    ...Object.fromEntries(Object.keys(SURFACE_NAMES).map((key) => [`surface_${key}`, scene.surface?.[key] ?? null])),
+    ...Object.fromEntries(Object.keys(SURFACE_NAMES).map((key) => [`surface_${key}`, finite(scene.surface?.[key])])),
     ...Object.fromEntries(SIDES.flatMap((side) => [
       [`${side}Temperature`, law[side]?.temperature ?? null], [`${side}Speed`, law[side]?.speed ?? null],
     ])),

@@ -4,7 +4,6 @@ import json
 import zlib
 from base64 import b64encode
 from collections.abc import Sequence, Set
-from math import inf
 from typing import Any
 
 import numpy as np
@@ -16,19 +15,9 @@ from snooker_cli.config import BallList, Experiment, Loaded
 from snooker_cli.containers import Circle, Container, Rectangle
 from snooker_cli.engine import webassembly
 from snooker_cli.engine.page_kernels import boundaries_of, boundary_names
-from snooker_cli.engine.restitution import PAIR, law_rows
 from snooker_cli.errors import SceneError, UserError
-from snooker_cli.laws import (
-    Constant,
-    Driven,
-    Sides,
-    Surface,
-    Thermal,
-    Viscoelastic,
-    WallLaw,
-    parts_of,
-    word_of,
-)
+from snooker_cli.laws import RULES, as_json, keeps_slip, law_of_pairs, law_of_wall, surface_of
+from snooker_cli.live_page.javascript import Formulas
 from snooker_cli.live_page.page_theories import theories_source
 from snooker_cli.pages.html_page import (
     PAGES,
@@ -106,7 +95,6 @@ def live_page(
     if number > MOST_BALLS:
         sentence = f"the live page shows at most {MOST_BALLS:,} balls, not {number:,}; give fewer"
         raise loaded.error("balls", sentence)
-    _check_law(loaded, experiment)
     try:
         check_shape(starting_scene(experiment, 0).container)
     except SceneError as error:
@@ -139,15 +127,6 @@ def live_page(
     }
     title = own["title"] if is_own else "snooker live"
     return html_page(LIVE, "live", title, parts, simulates=True, language=language, words=words)
-
-
-def _check_law(loaded: Loaded, experiment: Experiment) -> None:
-    """Raise ``ConfigError`` for a law of collision that sliders and starts of the page have not."""
-    for law in (experiment.pair_law, *parts_of(experiment.wall_law)):
-        if not isinstance(law, Constant | Viscoelastic | Driven | Thermal):
-            sentence = f"the live page has no {word_of(law)} law; remove it, or add the law to"
-            key = next(key for key in reversed(law._fields) if key in Experiment.model_fields)
-            raise loaded.error(key, f"{sentence} collisionRules in live_page/scene.js")
 
 
 def check_shape(container: Container) -> None:
@@ -198,7 +177,14 @@ def engine_source(*more: str) -> str:
     """The engine and more scripts, in strict mode; not the compiled modules."""
     layout = script_data(webassembly.description())
     code = script_of(LIVE, *ENGINE_SCRIPTS, *more)
-    return f'"use strict";\nconst ENGINE = {layout};\n{code}'
+    return f'"use strict";\nconst ENGINE = {layout};\n{laws_source()}{code}'
+
+
+def laws_source() -> str:
+    """The functions of ``laws.py`` that say what collisions do, as a script."""
+    formulas = Formulas()
+    names = ", ".join(map(formulas.name_of, (law_of_pairs, law_of_wall, surface_of, keeps_slip)))
+    return f"const {{ {names} }} = (() => {{\n{formulas.text}return {{ {names} }};\n}})();\n"
 
 
 def packed_modules(boundaries: Set[str]) -> dict[str, Any]:
@@ -244,12 +230,12 @@ def stored_start(scene: Scene) -> dict[str, Any]:
         "containerMass": scene.container_mass if scene.free else None,
         "containerPosition": (scene.container_position - centre).tolist(),
         "containerVelocity": scene.container_velocity.tolist(),
-        "pairLaw": _law(scene.pair_law),
-        "wallLaw": _law(scene.wall_law),
+        "pairLaw": as_json(scene.pair_law),
+        "wallLaw": as_json(scene.wall_law),
         "contactDuration": scene.contact_duration,
         "elasticBelow": scene.elastic_below,
         "slides": scene.slides,
-        "surface": _surface(scene.surface),
+        "surface": RULES.dump_python(scene.rules, mode="json")["surface"],
     }
 
 
@@ -263,23 +249,6 @@ def _packed(positions: NDArray[np.float64], *columns: NDArray[np.float64] | None
 def _key(scene: Scene) -> str | None:
     """The key of a thermal wall, which may be too large for a number of JavaScript."""
     return None if scene.wall_key is None else str(scene.wall_key)
-
-
-def _law(law: WallLaw) -> dict[str, Any]:
-    """A law as ``lawRow`` of engine.js needs it."""
-    if isinstance(law, Sides):
-        return {"word": word_of(law)} | {side: _law(of) for side, of in law._asdict().items()}
-    numbers = law._asdict()
-    if "cor_speed" in numbers:
-        numbers["corSpeed"] = numbers.pop("cor_speed")
-    return {"word": word_of(law), "row": law_rows(law, law)[PAIR].tolist()} | numbers
-
-
-def _surface(surface: Surface | None) -> dict[str, float | None] | None:
-    """A surface as ``surfaceOf`` of scene.js has it: a friction without a limit is ``None``."""
-    if surface is None:
-        return None
-    return {key: value if value < inf else None for key, value in surface._asdict().items()}
 
 
 def _boundaries(scenes: list[dict[str, Any]]) -> set[str]:

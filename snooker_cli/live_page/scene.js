@@ -27,28 +27,24 @@ function groupsOf({ balls }) {
 
 // Laws of collision
 
-/** The fields of a scene that decide what collisions do: its laws and ``collapse``. */
-function collisionRules(config) {
-  const collapse = config.collapse ?? "stop";
-  const wallCor = config.wall_cor ?? config.cor;
-  const at = (key, side) => (key !== null && typeof key === "object" ? key[side] : key) ?? null;
-  const lawAt = (side) => {
-    const speed = at(config.wall_speed, side), temperature = at(config.wall_temperature, side);
-    if (temperature !== null) return { word: "thermal", temperature };
-    if (speed) return { word: "driven", cor: wallCor, speed };
-    return lawOfBalls(wallCor, config.wall_cor_speed);
-  };
-  const keys = [config.wall_speed, config.wall_temperature];
-  const bySide = keys.some((key) => key !== null && typeof key === "object");
-  const laws = SIDES.map((side) => [side, lawAt(side)]);
-  const wallLaw = bySide ? { word: "sides", ...Object.fromEntries(laws) } : lawAt("left");
+/** What collisions do in a scene of a config, as ``collision_rules`` of config/models.py. */
+function rulesOf(config) {
+  const { cor, wall_cor_speed: corSpeed, wall_speed: speed, wall_temperature: temperature } = config;
+  const collapse = config.collapse ?? "stop", isBySide = (value) => value !== null && typeof value === "object";
+  const at = (value, side) => (isBySide(value) ? value[side] : value) ?? null;
+  const lawAt = (side) => lawOfWall(config.wall_cor ?? cor, corSpeed, at(speed, side), at(temperature, side));
+  const bySide = { name: "sides", ...Object.fromEntries(SIDES.map((side) => [side, lawAt(side)])) };
+  const { sides } = SHAPES[config.container.shape ?? "circle"];
+  const isThermal = (sides.length ? sides : ["left"]).every((side) => lawAt(side).name === "thermal");
   return {
-    pairLaw: lawOfBalls(config.cor, config.cor_speed),
-    wallLaw,
+    pairLaw: lawOfPairs(cor, config.cor_speed),
+    wallLaw: isBySide(speed) || isBySide(temperature) ? bySide : lawAt("left"),
     contactDuration: collapse.tc ?? 0,
     elasticBelow: collapse.elastic_below ?? 0,
     slides: collapse === "slide",
-    surface: surfaceOf(config, wallLaw),
+    surface: surfaceOf(
+      config.inertia, config.tangential_cor, config.friction, config.wall_tangential_cor, config.wall_friction, isThermal,
+    ),
   };
 }
 
@@ -57,34 +53,16 @@ const SURFACE_NAMES = {
   wall_tangential_cor: phrase`tangential CoR of the wall`, wall_friction: phrase`friction of the wall`,
 };
 
-/** What rough balls do along the tangent, see ``Surface`` of laws.py; null for smooth ones.
- *
- * A friction of null has no limit.
- */
-function surfaceOf(config, wallLaw) {
-  const { inertia, tangential_cor: cor, friction, wall_tangential_cor: wallCor, wall_friction: wallFriction } = config;
-  if (cor === null && wallCor === null) return null;
-  const isThermal = lawsOfWall(wallLaw).every(({ word }) => word === "thermal");
-  return {
-    inertia, tangential_cor: cor ?? -1, friction,
-    wall_tangential_cor: isThermal ? -1 : wallCor ?? cor, wall_friction: wallFriction ?? friction,
-  };
-}
-
 const isRough = (config) => config.tangential_cor !== null || config.wall_tangential_cor !== null;
 
 /** Whether hits of the wall change anything along the tangent. */
 function rubsWall(surface) {
-  return surface !== null && surface.wall_tangential_cor > -1 && surface.wall_friction !== 0;
-}
-
-function lawOfBalls(cor, corSpeed) {
-  return corSpeed ? { word: "viscoelastic", cor, corSpeed } : { word: "constant", cor };
+  return surface !== null && surface.wall_tangential_cor > -1 && surface.wall_friction > 0;
 }
 
 /** The laws of a wall: of its sides, if they differ. */
 function lawsOfWall(law) {
-  return law.word === "sides" ? SIDES.map((side) => law[side]) : [law];
+  return law.name === "sides" ? SIDES.map((side) => law[side]) : [law];
 }
 
 // Sizes
@@ -186,9 +164,14 @@ function unpacked(rows, ...lengths) {
 const wallKeyOf = (text) => (text === null ? null : BigInt(text));
 
 /** The scene of ``stored_start`` in page.py. */
-function storedScene({ number, rows, key, containerMass, ...rules }) {
+function storedScene({ number, rows, key, containerMass, surface, ...rules }) {
+  const limited = ([name, value]) => [name, value ?? Infinity];
+  const rough = surface && Object.fromEntries(Object.entries(surface).map(limited));
   const [positions, velocities, radii, masses, spins] = unpacked(rows, 2 * number, 2 * number, number, number, number);
-  return { ...rules, positions, velocities, radii, masses, spins, wallKey: wallKeyOf(key), containerMass: containerMass ?? Infinity };
+  return {
+    ...rules, positions, velocities, radii, masses, spins, wallKey: wallKeyOf(key), containerMass: containerMass ?? Infinity,
+    surface: rough,
+  };
 }
 
 // Whether a scene can exist

@@ -85,8 +85,8 @@ function cosineAndSine(angle) {
 function startingScene(config, repeat, own = null) {
   const { placed, gas } = groupsOf(config), same = own !== null && repeat === 0 && hasStartOf(config, own.config);
   const { container, radii } = same ? own : containerAndRadii(config, gas);
-  const of = (key) => placed.map((ball) => ball[key]), rules = collisionRules(config);
-  const isThermal = lawsOfWall(rules.wallLaw).some(({ word }) => word === "thermal");
+  const of = (key) => placed.map((ball) => ball[key]), rules = rulesOf(config);
+  const isThermal = lawsOfWall(rules.wallLaw).some(({ name }) => name === "thermal");
   // Whether the config itself gives this start in the program: also with common_random, but not a new key.
   const isGiven = same && (config.common_random || physicsOf(config) === physicsOf(own.config))
     && isThermal === (own.wallKey !== null);
@@ -249,7 +249,7 @@ function latticeInBox(container, number) {
 /** Let elastic balls collide among the first ones, which stay: places are then random. */
 function stir(scene, first, random) {
   const { radii, masses } = scene, number = radii.length, heavy = 1e30 * Math.max(...masses);
-  const elastic = { word: "constant", cor: 1 };
+  const elastic = { name: "constant", cor: 1 };
   const velocities = Float64Array.from(Array.from({ length: number }, (_, k) => (k < first ? [0, 0] : random.pair(false))).flat());
   const moving = {
     ...scene, velocities, pairLaw: elastic, wallLaw: elastic, surface: null, containerMass: Infinity, slides: false,

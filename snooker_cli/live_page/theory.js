@@ -25,8 +25,8 @@ function traitsOf({ container, radii, masses, velocities, pairLaw, wallLaw, surf
   return {
     number, species: new Set(balls).size, masses: new Set(masses).size, walls, keepsDrift: keepsDrift(container),
     ...fullness(packingOf({ container, radii }), sum(Array.from(radii)) / number, container),
-    cor: pairLaw.cor, pairLaw: pairLaw.word, wallCor: walls ? Math.min(...laws.map(cor)) : 1,
-    wallLaw: walls ? wallLaw.word : "", hotLaws: new Set(hot.map((law) => JSON.stringify(law))).size,
+    cor: pairLaw.cor, pairLaw: pairLaw.name, wallCor: walls ? Math.min(...laws.map(cor)) : 1,
+    wallLaw: walls ? wallLaw.name : "", hotLaws: new Set(hot.map((law) => JSON.stringify(law))).size,
     wallTemperature: temperatures.size === 1 ? [...temperatures][0] : 0,
     rough: Boolean(surface), pairsKeepSlip: !surface || keepsSlip(surface.tangential_cor, surface.friction), wallKeepsSlip,
     moves: energy > 0, atRest: centreEnergy({ velocities, masses }) <= 1e-12 * energy,
@@ -38,9 +38,6 @@ function fullness(packing, radius, container) {
   const { area, edge } = accessible(container, radius);
   return { packing, crowding: (packing * areaOf(container)) / (area + edge * radius) };
 }
-
-// Whether contacts take no energy along the tangent.
-const keepsSlip = (cor, friction) => cor === -1 || friction === 0 || (cor === 1 && friction === null);
 
 const applies = ({ needs }, traits) => needs.every((fact) => fact(traits));
 

@@ -12,7 +12,6 @@ from snooker_cli.config.models import SpinTemperature
 from snooker_cli.config.points import stream_seed
 from snooker_cli.containers import Container
 from snooker_cli.errors import JammedError, SceneError
-from snooker_cli.laws import is_random
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.places import lattice_around, random_places, ring_positions
 from snooker_cli.placement.random_numbers import (
@@ -43,12 +42,13 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
     if experiment.species:
         container, sizes = _container_and_radii(experiment)
     assert container is not None
+    rules = experiment.collision_rules
     same: dict[str, Any] = {
         "container": container,
         "container_mass": experiment.container.mass,
         "container_position": np.zeros(2),
         "container_velocity": np.array(experiment.container.velocity or (0.0, 0.0)),
-        **collision_rules(experiment),
+        **vars(rules),
     }
     rounding = (experiment.start and experiment.start.rounding) or 0.0
     placed = balls.list if isinstance(balls, BallList) else experiment.placed
@@ -79,10 +79,10 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
             first = len(placed)
             gas = masses[first:], [places[first:] for places in positions]
             _set_at_rest(velocities[:, first:], *gas, axes, not experiment.common_rotation)
-        rough = experiment.surface is not None
+        rough = rules.surface is not None
         spins = _spins(experiment, radii, masses, repeats) if rough else [None] * len(repeats)
         keys: list[int | None] = [None] * len(repeats)
-        if is_random(same["wall_law"]):
+        if rules.wall_law.is_random:
             given = experiment.wall_key
             keys = [
                 wall_key(stream_seed(experiment), repeat)
@@ -105,18 +105,6 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
             raise SceneError(f"{home}[{error.ball}]", str(error), error.ball) from None
         raise
     return scenes
-
-
-def collision_rules(experiment: Experiment) -> dict[str, Any]:
-    """The fields of a scene that decide what collisions do: its laws and ``collapse``."""
-    return {
-        "pair_law": experiment.pair_law,
-        "wall_law": experiment.wall_law,
-        "contact_duration": experiment.contact_duration,
-        "elastic_below": experiment.elastic_below,
-        "slides": experiment.collapse == "slide",
-        "surface": experiment.surface,
-    }
 
 
 def _on_rings(balls: Rings, container_radius: float) -> Floats:

@@ -14,11 +14,11 @@ from pydantic import BaseModel, ValidationError
 
 from snooker_cli import store
 from snooker_cli.config import Point, points, to_json, validated, with_values
-from snooker_cli.config.models import Index
 from snooker_cli.config.problems import in_words, key_path, rendered, value_at
 from snooker_cli.errors import DeniedError, RunError, StoreError, error_text
 from snooker_cli.files import read_text
-from snooker_cli.formatting import plain, printable
+from snooker_cli.formatting import listed, plain, printable
+from snooker_cli.ranges import Index
 from snooker_cli.runs.run import MANIFEST, Run
 
 
@@ -62,14 +62,14 @@ _NEEDS = {
 
 def content(run: Run) -> dict[str, Any]:
     """The content of a run's manifest, as JSON has it."""
-    listed = [_row(point, digest=run.digests[point.index]) for point in run.points]
+    rows = [_row(point, digest=run.digests[point.index]) for point in run.points]
     former = [_row(point, experiment=_data(point.experiment)) for point in run.former]
     manifest: dict[str, Any] = plain(
         {
             "schema_version": store.SCHEMA_VERSION,
             "engine_version": run.engine_version,
             "experiment": _data(run.experiment),
-            "points": listed,
+            "points": rows,
         }
         | ({"former": former} if former else {})
     )
@@ -103,10 +103,10 @@ def read(directory: Path) -> Run:
             f"cannot be read ({printable(reason)})",
             "put a copy of it back, or run the config with --fresh, which replaces the results",
         ) from None
-    if manifest.schema_version != store.SCHEMA_VERSION:
+    if manifest.schema_version not in store.READABLE:
         raise RunError(
             f"{directory}: its files have version {manifest.schema_version} of the schema, and "
-            f"this snooker reads version {store.SCHEMA_VERSION}",
+            f"this snooker reads versions {listed([*map(str, store.READABLE)])}",
             "run its config with --fresh, which replaces the results, or with --out",
             code="other_schema",
         )

@@ -16,7 +16,6 @@ from snooker_cli.containers import Container
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
-from snooker_cli.laws import is_random, parts_of, word_of
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.results_cache import MEMORY
 from snooker_cli.runs.run import RepeatState, Run
@@ -102,7 +101,7 @@ def scene_classes(
         experiment = same[0].experiment
         try:
             repeats, listed = experiment.repeats, "start" if experiment.start else "balls.list"
-            given = isinstance(experiment.balls, BallList) and not is_random(experiment.wall_law)
+            given = isinstance(experiment.balls, BallList) and not experiment.wall_law.is_random
             if repeats > 1 and given:
                 raise SceneError(
                     "repeats",
@@ -168,16 +167,17 @@ def _loss_models(experiment: Experiment) -> dict[str, bool]:
     traits, shape = facts.traits_of(experiment), experiment.container.shape_class
     at_wall = facts.hold(traits, "walls") and experiment.effective_wall_cor < 1.0
     traps = at_wall and facts.hold(traits, "cold") and shape.traps
-    laws = experiment.pair_law, *parts_of(experiment.wall_law)
-    words = dict.fromkeys(word for word in map(word_of, laws) if word != "constant")
+    rules = experiment.collision_rules
+    laws = rules.pair_law, *rules.wall_law.parts
+    words = dict.fromkeys(law.name for law in laws if law.name != "constant")
     words |= {"rough": None} if facts.hold(traits, "rough") else {}
     return {f"{LAW}{word}": True for word in words} | {
         "losses between balls": facts.hold(traits, "lossy_cor"),
         "losses at the wall": at_wall,
         "wall traps": traps and experiment.collapse == "stop",
         "collapse": True,
-        "lasting contacts": experiment.contact_duration > 0.0,
-        "slow collisions elastic": experiment.elastic_below > 0.0,
+        "lasting contacts": rules.contact_duration > 0.0,
+        "slow collisions elastic": rules.elastic_below > 0.0,
     }
 
 

@@ -16,7 +16,7 @@ from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.engine.simulation import Sink, StateSink, Watch
 from snooker_cli.errors import RunError, StoreError
 from snooker_cli.formatting import listed
-from snooker_cli.placement.starting_scene import collision_rules, starting_scene
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import ThreadExecutor
 from snooker_cli.runs.out_of_range import Limits, fault_of
 from snooker_cli.runs.plan import snapshot_times
@@ -122,11 +122,8 @@ def origin_fault(run: Run, header: store.RepeatHeader) -> str:
     The start of another engine version is not known.
     """
     experiment, repeat = run.by_number[header.provenance.point].experiment, header.repeat
-    wanted = store.written_rules(collision_rules(experiment))
-    rules = header.rules  # zero and false are as good as absent
-    names = [
-        name for name in {**wanted, **rules} if (wanted.get(name) or 0) != (rules.get(name) or 0)
-    ]
+    wanted, rules = vars(experiment.collision_rules), vars(header.rules)
+    names = [name for name in wanted if wanted[name] != rules[name]]
     if names:
         return f"repeat {repeat} was simulated with another {listed(names)} than the config's"
     limits = config_of(run, header.provenance)

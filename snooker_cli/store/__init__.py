@@ -5,12 +5,12 @@ name, flushed to the disk and then renamed, so a file is never incomplete. Value
 would refuse are not written, see ``value_ranges``.
 """
 
+from snooker_cli.store.file_format import READABLE as READABLE
 from snooker_cli.store.file_format import SCHEMA_VERSION as SCHEMA_VERSION
 from snooker_cli.store.file_format import Fingerprint as Fingerprint
 from snooker_cli.store.file_format import Provenance as Provenance
 from snooker_cli.store.file_format import RepeatHeader as RepeatHeader
 from snooker_cli.store.file_format import scene_hash as scene_hash
-from snooker_cli.store.file_format import written_rules as written_rules
 from snooker_cli.store.reader import check as check
 from snooker_cli.store.reader import file_info as file_info
 from snooker_cli.store.reader import read as read

@@ -8,11 +8,9 @@ import json
 import math
 import struct
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import chain
-from operator import attrgetter
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import h5py
@@ -21,14 +19,15 @@ from numpy.typing import NDArray
 
 from snooker_cli import __version__
 from snooker_cli.containers import Box, Circle, Container
-from snooker_cli.errors import UnsoundError
-from snooker_cli.fields import EVENT_COLUMNS, MOVING, REQUIRED, MovingField, moving_fields
+from snooker_cli.fields import EVENT_COLUMNS, REQUIRED, MovingField, moving_fields
 from snooker_cli.files import sources_hash, user_hash
-from snooker_cli.laws import LAWS, Constant, Sides, Surface, word_of
-from snooker_cli.scene import TINY, Scene
+from snooker_cli.laws import RULES, CollisionRules, Constant
+from snooker_cli.scene import Scene
+from snooker_cli.store import version_4
 from snooker_cli.trace import Events, Stop, Trace
 
-SCHEMA_VERSION = 4  # goes up when the files change; from 4 on, all text has a fixed length
+SCHEMA_VERSION = 5  # goes up when the files change
+READABLE = SCHEMA_VERSION, version_4.VERSION
 
 BALLS, CONTAINER = "particles/balls", "particles/container"
 EVENTS = {column.name: column.path for column in EVENT_COLUMNS}
@@ -52,17 +51,6 @@ COUNTS = ("wall_events", "pair_events")  # of an ending, besides the fields of i
 
 CHECKPOINT = "checkpoint"
 HASHES = "hashes"  # in the checkpoint, the hashes of past events
-
-RULES = tuple(
-    field.name
-    for field in fields(Scene)
-    if field.name not in ("radii", "masses", "container", "container_mass", "wall_key")
-    and field.name not in (moving.name for moving in MOVING)
-)
-"""The fields of a scene that are stored as JSON: all but its balls, container and random key."""
-
-STORED_COR = {"pair_law": "restitution", "wall_law": "wall_restitution"}
-"""The names of the laws' CoR in files; another law than `Constant` has an entry of its own too."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +82,7 @@ class RepeatHeader(NamedTuple):
 
     wall_events, pair_events : its collisions with the wall and between balls
     fingerprint : hash of the trace, see `Fingerprint`
-    rules : what collisions do, as in the file, see `written_rules`
+    rules : what collisions do
     summary : whether it has a summary instead of events
     start : the `scene_hash` of its start; empty if the content was not read
     """
@@ -105,7 +93,7 @@ class RepeatHeader(NamedTuple):
     pair_events: int
     provenance: Provenance
     fingerprint: str
-    rules: Mapping[str, Any] = MappingProxyType({})
+    rules: CollisionRules
     summary: bool = False
     start: str = ""
 
@@ -116,8 +104,6 @@ class RepeatHeader(NamedTuple):
 
 
 HASHED_ROWS = 65536  # events that are hashed together
-
-_rules = attrgetter(*RULES)
 
 HASHED_LENGTHS = (*Circle.keys, *Box.keys)
 """Lengths of containers that are always hashed, as nan if a shape lacks them."""
@@ -236,7 +222,7 @@ def snapshot_hash(time: float, scene: Scene) -> str:
 
 def _scene_bytes(scene: Scene) -> bytes:
     """All values of a scene in the order of the fingerprint."""
-    sizes, rules = _shared_bytes(scene.container, scene.container_mass, *_rules(scene))
+    sizes, rules = _shared_bytes(scene.container, scene.container_mass, scene.rules)
     moving = [_bytes(getattr(scene, field.name)) for field in moving_fields(scene)]
     balls = (*moving[:2], _bytes(scene.radii), _bytes(scene.masses))
     key = b"" if scene.wall_key is None else struct.pack("<q", scene.wall_key)
@@ -245,98 +231,23 @@ def _scene_bytes(scene: Scene) -> bytes:
 
 
 @lru_cache(maxsize=4, typed=True)
-def _shared_bytes(container: Container, mass: float, *rules: Any) -> tuple[bytes, bytes]:
+def _shared_bytes(container: Container, mass: float, rules: CollisionRules) -> tuple[bytes, bytes]:
     """What all scenes of a batch have in common: the container, and how balls collide.
 
     Rules but the CoR are hashed only if they are not zero or false, so that earlier hashes stay.
     """
-    lengths, named = dict(vars(container)), written_rules(dict(zip(RULES, rules, strict=True)))
+    lengths, always = dict(vars(container)), (rules.pair_law.cor, rules.wall_law.cor)
     first, *others = (lengths.pop(key, math.nan) for key in HASHED_LENGTHS)
-    always = [named.pop(name) for name in STORED_COR.values()]
-    later = chain(*(item for item in (named | lengths).items() if item[1]))
+    later = chain(*(item for item in (_hashed_rules(rules) | lengths).items() if item[1]))
     values = [*always, container.name, *others, *later]
     return _bytes(first) + _bytes(mass), b"".join(map(_bytes, values))
 
 
-def written_rules(rules: Mapping[str, Any]) -> dict[str, Any]:
-    """The `RULES` of a scene as JSON has them."""
-    written = {stored: rules[name].cor for name, stored in STORED_COR.items()}
-    surface = rules.get("surface")
-    written |= {
-        name: value for name, value in rules.items() if name not in (*STORED_COR, "surface")
-    }
-    if surface is not None:
-        numbers = surface._asdict()
-        written["surface"] = {key: None if n == math.inf else n for key, n in numbers.items()}
-    others = {name: rules[name] for name in STORED_COR if type(rules[name]) is not Constant}
-    return written | {name: _written_law(law) for name, law in others.items()}
-
-
-def _written_law(law: Any) -> dict[str, Any]:
-    numbers = law._asdict().items()
-    parts = {key: _written_law(part) if isinstance(part, tuple) else part for key, part in numbers}
-    return {"name": word_of(law), **parts}
-
-
-def _law_from(written: Any, stored: str) -> Any:
-    """The law that was written. Raises ``UnsoundError`` for numbers that no config gives.
-
-    stored : what an error calls it
-    """
-    numbers = {**written}
-    law = LAWS[numbers.pop("name")]
-    if numbers.keys() != {*law._fields}:
-        raise UnsoundError(f"wrong {stored}")
-    if law is Sides:
-        sides = Sides(**{side: _law_from(part, stored) for side, part in numbers.items()})
-        if any(isinstance(part, Sides) for part in sides):
-            raise UnsoundError(f"wrong {stored}")
-        return sides
-    for key, number in numbers.items():
-        least = 0.0 if key == "cor" else TINY  # others are divisors, or left out if they are zero
-        if not _is_number(number, 1 if key == "cor" else math.inf) or number < least:
-            raise UnsoundError(f"wrong {stored}")
-    return law(**numbers)
-
-
-def _surface_from(written: Any) -> Surface:
-    """The surface that was written. Raises ``UnsoundError`` for numbers that no config gives."""
-    if not isinstance(written, dict) or written.keys() != {*Surface._fields}:
-        raise UnsoundError("wrong surface")
-    numbers = {key: math.inf if number is None else number for key, number in written.items()}
-    for key, number in numbers.items():
-        least = -1.0 if key.endswith("cor") else 0.0
-        most = math.inf if key.endswith("friction") else 1.0
-        if type(number) not in (int, float) or not least <= number <= most:
-            raise UnsoundError("wrong surface")
-    if numbers["inertia"] == 0:
-        raise UnsoundError("wrong surface")
-    return Surface(**numbers)
-
-
-def rules_of(written: Mapping[str, Any]) -> dict[str, Any]:
-    """The rules of a scene from JSON. Raises ``UnsoundError`` for values that no config gives."""
-    rules = {**written}
-    for name, stored in STORED_COR.items():
-        cor = rules.pop(stored, None)
-        law = rules[name] = _law_from(rules.pop(name, {"name": "constant", "cor": cor}), stored)
-        only_at_wall = law.gains or isinstance(law, Sides)
-        if law.cor != cor or (name == "pair_law" and only_at_wall):
-            raise UnsoundError(f"wrong {stored}")
-    if "surface" in rules:
-        rules["surface"] = _surface_from(rules["surface"])
-    if not rules.keys() <= {*RULES} or type(rules.get("slides", False)) is not bool:
-        raise UnsoundError("wrong rules")
-    for name, value in rules.items():
-        most = 1 if name == "contact_duration" else math.inf
-        if name not in ("slides", "surface", *STORED_COR) and not _is_number(value, most):
-            raise UnsoundError(f"wrong {name}")
-    return rules
-
-
-def _is_number(value: Any, most: float = math.inf) -> bool:
-    """Whether a value from JSON is a finite number from 0 on."""
-    return type(value) in (int, float) and 0 <= value <= most and value < math.inf
+def _hashed_rules(rules: CollisionRules) -> dict[str, Any]:
+    """Rules in the form of hashes, which is older than that of files: a constant law is its CoR."""
+    written: dict[str, Any] = RULES.dump_python(rules, mode="json")
+    laws = {name: written.pop(name) for name in ("pair_law", "wall_law")}
+    return written | {name: law for name, law in laws.items() if law["name"] != Constant.name}
 
 
 def smallest(counts: NDArray[np.int64]) -> NDArray[Any]:

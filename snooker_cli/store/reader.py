@@ -12,14 +12,16 @@ from typing import Any, get_type_hints
 import h5py
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from snooker_cli.containers import SHAPES, Circle
-from snooker_cli.errors import AbsentError, DeniedError, StoreError, error_text
+from snooker_cli.errors import AbsentError, DeniedError, StoreError, UnsoundError, error_text
 from snooker_cli.fields import ALWAYS, EVENT_COLUMNS, MOVING
-from snooker_cli.laws import is_random
+from snooker_cli.formatting import listed
+from snooker_cli.laws import RULES, CollisionRules
 from snooker_cli.scene import Scene
 from snooker_cli.store import file_format as layout
-from snooker_cli.store import hdf5
+from snooker_cli.store import hdf5, version_4
 from snooker_cli.store.file_format import Fingerprint, Provenance, RepeatHeader
 from snooker_cli.store.value_ranges import (
     SUMMARY_ROWS,
@@ -166,11 +168,11 @@ def _opened(path: Path, *, only_headers: bool = False) -> Iterator[h5py.File]:
         with h5py.File(path, locking=False) as file:  # once in its place, it never changes
             names = hdf5.check_links(file)
             version = _parameter(file, "schema_version")
-            if version != layout.SCHEMA_VERSION:
+            if version not in layout.READABLE:
                 raise StoreError(
                     path,
                     f"is in version {version} of the files' schema, where this snooker reads "
-                    f"version {layout.SCHEMA_VERSION}",
+                    f"versions {listed([*map(str, layout.READABLE)])}",
                     "run it again",
                 )
             hdf5.check_objects(
@@ -200,6 +202,19 @@ def _parameter(file: h5py.File, name: str) -> Any:
     return hdf5.read_attribute(file, layout.PARAMETERS, name)
 
 
+def _shape_and_rules(file: h5py.File) -> tuple[str, CollisionRules]:
+    """The name of the container's shape, and what collisions do. Raises ``UnsoundError``."""
+    written = {**json.loads(_parameter(file, "scene"))}
+    shape = written.pop("shape")
+    if _parameter(file, "schema_version") == version_4.VERSION:
+        written = version_4.rules(written)
+    try:
+        return shape, RULES.validate_json(json.dumps(written))
+    except ValidationError as error:
+        (where, *_) = error.errors()[0]["loc"] or ("rules",)
+        raise UnsoundError(f"wrong {where}") from None
+
+
 def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     numbers = hdf5.read_rows(file, layout.REPEATS, np.int64).tolist()
     contents = hdf5.read_text(file, layout.CONTENTS)
@@ -214,8 +229,7 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     ascend = all(first < second for first, second in pairwise([-1, *numbers]))
     require(len(numbers) > 0 and ascend, "numbers of its repeats")
     endings = json.loads(f"[{','.join(hdf5.read_text(file, layout.ENDINGS))}]")
-    rules, is_summary = {**json.loads(_parameter(file, "scene"))}, layout.SUMMARY in file
-    del rules["shape"]
+    (_, rules), is_summary = _shape_and_rules(file), layout.SUMMARY in file
     return [
         RepeatHeader(number, *_ending(ending), provenance, content, rules, is_summary)
         for number, ending, content in zip(numbers, endings, contents, strict=True)
@@ -330,13 +344,12 @@ def _traces(
     )
     same = masses.shape == radii.shape == (radii.size,) and container_mass.shape == (1,)
     require(same and radii.size > 0 and lengths.shape == (1,), "number of balls or repeats")
-    rules = {**json.loads(_parameter(file, "scene"))}
-    shape = SHAPES[rules.pop("shape")]
+    name, collision_rules = _shape_and_rules(file)
+    rules, shape = dict(vars(collision_rules)), SHAPES[name]
     if not issubclass(shape, Circle):
         lengths = hdf5.read_rows(file, f"{layout.BALLS}/box/edges")[: len(shape.keys)]
-    rules = layout.rules_of(rules)
     keys = [None] * len(headers)
-    if is_random(rules["wall_law"]):
+    if collision_rules.wall_law.is_random:
         keys = hdf5.read_rows(file, layout.WALL_KEYS, np.int64).tolist()
         require(len(keys) == len(headers) and np.min(keys) >= 0, "wall_key")
     rules |= {"container": shape(*lengths.tolist()), "container_mass": float(container_mass[0])}
@@ -383,9 +396,9 @@ class EventReader:
         lengths = {hdf5.length(file, f"{column.path}/value") for column in columns}
         require(lengths == {self.number}, "lengths of the columns of events")
         self._balls = hdf5.length(file, f"{layout.BALLS}/radius")
-        rules = json.loads(_parameter(file, "scene"))
-        self._slides = bool(rules.get("slides"))
-        present = {ALWAYS, *(name for name, rule in rules.items() if rule is not None)}
+        _, rules = _shape_and_rules(file)
+        self._slides = rules.slides
+        present = {ALWAYS, *(name for name, rule in vars(rules).items() if rule is not None)}
         wanted = {c.name for c in EVENT_COLUMNS if c.title and c.needs in present}
         require({c.name for c in columns if c.title} == wanted, "columns of events")
         self._start, self._block = -1, Events(*(np.zeros(0, kind) for kind in "diid"))

@@ -56,7 +56,7 @@ def check_repeats(traces: Sequence[Trace]) -> None:
     require(first.container_mass > 0, "mass of the container")
     fixed, law = math.isinf(first.container_mass), first.wall_law
     require(not first.slides or (fixed and isinstance(first.container, Circle)), "rules")
-    require(fixed or not law.gains, "rules")
+    require(fixed or not law.adds_energy, "rules")
     require(not isinstance(law, Sides) or bool(first.container.sides), "rules")
     scenes = [scene for trace in traces for scene in (trace.start, trace.finish)]
     check_motion(first, scenes)
@@ -109,7 +109,7 @@ def energy_of(scene: Scene) -> float:
 
 def most_energy(start: Scene) -> float:
     """The most energy that a repeat with this start has at any time, J."""
-    if start.wall_law.gains:
+    if start.wall_law.adds_energy:
         return MOST
     with np.errstate(over="ignore", invalid="ignore"):
         return 2 * (energy_of(start) + start.container_energy)  # 2 for rounding in all collisions

@@ -19,6 +19,7 @@ from snooker_cli.containers import Circle
 from snooker_cli.errors import AbsentError, error_text, room_advice
 from snooker_cli.fields import EVENT_COLUMNS, moving_fields
 from snooker_cli.files import discard, move_into_place, own_folder, temporary_path
+from snooker_cli.laws import RULES
 from snooker_cli.scene import Scene
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
@@ -222,10 +223,9 @@ class Recorder(AbstractContextManager["Recorder"]):
         if start.wall_key is not None:
             keys = [trace.start.wall_key for trace in traces]
             hdf5.write_rows(file, layout.WALL_KEYS, np.array(keys, np.int64))
-        rules = layout.written_rules({name: getattr(start, name) for name in layout.RULES})
-        layout.rules_of(rules)
         parameters = file[layout.PARAMETERS].attrs
         parameters["schema_version"] = layout.SCHEMA_VERSION
+        rules = RULES.dump_python(start.rules, mode="json")
         scene = json.dumps({"shape": start.container.name, **rules})
         parameters["scene"] = np.bytes_(scene, "ascii")
         parameters["content"] = np.bytes_(layout.seal(source, repeats, contents), "ascii")

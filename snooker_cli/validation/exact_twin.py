@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle, Rectangle
-from snooker_cli.laws import Constant, Driven, Sides, Viscoelastic, WallLaw, parts_of
+from snooker_cli.laws import Constant, Driven, Law, Viscoelastic
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events
 from snooker_cli.validation.methods import events_from_rows
@@ -122,9 +122,9 @@ def unsupported_key(scene: Scene) -> str | None:
     """The config key of a scene without an exact twin; None for all others."""
     if not isinstance(scene.container, Circle | Rectangle):
         return f"shape: {scene.container.name}"
-    for where, law in (("", scene.pair_law), *(("wall_", law) for law in parts_of(scene.wall_law))):
+    for where, law in (("", scene.pair_law), *(("wall_", law) for law in scene.wall_law.parts)):
         if not isinstance(law, Constant | Viscoelastic | Driven):
-            return f"{where}{law._fields[-1]}"
+            return f"{where}{law.numbers()[-1]}"
     return None
 
 
@@ -145,7 +145,7 @@ class Twin:
         self.number, self.vector, self.zero, self.scene = number, vector, number(0), scene
         width, height = scene.container.size
         self.half_sides = number(width) / 2, number(height) / 2
-        self.normals = vector(-1), vector(1), vector(0, -1), vector(0, 1)  # as in ``laws.Sides``
+        self.normals = vector(-1), vector(1), vector(0, -1), vector(0, 1)  # as in ``laws.SIDES``
         across, up = scene.container.periodic
         self.periods = [vector(width)] * across + [vector(0, height)] * up
         self.least_period = min(scene.container.period or (math.inf,))
@@ -222,7 +222,7 @@ class Twin:
         The impulse, the normal speed and the tangential impulse, as in ``Collision``.
         """
         ball, other = self.balls[i], self.bodies[j]
-        law: WallLaw = self.scene.pair_law
+        law: Law = self.scene.pair_law
         if other is not self.container:
             normal = self.nearest(other.position(self.now) - ball.position(self.now))
         else:
@@ -237,7 +237,7 @@ class Twin:
                     later = not is_less(other_side[0][0], first[0], question)
                 self.now, side = first if later else other_side[0]
                 normal = self.normals[side]
-                law = law[side] if isinstance(law, Sides) else law
+                law = law.parts[side] if law.parts[1:] else law
         normal /= abs(normal)
         speed = dot(ball.velocity - other.velocity, normal)
         impulse = self.change(speed, law, (i, j)) / (ball.inverse_mass + other.inverse_mass)
@@ -265,7 +265,7 @@ class Twin:
             body.spin -= given * body.inverse_mass / (surface.inertia * body.radius)
         return given
 
-    def change(self, speed: Interval, law: WallLaw, pair: tuple[int, int]) -> Interval:
+    def change(self, speed: Interval, law: Law, pair: tuple[int, int]) -> Interval:
         """By how much a collision changes a normal relative speed, m/s."""
         e = self.number(law.cor)
         if isinstance(law, Driven):

@@ -22,7 +22,7 @@ from snooker_cli.engine.replay import Replay, replay
 from snooker_cli.errors import StoreError, UnsoundError, UserError, install_advice, notice
 from snooker_cli.files import sources_hash
 from snooker_cli.formatting import counted, duration, listed, plain
-from snooker_cli.laws import Sides, WallLaw, word_of
+from snooker_cli.laws import RULES
 from snooker_cli.results_cache import from_cache
 from snooker_cli.runs import Run
 from snooker_cli.runs.verification import ADVICE, config_of, origin_fault, simulated_again
@@ -329,17 +329,8 @@ def scene_record(scene: Scene) -> Record:
         }
     )
     container = {"shape": scene.container.name, **scene.container.lengths}
-    laws = {name: _law_record(getattr(scene, name)) for name in ("pair_law", "wall_law")}
-    if scene.surface is not None:
-        laws["surface"] = plain(scene.surface._asdict())
-    return {"container": container, **laws, **record}
-
-
-def _law_record(law: WallLaw) -> Record:
-    parts: Record = law._asdict()  # numbers, or the laws of sides
-    if isinstance(law, Sides):
-        parts = {name: _law_record(part) for name, part in parts.items()}
-    return {"law": word_of(law), **parts}
+    rules = RULES.dump_python(scene.rules, mode="json")
+    return {"container": container, **rules, **record}
 
 
 def proven(run: Run, point: int, repeat: int, collisions: int, counting: Counting) -> Record:

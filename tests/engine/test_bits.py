@@ -22,7 +22,7 @@ from scenes import gas, report_scene
 
 from snooker_cli.containers import SHAPES
 from snooker_cli.engine import ENGINE_VERSION, replay, series, simulate, simulation
-from snooker_cli.laws import LAWS, Constant, Driven, Sides, Thermal, Viscoelastic, parts_of, word_of
+from snooker_cli.laws import LAWS, Constant, Driven, Sides, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Series, StopReason, Trace, joined
 
@@ -169,7 +169,7 @@ def test_other_bits_are_another_engine_version(name):
 
 def test_each_shape_and_each_law_has_a_case():
     scenes = [case.scene() for case in CASES.values() if case.collisions < 5000]
-    laws = {word_of(law) for s in scenes for law in (s.pair_law, *parts_of(s.wall_law))}
+    laws = {law.name for s in scenes for law in (s.pair_law, *s.wall_law.parts)}
     shapes = {scene.container.name for scene in scenes}
     missing = (SHAPES.keys() - shapes) | (LAWS.keys() - laws - {"sides"})
     assert not missing, f"add a case with {missing} to CASES in tests/engine/test_bits.py"

@@ -17,7 +17,7 @@ from scenes import NEIGHBOURS, Ball, displaced, gas, mixed_scene, report_scene, 
 
 from snooker_cli.containers import SHAPES, Box, Circle, Container, PeriodicBox
 from snooker_cli.engine import simulate
-from snooker_cli.laws import Constant, Driven, Law, Sides, Surface, Viscoelastic, WallLaw
+from snooker_cli.laws import Constant, Driven, Law, Sides, Surface, Viscoelastic
 from snooker_cli.scene import Scene
 
 DATA = Path(__file__).parents[1] / "data"
@@ -49,7 +49,7 @@ def billiard() -> Scene:
 DRIVEN, SOFT = Driven(0.9, 2.0), Viscoelastic(0.8, 3.0)
 
 
-def laws(shape: str, pair_law: Law, wall_law: WallLaw) -> Scene:
+def laws(shape: str, pair_law: Law, wall_law: Law) -> Scene:
     """Eight balls with other laws."""
     return replace(gas(shape, 8, 0.2), pair_law=pair_law, wall_law=wall_law)
 

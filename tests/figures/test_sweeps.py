@@ -203,7 +203,7 @@ def test_theory_of_spins_is_drawn_between_the_points(tmp_path: Path) -> None:
     surface = scene.surface
     assert surface is not None
     expected = [
-        late_spins(replace(scene, surface=surface._replace(tangential_cor=float(x))), 40.0)
+        late_spins(replace(scene, surface=replace(surface, tangential_cor=float(x))), 40.0)
         for x in line.x
     ]
     # What was measured at the two points changes it by a factor, straight between them.

@@ -181,7 +181,7 @@ def test_a_batchs_file_has_what_the_page_says(
     kinds = {"all", record} | ({"events"} if record == "long" else set())
     kinds |= {"box"} if not isinstance(trace.start.container, Circle) else set()
     kinds |= {"thermal wall"} if trace.start.wall_key is not None else set()
-    kinds |= {"warm"} if trace.summary is not None and trace.start.wall_law.gains else set()
+    kinds |= {"warm"} if trace.summary is not None and trace.start.wall_law.adds_energy else set()
     kinds |= {"summary"} if record == "snapshots" else set()
     if trace.start.surface is not None:
         kinds |= {"rough", *(f"rough {kind}" for kind in kinds)}
@@ -271,7 +271,7 @@ def test_rough_balls_have_a_surface(tmp_path: Path, provenance: Provenance) -> N
     with h5py.File(tmp_path / "batch.h5") as file:
         scene = json.loads(file["parameters/snooker"].attrs["scene"])
     assert trace.start.surface is not None
-    numbers = trace.start.surface._asdict()
+    numbers = vars(trace.start.surface)
     assert scene["surface"] == numbers | {"wall_friction": None}  # infinite
     body = " ".join(PAGE.split("\n### The scene\n")[1].split("\n### ")[0].split())
     named = re.findall(r"`(\w+)`", body.partition("`surface` too: ")[2])

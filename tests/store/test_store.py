@@ -137,7 +137,7 @@ def test_content_hash_sees_every_array_and_the_ending(traces: dict[str, Trace]) 
                 continue
             if field.name == "surface":
                 for name in Surface._fields:
-                    surface = scene.surface._replace(**{name: 0.7})
+                    surface = replace(scene.surface, **{name: 0.7})
                     others.append(replace(trace, **{end: replace(scene, surface=surface)}))
                 continue
             values = np.array(getattr(scene, field.name), dtype=np.float64)
