@@ -119,7 +119,7 @@ class Check:
         at, velocity = scene["container_position"], scene["container_velocity"]
         self.wall = Body(at, velocity, shape.get("radius", 0), scene["container_mass"])
         laws = scene["pair_law"], scene["wall_law"]
-        assert all(law["law"] == "constant" for law in laws)
+        assert all(law["name"] == "constant" for law in laws)
         self.rebound, self.wall_rebound = (number(1 + Fraction(law["cor"])) for law in laws)
         self.parted = [(k, k) for k in range(len(self.balls))]
 

@@ -458,7 +458,10 @@ def gone(name: str) -> Damage:
 
 
 ROUGH: dict[str, dict[str, Damage]] = {
-    "wrong columns of events": {"none along the tangent": gone(layout.EVENTS["tangential"])},
+    "wrong columns of events": {
+        "none along the tangent": gone(layout.EVENTS["tangential"]),
+        "no surface": rules(surface=None),
+    },
     "wrong tangential impulse of an event": {
         f"{value}": event("tangential", value) for value in (np.nan, np.inf)
     },
@@ -466,7 +469,7 @@ ROUGH: dict[str, dict[str, Damage]] = {
         "one less": dataset(f"{layout.EVENTS['tangential']}/value", one_less)
     },
     "wrong surface": {
-        **{f"{value}": rules(surface=value) for value in (None, 1.0, [])},
+        **{f"{value}": rules(surface=value) for value in (1.0, [])},
         "too few numbers": rules(surface={"inertia": 0.5}),
         "inertia 0": surface(inertia=0.0),
         "tangential_cor 2": surface(tangential_cor=2.0),

@@ -39,14 +39,14 @@ PARTS: dict[str, tuple[str, ...]] = {
     "files": (),
     "formatting": (),
     "neighbours": (),
-    "laws": ("ranges",),
-    "ranges": ("containers",),
     "signals": (),
     "fields": (),
     "errors": ("formatting", "signals"),
     "results_cache": ("errors", "files"),
     "region_integrals": ("neighbours",),
     "containers": ("errors", "neighbours", "region_integrals"),
+    "ranges": ("containers",),
+    "laws": ("ranges",),
     # A scene and its trace
     "config": ("containers", "errors", "formatting", "laws", "ranges"),
     "scene": ("containers", "errors", "laws", "neighbours"),
@@ -93,8 +93,15 @@ PARTS["__main__"] = ("cli",)
 LIBRARIES: dict[str, tuple[str, ...]] = {
     "typer": ("cli",),
     "rich": ("runs.progress",),
-    "pydantic": ("config", "runs.manifest"),
-    "pydantic_core": ("config",),
+    "pydantic": (
+        "config",
+        "laws",
+        "live_page.javascript",
+        "ranges",
+        "runs.manifest",
+        "store.reader",
+    ),
+    "pydantic_core": ("config", "ranges"),
     "yaml": ("config", "figures", "live_page", "report", "reproduction", "validation"),
     "numba": ("engine.jit", "engine.linked_helpers"),
     "llvmlite": ("engine.jit", "engine.webassembly"),
@@ -250,7 +257,7 @@ QUESTIONS = "adds_energy", "equal_balls", "has_wall", "keeps_drift", "keeps_rota
 
 
 def asks_what_a_gas_is(node: ast.AST) -> bool:
-    """Whether code asks for balls, walls or collisions: ``law.adds_energy``, ``surface is None`` …"""
+    """Whether code asks for balls, walls or collisions: ``law.adds_energy`` …"""
     if isinstance(node, ast.Attribute):
         return node.attr in QUESTIONS
     if isinstance(node, ast.Compare):

@@ -190,7 +190,7 @@ def written(
     times = np.linspace(0, trace.stop.time, 7)
     batches = replayed(trace, times, batch=2 * trace.start.number)
     path = tmp_path / "states.h5md"
-    header = RepeatHeader(7, trace.stop, 30, 30, provenance, "bits")
+    header = RepeatHeader(7, trace.stop, 30, 30, provenance, "bits", trace.start.rules)
     export.write_states(path, trace.start, header, times, batches)
     return path, trace, replay(trace, times)
 

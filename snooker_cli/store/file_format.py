@@ -27,7 +27,7 @@ from snooker_cli.store import version_4
 from snooker_cli.trace import Events, Stop, Trace
 
 SCHEMA_VERSION = 5  # goes up when the files change
-READABLE = SCHEMA_VERSION, version_4.VERSION
+READABLE = version_4.VERSION, SCHEMA_VERSION
 
 BALLS, CONTAINER = "particles/balls", "particles/container"
 EVENTS = {column.name: column.path for column in EVENT_COLUMNS}

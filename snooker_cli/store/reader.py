@@ -17,7 +17,6 @@ from pydantic import ValidationError
 from snooker_cli.containers import SHAPES, Circle
 from snooker_cli.errors import AbsentError, DeniedError, StoreError, UnsoundError, error_text
 from snooker_cli.fields import ALWAYS, EVENT_COLUMNS, MOVING
-from snooker_cli.formatting import listed
 from snooker_cli.laws import RULES, CollisionRules
 from snooker_cli.scene import Scene
 from snooker_cli.store import file_format as layout
@@ -172,7 +171,7 @@ def _opened(path: Path, *, only_headers: bool = False) -> Iterator[h5py.File]:
                 raise StoreError(
                     path,
                     f"is in version {version} of the files' schema, where this snooker reads "
-                    f"versions {listed([*map(str, layout.READABLE)])}",
+                    f"versions {' and '.join(map(str, layout.READABLE))}",
                     "run it again",
                 )
             hdf5.check_objects(

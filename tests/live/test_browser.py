@@ -97,8 +97,8 @@ CONTROL = """
   live.gas.advance(Infinity, 10);
   type("wall", "warm");
   seen.closed = [live.config.container.mass, live.gas.collisions, live.gas.changed];
-  const { word } = live.gas.scene.wallLaw;
-  seen.warm = [live.config.wall_temperature, word, Boolean(find("set-wall-cor"))];
+  const { name } = live.gas.scene.wallLaw;
+  seen.warm = [live.config.wall_temperature, name, Boolean(find("set-wall-cor"))];
   find("seed").value = 7;
   find("seed").onchange();
   seen.seed = live.config.seed;

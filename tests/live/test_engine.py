@@ -191,7 +191,7 @@ def test_laws_may_change_while_a_ball_settles(engine):
     scene = scene_of(replace(report_scene(1, radius=0.1, cor=0.8), slides=True))
     settling, kinds, before, after, energy = engine.answer(f"""
 (() => {{
-  const simulation = new Simulation({scene}, {{}}), elastic = {{ word: "constant", cor: 1 }};
+  const simulation = new Simulation({scene}, {{}}), elastic = {{ name: "constant", cor: 1 }};
   const settling = () => simulation.motions.indexOf(BigInt(SETTLES));
   for (let event = 0; event < 100000 && settling() < 0; event += 1) simulation.advance(1);
   const ball = settling(), kinds = [];
@@ -202,7 +202,7 @@ def test_laws_may_change_while_a_ball_settles(engine):
     if (simulation.eventI[0] === ball) kinds.push(simulation.eventJ[0]);
   }}
   const after = simulation.kineticEnergy();
-  simulation.setLaws(elastic, {{ word: "thermal", temperature: 50 }});
+  simulation.setLaws(elastic, {{ name: "thermal", temperature: 50 }});
   for (let call = 0; call < 30; call += 1) simulation.advance(100);
   return JSON.stringify([ball, kinds, before, after, simulation.kineticEnergy()]);
 }})()""")

@@ -274,7 +274,7 @@ def test_rough_balls_have_a_surface(tmp_path: Path, provenance: Provenance) -> N
     numbers = vars(trace.start.surface)
     assert scene["surface"] == numbers | {"wall_friction": None}  # infinite
     body = " ".join(PAGE.split("\n### The scene\n")[1].split("\n### ")[0].split())
-    named = re.findall(r"`(\w+)`", body.partition("`surface` too: ")[2])
+    named = re.findall(r"`(\w+)`", body.partition("A surface has")[2])
     assert named[: len(numbers)] == list(numbers)
 
 
@@ -326,7 +326,7 @@ def test_exported_states_are_what_the_page_says(
 ) -> None:
     trace, times = trace_of(scene, "events"), np.array([0.0, 0.1, 0.1])
     out = tmp_path / "states.h5md"
-    header = RepeatHeader(7, trace.stop, 30, 10, provenance, "bits")
+    header = RepeatHeader(7, trace.stop, 30, 10, provenance, "bits", trace.start.rules)
     export.write_states(out, trace.start, header, times, replayed(trace, times))
     data, attrs = tables("### States: `.h5md`")
     with h5py.File(out) as file:
