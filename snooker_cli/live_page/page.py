@@ -91,6 +91,7 @@ def live_page(
         if number > MOST_SEED:
             sentence = f"the live page has {key}s up to {MOST_SEED}; give a smaller one"
             raise loaded.error(key, sentence)
+    _check_law(loaded, experiment)
     number = experiment.number
     if number > MOST_BALLS:
         sentence = f"the live page shows at most {MOST_BALLS:,} balls, not {number:,}; give fewer"
@@ -127,6 +128,15 @@ def live_page(
     }
     title = own["title"] if is_own else "snooker live"
     return html_page(LIVE, "live", title, parts, simulates=True, language=language, words=words)
+
+
+def _check_law(loaded: Loaded, experiment: Experiment) -> None:
+    """Raise ``ConfigError`` for a law that the functions of ``laws_source`` do not make."""
+    law = experiment.pair_law
+    if law != law_of_pairs(experiment.cor, experiment.cor_speed):
+        key = law.numbers()[-1]
+        sentence = f"the live page has no {law.name} law; remove it, or add it to law_of_pairs in"
+        raise loaded.error(key, f"{sentence} laws.py")
 
 
 def check_shape(container: Container) -> None:
