@@ -158,7 +158,7 @@ def test_a_trap_says_what_is_certain() -> None:
     """Bounds at a rough wall; at a smooth one, and with a CoR of 0, the sums of smooth balls."""
     scene, messages = lone(random.Random(4), 0.5, (0.5, 1.0, INF, 0.5, 0.3), INF), []
     smooth = rough(scene, 0.5, 1.0, INF, -1.0, INF, spins=[3.0])
-    for changed in (scene, smooth, replace(scene, wall_law=scene.wall_law._replace(cor=0.0))):
+    for changed in (scene, smooth, replace(scene, wall_law=replace(scene.wall_law, cor=0.0))):
         stop = simulate(changed, collisions=2000).stop
         assert stop.reason is StopReason.WALL_TRAP
         messages.append(stop.message)
