@@ -17,7 +17,13 @@ from numpy.typing import NDArray
 from snooker_cli import __version__
 from snooker_cli.engine import States
 from snooker_cli.errors import UserError, error_text, install_advice, room_advice
-from snooker_cli.fields import EVENT_COLUMNS, MOVING, MovingField, moving_fields
+from snooker_cli.fields import (
+    EVENT_COLUMNS,
+    MOVING,
+    MovingField,
+    carried_fields,
+    moving_fields,
+)
 from snooker_cli.files import atomic_write
 from snooker_cli.scene import Scene
 from snooker_cli.store import RepeatHeader, hdf5
@@ -67,7 +73,7 @@ def states_table(states: States) -> Table:
     moments, number = len(states.time), states.positions.shape[1]
     columns: dict[str, NDArray[np.float64]] = {}
     for field in MOVING:
-        if (values := getattr(states, field.in_states)) is not None:
+        if (values := states.moving.get(field.name)) is not None:
             parts = values.reshape(moments, -1, len(field.titles))  # of balls, or the container
             for k, title in enumerate(field.titles):
                 column = columns.setdefault(title, np.zeros((moments, 1 + number)))
@@ -172,9 +178,7 @@ XYZ_HEAD = (
     "Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1:masses:R:1:momenta:R:3 "
     "Time={!r}\n"
 )
-XYZ_BALL = "{} {!r} {!r} 0 {!r} {!r} 0 {!r} {!r} {!r} {!r} {!r} 0\n"
-XYZ_SPINS = XYZ_HEAD.replace(" Time", ":angular_velocity:R:3 Time"), XYZ_BALL[:-1] + " 0 0 {!r}\n"
-"""The same of rough balls."""
+XYZ_BALL = "{} {!r} {!r} 0 {!r} {!r} 0 {!r} {!r} {!r} {!r} {!r} 0"
 
 
 def write_xyz(path: Path, start: Scene, batches: Iterable[States]) -> None:
@@ -184,7 +188,11 @@ def write_xyz(path: Path, start: Scene, batches: Iterable[States]) -> None:
     walls, and the time in s. Numbers read back as the same doubles. OVITO knows `velo` and `mass`,
     ASE `momenta` and `masses`. Rough balls have `angular_velocity`, about z.
     """
-    head, ball = (XYZ_HEAD, XYZ_BALL) if start.spins is None else XYZ_SPINS
+    carried = carried_fields(start)
+    more = "".join(f":{field.element}:R:3" for field in carried)
+    head = XYZ_HEAD.replace(" Time", f"{more} Time")
+    spaces = ["{!r} {!r} 0" if field.is_vector else "0 0 {!r}" for field in carried]
+    ball = " ".join([XYZ_BALL, *spaces]) + "\n"
     sizes = np.column_stack([start.radii, start.masses])
     masses = start.masses[:, np.newaxis]
     group = np.unique(sizes, axis=0, return_inverse=True)[1].ravel()
@@ -194,13 +202,12 @@ def write_xyz(path: Path, start: Scene, batches: Iterable[States]) -> None:
     with _exported(path) as part, part.open("x", encoding="ascii", newline="") as file:
         for batch in batches:
             for k, time in enumerate(batch.time.tolist()):
-                corner = np.append(batch.container_positions[k], 0.0) - cell / 2
+                corner = np.append(batch.container_position[k], 0.0) - cell / 2
                 edges = (*cell.tolist(), *corner.tolist())
                 file.write(head.format(start.number, *edges, pbc, time))
                 states = [batch.positions[k], batch.velocities[k], sizes, masses]
                 states.append(masses * batch.velocities[k])
-                if batch.spins is not None:
-                    states.append(batch.spins[k, :, np.newaxis])
+                states += [batch.moving[field.name][k].reshape(len(sizes), -1) for field in carried]
                 balls = zip(names, np.hstack(states).tolist(), strict=True)
                 file.writelines(ball.format(name, *row) for name, row in balls)
 
@@ -234,7 +241,7 @@ def write_states(
         for batch in batches:
             rows = slice(row, row + len(batch.time))
             for field, data in datasets.items():
-                data[rows] = _in_space(field, getattr(batch, field.in_states))
+                data[rows] = _in_space(field, batch.moving[field.name])
             row = rows.stop
             check()
 

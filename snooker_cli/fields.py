@@ -1,11 +1,12 @@
 """What moves in a scene, and what an event has: each quantity once, with its unit and its names.
 
-Scenes, states, files, hashes, exports and starts from a state go through these tables in order. So
-a new quantity of balls is an entry here, a field of ``Scene`` and of ``States``, and what the
-engine does with it.
+Scenes, states, records of the engine, files, hashes, exports, pages and starts from a state go
+through these tables in order. So a new quantity of balls is an entry here, a field of ``Scene``,
+and what the engine does with it; a new column of events is an entry here, a field of ``Events``,
+and what the engine writes.
 """
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -19,8 +20,7 @@ ALWAYS = "positions"
 class MovingField(NamedTuple):
     """A quantity of balls, or of the container, that changes in a repeat.
 
-    name : the field of ``Scene``
-    in_states : the field of ``States``
+    name : the field of ``Scene`` and of ``States``
     key : of a ball in a config
     element : its name in H5MD
     unit : as in files
@@ -30,7 +30,6 @@ class MovingField(NamedTuple):
     """
 
     name: str
-    in_states: str
     key: str
     element: str
     unit: str
@@ -59,32 +58,34 @@ class MovingField(NamedTuple):
 
 
 MOVING = (
-    MovingField("positions", "positions", "position", "position", "m", ("x", "y")),
-    MovingField("velocities", "velocities", "velocity", "velocity", "m s-1", ("u", "v")),
+    MovingField("positions", "position", "position", "m", ("x", "y")),
+    MovingField("velocities", "velocity", "velocity", "m s-1", ("u", "v")),
+    MovingField("container_position", "position", "position", "m", ("x", "y"), of_container=True),
     MovingField(
-        *("container_position", "container_positions", "position", "position", "m", ("x", "y")),
-        of_container=True,
+        "container_velocity", "velocity", "velocity", "m s-1", ("u", "v"), of_container=True
     ),
-    MovingField(
-        *("container_velocity", "container_velocities", "velocity", "velocity", "m s-1"),
-        *(("u", "v"), True),
-    ),
-    MovingField("spins", "spins", "spin", "angular_velocity", "s-1", ("spin",), needs="surface"),
+    # What follows each ball has beside its motion.
+    MovingField("spins", "spin", "angular_velocity", "s-1", ("spin",), needs="surface"),
 )
 
-
-OPTIONAL = sorted({field.needs for field in MOVING} - {ALWAYS})
+CARRIED = 4
+"""Where in `MOVING` these begin."""
 
 
 def moving_fields(scene: Any) -> Sequence[MovingField]:
     """The quantities that a scene has."""
-    return _without(tuple([name for name in OPTIONAL if getattr(scene, name) is None]))
+    return _without(_absent(scene))
 
 
 @cache
 def _without(absent: tuple[str, ...]) -> Sequence[MovingField]:
     """The quantities that do not need any of these fields of a scene."""
     return tuple(field for field in MOVING if field.needs not in absent)
+
+
+def carried_fields(scene: Any) -> Sequence[MovingField]:
+    """The quantities that each ball of a scene has beside its place and its velocity."""
+    return moving_fields(scene)[CARRIED:]
 
 
 class EventColumn(NamedTuple):
@@ -121,3 +122,25 @@ EVENT_COLUMNS = (
 
 REQUIRED = tuple(c.name for c in EVENT_COLUMNS if c.title and c.needs == ALWAYS)
 """The columns that all events have."""
+
+
+def record_type(names: Container[str]) -> np.dtype[np.void]:
+    """The type of an event as the engine records and hashes it: its columns, without gaps.
+
+    names : of the columns that the events have; times are whole, without a residual
+    """
+    return np.dtype([(c.name, c.kind) for c in EVENT_COLUMNS if c.title and c.name in names])
+
+
+def record_type_of(scene: Any) -> np.dtype[np.void]:
+    """The type of the events that the engine records of a scene."""
+    absent = _absent(scene)
+    return record_type([column.name for column in EVENT_COLUMNS if column.needs not in absent])
+
+
+OPTIONAL = sorted({entry.needs for entry in (*MOVING, *EVENT_COLUMNS)} - {ALWAYS})
+
+
+def _absent(scene: Any) -> tuple[str, ...]:
+    """The fields that a scene may have, and does not."""
+    return tuple([name for name in OPTIONAL if getattr(scene, name) is None])

@@ -8,11 +8,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli.containers import LEAST_AMOUNT, MOST_AMOUNT, MOST_SPEED, Container
 from snooker_cli.errors import SceneError
+from snooker_cli.fields import CARRIED, MOVING
 from snooker_cli.laws import CollisionRules, Law, Surface
 from snooker_cli.neighbours import near_pairs
 
 EPSILON = float(np.finfo(np.float64).eps)
 TINY = float(np.finfo(np.float64).tiny)
+
+OF_BALLS = ("radii", "masses", *(field.name for field in MOVING if not field.of_container))
 
 
 @dataclass(frozen=True)
@@ -52,11 +55,13 @@ class Scene:
     spins: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
-        if (self.surface is None) != (self.spins is None):  # as after `replace` of one of them
-            spins = None if self.surface is None else np.zeros(len(self.radii))
-            object.__setattr__(self, "spins", spins)
-        for array in (self.positions, self.velocities, self.radii, self.masses, self.spins):
-            if array is not None:
+        for field in MOVING[CARRIED:]:
+            absent = getattr(self, field.needs) is None
+            if absent != (getattr(self, field.name) is None):  # as after `replace` of one of them
+                values = None if absent else np.zeros(field.shape(len(self.radii)))
+                object.__setattr__(self, field.name, values)
+        for name in OF_BALLS:
+            if (array := getattr(self, name)) is not None:
                 array.flags.writeable = False
 
     @property

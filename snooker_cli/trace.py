@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.fields import EVENT_COLUMNS
+from snooker_cli.fields import record_type
 from snooker_cli.scene import Scene
 
 CONTAINER = -1  # the number of the partner in a collision of a ball with the container
@@ -119,6 +119,15 @@ def joined(parts: Sequence[Events]) -> Events:
     )
 
 
+def records_of(events: Events) -> NDArray[np.void]:
+    """The events as the engine records and hashes them, see `record_type`; without residuals."""
+    columns = events.columns
+    records = np.empty(len(events), record_type(columns))
+    for name in records.dtype.names or ():
+        records[name] = columns[name]
+    return records
+
+
 class Simultaneous:
     """Counts collisions that have exactly the time of another of the same ball; given in pieces.
 
@@ -187,11 +196,7 @@ def event_hashes(pieces: Iterable[Events]) -> list[tuple[int, str]]:
     sha, count, following = hashlib.sha256(), 0, 1000
     hashes: dict[int, str] = {}
     for events in pieces:
-        columns = events.columns
-        kinds = [(c.name, c.kind) for c in EVENT_COLUMNS if c.title and c.name in columns]
-        rows = np.empty(len(events), dtype=kinds)
-        for name, _ in kinds:
-            rows[name] = columns[name]
+        rows = records_of(events)
         while count + len(rows) >= following:
             first, rows = rows[: following - count], rows[following - count :]
             sha.update(first.tobytes())

@@ -263,7 +263,7 @@ def test_a_repeat_has_events_states_and_series(run: snooker.Run) -> None:
     assert measured == pytest.approx(series["kinetic_energy"][::10])
     times = np.linspace(0, repeat.stop.time, 5)
     places = repeat.measure(lambda _x, _v, scene: scene.container_position, times)
-    assert np.array_equal(places, repeat.states(times).container_positions)
+    assert np.array_equal(places, repeat.states(times).container_position)
     assert len(np.unique(places[:, 0])) == 5
     assert repeat.parameters == {"cor": 1.0}
     assert repr(repeat).startswith("<repeat 2 of cor=1.0: 150 collisions")

@@ -49,13 +49,13 @@ PARTS: dict[str, tuple[str, ...]] = {
     "laws": ("ranges",),
     # A scene and its trace
     "config": ("containers", "errors", "formatting", "laws", "ranges"),
-    "scene": ("containers", "errors", "laws", "neighbours"),
+    "scene": ("containers", "errors", "fields", "laws", "neighbours"),
     "theory": ("containers", "laws", "scene"),
     "facts": ("config", "containers", "laws", "scene", "theory"),
     "trace": ("fields", "scene"),
     "two_temperatures": (),
     # From a config to stored repeats
-    "placement": ("config", "containers", "errors", "laws", "neighbours", "scene"),
+    "placement": ("config", "containers", "errors", "fields", "laws", "neighbours", "scene"),
     "engine": ("containers", "errors", "fields", "files", "laws", "scene", "trace"),
     "store": ("containers", "errors", "fields", "files", "laws", "scene", "trace"),
     "runs": tuple(part for part in RUNNING if part != "runs"),

@@ -73,8 +73,8 @@ def test_a_table_of_states_has_the_container_then_the_balls(trace: Trace) -> Non
     assert table["time"].tolist() == number * [0.0] + number * [trace.stop.time]
     assert np.array_equal(table["x"][1:number], start.positions[:, 0])
     assert np.array_equal(table["v"][number + 1 :], finish.velocities[:, 1])
-    assert (table["x"][0], table["y"][0]) == tuple(states.container_positions[0])
-    assert (table["u"][number], table["v"][number]) == tuple(states.container_velocities[1])
+    assert (table["x"][0], table["y"][0]) == tuple(states.container_position[0])
+    assert (table["u"][number], table["v"][number]) == tuple(states.container_velocity[1])
 
 
 def test_frames_are_even(trace: Trace, snooker: Snooker) -> None:
@@ -216,8 +216,8 @@ def test_an_independent_reader_reads_the_states(written: tuple[Path, Trace, Any]
             element(file["observables"], f"container_{name}").value[:, :2]
             for name in ("position", "velocity")
         )
-        assert np.array_equal(position, states.container_positions)
-        assert np.array_equal(velocity, states.container_velocities)
+        assert np.array_equal(position, states.container_position)
+        assert np.array_equal(velocity, states.container_velocity)
 
 
 def test_mdanalysis_reads_the_states(written: tuple[Path, Trace, Any]) -> None:
@@ -235,7 +235,7 @@ def test_mdanalysis_reads_the_states(written: tuple[Path, Trace, Any]) -> None:
         assert np.allclose(step.dimensions[:2], trace.start.container.size, rtol=1e-6)
         assert step.dimensions[2] > 0
         assert step.dimensions[3:].tolist() == [90, 90, 90]
-        assert np.array_equal(step.data["container_position"][:2], states.container_positions[k])
+        assert np.array_equal(step.data["container_position"][:2], states.container_position[k])
     assert universe.trajectory.units["time"] == "s"
     assert universe.trajectory.units["velocity"] == "m/s"
 
@@ -264,7 +264,7 @@ def test_ase_reads_the_states(written: tuple[Path, Trace, Any]) -> None:
         assert frame.cell.lengths()[:2].tolist() == list(start.container.size)
         # The cell is that of the container at each time, which moves if it is free.
         centre = frame.info["Origin"][:2] + frame.cell.lengths()[:2] / 2
-        np.testing.assert_allclose(centre, states.container_positions[k], atol=1e-12)
+        np.testing.assert_allclose(centre, states.container_position[k], atol=1e-12)
     types: dict[str, set[tuple[float, float]]] = {}
     for name, radius, mass in zip(frame.symbols, start.radii, start.masses, strict=True):
         types.setdefault(name, set()).add((radius, mass))

@@ -30,7 +30,6 @@ def test_each_field_of_a_scene_moves_or_is_constant() -> None:
 
 
 def test_states_and_events_have_the_fields_of_the_tables() -> None:
-    assert {field.in_states for field in MOVING} == names(States) - {"time"}
     assert [column.name for column in EVENT_COLUMNS if column.title] == [*REQUIRED, "tangential"]
     assert [column.name for column in EVENT_COLUMNS] == [field.name for field in fields(Events)]
     needed = {field.name for field in fields(Events) if field.default is MISSING}

@@ -180,7 +180,7 @@ def at_equal_steps(trace: Trace, steps: int) -> States:
 
 def central_distances(states: States) -> Array:
     """Distances of the balls from the container's centre; (*t* *N*,), m."""
-    offsets = states.positions - states.container_positions[:, None]
+    offsets = states.positions - states.container_position[:, None]
     return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).ravel())
 
 
@@ -202,7 +202,7 @@ def shares_across(trace: Trace, windows: int) -> Array:
     velocities = states.velocities
     across = velocities[..., "xy".find(direction)] ** 2
     if direction == "radius":
-        offsets = states.positions - states.container_positions[:, None]
+        offsets = states.positions - states.container_position[:, None]
         along = np.einsum("tic,tic->ti", offsets, velocities)
         across = along**2 / np.maximum(np.sum(offsets**2, axis=2), TINY)
     energies = (values @ scene.masses for values in (across, np.sum(velocities**2, axis=2)))
@@ -250,7 +250,7 @@ def closest(states: States, scene: Scene) -> tuple[float, float]:
     container, radii = scene.container, scene.radii
     least, overlap, smallest = math.inf, -math.inf, float(radii.min())
     first_gap = FIRST_GAP * math.sqrt(container.area / scene.number)
-    for places, centre in zip(states.positions, states.container_positions, strict=True):
+    for places, centre in zip(states.positions, states.container_position, strict=True):
         here, gap = math.inf, first_gap
         # Small balls farther apart may have nearer centres than large ones that touch.
         while here - 2 * smallest > gap:

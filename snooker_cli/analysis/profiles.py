@@ -72,7 +72,7 @@ def measured_profile(
 
 def _sums(scene: Scene, edges: Array, states: States) -> Array:
     """Balls, and m v² across and along, in each bin; (3, *b*)."""
-    places = states.positions - states.container_positions[:, np.newaxis]
+    places = states.positions - states.container_position[:, np.newaxis]
     axis, bins = axis_across(scene), len(edges) - 1
     order = [axis, 1 - axis]
     x, y = np.moveaxis(places, 2, 0)[order]

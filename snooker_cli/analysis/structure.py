@@ -54,7 +54,7 @@ def over_time(function: Observable, trace: Trace, times: Array) -> Array:
 def of_states(function: Observable, start: Scene, states: States) -> Iterator[Any]:
     """An observable of each state of a repeat that began with ``start``."""
     columns = states.positions, states.velocities
-    centres = states.container_positions, states.container_velocities
+    centres = states.container_position, states.container_velocity
     for x, v, centre, speed in zip(*columns, *centres, strict=True):
         moved = {"container_position": centre, "container_velocity": speed}
         yield function(x, v, replace(start, positions=x, velocities=v, **moved))

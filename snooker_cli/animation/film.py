@@ -168,7 +168,7 @@ def film(
         pressure_gain = energy / scene.container.area
         pressure_sum = (moving + columns.pair_virial[rows] / 2) / scene.container.area
     pressure_sum[0] += pressure_gain[0] * (since - columns.time[first])
-    opening, centres = replay(trace, [since]), replay(trace, [since, end]).container_positions
+    opening, centres = replay(trace, [since]), replay(trace, [since, end]).container_position
     contacts, moved, speeds = _at_collisions(trace, time, i, j)
     extent, follow = _view(trace, np.vstack([centres, moved]))
     speeds = np.append(np.hypot(*opening.velocities[0].T), speeds)
@@ -241,7 +241,7 @@ def _at_collisions(
         chunk = slice(first, first + len(states.time))
         ball, other, first = i[chunk], j[chunk], chunk.stop
         row, at_wall = np.arange(len(states.time)), other <= CONTAINER
-        place, centre = states.positions[row, ball], states.container_positions
+        place, centre = states.positions[row, ball], states.container_position
         outwards = scene.container.nearest_image(states.positions[row, other] - place)
         outwards[at_wall] = scene.container.wall_directions(place - centre)[at_wall]
         lengths = np.hypot(*outwards.T)[:, None]

@@ -114,7 +114,7 @@ def frames(film: Film, pace: Pace, count: int, seconds: float) -> Iterator[Frame
             collisions=int(done),
             positions=states.positions[row],
             speeds=np.hypot(*states.velocities[row].T),
-            container=states.container_positions[row],
+            container=states.container_position[row],
             flashes=flashes,
             ages=np.clip((shown[frame] - hit[flashes]) / flash, 0.0, 1.0),
             angles=angles,

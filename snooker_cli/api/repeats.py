@@ -76,7 +76,7 @@ class Repeat:
         """Places and velocities at times (s, ascending), just after a collision at that time.
 
         The fields are ``time`` (*t*,), ``positions`` and ``velocities`` (*t*, *N*, 2), and
-        ``container_positions`` and ``container_velocities`` (*t*, 2), in s, m and m/s. Rough balls
+        ``container_position`` and ``container_velocity`` (*t*, 2), in s, m and m/s. Rough balls
         have ``spins`` (*t*, *N*), rad/s, positive to the left; of smooth ones it is ``None``. All
         have the bits of the simulation. Of snapshots they are the stored states nearest to the
         times, so look at ``time``. Raises ``UserError`` for times that do not ascend within 0 and

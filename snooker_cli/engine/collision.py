@@ -4,6 +4,7 @@ The event loop and the replay of a trace use ``collide``, so a replay has the sa
 """
 
 import math
+from typing import Any
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import fused
@@ -11,8 +12,6 @@ from snooker_cli.engine.jit import helper, inlined
 from snooker_cli.engine.kernel_state import (
     CLOCK,
     Floats,
-    Indices,
-    Recorded,
     Setup,
     State,
     U,
@@ -262,12 +261,11 @@ def count(i: int, j: int, impulse: float, state: State) -> None:
 
 
 @inlined
-def record(
-    recorded: Recorded, row: int, i: int, j: int, now: float, impulse: float, labels: Indices
-) -> None:
-    """Write an event into a row of the record; of two balls, the lesser first."""
+def record(event: Any, i: int, j: int, now: float, impulse: float, state: State) -> None:
+    """Write an event into its record; of two balls, the lesser first."""
+    labels = state.labels
     if len(labels) > 0:
         i, j = labels[i], labels[j] if j >= 0 else j
-    recorded.time[row], recorded.impulse[row] = now, impulse
-    recorded.i[row] = i if j < 0 else min(i, j)
-    recorded.j[row] = max(i, j) if j >= 0 else j
+    event["time"], event["impulse"] = now, impulse
+    event["i"] = i if j < 0 else min(i, j)
+    event["j"] = max(i, j) if j >= 0 else j

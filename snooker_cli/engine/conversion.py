@@ -26,6 +26,7 @@ from snooker_cli.engine.restitution import TRAPPING, law_rows
 from snooker_cli.engine.sliding import SlidingCircle
 from snooker_cli.engine.surfaces import BallSurface, Rough, Smooth, SurfaceNumbers
 from snooker_cli.errors import SceneError
+from snooker_cli.fields import carried_fields
 from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
@@ -136,11 +137,9 @@ def surface_of(scenes: Sequence[Scene]) -> BallSurface:
     surface = scenes[0].surface
     if surface is None:
         return Smooth(None)
-    return Rough(
-        SurfaceNumbers(*map(float, vars(surface).values())),
-        np.array([scene.spins for scene in scenes]),
-        np.zeros((len(scenes), 1)),
-    )
+    carried = [field.rows(scenes) for field in carried_fields(scenes[0])]
+    numbers = SurfaceNumbers(*map(float, vars(surface).values()))
+    return Rough(numbers, np.zeros((len(scenes), 1)), *carried)
 
 
 def frame_of(scenes: Sequence[Scene]) -> Frame:
@@ -222,17 +221,18 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
         columns[:, :2] = inner_images(columns[:, :2], scenes[0].container.period)
     columns[:, :2] += np.stack([origin_of(scene) for scene in scenes])[:, :, np.newaxis]
     rows = columns.transpose(0, 2, 1)
+    names = [field.name for field in carried_fields(scenes[0])]
     ends = [
         replace(
             scene,
             positions=_in_order(positions, labels),
             velocities=_in_order(velocities, labels),
+            **{name: getattr(states.surface, name)[repeat].copy() for name in names},
         )
-        for scene, positions, velocities in zip(scenes, rows[:, :, :2], rows[:, :, 2:], strict=True)
+        for repeat, (scene, positions, velocities) in enumerate(
+            zip(scenes, rows[:, :, :2], rows[:, :, 2:], strict=True)
+        )
     ]
-    if isinstance(states.surface, Rough):
-        pairs = zip(ends, states.surface.spins, strict=True)
-        ends = [replace(scene, spins=spins.copy()) for scene, spins in pairs]
     if not scenes[0].free:
         return ends
     motions = flown(boundary.motion[..., np.newaxis], clocks)[..., 0] + moved

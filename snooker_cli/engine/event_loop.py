@@ -11,7 +11,7 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import called_by_kernels, inlined, kernel
-from snooker_cli.engine.kernel_state import Floats, Integers, Part, Recorded, State
+from snooker_cli.engine.kernel_state import Floats, Integers, Part, Records, State
 from snooker_cli.engine.prediction import is_trapped
 from snooker_cli.engine.sampling import Samples
 from snooker_cli.trace import SLIDE
@@ -73,7 +73,7 @@ FINISH = -1
 def simulate_repeat(
     state: State,
     search: Search,
-    recorded: Recorded,
+    records: Records,
     samples: Samples,
     limit: int,
     until: float,
@@ -110,9 +110,9 @@ def simulate_repeat(
             else:
                 size = collide(i, j, now, state)
             count(i, j, size, state)
-            if filled < len(recorded.time):
-                record(recorded, filled, i, j, now, size, state.labels)
-                state.surface.record_rub(recorded, filled)
+            if filled < len(records):
+                record(records[filled], i, j, now, size, state)
+                state.surface.record_rub(records[filled])
             filled += 1
             if j == SLIDE:
                 if not begins:
@@ -143,7 +143,7 @@ def simulate_repeat(
 def advance(
     states: State,
     searches: Search,
-    records: Recorded,
+    records: Records,
     samples: Samples,
     active: Integers,
     answers: Integers,
@@ -161,23 +161,18 @@ def advance(
     for row in range(len(active)):
         repeat = active[row]
         state = ks.state_of(states, repeat)
-        recorded = Recorded(
-            records.time[row],
-            records.i[row],
-            records.j[row],
-            records.impulse[row],
-            records.tangential[row],
-        )
         search, own = searches.of_repeat(repeat), samples.of_repeat(repeat)
         if limit == FINISH:
             own.finish(ends[row], state)
             continue
-        answers[row] = simulate_repeat(state, search, recorded, own, limit, ends[row], ks.NO_LIMIT)
+        answers[row] = simulate_repeat(
+            state, search, records[row], own, limit, ends[row], ks.NO_LIMIT
+        )
 
 
 @kernel
 def advance_alone(
-    state: State, search: Search, recorded: Recorded, samples: Samples, limit: int, end: float
+    state: State, search: Search, records: Records, samples: Samples, limit: int, end: float
 ) -> int:
     """`advance` of a single repeat up to one time, s; why it stopped.
 
@@ -187,4 +182,4 @@ def advance_alone(
     if limit == FINISH:
         samples.finish(end, state)
         return clock.FULL
-    return simulate_repeat(state, search, recorded, samples, limit, end, ks.NO_LIMIT)
+    return simulate_repeat(state, search, records, samples, limit, end, ks.NO_LIMIT)

@@ -19,6 +19,8 @@ Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 Indices: TypeAlias = NDArray[np.int32]
 Flags: TypeAlias = NDArray[np.bool_]
+Records: TypeAlias = NDArray[np.void]
+"""Events, with their columns as ``fields.EVENT_COLUMNS`` names them."""
 
 NO_PARTNER = CONTAINER  # the wall
 SEARCH_AGAIN = -2  # no ball, or no certain wall, up to a time; never recorded, as SLIDE is
@@ -145,29 +147,6 @@ def state_of(states: State, repeat: int) -> State:
         states.account[repeat],
         states.scratch[repeat],
     )
-
-
-class Recorded(NamedTuple):
-    """A chunk of events, filled by the kernel: s, ball, ball or -1, kg m/s.
-
-    tangential : kg m/s, to the left of the line of centres; (0,) of smooth balls
-    """
-
-    time: Floats
-    i: Indices
-    j: Indices
-    impulse: Floats
-    tangential: Floats
-
-    def after(self, number: int) -> "Recorded":
-        """The stacked chunks without their first events."""
-        return Recorded(
-            self.time[:, number:],
-            self.i[:, number:],
-            self.j[:, number:],
-            self.impulse[:, number:],
-            self.tangential[:, number:],
-        )
 
 
 # Radii and masses

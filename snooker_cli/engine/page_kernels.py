@@ -16,9 +16,10 @@ from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.everyone import Everyone
 from snooker_cli.engine.frames import MovingFrame
 from snooker_cli.engine.jit import inlined, kernel
-from snooker_cli.engine.kernel_state import Floats, Indices, Recorded, State, U, V, X, Y
+from snooker_cli.engine.kernel_state import Floats, Records, State, U, V, X, Y
 from snooker_cli.engine.sliding import SlidingCircle, bounces_to_come
 from snooker_cli.engine.surfaces import Rough, SurfaceNumbers
+from snooker_cli.fields import CARRIED, EVENT_COLUMNS, MOVING, record_type
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE
 
@@ -40,18 +41,13 @@ ENERGY, SPIN_ENERGY, CONTAINER_ENERGY, WALL_IMPULSE, PAIR_VIRIAL, FOLLOWED_SUMS 
 class Followed(NamedTuple):
     """The events of a call, a row for each.
 
-    time : s, since the start of the repeat
-    i, j, impulse, tangential : as in ``Recorded``
+    events : as they are hashed, with times since the start of the repeat
     sums : (EVENTS, FOLLOWED_SUMS), after the event
     places : (EVENTS, 4), of ball i, and of ball j or the centre of the container, m
     velocities : (EVENTS, 4), of the same after the event, m/s
     """
 
-    time: Floats
-    i: Indices
-    j: Indices
-    impulse: Floats
-    tangential: Floats
+    events: Records
     sums: Floats
     places: Floats
     velocities: Floats
@@ -125,7 +121,11 @@ def example(boundary: str, number: int) -> Page:
         history=np.zeros((ks.HISTORY_ROWS, number), dtype=np.int32),
         boundary=_boundary(boundary, number),
         sizes=ks.UnequalBalls(np.zeros(number), np.zeros(number)),
-        surface=Rough(SurfaceNumbers(0.5, -1.0, 0.0, -1.0, 0.0), np.zeros(number), np.zeros(1)),
+        surface=Rough(
+            SurfaceNumbers(0.5, -1.0, 0.0, -1.0, 0.0),
+            np.zeros(1),
+            *(np.zeros(field.shape(number)) for field in MOVING[CARRIED:]),
+        ),
         frame=MovingFrame(np.zeros(ks.BALL_ROWS), 0.0, 0.0),
         labels=np.zeros(0, dtype=np.int32),
         sums=np.zeros(ks.SUMS),
@@ -134,10 +134,9 @@ def example(boundary: str, number: int) -> Page:
         scratch=np.zeros((ks.BALL_ROWS, number)),
     )
     search = everyone.new_search(1, number).of_repeat(0)
-    first, second = np.zeros((2, EVENTS), dtype=np.int32)
-    times, impulses, tangential = np.zeros((3, EVENTS))
+    events = np.zeros(EVENTS, record_type([column.name for column in EVENT_COLUMNS]))
     sums, (places, velocities) = np.zeros((EVENTS, FOLLOWED_SUMS)), np.zeros((2, EVENTS, 4))
-    followed = Followed(times, first, second, impulses, tangential, sums, places, velocities)
+    followed = Followed(events, sums, places, velocities)
     flights, answers = np.zeros((number + 1, 4)), np.zeros(ANSWERS)
     return Page(state, search, followed, np.zeros(number), flights, answers, 0, 0.0)
 
@@ -173,15 +172,16 @@ def note_turn(row: int, page: Page) -> float:
 
     A ball turns by the sum of its changes of spin, each times the time since then.
     """
-    followed, surface, gained = page.followed, page.state.surface, 0.0
-    if followed.tangential[row] == 0.0:
+    event, surface, gained = page.followed.events[row], page.state.surface, 0.0
+    given = event["tangential"]
+    if given == 0.0:
         return gained
-    for ball in (followed.i[row], followed.j[row]):
+    for ball in (event["i"], event["j"]):
         if ball >= 0:
             r, m = page.state.sizes.radius_of(ball), page.state.sizes.mass_of(ball)
-            lost = followed.tangential[row] / (surface.law.inertia * m * r)
-            page.turned[ball] += lost * followed.time[row]
-            gained -= 0.5 * followed.tangential[row] * r * (2.0 * surface.spins[ball] + lost)
+            lost = given / (surface.law.inertia * m * r)
+            page.turned[ball] += lost * event["time"]
+            gained -= 0.5 * given * r * (2.0 * surface.spins[ball] + lost)
     return gained
 
 
@@ -198,8 +198,8 @@ def shown(
 @inlined
 def write_row(row: int, energy: float, spinning: float, followed: Followed, state: State) -> None:
     """Complete the row of the event that has just happened."""
-    i, j, time = followed.i[row], followed.j[row], state.sums[ks.NOW]
-    balls = state.balls
+    event, time, balls = followed.events[row], state.sums[ks.NOW], state.balls
+    i, j = event["i"], event["j"]
     x, y, u, v = state.boundary.container_flight(time, state.frame)
     if j >= 0:
         x, y, u, v = shown(balls[X, j], balls[Y, j], balls[U, j], balls[V, j], time, state)
@@ -234,17 +234,10 @@ def follow(page: Page) -> None:
     energy, spinning, account, reason, done = 0.0, 0.0, state.account, clock.FULL, 0
     answers[REACHED] = page.until
     while done < page.limit and reason == clock.FULL:
-        record = Recorded(
-            followed.time[done:],
-            followed.i[done:],
-            followed.j[done:],
-            followed.impulse[done:],
-            followed.tangential[done:],
-        )
         before = events_of(state)
         until = min(page.until - sums[ks.EPOCH], sums[ks.TIME_LIMIT])
         reason = event_loop.simulate_repeat(
-            state, search, record, sampling.NoSamples(None), 1, until, SEARCHES
+            state, search, followed.events[done:], sampling.NoSamples(None), 1, until, SEARCHES
         )
         if events_of(state) == before:
             if reason == clock.TIME and until < sums[ks.TIME_LIMIT]:
@@ -257,9 +250,9 @@ def follow(page: Page) -> None:
             break
         # Over more collisions the energy may fall by orders of magnitude, and the account would not
         # be exact enough. It leaves out what a ball loses until it slides.
-        followed.time[done] = sums[ks.EPOCH] + sums[ks.NOW]
+        followed.events[done]["time"] = sums[ks.EPOCH] + sums[ks.NOW]
         spinning += note_turn(done, page)
-        if done % number == 0 or followed.j[done] == SLIDE:
+        if done % number == 0 or followed.events[done]["j"] == SLIDE:
             spinning, account[:] = spin_energy(state), 0.0
             energy = sampling.totals(state)[0] + spinning
         write_row(done, energy + gained(account) - spinning, spinning, followed, state)
@@ -267,7 +260,7 @@ def follow(page: Page) -> None:
         if events_of(state) % clock.length(number) == 0:
             begin_epoch(state, search)
     if done > 0 and done == page.limit:
-        answers[REACHED] = followed.time[done - 1]
+        answers[REACHED] = followed.events[done - 1]["time"]
     answers[REASON], answers[EVENTS_DONE] = reason, done
 
 

@@ -1,8 +1,8 @@
 """A trace -> its states: at any time by its collisions, with the engine's bits, or stored ones."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,19 +13,18 @@ from snooker_cli.engine.collision import collide, count
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.conversion import inner_images, new_states, origin_of
 from snooker_cli.engine.jit import helper, inlined, kernel
-from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
-from snooker_cli.engine.surfaces import Rough
+from snooker_cli.engine.kernel_state import Floats, Integers, Records, State
 from snooker_cli.errors import UnsoundError
-from snooker_cli.fields import moving_fields
+from snooker_cli.fields import MOVING, carried_fields, moving_fields
 from snooker_cli.scene import Scene
 from snooker_cli.trace import (
     SLIDE,
     SPEED_BINS,
-    Events,
     Series,
     Trace,
     even_choice,
     joined,
+    records_of,
     series_of,
 )
 
@@ -36,39 +35,50 @@ BATCH = (
 BRANCHES = 50  # balls that can be added in the time that changing the sums of two takes
 
 
+NAMES = [field.name for field in MOVING]
+
+
 @dataclass(frozen=True)
 class States:
-    """Positions and velocities of everything at given times (*t*,), s.
+    """What moves in a scene, at some times: as in ``Scene``, with an axis more, the first.
 
-    positions, velocities : (*t*, *N*, 2), m and m/s
-    container_positions, container_velocities : (*t*, 2), m and m/s
-    spins : (*t*, *N*), rad/s; ``None`` of smooth balls
+    So ``positions`` and ``velocities`` are (*t*, *N*, 2), m and m/s, ``container_position`` and
+    ``container_velocity`` (*t*, 2), and ``spins`` (*t*, *N*), rad/s, or ``None`` of smooth balls.
+
+    time : (*t*,), s
+    moving : the quantities by their names in `fields.MOVING`
     """
 
     time: NDArray[np.float64]
-    positions: NDArray[np.float64]
-    velocities: NDArray[np.float64]
-    container_positions: NDArray[np.float64]
-    container_velocities: NDArray[np.float64]
-    spins: NDArray[np.float64] | None = None
+    moving: Mapping[str, NDArray[np.float64]]
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in NAMES:
+            raise AttributeError(f"states have no {name}; they have {', '.join(NAMES)}")
+        return self.moving.get(name)
 
     @classmethod
     def of(cls, times: Sequence[float], scenes: Sequence[Scene]) -> "States":
         """The states of scenes at their times, s."""
-        return cls(
-            np.array(times),
-            **{
-                field.in_states: np.array([getattr(scene, field.name) for scene in scenes])
-                for field in moving_fields(scenes[0])
-            },
-        )
+        fields = moving_fields(scenes[0])
+        moving = {
+            field.name: np.array([getattr(scene, field.name) for scene in scenes])
+            for field in fields
+        }
+        return cls(np.array(times), moving)
+
+    def of_balls(self, chosen: Integers) -> "States":
+        """The states of some of the balls, and of the container."""
+        parts = {
+            field.name: self.moving[field.name][:, chosen]
+            for field in MOVING
+            if field.name in self.moving and not field.of_container
+        }
+        return States(self.time, {**self.moving, **parts})
 
     def scene(self, start: Scene, row: int) -> Scene:
         """The scene at the time of a row."""
-        fields = moving_fields(start)
-        return replace(
-            start, **{field.name: getattr(self, field.in_states)[row] for field in fields}
-        )
+        return replace(start, **{name: values[row] for name, values in self.moving.items()})
 
 
 def replay(trace: Trace, times: ArrayLike) -> States:
@@ -150,26 +160,15 @@ def _states(run: "Replay", times: Floats) -> States:
     """The states at times that are not before those of the events carried out."""
     start = run.start
     numbers = np.searchsorted(run.events.time, times, side="right")
-    out, container = run.states(numbers, times, np.arange(start.number)[np.newaxis])
-    positions = out[:, :2].transpose(0, 2, 1)
-    if start.container.period is not None:
-        positions = inner_images(out[:, :2], start.container.period).transpose(0, 2, 1)
+    states = run.all_states(numbers, times)
     # A file with other events, but right hashes, leads balls anywhere.
     reach = ESCAPE * max(start.container.size)
-    if not np.all(np.abs(positions - container[:, np.newaxis, :2]) < reach):
+    if not np.all(np.abs(states.positions - states.container_position[:, np.newaxis]) < reach):
         raise UnsoundError(
             "a ball leaves the container when its stored events are carried out again",
             "find the file with `snooker verify RUN --replay`, delete it and run again",
         )
-    origin = origin_of(start)
-    return States(
-        time=times,
-        positions=positions + origin,
-        velocities=out[:, 2:4].transpose(0, 2, 1),
-        container_positions=container[:, :2] + origin,
-        container_velocities=container[:, 2:],
-        spins=out[:, 4] if out.shape[1] > 4 else None,
-    )
+    return states
 
 
 def times_within(trace: Trace, times: ArrayLike) -> NDArray[np.float64]:
@@ -234,7 +233,7 @@ def batch_series(traces: Sequence[Trace], times: Sequence[Floats]) -> tuple[Rows
     histograms = np.zeros((repeats, SPEED_BINS), dtype=np.int64)
     repeat_events(
         new_states([trace.start for trace in traces]),
-        recorded_of(events.time, events),
+        records_of(events),
         starts,
         0,
         np.arange(max(map(len, recorded)) + 1),
@@ -255,13 +254,6 @@ def is_short(trace: Trace) -> bool:
     if trace.events is None or trace.summary is not None or trace.start.slides:
         return False
     return len(trace.events) <= clock.length(trace.start.number)
-
-
-def recorded_of(clocks: Floats, events: Events) -> Recorded:
-    """Events for a kernel. Its type does not depend on how they are in memory, or on a lock."""
-    clocks, impulses = (np.require(part, None, ["C", "W"]) for part in (clocks, events.impulse))
-    first, second = (np.require(part, None, ["C", "W"]) for part in (events.i, events.j))
-    return Recorded(clocks, first, second, impulses, np.empty(0))
 
 
 class Replay:
@@ -292,14 +284,14 @@ class Replay:
             stop = min(end, self._epoch_end)
             record = self._record(stop)
             before, after = np.searchsorted(kept, [self.done, stop], side="right")
-            dense = (after - before) * number > BRANCHES * len(record.time)
+            dense = (after - before) * number > BRANCHES * len(record)
             first, last = before if self.done else 0, NEVER
             if stop == end and time < NEVER:
                 after, last = len(rows), time - self.state.sums[ks.EPOCH]
             repeat_events(
                 self.states_of_one,
                 record,
-                np.array([0, len(record.time)]),
+                np.array([0, len(record)]),
                 self.done,
                 kept[first:after],
                 rows[first:after],
@@ -313,16 +305,33 @@ class Replay:
             if self.done == end:
                 return
 
+    def all_states(self, numbers: Integers, times: Floats) -> States:
+        """The states of everything after some numbers of events, as `states` takes them."""
+        start, origin = self.start, origin_of(self.start)
+        balls, container = self.states(numbers, times, np.arange(start.number)[np.newaxis])
+        if start.container.period is not None:
+            balls[:, :2] = inner_images(balls[:, :2], start.container.period)
+        rows = {False: balls, True: container[..., np.newaxis]}
+        moving: dict[str, Floats] = {}
+        for field in moving_fields(start):
+            part, rows[field.of_container] = np.split(
+                rows[field.of_container], [len(field.titles)], axis=1
+            )
+            values = part.transpose(0, 2, 1) if field.is_vector else part[:, 0]
+            values = values[:, 0] if field.of_container else values
+            moving[field.name] = values + origin if field.element == "position" else values
+        return States(times, moving)
+
     def states(self, numbers: Integers, times: Floats, balls: Integers) -> tuple[Floats, Floats]:
         """Places and velocities of balls (*t*, 4, *m*), and of the container (*t*, 4), m and m/s.
 
-        Rough balls have their spins (rad/s) as a fifth row.
+        After these four rows come those of `fields.carried_fields`.
 
         numbers : (*t*,) of events before each, ascending, and not below ``done``
         times : (*t*,), s, not before the last of these events
         balls : (*t*, *m*), the balls at each time; (1, *m*) if they are the same at all
         """
-        rows = 5 if isinstance(self.state.surface, Rough) else 4
+        rows = 4 + sum(len(field.titles) for field in carried_fields(self.start))
         out, container = np.empty((len(numbers), rows, balls.shape[1])), np.empty((len(numbers), 4))
         row, last = 0, int(numbers[-1]) if len(numbers) else self.done
         while row < len(numbers):
@@ -342,17 +351,18 @@ class Replay:
     def _epoch_end(self) -> int:
         return self.done - self.done % self.epoch_length + self.epoch_length
 
-    def _record(self, stop: int) -> Recorded:
+    def _record(self, stop: int) -> Records:
         """The events from ``done`` to ``stop`` in the same epoch, with their clocks."""
         events = self.events[self.done : stop]
-        clocks = clock.clocks(float(self.state.sums[ks.EPOCH]), events)
-        return recorded_of(clocks, events)
+        records = records_of(events)
+        records["time"] = clock.clocks(float(self.state.sums[ks.EPOCH]), events)
+        return records
 
-    def _carried_out(self, stop: int, record: Recorded) -> None:
+    def _carried_out(self, stop: int, record: Records) -> None:
         """Note that events are carried out, and begin an epoch after its number of them."""
         if stop == self._epoch_end:
             epoch = float(self.state.sums[ks.EPOCH])
-            self.state.next_epoch(*clock.following(epoch, float(record.time[-1])))
+            self.state.next_epoch(*clock.following(epoch, float(record["time"][-1])))
         self.done = stop
 
 
@@ -372,7 +382,7 @@ class Moments(NamedTuple):
 @kernel
 def repeat_events(
     states: State,
-    record: Recorded,
+    record: Records,
     starts: Integers,
     done: int,
     kept: Integers,
@@ -407,8 +417,8 @@ def repeat_events(
         for event in range(first - 1, last):
             now = 0.0
             if event >= first:
-                now = record.time[event]
-                i, j = carry_out(event, record, state)
+                now = record[event]["time"]
+                i, j = carry_out(record[event], state)
                 if leaves > 0:
                     climb(i, tree, state)
                     if j >= 0:
@@ -431,7 +441,7 @@ def repeat_events(
 
 @kernel
 def repeat_states(
-    state: State, record: Recorded, moments: Moments, out: Floats, container: Floats
+    state: State, record: Records, moments: Moments, out: Floats, container: Floats
 ) -> None:
     """Carry out recorded events again, and write the states at some moments on the way.
 
@@ -440,7 +450,7 @@ def repeat_states(
     boundary, each, event = state.boundary, len(moments.balls) > 1, 0
     for row in range(len(moments.numbers)):
         while event < moments.numbers[row]:
-            carry_out(event, record, state)
+            carry_out(record[event], state)
             event += 1
         now, balls = moments.clocks[row], moments.balls[row if each else 0]
         for column in range(len(balls)):
@@ -448,20 +458,20 @@ def repeat_states(
             x, y, u, v = state.frame.in_laboratory(boundary, x, y, u, v, now)
             out[row, 0, column], out[row, 1, column] = x, y
             out[row, 2, column], out[row, 3, column] = u, v
-            state.surface.show_spin(balls[column], out[row, :, column])
+            state.surface.show(balls[column], out[row, 4:, column])
         x, y, u, v = boundary.container_flight(now, state.frame)
         container[row, 0], container[row, 1] = x, y
         container[row, 2], container[row, 3] = u, v
-    while event < len(record.time):
-        carry_out(event, record, state)
+    while event < len(record):
+        carry_out(record[event], state)
         event += 1
 
 
 @inlined
-def carry_out(event: int, record: Recorded, state: State) -> tuple[int, int]:
+def carry_out(event: Any, state: State) -> tuple[int, int]:
     """Carry out a recorded event again; its ball and partner."""
-    boundary, now = state.boundary, record.time[event]
-    i, j = int(np.int64(record.i[event])), int(np.int64(record.j[event]))  # as all number balls
+    boundary, now = state.boundary, event["time"]
+    i, j = int(np.int64(event["i"])), int(np.int64(event["j"]))  # as all number balls
     if j == SLIDE:
         boundary.slide(i, now, state)
     else:
@@ -470,7 +480,7 @@ def carry_out(event: int, record: Recorded, state: State) -> tuple[int, int]:
             boundary.take_off_wall(j)
         size = collide(i, j, now, state)
         state.frame.renew_frame(i, j, size, now, state)
-    count(i, j, record.impulse[event], state)
+    count(i, j, event["impulse"], state)
     return i, j
 
 

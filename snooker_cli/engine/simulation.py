@@ -32,11 +32,10 @@ from snooker_cli.engine.conversion import (
 )
 from snooker_cli.engine.event_queue import new_tree
 from snooker_cli.engine.frames import FARTHEST, MovingFrame
-from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Recorded, State, UnequalBalls
+from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Records, State, UnequalBalls
 from snooker_cli.engine.prefetch import PROGRESS, no_chains
 from snooker_cli.engine.sliding import bounces_to_come
-from snooker_cli.engine.surfaces import Rough
-from snooker_cli.fields import MOVING
+from snooker_cli.fields import MOVING, record_type_of
 from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 from snooker_cli.trace import (
@@ -84,13 +83,6 @@ MOTION = {"wall_key", *(field.name for field in MOVING)}
 
 
 # Repeats under way
-
-
-def no_records(repeats: int) -> Recorded:
-    """Records of repeats without room for an event."""
-    first, second = np.empty((2, repeats, 0), dtype=np.int32)
-    times, impulses, tangential = np.empty((3, repeats, 0))
-    return Recorded(times, first, second, impulses, tangential)
 
 
 class Simulation(ABC):
@@ -157,7 +149,11 @@ class Simulation(ABC):
     def _predict_anew(self, repeat: int) -> None:
         """Let the search find everything anew, from the state."""
 
-    def advance(self, records: Recorded, answers: Integers, limit: int, ends: Floats) -> None:
+    def _room(self, repeats: int, events: int) -> Records:
+        """Records of repeats with room for some events of each."""
+        return np.empty((repeats, events), record_type_of(self.scenes[0]))
+
+    def advance(self, records: Records, answers: Integers, limit: int, ends: Floats) -> None:
         """Simulate at most ``limit`` events of each active repeat, and answer why it stopped.
 
         records, answers : a row for each active repeat
@@ -202,11 +198,7 @@ class Simulation(ABC):
         size = CHUNK if number < REORDERED else SMALL_CHUNK
         size = min(size, max(MOST_EVENTS // len(active), 1), most)
         limit = min(self.wanted - before, size, epoch_length - before % epoch_length)
-        shape = len(active), 0 if self.summary else limit
-        first, second = np.empty((2, *shape), dtype=np.int32)
-        rough = isinstance(self.states.surface, Rough)
-        tangential = np.empty((shape[0], shape[1] * rough))
-        records = Recorded(np.empty(shape), first, second, np.empty(shape), tangential)
+        records = self._room(len(active), 0 if self.summary else limit)
         answers = np.zeros(len(active), dtype=np.int64)
         ends = last = self.states.sums[active, ks.TIME_LIMIT]
         if self.taken < len(self.snapshots):
@@ -223,14 +215,12 @@ class Simulation(ABC):
         self.times[active] = epochs + clocks
         if not self.summary:
             rows = active.tolist(), epochs.tolist(), (done - before).tolist()
-            for *columns, repeat, epoch, new in zip(*records, *rows, strict=True):
+            for own, repeat, epoch, new in zip(records, *rows, strict=True):
                 if new == 0 and self.chunks[repeat]:
                     continue
-                if new < limit:  # a view would keep the whole chunk in memory
-                    columns = [column[:new].copy() for column in columns]
-                clock_times, i, j, impulse, given = columns
-                time, residual = clock.times(epoch, clock_times)
-                events = Events(time, i, j, impulse, given if rough else None, residual)
+                columns = {name: own[name][:new].copy() for name in records.dtype.names or ()}
+                columns["time"], residual = clock.times(epoch, columns["time"])
+                events = Events(**columns, residual=residual)
                 (self.chunks[repeat].append if sink is None else sink)(events)
         for row in np.flatnonzero((done > before) & (done % epoch_length == 0)).tolist():
             following = clock.following(float(epochs[row]), float(clocks[row]))
@@ -314,7 +304,7 @@ class Simulation(ABC):
         event_loop.advance(
             self.states,
             self.search,
-            no_records(repeats),
+            self._room(repeats, 0),
             self.samples,
             np.arange(repeats),
             np.zeros(repeats, dtype=np.int64),
@@ -456,7 +446,7 @@ class AmongNeighbours(Simulation):
         balls, history = cm.ball_memory(self.scenes[0].number)
         return balls[np.newaxis], history[np.newaxis]
 
-    def advance(self, records: Recorded, answers: Integers, limit: int, ends: Floats) -> None:
+    def advance(self, records: Records, answers: Integers, limit: int, ends: Floats) -> None:
         answer = FULL if self.proof else self._advance(records, limit, float(ends[0]))
         if self.proof:  # no velocity changes meanwhile
             holds = next(self.proof, None)
@@ -467,7 +457,7 @@ class AmongNeighbours(Simulation):
         endless = self.scene.container.period is not None and self.time_limit == math.inf
         answers[0] = IDLE if endless and self.idle >= IDLE_CALLS else answer
 
-    def _advance(self, records: Recorded, limit: int, end: float) -> int:
+    def _advance(self, records: Records, limit: int, end: float) -> int:
         """Simulate with at most `cells.CROSSINGS_AT_ONCE`; why it stopped.
 
         After crossings alone, a proof that nothing can meet begins; one is enough.
@@ -478,8 +468,7 @@ class AmongNeighbours(Simulation):
         begun, renewals, answer = self.state.collisions, 0, CELL_FULL
         while answer in (CELL_FULL, OUT_OF_MARGIN, NEW_FRAME):
             done = self.state.collisions - begun
-            rest = Recorded(*(column[0] for column in records.after(done)))
-            samples = self.samples.of_repeat(0)
+            rest, samples = records[0, done:], self.samples.of_repeat(0)
             answer = event_loop.advance_alone(
                 self.state, self.search, rest, samples, limit - done, end
             )
@@ -499,11 +488,9 @@ class AmongNeighbours(Simulation):
         return int(answer)
 
     def _finish_samples(self, clocks: Floats) -> None:
-        records = Recorded(*(column[0] for column in no_records(1)))
-        samples, finish = self.samples.of_repeat(0), event_loop.FINISH
-        event_loop.advance_alone(
-            self.state, self.search, records, samples, finish, float(clocks[0])
-        )
+        (records,), samples = self._room(1, 0), self.samples.of_repeat(0)
+        end = float(clocks[0])
+        event_loop.advance_alone(self.state, self.search, records, samples, event_loop.FINISH, end)
 
     def _predict_anew(self, repeat: int) -> None:
         self._renew_margin(float(self.state.sums[ks.NOW]))

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, cast
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.frames import laboratory_velocity
 from snooker_cli.engine.jit import called_by_kernels, inlined
-from snooker_cli.engine.kernel_state import Floats, Part, Recorded, State
+from snooker_cli.engine.kernel_state import Floats, Part, State
 from snooker_cli.laws import Surface
 
 LAST = 0
@@ -62,11 +62,11 @@ class BallSurface(Part):
     ) -> None:
         """As ``rub_wall``, of a free container with a mass (kg), whose motion changes too."""
 
-    def record_rub(self, recorded: Recorded, row: int) -> None:
-        """Write the tangential impulse of the event into a row of the record."""
+    def record_rub(self, event: Any) -> None:
+        """Write the tangential impulse of an event into its record."""
 
-    def show_spin(self, i: int, column: Floats) -> None:
-        """Write the spin of ball i, of the scene's order, after its place and velocity."""
+    def show(self, i: int, column: Floats) -> None:
+        """Write what ball i, of the scene's order, has beside its motion; see `fields.MOVING`."""
 
     def twice_spin_energy(self, i: int, state: State) -> float:
         """Twice the energy of rotation of ball i over its mass, m²/s²."""
@@ -113,7 +113,7 @@ SurfaceNumbers = cast(Any, namedtuple("SurfaceNumbers", [field.name for field in
 """A ``Surface`` in a kernel: floats."""
 
 
-class Rough(BallSurface, NamedTuple("Rough", [("law", Any), ("spins", Floats), ("given", Floats)])):
+class Rough(BallSurface, NamedTuple("Rough", [("law", Any), ("given", Floats), ("spins", Floats)])):
     """Balls that spin. A turn to the left is positive, rad/s.
 
     The tangent t is the normal n from ball i to j turned to the left. Surfaces slip at
@@ -126,14 +126,14 @@ class Rough(BallSurface, NamedTuple("Rough", [("law", Any), ("spins", Floats), (
            w_i       w_j
 
     law : ``SurfaceNumbers``
-    spins : (*N*,), rad/s, in the scene's order
     given : (1,), see ``LAST``
+    spins : (*N*,), rad/s, in the scene's order; it and what may follow are `fields.carried_fields`
 
-    Stacked, both arrays have one axis more, the first.
+    Stacked, the arrays have one axis more, the first.
     """
 
     def of_repeat(self, repeat: int) -> "Rough":
-        return Rough(self.law, self.spins[repeat], self.given[repeat])
+        return Rough(self.law, self.given[repeat], self.spins[repeat])
 
     def rub_pair(
         self, i: int, j: int, x: float, y: float, u: float, v: float, normal: float, state: State
@@ -179,12 +179,12 @@ class Rough(BallSurface, NamedTuple("Rough", [("law", Any), ("spins", Floats), (
         motion[ks.U] += along_x / wall
         motion[ks.V] += along_y / wall
 
-    def record_rub(self, recorded: Recorded, row: int) -> None:
-        recorded.tangential[row] = self.given[LAST]
+    def record_rub(self, event: Any) -> None:
+        event["tangential"] = self.given[LAST]
         self.given[LAST] = 0.0  # the next event may rub nothing
 
-    def show_spin(self, i: int, column: Floats) -> None:
-        column[4] = self.spins[i]
+    def show(self, i: int, column: Floats) -> None:
+        column[0] = self.spins[i]
 
     def twice_spin_energy(self, i: int, state: State) -> float:
         way = state.sizes.radius_of(i) * self.spins[ks.label_of(i, state.labels)]

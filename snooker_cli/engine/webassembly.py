@@ -32,7 +32,7 @@ from snooker_cli.engine.page_kernels import (
 )
 from snooker_cli.engine.sliding import SETTLES
 from snooker_cli.errors import UserError
-from snooker_cli.fields import EVENT_COLUMNS
+from snooker_cli.fields import CARRIED, EVENT_COLUMNS, MOVING, record_type
 from snooker_cli.files import atomic_write
 from snooker_cli.laws import LAWS
 from snooker_cli.trace import StopReason
@@ -152,7 +152,7 @@ class Part(NamedTuple):
     """A number of a ``Page``, or an array, of which the block has the address.
 
     name : as ``state.balls``
-    type : of NumPy
+    type : of NumPy; of records V and their bytes
     shape : lengths of an array, a number or a name of ``LENGTHS``; ``None`` for a number
     place : in the block, bytes
     """
@@ -175,7 +175,9 @@ def layout(boundary: str) -> list[Part]:
         if isinstance(value, np.ndarray):
             shape = tuple(names.get(length, length) for length in value.shape)
         place = SLOT * (1 + slots.index(name))
-        parts.append(Part(name, np.asarray(value).dtype.name, shape, place))
+        kind = np.asarray(value).dtype
+        text = f"V{kind.itemsize}" if kind.names else kind.name
+        parts.append(Part(name, text, shape, place))
     return parts
 
 
@@ -226,13 +228,27 @@ def description() -> dict[str, Any]:
             "FULL": clock.FULL,
             "REASONS": list(StopReason)[: clock.FAR + 1],
             "LENGTHS": LENGTHS,
-            "EVENT_COLUMNS": [
-                {"name": column.name, "kind": column.kind, "needs": column.needs}
-                for column in EVENT_COLUMNS
-                if column.title
+            "EVENT_COLUMNS": event_columns(),
+            "CARRIED": [
+                {"name": field.name, "parts": len(field.titles)} for field in MOVING[CARRIED:]
             ],
         },
     }
+
+
+def event_columns() -> list[dict[str, Any]]:
+    """Where the columns of an event are in its record, in words of 4 bytes, and how many."""
+    columns = [column for column in EVENT_COLUMNS if column.title]
+    places = dict(record_type([column.name for column in columns]).fields or {})
+    return [
+        {
+            "name": column.name,
+            "begin": places[column.name][1] // 4,
+            "words": places[column.name][0].itemsize // 4,
+            "needs": column.needs,
+        }
+        for column in columns
+    ]
 
 
 def shape_of(shape: type[Container]) -> dict[str, Any]:
@@ -333,12 +349,11 @@ class Caller:
     def arguments(self, part: Part) -> Iterator[str]:
         """What Numba passes: a number; or of an array two pointers for Python, the number of
         elements, the size of one in bytes, the address, the lengths and the strides."""
-        what = TYPES[part.type]
         if part.shape is None:
-            yield self.loaded(part.place, what)
+            yield self.loaded(part.place, TYPES[part.type])
             return
         lengths, size = list(map(self.length, part.shape)), str(np.dtype(part.type).itemsize)
-        pointer = "ptr" if self.opaque else f"{what}*"
+        pointer = "ptr" if self.opaque else f"{TYPES.get(part.type, 'i8')}*"
         yield from ("null", "null", self.product(lengths), size)
         yield self.add(f"inttoptr i32 {self.loaded(part.place, 'i32')} to {pointer}")
         yield from lengths

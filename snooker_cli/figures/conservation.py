@@ -129,7 +129,7 @@ def _momentum_change(trace: Trace) -> Course:
 def _momenta(trace: Trace) -> Course:
     """Times (s) and total momenta (*t*, 2), kg m/s."""
     states = observables.at_collisions(trace)
-    velocities = states.velocities, states.container_velocities
+    velocities = states.velocities, states.container_velocity
     return states.time, observables.momentum(*velocities, trace.start)
 
 

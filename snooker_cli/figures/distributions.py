@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -129,8 +128,7 @@ def _sample(
             table = central_distances(even)
         else:
             near, table = (
-                pair_distances(replace(states, positions=states.positions[:, chosen]), scene)
-                for states in (touching, even)
+                pair_distances(states.of_balls(chosen), scene) for states in (touching, even)
             )
             near = near.reshape(-1, len(limits))
             nearest, overlap = float(near.min()), float((limits - near).max())

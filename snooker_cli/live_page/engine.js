@@ -7,7 +7,7 @@ const phrase = String.raw;
 
 const {
   ball: BALL, history: HISTORY, sums: SUMS, counts: COUNTS, law: LAW, laws: LAWS, shapes: SHAPES, answers: ANSWERS,
-  followed: FOLLOWED, SETTLES, NO_PARTNER, FULL, REASONS, LENGTHS, EVENT_COLUMNS,
+  followed: FOLLOWED, SETTLES, NO_PARTNER, FULL, REASONS, LENGTHS, EVENT_COLUMNS, CARRIED,
 } = ENGINE.names;
 const SQUARES = phrase`squares of speeds are no numbers of double precision`;
 const [COLLISIONS, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, REST, FAR] = REASONS;
@@ -20,6 +20,9 @@ const ARRAYS = {
   float64: Float64Array, int64: BigInt64Array, int32: Int32Array, bool: Uint8Array,
 };
 const ALIGNED = 16, PAGE = 65536; // bytes
+
+/** The bytes of an element of an array. Records, whose type is V and their bytes, are words of 4 bytes. */
+const bytesOf = (type) => ARRAYS[type]?.BYTES_PER_ELEMENT ?? Number(type.slice(1));
 
 const modules = {}; // the compiled code of each boundary
 
@@ -57,7 +60,7 @@ class Kernels {
       const size = (shape ?? []).reduce((count, part) => count * (Number.isInteger(part) ? part : lengthOf(part)), 1);
       if (shape) end = Math.ceil(end / ALIGNED) * ALIGNED;
       placed.push([name, type, size, shape ? end : ENGINE.begin + place, shape && ENGINE.begin + place]);
-      if (shape) end += size * ARRAYS[type].BYTES_PER_ELEMENT;
+      if (shape) end += size * bytesOf(type);
     }
     const missing = end - memory.buffer.byteLength;
     if (missing > 0) memory.grow(Math.ceil(missing / PAGE));
@@ -66,7 +69,8 @@ class Kernels {
     this.parts = {};
     for (const [name, type, size, place, slot] of placed) {
       if (slot) view.setUint32(slot, place, true);
-      this.parts[name] = new ARRAYS[type](memory.buffer, place, size);
+      const Values = ARRAYS[type] ?? Int32Array, lengths = bytesOf(type) / Values.BYTES_PER_ELEMENT;
+      this.parts[name] = new Values(memory.buffer, place, size * lengths);
     }
     this.block = new Uint8Array(memory.buffer, ENGINE.begin, end - ENGINE.begin);
     this.follow = () => exports.follow(ENGINE.begin);
@@ -115,12 +119,23 @@ function writeSetup(scene, parts) {
 
 const givesEnergy = (law) => lawsOfWall(law).some(({ name }) => LAWS[name].addsEnergy);
 
-/** The columns that events of a scene have, in the order of their hash; see fields.py. */
-const eventColumns = (scene) => EVENT_COLUMNS.filter(({ needs }) => Boolean(scene[needs]));
+// Events are records of words of 4 bytes: their columns, one after the other, see fields.py.
+const EVENT_WORDS = EVENT_COLUMNS.reduce((total, { words }) => total + words, 0);
+
+/** The words of the columns that events of a scene have. */
+const wordsOf = (scene) => EVENT_COLUMNS.filter(({ needs }) => Boolean(scene[needs]))
+  .flatMap(({ begin, words }) => Array.from({ length: words }, (_, k) => begin + k));
+
+/** A column of records: the value in a row. */
+function eventColumn(name, records) {
+  const { begin, words } = EVENT_COLUMNS.find((column) => column.name === name), step = EVENT_WORDS / words;
+  const values = new (words === 2 ? Float64Array : Int32Array)(records.buffer, records.byteOffset + 4 * begin);
+  return (row) => values[row * step];
+}
 
 /** Write a scene at its start. */
 function writeScene(scene, timeLimit, parts) {
-  const { positions, velocities, spins, radii, masses, container, containerMass } = scene;
+  const { positions, velocities, radii, masses, container, containerMass } = scene;
   const number = radii.length, [width, height] = container.size, balls = parts["state.balls"];
   for (let k = 0; k < number; k += 1) {
     balls[BALL.X * number + k] = positions[2 * k];
@@ -131,7 +146,7 @@ function writeScene(scene, timeLimit, parts) {
   }
   parts["state.sizes.radii"].set(radii);
   parts["state.sizes.masses"].set(masses);
-  parts["state.surface.spins"].set(spins ?? []);
+  for (const { name } of CARRIED) parts[`state.surface.${name}`].set(scene[name] ?? []);
   parts["state.history"].fill(NO_PARTNER, HISTORY.FORMER * number);
   parts["search.times"].fill(Infinity);
   const counts = parts["state.counts"];
@@ -172,7 +187,7 @@ class Simulation {
     this.number = scene.radii.length;
     this.wanted = limits.collisions ?? NO_LIMIT;
     this.timeLimit = limits.time ?? Infinity;
-    this.hash = options.hash ? new EventHash(eventColumns(scene)) : null;
+    this.hash = options.hash ? new EventHash(wordsOf(scene)) : null;
     this.collisions = 0;
     this.time = 0; // s, of the last event
     this.reached = 0; // s; no other event is before
@@ -195,9 +210,10 @@ class Simulation {
     this.spins = parts["state.surface.spins"]; // rad/s
     this.turned = parts.turned;
     this.flights = parts.flights;
-    this.eventTime = parts["followed.time"];
-    this.eventI = parts["followed.i"];
-    this.eventJ = parts["followed.j"];
+    this.events = parts["followed.events"]; // EVENT_WORDS for each event
+    this.eventTime = eventColumn("time", this.events);
+    this.eventI = eventColumn("i", this.events);
+    this.eventJ = eventColumn("j", this.events);
     this.eventSums = parts["followed.sums"]; // FOLLOWED_SUMS for each event
     this.eventPlaces = parts["followed.places"]; // of ball i, and of ball j or the container
     this.eventVelocities = parts["followed.velocities"]; // of the same, after the event
@@ -221,8 +237,8 @@ class Simulation {
     this.eventCount = count;
     this.reached = answers[ANSWERS.REACHED];
     this.collisions += count;
-    if (count > 0) this.time = this.eventTime[count - 1];
-    if (this.hash !== null) this.hash.addAll(parts, count, this.collisions - count);
+    if (count > 0) this.time = this.eventTime(count - 1);
+    if (this.hash !== null) this.hash.addAll(this.events, count, this.collisions - count);
     if (this.collisions >= this.wanted) return this.end(COLLISIONS);
     if (reason !== FULL) return this.end(REASONS[reason]);
     this.idle = count > 0 || this.reached >= until ? 0 : this.idle + 1;
@@ -281,7 +297,7 @@ class Simulation {
    * rules : fields of the scene that differ from now on, such as ``slides``; null for none
    */
   continueWith(rules = null) {
-    const { number, time, sums, counts, spins, turned } = this;
+    const { number, time, sums, counts, parts, turned } = this;
     this.stop = null;
     this.timeLimit = sums[SUMS.TIME_LIMIT] = Infinity;
     if (rules === null) return;
@@ -296,7 +312,7 @@ class Simulation {
     this.begin(Infinity);
     this.sums.set(sums);
     this.counts.set(counts);
-    this.spins.set(spins);
+    for (const { name } of CARRIED) this.parts[`state.surface.${name}`].set(parts[`state.surface.${name}`]);
     this.turned.set(turned);
     this.sums[SUMS.CONTACT_LASTS] = 0;
     this.sums[SUMS.STILL_SINCE] = sums[SUMS.NOW];

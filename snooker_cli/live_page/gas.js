@@ -83,15 +83,15 @@ class Gas {
     const { simulation, meter, series, tagged } = this, { eventCount, eventTime, eventI, eventJ } = simulation;
     const { eventPlaces, eventVelocities } = simulation, rowNow = () => this.row(), before = this.collisions - eventCount;
     for (let row = 0; row < eventCount; row++) {
-      if (eventTime[row] > this.watch?.end) this.stopWatch();
+      if (eventTime(row) > this.watch?.end) this.stopWatch();
       meter.follow(row);
       if (before + row >= this.followed) {
         series.add(rowNow);
-        this.times?.push(eventTime[row]);
+        this.times?.push(eventTime(row));
       }
-      if (this.course && before + row >= this.known && (eventI[row] === tagged || eventJ[row] === tagged)) {
-        const begin = 4 * row + (eventI[row] === tagged ? 0 : 2);
-        this.addToPath(eventTime[row], eventPlaces.subarray(begin, begin + 2), eventVelocities.subarray(begin, begin + 2));
+      if (this.course && before + row >= this.known && (eventI(row) === tagged || eventJ(row) === tagged)) {
+        const begin = 4 * row + (eventI(row) === tagged ? 0 : 2);
+        this.addToPath(eventTime(row), eventPlaces.subarray(begin, begin + 2), eventVelocities.subarray(begin, begin + 2));
       }
     }
     this.followed = Math.max(this.followed, this.collisions);
@@ -99,9 +99,9 @@ class Gas {
     if (this.course?.length > KEPT_PARTS) this.course.splice(0, this.course.length - KEPT_PARTS / 2);
     for (let row = Math.max(eventCount - MOST_FLASHES, 0); row < eventCount; row++) {
       const at = FLASH_NUMBERS * ((this.collisions - eventCount + row) % MOST_FLASHES);
-      this.flashes[at] = eventTime[row];
-      this.flashes[at + 1] = eventI[row];
-      this.flashes[at + 2] = eventJ[row];
+      this.flashes[at] = eventTime(row);
+      this.flashes[at + 1] = eventI(row);
+      this.flashes[at + 2] = eventJ(row);
       for (let k = 0; k < 4; k++) this.flashes[at + 3 + k] = eventPlaces[4 * row + k];
     }
     if (this.collisions >= this.nextSample) this.sampleSpeeds();

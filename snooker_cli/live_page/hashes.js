@@ -96,22 +96,13 @@ const EVENTS_AT_ONCE = 8; // eight events are three blocks, or four
 
 /** The hash of a repeat's events, kept at 1,000, 10,000, 100,000 … events; see ``event_hashes``. */
 class EventHash {
-  /** columns : of an event, in order: ``name``, and ``kind``, as little-endian numbers of Python */
-  constructor(columns) {
+  /** words : those of a record that belong to an event */
+  constructor(words) {
     this.sha = new Sha256();
-    const bytesOf = ({ kind }) => Number(kind.slice(2));
-    this.size = columns.reduce((total, column) => total + bytesOf(column), 0);
-    this.bytes = new Uint8Array(this.size * EVENTS_AT_ONCE);
-    this.view = new DataView(this.bytes.buffer);
-    const numbers = new Float64Array(this.bytes.buffer); // little-endian, as all browsers are
-    const integers = new Int32Array(this.bytes.buffer);
-    let offset = 0;
-    this.columns = columns.map((column) => {
-      const bytes = bytesOf(column), begin = offset;
-      offset += bytes;
-      return { name: `followed.${column.name}`, bytes, begin, values: bytes === 8 ? numbers : integers };
-    });
-    this.used = 0; // bytes of events that the hash has not taken yet
+    this.words = words;
+    this.waiting = new Int32Array(words.length * EVENTS_AT_ONCE); // which the hash has not taken yet
+    this.view = new DataView(this.waiting.buffer);
+    this.used = 0; // of them
     this.count = 0;
     this.next = 1000;
     this.kept = [];
@@ -119,22 +110,18 @@ class EventHash {
 
   /** Add the events of the last call of ``advance``, but for those that it has.
    *
-   * parts : arrays of the engine; count : the number of events; before : number of events before them
+   * records : of the engine; count : the number of events; before : number of events before them
    */
-  addAll(parts, count, before) {
-    const columns = this.columns.map(({ name }) => parts[name]);
-    for (let k = this.count - before; k < count; k += 1) this.add(columns, k);
+  addAll(records, count, before) {
+    for (let k = this.count - before; k < count; k += 1) this.add(records, k * EVENT_WORDS);
   }
 
-  /** Add the event in a row of columns. */
-  add(columns, row) {
-    const { used, size } = this;
-    for (let k = 0; k < columns.length; k += 1) {
-      const { bytes, begin, values } = this.columns[k];
-      values[(used + begin) / bytes] = columns[k][row];
-    }
-    this.used = used + size;
-    if (this.used === this.bytes.length) {
+  /** Add the event whose record begins at a word. */
+  add(records, begin) {
+    const { used, words, waiting } = this;
+    for (let k = 0; k < words.length; k += 1) waiting[used + k] = records[begin + words[k]];
+    this.used = used + words.length;
+    if (this.used === waiting.length) {
       this.sha.updateBlocks(this.view);
       this.used = 0;
     }
@@ -146,6 +133,6 @@ class EventHash {
   }
 
   digest() {
-    return this.sha.digest(this.bytes.subarray(0, this.used));
+    return this.sha.digest(new Uint8Array(this.waiting.buffer, 0, 4 * this.used));
   }
 }

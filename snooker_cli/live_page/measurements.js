@@ -24,9 +24,9 @@ class Meter {
   // To be called for each event of a call of the simulation's ``advance``.
   follow(row) {
     const { eventTime, eventJ, eventSums } = this.simulation, begin = FOLLOWED.FOLLOWED_SUMS * row;
-    this.energyTime += this.energy * (eventTime[row] - this.time);
-    this.time = eventTime[row];
-    if (eventJ[row] < 0) this.wallEvents++;
+    this.energyTime += this.energy * (eventTime(row) - this.time);
+    this.time = eventTime(row);
+    if (eventJ(row) < 0) this.wallEvents++;
     else this.pairEvents++;
     this.energy = eventSums[begin + FOLLOWED.ENERGY];
     this.totalEnergy = this.energy + eventSums[begin + FOLLOWED.SPIN_ENERGY] + eventSums[begin + FOLLOWED.CONTAINER_ENERGY];

@@ -16,6 +16,7 @@ from snooker_cli.containers import Circle, Container, Rectangle
 from snooker_cli.engine import webassembly
 from snooker_cli.engine.page_kernels import boundaries_of, boundary_names
 from snooker_cli.errors import SceneError, UserError
+from snooker_cli.fields import carried_fields
 from snooker_cli.laws import RULES, as_json, keeps_slip, law_of_pairs, law_of_wall, surface_of
 from snooker_cli.live_page.javascript import Formulas
 from snooker_cli.live_page.page_theories import theories_source
@@ -223,7 +224,7 @@ def own_start(experiment: Experiment) -> dict[str, Any] | None:
     start = starting_scene(experiment, 0)
     if isinstance(experiment.balls, BallList) and start.wall_key is None:
         return None
-    rows = _packed(start.positions, start.velocities, start.radii, start.spins)
+    rows = _packed(start.positions, start.velocities, start.radii, *_carried(start))
     return {"size": start.container.size, **rows, "key": _key(start)}
 
 
@@ -233,7 +234,11 @@ def stored_start(scene: Scene) -> dict[str, Any]:
     check_shape(scene.container)
     return {
         **_packed(
-            scene.positions - centre, scene.velocities, scene.radii, scene.masses, scene.spins
+            scene.positions - centre,
+            scene.velocities,
+            scene.radii,
+            scene.masses,
+            *_carried(scene),
         ),
         "key": _key(scene),
         "container": {"shape": scene.container.name, "size": scene.container.size},
@@ -249,11 +254,15 @@ def stored_start(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _packed(positions: NDArray[np.float64], *columns: NDArray[np.float64] | None) -> dict[str, Any]:
+def _carried(scene: Scene) -> list[NDArray[np.float64]]:
+    """What balls have beside their motion, as CARRIED of engine.js names it."""
+    return [getattr(scene, field.name) for field in carried_fields(scene)]
+
+
+def _packed(*columns: NDArray[np.float64]) -> dict[str, Any]:
     """Columns of balls for ``unpacked`` of scene.js: doubles in base64, and the number of balls."""
-    given = [positions, *(column for column in columns if column is not None)]
-    rows = b"".join(column.astype("<f8").tobytes() for column in given)
-    return {"number": len(positions), "rows": b64encode(rows).decode()}
+    rows = b"".join(column.astype("<f8").tobytes() for column in columns)
+    return {"number": len(columns[0]), "rows": b64encode(rows).decode()}
 
 
 def _key(scene: Scene) -> str | None:

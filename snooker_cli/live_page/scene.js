@@ -154,11 +154,12 @@ function squareOf(x, y, container) {
 
 // Stored starts
 
-/** The doubles of arrays one after the other, of ``_packed`` in page.py: [first, second …]. lengths: theirs, or 0 if absent. */
-function unpacked(rows, ...lengths) {
+/** The columns of ``_packed`` in page.py: those that have some numbers for each ball, and an object of the CARRIED. */
+function unpacked(number, rows, ...parts) {
   const bytes = Uint8Array.from(atob(rows), (letter) => letter.charCodeAt(0)), numbers = new Float64Array(bytes.buffer);
   let end = 0;
-  return lengths.map((length) => numbers.slice(end, end += length));
+  const next = (part) => numbers.slice(end, end += part * number); // empty of what is absent
+  return [...parts.map(next), Object.fromEntries(CARRIED.map(({ name, parts: part }) => [name, next(part)]))];
 }
 
 const wallKeyOf = (text) => (text === null ? null : BigInt(text));
@@ -167,9 +168,9 @@ const wallKeyOf = (text) => (text === null ? null : BigInt(text));
 function storedScene({ number, rows, key, containerMass, surface, ...rules }) {
   const limited = ([name, value]) => [name, value ?? Infinity];
   const rough = surface && Object.fromEntries(Object.entries(surface).map(limited));
-  const [positions, velocities, radii, masses, spins] = unpacked(rows, 2 * number, 2 * number, number, number, number);
+  const [positions, velocities, radii, masses, carried] = unpacked(number, rows, 2, 2, 1, 1);
   return {
-    ...rules, positions, velocities, radii, masses, spins, wallKey: wallKeyOf(key), containerMass: containerMass ?? Infinity,
+    ...rules, positions, velocities, radii, masses, ...carried, wallKey: wallKeyOf(key), containerMass: containerMass ?? Infinity,
     surface: rough,
   };
 }

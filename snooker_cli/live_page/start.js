@@ -313,9 +313,9 @@ function setAtRest({ container, masses, positions }, drawn, first, keepsRotation
 
 /** The start that a page has of its config. */
 function ownStart({ number, size, rows, key }, config) {
-  const [positions, velocities, radii, spins] = unpacked(rows, 2 * number, 2 * number, number, number);
+  const [positions, velocities, radii, carried] = unpacked(number, rows, 2, 2, 1);
   const container = { shape: config.container.shape ?? "circle", size };
-  return { config, container, positions, velocities, radii, spins, wallKey: wallKeyOf(key) };
+  return { config, container, positions, velocities, radii, ...carried, wallKey: wallKeyOf(key) };
 }
 
 /** A config of the program with the start of a scene: the given one, if it has this start. */

@@ -12,6 +12,7 @@ from snooker_cli.config.models import SpinTemperature
 from snooker_cli.config.points import stream_seed
 from snooker_cli.containers import Container
 from snooker_cli.errors import JammedError, SceneError
+from snooker_cli.fields import CARRIED, MOVING, MovingField
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.places import lattice_around, random_places, ring_positions
 from snooker_cli.placement.random_numbers import (
@@ -79,8 +80,11 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
             first = len(placed)
             gas = masses[first:], [places[first:] for places in positions]
             _set_at_rest(velocities[:, first:], *gas, axes, not experiment.common_rotation)
-        rough = rules.surface is not None
-        spins = _spins(experiment, radii, masses, repeats) if rough else [None] * len(repeats)
+        carried: dict[str, Any] = {
+            field.name: _carried(field, experiment, radii, masses, repeats)
+            for field in MOVING[CARRIED:]
+            if same[field.needs] is not None
+        }
         keys: list[int | None] = [None] * len(repeats)
         if rules.wall_law.is_random:
             given = experiment.wall_key
@@ -90,15 +94,16 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
                 else (given + repeat) % 2**63
                 for repeat in repeats
             ]
-        rows = zip(positions, velocities, keys, spins, strict=True)
+        rows = zip(positions, velocities, keys, strict=True)
+        own = [{name: values[k] for name, values in carried.items()} for k in range(len(repeats))]
         scenes = [
-            Scene(places, moving, radii, masses, **same, wall_key=key, spins=spin)
-            for places, moving, key, spin in rows
+            Scene(places, moving, radii, masses, **same, **of_repeat, wall_key=key)
+            for of_repeat, (places, moving, key) in zip(own, rows, strict=True)
         ]
         for k, scene in enumerate(scenes):
             if k == 0 or scene.positions is not scenes[k - 1].positions:
                 check(scene, rounding)
-        check_speeds(scenes[0], velocities, np.array(spins) if rough else None)
+        check_speeds(scenes[0], velocities, carried.get("spins"))
     except SceneError as error:
         if error.ball is not None and error.ball < len(placed):
             home = "balls.list" if isinstance(balls, BallList) else "balls"
@@ -207,31 +212,34 @@ def _velocities(experiment: Experiment, repeats: Sequence[int]) -> Floats:
     return velocities
 
 
-def _spins(
-    experiment: Experiment, radii: Floats, masses: Floats, repeats: Sequence[int]
-) -> Sequence[Floats | None]:
-    """The spins of rough balls; (*repeats*, *N*), rad/s.
+def _carried(
+    field: MovingField,
+    experiment: Experiment,
+    radii: Floats,
+    masses: Floats,
+    repeats: Sequence[int],
+) -> Floats:
+    """What balls have beside their motion; zero unless the config gives it; (*repeats*, *N*, …).
 
-    Random ones have the energy T/2 each on average, as a normal law with variance T/(q m r²).
+    Random spins have the energy T/2 each on average, as a normal law with variance T/(q m r²).
     """
     balls, seed = experiment.balls, stream_seed(experiment)
     given: Any = balls.list if isinstance(balls, BallList) else balls
     groups = given if isinstance(given, tuple) else (given,)
     counts = [getattr(group, "number", getattr(group, "count", 1)) for group in groups]
-    spins = np.zeros((len(repeats), len(radii)))
-    warm = any(isinstance(group.spin, SpinTemperature) for group in groups)
-    normals = random_normals(len(radii), seed, repeats, SPIN)[..., 0] if warm else spins
+    values = np.zeros((len(repeats), *field.shape(len(radii))))
     first = 0
     for group, count in zip(groups, counts, strict=True):
-        part = slice(first, first + count)
-        if isinstance(group.spin, SpinTemperature):
+        part, start = slice(first, first + count), getattr(group, field.key, None)
+        if isinstance(start, SpinTemperature):
+            normals = random_normals(len(radii), seed, repeats, SPIN)[:, part, 0]
             moments = experiment.inertia * masses[part] * radii[part] ** 2
             with np.errstate(over="ignore"):  # to infinity, which ``check_speeds`` refuses
-                spins[:, part] = normals[:, part] * np.sqrt(group.spin.temperature / moments)
-        elif group.spin is not None:
-            spins[:, part] = group.spin
+                values[:, part] = normals * np.sqrt(start.temperature / moments)
+        elif start is not None:
+            values[:, part] = start
         first += count
-    return list(spins)
+    return values
 
 
 def _set_at_rest(

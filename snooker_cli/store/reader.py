@@ -356,7 +356,7 @@ def _traces(
     for field in MOVING:
         if field.needs != ALWAYS and rules.get(field.needs) is None:
             continue
-        what, name = f"number of {field.in_states}", f"{layout.element(field)}/value"
+        what, name = f"number of {field.name}", f"{layout.element(field)}/value"
         require(name in file, what)
         columns[field] = hdf5.read_rows(file, name)
         require(columns[field].shape == (2 * len(headers), *field.shape(radii.size)), what)

@@ -26,6 +26,9 @@ SUM_ROUNDING = 1e-9  # by which a sum may seem to shrink
 
 SUMMARY_ROWS = 10_000  # of a repeat, at most; the engine makes fewer
 
+WITH_RANGES = {"time", "i", "j", "impulse", "tangential", "residual"}
+"""The columns of events that `EventCheck` knows; others are finite."""
+
 MOST = 1e200  # J, kg m/s and so on, where the energy at the start is no limit
 
 
@@ -188,6 +191,8 @@ class EventCheck:
         yield "impulse of an event", (impulse >= 0) & (impulse <= most)
         if events.tangential is not None:
             yield "tangential impulse of an event", np.abs(events.tangential) <= most
+        for name in events.columns.keys() - WITH_RANGES:
+            yield f"{name} of an event", np.isfinite(events.columns[name])
 
     def end(self, trace: Trace) -> None:
         """Check that these are all events of a repeat, up to its end."""

@@ -81,8 +81,8 @@ def checks(trace: Trace) -> list[Check]:
         return [*results, Check("escape", math.inf, 0.0)]
     velocities, positions, masses = states.velocities, states.positions, start.masses
     if start.free:
-        velocities = np.hstack([velocities, states.container_velocities[:, np.newaxis]])
-        positions = np.hstack([positions, states.container_positions[:, np.newaxis]])
+        velocities = np.hstack([velocities, states.container_velocity[:, np.newaxis]])
+        positions = np.hstack([positions, states.container_position[:, np.newaxis]])
         masses = np.append(masses, start.container_mass)
     speeds = np.hypot(*np.moveaxis(velocities, -1, 0))
     own, drifts = _own_speeds(start, velocities)
@@ -153,11 +153,9 @@ def _states(trace: Trace) -> tuple[States, Floats]:
 
     The second array has the time of free flight after each, s.
     """
-    finish, number, end = trace.finish, trace.start.number, trace.stop.time
+    number, end = trace.start.number, trace.stop.time
     if trace.events is None:
-        end_state = finish.positions, finish.velocities, finish.container_position
-        columns = (column[np.newaxis] for column in (*end_state, finish.container_velocity))
-        return States(np.array([end]), *columns), np.zeros(1)
+        return States.of([end], [trace.finish]), np.zeros(1)
     times = np.concatenate([[0.0], trace.events.time, [end]])
     pairs = max(1, number * (number - 1) // 2)
     rows = max(2, min(len(times), BUDGET // pairs, BUDGET // number))

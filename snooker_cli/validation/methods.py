@@ -125,7 +125,7 @@ def deepest_overlap(scene: Scene, states: States, flights: Floats) -> float:
 
 def farthest_escape(scene: Scene, states: States) -> float:
     """How far a ball sticks out of the wall, m, at the states; in free flight it is inside."""
-    places = states.positions - states.container_positions[:, None]
+    places = states.positions - states.container_position[:, None]
     return float(np.max(-scene.container.wall_gaps(places, scene.radii), initial=0.0))
 
 

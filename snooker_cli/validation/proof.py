@@ -8,7 +8,6 @@ import math
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import replace
 from importlib import import_module
 from itertools import islice
 from typing import Any, NamedTuple, TypeAlias
@@ -17,7 +16,6 @@ import numpy as np
 
 from snooker_cli import __version__, store
 from snooker_cli.engine import ENGINE_VERSION, simulate
-from snooker_cli.engine.conversion import origin_of
 from snooker_cli.engine.replay import Replay, replay
 from snooker_cli.errors import StoreError, UnsoundError, UserError, install_advice, notice
 from snooker_cli.files import sources_hash
@@ -57,41 +55,28 @@ SOURCES = (
 class OwnEvent(NamedTuple):
     """An event of the engine, s, and its balls and container just after it.
 
-    residual : the part of the time that rounding cuts off
-    impulse, tangential : as they are stored, kg m/s; the latter is 0 of smooth balls
+    The other fields are as in ``Events``; what these do not have is 0.
     """
 
+    state: Scene
     time: float
-    residual: float
     i: int
     j: int
     impulse: float
-    tangential: float
-    state: Scene
+    tangential: float = 0.0
+    residual: float = 0.0
 
 
 def own_events(trace: Trace) -> Iterator[OwnEvent]:
     """The engine's events, carried out again."""
     events, start = trace.events, trace.start
     assert events is not None
-    run, origin = Replay(trace), origin_of(start)
-    everything = np.arange(start.number)[np.newaxis]
-    rest = np.zeros(len(events)) if events.residual is None else events.residual
-    given = np.zeros(len(events)) if events.tangential is None else events.tangential
-    names = events.time, rest, events.i, events.j, events.impulse, given
-    columns = (column.tolist() for column in names)
+    run, names = Replay(trace), [name for name in events.columns if name in OwnEvent._fields]
+    columns = (events.columns[name].tolist() for name in names)
     for done, row in enumerate(zip(*columns, strict=True), start=1):
-        moment, residual, i, j, impulse, tangential = row
-        (balls,), (container,) = run.states(np.array([done]), np.array([moment]), everything)
-        state = replace(
-            start,
-            positions=balls[:2].T + origin,
-            velocities=balls[2:4].T.copy(),
-            container_position=container[:2] + origin,
-            container_velocity=container[2:].copy(),
-            spins=start.spins if start.surface is None else balls[4].copy(),
-        )
-        yield OwnEvent(moment, residual, i, j, impulse, tangential, state)
+        own = dict(zip(names, row, strict=True))
+        states = run.all_states(np.array([done]), np.array([own["time"]]))
+        yield OwnEvent(states.scene(start, 0), **own)
 
 
 def prove(
@@ -121,7 +106,7 @@ def prove(
     verdict, reason, last = (
         "all",
         "",
-        OwnEvent(0.0, 0.0, CONTAINER, CONTAINER, 0.0, 0.0, trace.start),
+        OwnEvent(trace.start, 0.0, CONTAINER, CONTAINER, 0.0),
     )
     twin, worst, own = Twin(trace.start), np.zeros(3), own_events(trace)
     bounds: list[list[float]] = []
@@ -256,15 +241,8 @@ def wrong_end(trace: Trace, limited: bool) -> str:
         return f"the end is at {stop.time:.10g} s, and the last event at {last:.10g} s"
     with suppress(UnsoundError):
         states = replay(trace, [stop.time])
-        pairs: list[tuple[Any, Any]] = [
-            (states.positions[0], trace.finish.positions),
-            (states.velocities[0], trace.finish.velocities),
-            (states.container_positions[0], trace.finish.container_position),
-            (states.container_velocities[0], trace.finish.container_velocity),
-        ]
-        if states.spins is not None:
-            pairs.append((states.spins[0], trace.finish.spins))
-        if all(np.array_equal(*pair) for pair in pairs):
+        finish = vars(trace.finish)
+        if all(np.array_equal(values[0], finish[name]) for name, values in states.moving.items()):
             return ""
     return "the stored finish is not where the stored events lead"
 

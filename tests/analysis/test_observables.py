@@ -45,7 +45,7 @@ def test_series_is_what_the_states_say(simulated: Trace) -> None:
     states = replay(simulated, found.time)
     speeds = np.hypot(states.velocities[..., 0], states.velocities[..., 1])
     energies = 0.5 * start.masses * speeds**2
-    drift = np.sum(states.container_velocities**2, axis=1)
+    drift = np.sum(states.container_velocity**2, axis=1)
     for value, expected in (
         (found.kinetic_energy, energies.sum(axis=1)),
         (found.container_energy, 0.5 * start.container_mass * drift),
@@ -54,10 +54,10 @@ def test_series_is_what_the_states_say(simulated: Trace) -> None:
     ):
         np.testing.assert_allclose(value, expected, rtol=4 * start.number * EPSILON, atol=0)
     # Each collision rounds the two momenta that it changes, by some epsilon of the largest.
-    total = observables.momentum(states.velocities, states.container_velocities, start)
+    total = observables.momentum(states.velocities, states.container_velocity, start)
     assert total[0] == pytest.approx(observables.total_momentum(start), abs=1e-12)
     assert np.max(np.abs(total - total[0])) <= 8 * EPSILON * speeds.sum(axis=1).max() * 400
-    assert np.max(np.abs(states.container_velocities)) * 50 > 1, "the container takes part"
+    assert np.max(np.abs(states.container_velocity)) * 50 > 1, "the container takes part"
 
 
 @pytest.mark.parametrize("shape", ["circle", "periodic"])

@@ -66,8 +66,8 @@ def test_what_is_shown_is_in_the_trace(name: str, films: dict[str, Film]) -> Non
     to_other = made.contacts[pairs] - states.positions[row[pairs], made.j[pairs]]
     to_other = scene.container.nearest_image(to_other)
     assert np.max(np.abs(np.hypot(*to_other.T) - scene.radii[made.j[pairs]])) < slack(made.trace)
-    assert np.all(abs(made.contacts - states.container_positions) <= reach)
-    out = made.contacts[~pairs] - states.container_positions[~pairs]
+    assert np.all(abs(made.contacts - states.container_position) <= reach)
+    out = made.contacts[~pairs] - states.container_position[~pairs]
     if isinstance(scene.container, Circle):
         gaps = np.hypot(*out.T) - scene.container.radius
     else:

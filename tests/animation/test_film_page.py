@@ -94,7 +94,7 @@ def test_the_page_shows_the_trace(name: str, opened: Opened) -> None:
     states = replay(made.trace, np.array(times)[order])
     places, pressures, energies = zip(*(seen["states"][k] for k in order), strict=True)
     np.testing.assert_array_equal(np.array(places)[:, :-1], states.positions)
-    np.testing.assert_array_equal(np.array(places)[:, -1], states.container_positions)
+    np.testing.assert_array_equal(np.array(places)[:, -1], states.container_position)
     known = made.pressure(states.time)
     np.testing.assert_allclose(pressures, np.where(states.time > 0, known, 0), rtol=1e-12)
     rows = np.searchsorted(made.time, states.time, side="right")

@@ -234,7 +234,7 @@ def all_bits(name: str) -> list[str]:
     scene = CASES[name].scene()
     trace = simulate(scene, collisions=250)
     states = replay(trace, [trace.stop.time / 2, trace.stop.time])
-    derived = [states.positions, states.container_velocities, *observables(series(trace))]
+    derived = [states.positions, states.container_velocity, *observables(series(trace))]
     return [bits(trace), hash_of(derived), bits(simulate(scene, collisions=60, summary=True))]
 
 

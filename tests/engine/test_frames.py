@@ -127,7 +127,7 @@ def test_states_are_those_of_the_laboratory(name: str, collisions: int) -> None:
     for quantity in ("positions", "velocities"):
         assert np.array_equal(getattr(again, quantity)[0], getattr(scene, quantity))
         assert np.array_equal(getattr(again, quantity)[1], getattr(finish, quantity))
-    assert np.array_equal(again.container_velocities[1], finish.container_velocity)
+    assert np.array_equal(again.container_velocity[1], finish.container_velocity)
     energy = 0.5 * np.sum(finish.masses * np.sum(finish.velocities**2, axis=1))
     columns = series(trace)
     assert columns.kinetic_energy[-1] == pytest.approx(energy, rel=1e-12)

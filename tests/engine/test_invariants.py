@@ -124,7 +124,7 @@ def test_nothing_overlaps_or_escapes(run):
         scene = replace(
             run.start,
             positions=states.positions[k],
-            container_position=states.container_positions[k],
+            container_position=states.container_position[k],
         )
         bound = slack(run, states.velocities[k])
         gaps, room = gaps_and_room(scene)

@@ -47,7 +47,7 @@ def test_they_are_what_a_replay_gives(name: str) -> None:
         snapshot = taken.snapshots.read(k)
         assert np.array_equal(snapshot.positions, replayed.positions[k])
         assert np.array_equal(snapshot.velocities, replayed.velocities[k])
-        assert np.array_equal(snapshot.container_position, replayed.container_positions[k])
+        assert np.array_equal(snapshot.container_position, replayed.container_position[k])
 
 
 def test_a_summary_is_that_without_snapshots() -> None:

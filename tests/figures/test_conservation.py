@@ -97,7 +97,7 @@ def test_the_change_of_the_momentum_is_over_the_sum_of_momenta(decaying: Run) ->
     assert trace.events is not None
     states = replay(trace, np.append(0.0, trace.events.time))
     total = np.einsum("tic,i->tc", states.velocities, trace.start.masses)
-    total += trace.start.container_mass * states.container_velocities
+    total += trace.start.container_mass * states.container_velocity
     change = np.hypot(*(total - total[0]).T) / np.sum(np.hypot(*trace.start.velocities.T))
     line, rounding = layers(found, Line)
     assert line.y == pytest.approx(change / 1e-16, rel=1e-12)
@@ -114,7 +114,7 @@ def test_momentum_is_summed_from_the_states(decaying: Run) -> None:
     assert trace.events is not None
     states = replay(trace, np.append(0.0, trace.events.time))
     total = np.einsum("tic,i->tc", states.velocities, trace.start.masses)
-    total += trace.start.container_mass * states.container_velocities
+    total += trace.start.container_mass * states.container_velocity
     deviation = total[:, component] / total[0, component] - 1
     assert found.numbers["largest_deviation"] == np.max(np.abs(deviation))
     (line,) = layers(found, Line)

@@ -45,7 +45,7 @@ def test_distances_from_the_centre(decaying: Run) -> None:
     for trace in traces(decaying, 0):
         assert trace.events is not None
         states = replay(trace, np.append(0.0, trace.events.time))
-        offsets = states.positions - states.container_positions[:, None]
+        offsets = states.positions - states.container_position[:, None]
         largest = max(largest, float(np.hypot(offsets[..., 0], offsets[..., 1]).max()))
     assert found.numbers["largest_distance"] == largest
     assert found.numbers["largest_excess"] == largest - 9.0

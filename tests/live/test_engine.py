@@ -199,7 +199,7 @@ def test_laws_may_change_while_a_ball_settles(engine):
   const before = simulation.kineticEnergy();
   for (let event = 0; event < 100; event += 1) {{
     simulation.advance(1);
-    if (simulation.eventI[0] === ball) kinds.push(simulation.eventJ[0]);
+    if (simulation.eventI(0) === ball) kinds.push(simulation.eventJ(0));
   }}
   const after = simulation.kineticEnergy();
   simulation.setLaws(elastic, {{ name: "thermal", temperature: 50 }});

@@ -437,7 +437,7 @@ WATCHED = """(() => {
   const simulation = new Simulation(startingScene(configOf("heated"), 0));
   while (simulation.time < 5) {
     simulation.advance(1);
-    events.push([simulation.time, simulation.eventJ[0]]);
+    events.push([simulation.time, simulation.eventJ(0)]);
   }
   return [running, over, gas.watched, events];
 })()"""

@@ -265,12 +265,22 @@ def test_a_wall_that_becomes_warm_has_a_key_in_the_config(engine: JavaScript) ->
 
 @pytest.mark.parametrize("size", [0, 5, 8])
 def test_hash_of_events(engine: JavaScript, size: int) -> None:
-    """SHA-256 of 24 bytes of each event."""
+    """SHA-256 of 24 bytes of each event of smooth balls, and of 32 of rough ones."""
     rows = np.zeros(size, dtype="<f8,<i4,<i4,<f8")
     rows["f0"], rows["f1"], rows["f2"], rows["f3"] = np.arange(size) / 3, 5, -1, 1e300
+    rough = np.zeros(size, dtype="<f8,<i4,<i4,<f8,<f8")
+    for name in rows.dtype.names:
+        rough[name] = rows[name]
+    rough["f4"] = -0.5
     answer = engine.answer(f"""(() => {{
-      const hash = new EventHash(eventColumns({{ positions: [] }}));
-      for (let k = 0; k < {size}; k += 1) hash.add([[k / 3], [5], [-1], [1e300]], 0);
-      return JSON.stringify(hash.digest());
+      const scenes = [{{ positions: [] }}, {{ positions: [], surface: {{}} }}];
+      const hashes = scenes.map((scene) => new EventHash(wordsOf(scene)));
+      for (let k = 0; k < {size}; k += 1) {{
+        const words = new Int32Array(EVENT_WORDS), numbers = new Float64Array(words.buffer);
+        numbers.set([k / 3, 0, 1e300, -0.5]);
+        words.set([5, -1], 2);
+        hashes.forEach((hash) => hash.add(words, 0));
+      }}
+      return JSON.stringify(hashes.map((hash) => hash.digest()));
     }})()""")
-    assert answer == hashlib.sha256(rows.tobytes()).hexdigest()
+    assert answer == [hashlib.sha256(kept.tobytes()).hexdigest() for kept in (rows, rough)]

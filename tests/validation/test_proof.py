@@ -184,8 +184,8 @@ def shortened(trace: Trace, end: float | None = None) -> Trace:
         trace.finish,
         positions=states.positions[0],
         velocities=states.velocities[0],
-        container_position=states.container_positions[0],
-        container_velocity=states.container_velocities[0],
+        container_position=states.container_position[0],
+        container_velocity=states.container_velocity[0],
     )
     return replace(trace, finish=finish)
 
