@@ -373,6 +373,8 @@ PLACES, STILL = [[0.0, 0.0], [3.0, 0.0]], [[1.0, 0.0], [0.0, 0.0]]
         ({"positions": [], "velocities": []}, "the arrays do not fit"),
         ({"velocities": "fast"}, "the arrays do not fit"),
         ({"container": 10.0}, "give Circle, Box, Channel or PeriodicBox"),
+        ({"seed": 3}, "new_scene has no seed; it has cor, wall_cor, cor_speed, .*, collapse"),
+        ({"cor": 2.0}, "cor: 2"),
     ],
 )
 def test_a_scene_that_cannot_be_is_refused(changes: dict[str, Any], sentence: str) -> None:

@@ -1,7 +1,7 @@
 """Scenes from arrays, and simulations of them without files."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from numbers import Real
 from typing import Any
 
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from snooker_cli import config as configs
 from snooker_cli import engine
 from snooker_cli.api.repeats import Repeat
+from snooker_cli.config.models import RULE_KEYS
 from snooker_cli.containers import Container
 from snooker_cli.errors import UserError
 from snooker_cli.placement.starting_scene import starting_scene
@@ -25,19 +26,9 @@ def new_scene(
     *,
     container: Container,
     container_mass: float = math.inf,
-    cor: float = 1.0,
-    wall_cor: float | None = None,
-    cor_speed: float | None = None,
-    wall_cor_speed: float | None = None,
-    wall_speed: float | Mapping[str, float] | None = None,
-    wall_temperature: float | Mapping[str, float] | None = None,
-    tangential_cor: float | None = None,
-    friction: float | None = None,
-    wall_tangential_cor: float | None = None,
-    wall_friction: float | None = None,
-    inertia: float = 0.5,
     spins: ArrayLike | None = None,
-    collapse: str | Mapping[str, float] = "stop",
+    cor: float = 1.0,
+    **rules: Any,
 ) -> Scene:
     """A scene from arrays, checked.
 
@@ -46,16 +37,15 @@ def new_scene(
     container : ``Circle(radius)``, ``Box(width, height)``, ``Channel(width, height)`` or
         ``PeriodicBox(width, height)``, m
     container_mass : of a circle that moves, kg
-    cor, wall_cor, collapse : as in a config; the wall's CoR is that of the balls by default
-    cor_speed, wall_cor_speed, wall_speed, wall_temperature : as in a config; none by default
-    tangential_cor, friction, wall_tangential_cor, wall_friction, inertia : of rough balls, as in a
-        config; smooth by default
     spins : (*N*,) or one number, rad/s, of rough balls; none by default
+    cor, rules : what collisions do, by the keys of a config from ``cor`` to ``collapse``
 
     Raises ``ConfigError`` or ``SceneError``: balls that overlap or stick out, or a wrong value.
     """
     if not isinstance(container, Container):
         raise UserError(f"container={container!r}: give Circle, Box, Channel or PeriodicBox")
+    if others := sorted(rules.keys() - set(RULE_KEYS)):
+        raise UserError(f"new_scene has no {others[0]}", f"it has {', '.join(RULE_KEYS)}")
     given = [positions, velocities, radii, masses, *([] if spins is None else [spins])]
     try:
         columns = [np.asarray(values, dtype=np.float64) for values in given]
@@ -73,17 +63,7 @@ def new_scene(
         "container": {"shape": container.name, **container.lengths, "mass": container_mass},
         "balls": {"list": [dict(zip(names, row, strict=False)) for row in rows]},
         "cor": cor,
-        "wall_cor": wall_cor,
-        "cor_speed": cor_speed,
-        "wall_cor_speed": wall_cor_speed,
-        "wall_speed": wall_speed,
-        "wall_temperature": wall_temperature,
-        "tangential_cor": tangential_cor,
-        "friction": friction,
-        "wall_tangential_cor": wall_tangential_cor,
-        "wall_friction": wall_friction,
-        "inertia": inertia,
-        "collapse": collapse,
+        **rules,
         "collisions": 1,
     }
     return starting_scene(configs.load(data).experiment, 0)

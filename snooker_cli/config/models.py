@@ -587,6 +587,11 @@ class Experiment(Model):
         return None
 
 
+_KEYS = tuple(Experiment.model_fields)
+RULE_KEYS = _KEYS[_KEYS.index("cor") : _KEYS.index("collapse") + 1]
+"""The keys that say what collisions do."""
+
+
 # Rules about several keys. Each yields what is wrong. Whether balls fit into space is not checked.
 
 
