@@ -25,6 +25,7 @@ from snooker_cli.figures.declared_result import (
     deviations,
 )
 from snooker_cli.figures.figure_data import (
+    MEASURED,
     NEUTRAL,
     Array,
     Band,
@@ -323,7 +324,7 @@ class FigureBuilder:
             self.averaged = True
             if self.source or len(self.points) <= MOST_BANDS:
                 self.bands.append(Band(times, mean - error, mean + error, None, index))
-            if style in ("series", "solid"):
+            if style in ("series", MEASURED):
                 self.singles.append(Repeats(x, rows, None, index))
         self.note_remaining(ends, float(x[-1]))
         return kept
@@ -432,7 +433,7 @@ class FigureBuilder:
         if not unnamed or not isinstance(series[0], Line):  # markers are explained by neutral ones
             return self.lines
         entries = [line for line in self.lines if isinstance(line, Line) and not len(line.x)]
-        if any(entry.style in ("solid", "series") for entry in entries):  # what solid lines are
+        if any(entry.style in (MEASURED, "series") for entry in entries):  # what solid lines are
             return self.lines
         return [replace(line, label=name) if line is series[0] else line for line in self.lines]
 

@@ -29,8 +29,11 @@ from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder
 from snooker_cli.figures.figure_data import (
+    BY_THEORY,
     COMMON_TIMES,
+    EXTRAPOLATED,
     NEUTRAL,
+    SECOND,
     Array,
     FigureData,
     Layer,
@@ -67,9 +70,9 @@ FLOORS = {
 """The floor of the energy in a circle, and in a periodic box."""
 
 _HAFF: dict[str, tuple[str, LineStyle]] = {
-    "fitted": ("Haff's law, α fitted", "dotted"),
-    "theory": ("Haff's law, α of {model}", "dashed"),
-    "floor": ("Haff's law above the energy kept by {kept}", "dashdot"),
+    "fitted": ("Haff's law, α fitted", EXTRAPOLATED),
+    "theory": ("Haff's law, α of {model}", BY_THEORY),
+    "floor": ("Haff's law above the energy kept by {kept}", SECOND),
 }
 """The forms of Haff's law: in the legend, and their dashes."""
 
@@ -155,7 +158,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
             curve, expected = (_haff_constants(build, points[0], scene, e) for e in (grid, cors))
             name = None if several else f"α, {model}"
             y = curve if shared else curve / (1 - grid**2)
-            build.lines.append(Line(grid, y, name, index, "solid"))
+            build.lines.append(Line(grid, y, name, index, BY_THEORY))
             build.cite(quantities.HAFF_RATE, model)
             build.add_residuals(index, cors, alpha, error, expected)
             if len(build.groups) <= MOST_SENTENCES:
@@ -169,11 +172,11 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
         build.lines.append(Points(cors, alpha * scale, error * scale, label, index))
         if build.source:
             series, name = index + len(build.groups), "k by the source report"
-            build.lines.append(Line(cors, column["report_k"], name, series, "dashed"))
+            build.lines.append(Line(cors, column["report_k"], name, series, SECOND))
             name = "k, exponential fitted"
             build.lines.append(Points(cors, column["k"], column["k_error"], name, series, False))
     if several:
-        build.lines.append(legend_line(f"α, {model}", "solid"))
+        build.lines.append(legend_line(f"α, {model}", BY_THEORY))
     title, walls = build.title, {described(point, "wall_cor") for point in names}
     if facts.hold(names[0].experiment, "walls") and len(walls) == 1:
         title = f"{title}: {walls.pop()}"
@@ -195,7 +198,7 @@ def _add_source_constants(build: FigureBuilder, index: int, scene: Scene, cors: 
     free_path, speed = rates.mean_free_path, rates.mean_speed
     law = [theory.source_decay_constant(float(e), free_path, speed) for e in cors]
     name, series = "k, mean free path after Enskog", index + len(build.groups)
-    build.lines.append(Line(cors, np.array(law), name, series, "dotted"))
+    build.lines.append(Line(cors, np.array(law), name, series, BY_THEORY))
 
 
 def _along_cor(records: Sequence[dict[str, Any]], expected: Array, model: str) -> str:
@@ -325,15 +328,15 @@ def cooling(build: FigureBuilder) -> FigureData:
     labels, unit, holds = dict[str, Any](), "s⁻¹", min(decay.holds for decay in decays)
     if several:
         x = np.geomspace(min(ends), max(ends), 200)
-        build.lines.append(Line(x, x, _HAFF[common][0].format(**words), NEUTRAL, "dashed"))
-        rate.append(Line(x, 1 / (1 + x), None, NEUTRAL, "dashed"))
+        build.lines.append(Line(x, x, _HAFF[common][0].format(**words), NEUTRAL, _HAFF[common][1]))
+        rate.append(Line(x, 1 / (1 + x), None, NEUTRAL, _HAFF[common][1]))
         labels = {"x_label": f"α t, α {'of theory' if common == 'theory' else 'fitted'}"}
         unit, drawn = "2α", drawn & {"floor"}
         if drawn:
             text, style = _HAFF["floor"]
             build.lines.append(legend_line(text.format(**words), style))
     elif math.isfinite(holds):
-        build.lines.append(Reference("x", holds, "Haff's law is refused", "dotted"))
+        build.lines.append(Reference("x", holds, "Haff's law is refused"))
     return build.figure(
         " ".join(filter(None, _cooling_sentences(build, drawn, kept))),
         y_limits=(min(ends) / 2, None),

@@ -26,7 +26,11 @@ from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    EXTRAPOLATED,
+    MEASURED,
     NEUTRAL,
+    SECOND,
     Array,
     FigureData,
     Layer,
@@ -83,7 +87,7 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
     equal = all(facts.hold(scene, "equal_balls") for _, scene in spans)
     name = limit_of_equal if equal else limit_of_unequal
     build.lines += [
-        Line(x, uniform, f"uniform in the {widest.container.title}", NEUTRAL, "dashed"),
+        Line(x, uniform, f"uniform in the {widest.container.title}", NEUTRAL, BY_THEORY),
         *(Reference("x", edge, f"{name} = {edge:g} m") for edge in extremes),
     ]
     return build.figure(
@@ -157,7 +161,7 @@ CLOSEST = 0.9  # first distance that is shown, over the least that two balls can
 
 def pair_correlation(build: FigureBuilder) -> FigureData:
     """g(r): mean over the second half of repeats that do not cool, else at the end."""
-    build.lines.append(Reference("y", 1.0))
+    build.lines.append(Reference("y", 1.0, "random places"))
     nearest = 1.0
     for index, point in enumerate(build.points):
         scene = build.start(point)
@@ -245,7 +249,7 @@ def structure_factor(build: FigureBuilder) -> FigureData:
 
     A single point that cools has a curve for each of ``MOMENTS``.
     """
-    build.lines.append(Reference("y", 1.0))
+    build.lines.append(Reference("y", 1.0, "independent points"))
     cooling = [gas_type_of(point) == "cooling" for point in build.points]
     others: dict[str, Any] = {}
     for index, (point, cools) in enumerate(zip(build.points, cooling, strict=True)):
@@ -262,29 +266,24 @@ def structure_factor(build: FigureBuilder) -> FigureData:
         if cools and len(build.points) == 1:
             rows, times = _at_moments(s, build, point, parts)
             for series, time in enumerate(times):
-                build.add_means(series, f"t = {short(time)} s", x, rows[:, series], "solid")
+                build.add_means(series, f"t = {short(time)} s", x, rows[:, series], MEASURED)
             others["shades"] = np.linspace(0.0, 1.0, len(times)).tolist()
             last = rows[:, -1]
         elif cools:
             rows = _at_moments(s, build, point, parts)[0]
             last = rows[:, -1]
             build.add_means(index, build.label(point), x, last)
-            build.lines.append(Line(x, rows[:, 0].mean(axis=0), None, index, "dashed"))
+            build.lines.append(Line(x, rows[:, 0].mean(axis=0), None, index, SECOND))
         else:
             last = np.array([_mean(s, trace, parts) for trace in build.traces(point)])
             build.add_means(index, build.label(point), x, last)
         expected = build.predicted(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
         if expected is not None:
-            name = (
-                None
-                if any(isinstance(layer, Reference) and layer.label for layer in build.lines)
-                else "theory, k → 0"
-            )
-            build.lines.append(Reference("y", expected, name, "dotted"))
+            build.lines.append(Reference("y", expected, "theory, k → 0", EXTRAPOLATED))
         build.record(point, longest=mean_and_error(last[:, 0]), theory=expected)
     equal = all(facts.hold(build.start(point), "equal_balls") for point in build.points)
     if any(cooling) and len(cooling) > 1:
-        build.lines.append(legend_line("the same at the start", "dashed"))
+        build.lines.append(legend_line("the same at the start", SECOND))
     when = "The last state of repeats that cool; else the mean over the second half."
     if len(cooling) == 1:
         when = "One state of each repeat." if cooling[0] else "The mean over the second half."
@@ -369,7 +368,9 @@ def speeds(build: FigureBuilder) -> FigureData:
         expected = np.diff(law if fixed else maxwell)[:used] / width
         middle = (edges[1 : used + 1] + edges[:used]) / 2 * unit
         if crowded:
-            build.lines.append(Line(middle, heights - expected, build.label(point), index, "solid"))
+            build.lines.append(
+                Line(middle, heights - expected, build.label(point), index, MEASURED)
+            )
         else:
             panel.append(Points(middle, heights - expected, errors, None, index))
         build.record(
@@ -378,22 +379,23 @@ def speeds(build: FigureBuilder) -> FigureData:
             distance_from_fixed_energy=math.nan if free is None else difference,
             expected_distance=KOLMOGOROV / math.sqrt(total),
         )
-    of_law = "minus law at fixed energy" if fixed else "minus Maxwell's law"
+    of_law = "law at fixed energy" if fixed else "Maxwell's law"
     if crowded:
-        build.lines.append(Reference("y", 0.0))
+        build.lines.append(Reference("y", 0.0, of_law))
         error = f"The largest standard error is {short(largest, 2)}."
-        return build.figure(error, y_label=f"density {of_law}", y_limits=(None, None))
+        return build.figure(error, y_label=f"density minus {of_law}", y_limits=(None, None))
     reduced = np.linspace(0.0, fastest, 160)
+    maxwell_style = EXTRAPOLATED if any(free for free, _ in laws) else BY_THEORY  # N → ∞
     for index, (free, unit) in enumerate(laws):
         density = theory.maxwell_speed_density(reduced, REDUCED_TEMPERATURE) / unit
         text = None if index else "Maxwell–Boltzmann"
-        build.lines.append(Line(reduced * unit, density, text, NEUTRAL, "dashed"))
+        build.lines.append(Line(reduced * unit, density, text, NEUTRAL, maxwell_style))
         if free is not None:
             exact = theory.fixed_energy_speed_density(reduced, free, REDUCED_TEMPERATURE) / unit
             text = None if index else f"fixed energy, {free} free balls"
-            build.lines.append(Line(reduced * unit, exact, text, NEUTRAL, "dotted"))
+            build.lines.append(Line(reduced * unit, exact, text, NEUTRAL, BY_THEORY))
             if fixed:
-                below = Line(reduced * unit, density - exact, None, NEUTRAL, "dashed")
+                below = Line(reduced * unit, density - exact, None, NEUTRAL, EXTRAPOLATED)
                 panel.append(below)
     words: dict[str, Any] = {"x_label": "speed (m/s)", "y_label": "probability density (s/m)"}
     panel_unit = " (s/m)" if in_metres else ""
@@ -404,7 +406,7 @@ def speeds(build: FigureBuilder) -> FigureData:
     return build.figure(
         f"{chance} {FEW_WORDS * few}".rstrip(),
         panel=tuple(panel),
-        panel_label=of_law + panel_unit,
+        panel_label=f"minus {of_law}{panel_unit}",
         **(words if in_metres else {}),
     )
 
@@ -449,7 +451,7 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
         raise FigureError("nothing moves in its states, so there is no law of velocities")
     c = np.linspace(0.0, farthest, 160)
     build.lines.append(
-        Line(c, theory.maxwell_component_density(c), "Maxwell's law", NEUTRAL, "dashed")
+        Line(c, theory.maxwell_component_density(c), "Maxwell's law", NEUTRAL, BY_THEORY)
     )
     when = "States of the second half of each repeat."
     whose = "each species" if mixed else "the gas"

@@ -15,7 +15,10 @@ from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.counted_parts import CountedParts, gains, measured, window_edges
 from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    EXTRAPOLATED,
     NEUTRAL,
+    SECOND,
     Array,
     FigureData,
     Line,
@@ -29,7 +32,7 @@ from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import Scene
 
 IDEAL = "ideal gas"
-IDEAL_RATIO = Reference("y", 1.0, IDEAL, "dashed")
+IDEAL_RATIO = Reference("y", 1.0, IDEAL, EXTRAPOLATED)
 THEORY = theory.FINITE
 COURSE = 10  # windows of a course
 CURVE = 120  # vertices of a curve of theory
@@ -87,10 +90,10 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
         curve = [first._replace(**{axis: value}) for value in grid.tolist()]
         if index == 0:  # it is the same for every radius
             ideal = np.array([state.ideal_pressure for state in curve])
-            build.lines.append(Line(grid, ideal, IDEAL, NEUTRAL, "dashed"))
+            build.lines.append(Line(grid, ideal, IDEAL, NEUTRAL, EXTRAPOLATED))
         if facts.hold(first.traits, "equal_balls"):
             values = np.array([state.expected for state in curve])
-            build.lines.append(Line(grid, values, None, index, "dotted"))
+            build.lines.append(Line(grid, values, None, index, BY_THEORY))
         name = build.label(group[0], [points[0] for points in build.groups])
         means = [mean_and_error(state.pressures) for state in states]
         y, y_error = np.array(means).T
@@ -101,7 +104,7 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
         ratios = [mean_and_error(state.over_ideal) for state in states]
         for state, pressure, ratio in zip(states, means, ratios, strict=True):
             build.record(state.point, **state.conditions, pressure=pressure, over_ideal=ratio)
-    build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), "dotted"))
+    build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), BY_THEORY))
     return build.figure(parts.text)
 
 
@@ -123,7 +126,7 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
     build.add_residuals(0, radii, y, y_error, np.array(theory_of(radii)))
     build.lines += [
         IDEAL_RATIO,
-        Line(fine, curve, build.cite(quantities.RATIO, THEORY), NEUTRAL, "dotted"),
+        Line(fine, curve, build.cite(quantities.RATIO, THEORY), NEUTRAL, BY_THEORY),
         Points(radii, y, y_error, "simulation"),
     ]
     return build.figure(parts.text)
@@ -157,8 +160,8 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     build.add_residuals(0, packing, excluded, excluded_errors, theirs)
     name = build.cite(quantities.RATIO, THEORY)
     build.lines += [
-        Reference("y", 2.0, "second virial coefficient, b = 2", "dashed"),
-        Line(grid, (1 - 1 / real) / grid, name, NEUTRAL, "dotted"),
+        Reference("y", 2.0, "second virial coefficient, b = 2", EXTRAPOLATED),
+        Line(grid, (1 - 1 / real) / grid, name, NEUTRAL, BY_THEORY),
         Points(packing, excluded, excluded_errors, "simulation"),
     ]
     for k, state in enumerate(states):
@@ -183,7 +186,7 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     residuals = (ratios - 1 / (1 - b * packing)) / errors
     # The points may differ from the law by more than their errors.
     b_error *= max(1.0, math.sqrt(np.sum(residuals**2) / (len(states) - 1)))
-    build.lines.insert(1, Reference("y", b, f"b = {short(b)}, fitted to all", "dashdot"))
+    build.lines.insert(1, Reference("y", b, f"b = {short(b)}, fitted to all", SECOND))
     numbers |= {"excluded_disks": b, "excluded_disks_error": b_error}
     return build.figure(caption, numbers=numbers)
 
@@ -212,7 +215,7 @@ def pressure(build: FigureBuilder) -> FigureData:
         expected = math.nan if law is None else float(np.mean(law.value(gas)))
         if law is not None:
             flat = np.array([expected, expected])
-            build.lines.append(Line(edges[[0, -1]], flat, None, index, "dotted"))
+            build.lines.append(Line(edges[[0, -1]], flat, None, index, BY_THEORY))
             mean, deviation, number = mean_of_remaining(rows)
             error = deviation / np.sqrt(np.maximum(number, 1))
             build.add_residuals(index, middles(edges), mean, error, np.full(len(mean), expected))
@@ -224,7 +227,7 @@ def pressure(build: FigureBuilder) -> FigureData:
             theory=None if law is None else expected,
         )
     if any(record["theory"] is not None for record in build.records):
-        build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), "dotted"))
+        build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), BY_THEORY))
     return build.figure(parts.text, x_label="collisions per ball" if meet else "time (s)")
 
 
@@ -257,7 +260,7 @@ def collision_rate(build: FigureBuilder) -> FigureData:
     grid = np.linspace(0.0, float(np.max(np.concatenate(packings))), CURVE)
     curve = np.array([float(theory.contact_value(packing)) for packing in grid])
     name = build.cite(quantities.PAIR_RATE, theories.ENSKOG)
-    build.lines.insert(0, Line(grid, curve, name, NEUTRAL, "solid"))
+    build.lines.insert(0, Line(grid, curve, name, NEUTRAL, BY_THEORY))
     return build.figure(parts.text)
 
 

@@ -17,7 +17,7 @@ from snooker_cli.analysis.measurement import measure
 from snooker_cli.engine import series
 from snooker_cli.figures import FIGURES, Line, Points, Reference, Selection
 from snooker_cli.figures.captions import LOG_SPREAD
-from snooker_cli.figures.figure_data import Band, courses
+from snooker_cli.figures.figure_data import BY_THEORY, EXTRAPOLATED, Band, courses
 from snooker_cli.formatting import with_error
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
@@ -183,9 +183,9 @@ def test_local_rates_have_windows_with_as_many_collisions_by_haffs_law(decaying:
 
 def test_haffs_laws_of_several_points_are_one_curve(decaying: Run) -> None:
     found = shown(decaying, "cooling")
-    law = next(line for line in layers(found, Line) if len(line.x) and line.style == "dashed")
+    law = next(line for line in layers(found, Line) if len(line.x) and line.style == BY_THEORY)
     assert law.y.tolist() == law.x.tolist()
-    assert not any(line.style == "dotted" for line in layers(found, Line))
+    assert not any(line.style == EXTRAPOLATED for line in layers(found, Line))
     (rates,) = found.panels
     of_rate = next(layer for layer in rates.layers if getattr(layer, "style", "") == "dashed")
     assert isinstance(of_rate, Line)
@@ -273,7 +273,7 @@ def test_a_theory_of_the_energy_ends_where_it_is_far_off(tmp_path: Path) -> None
     run = made(tmp_path / "run", "cor=0.5", "collisions=1500", "repeats=4")
     found = shown(run, "event-decay")
     (points,) = layers(found, Points)
-    line = next(line for line in layers(found, Line) if line.style == "solid" and len(line.x))
+    line = next(line for line in layers(found, Line) if line.style == BY_THEORY and len(line.x))
     assert len(line.x) < len(points.x)
     assert np.all(points.y[: len(line.x)] < 100 * line.y)
     (record,) = found.numbers["points"]

@@ -15,6 +15,7 @@ from snooker_cli.analysis.measurement import Array, measure, pairs_of
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.engine import series
 from snooker_cli.figures import Line, Points, Reference
+from snooker_cli.figures.figure_data import BY_THEORY
 from snooker_cli.runs import Run
 from snooker_cli.theory import FINITE
 from snooker_cli.trace import Trace
@@ -129,7 +130,7 @@ def test_pressure_in_windows(decaying: Run) -> None:
     rows = comparisons(decaying).rows
     compared = [row for row in rows if row["quantity"] == "PV/NT" and row["model"] == FINITE]
     lines = [line for line in layers(found, Line) if line.style == "series"]
-    flat = [line for line in layers(found, Line) if line.style == "dotted" and len(line.x)]
+    flat = [line for line in layers(found, Line) if line.style == BY_THEORY and len(line.x)]
     for index, (record, row) in enumerate(zip(found.numbers["points"], compared, strict=True)):
         assert (record["over_ideal"], record["over_ideal_error"]) == (row["measured"], row["error"])
         assert record["theory"] == pytest.approx(row["predicted"], rel=1e-12)

@@ -15,6 +15,7 @@ from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.analysis.stationarity import StationaryPart
 from snooker_cli.engine import replay, series
 from snooker_cli.figures import FIGURES, Line, Points, Reference, Selection, counted_parts
+from snooker_cli.figures.figure_data import BY_THEORY, EXTRAPOLATED
 from snooker_cli.runs import Run
 
 SIGMAS = 4
@@ -155,12 +156,12 @@ def test_temperature_and_pressure_in_the_steady_state(driven: Run) -> None:
     # The figure has what collisions add over the packing, beside theory of these balls alone.
     marks, lines = layers(pressures, Points), layers(pressures, Line)
     of_large = layers(FIGURES["equation-of-state"].make(driven, Selection(), source=True), Line)
-    assert [line.style for line in of_large[:4]] == ["dotted", "solid"] * 2
+    assert [line.style for line in of_large[:4]] == [EXTRAPOLATED, BY_THEORY] * 2
     for points, line, cor in zip(marks, lines, (0.9, 0.95), strict=False):
         rows = [row for row in pressures.numbers["points"] if row["parameters"]["cor"] == cor]
         added = [(row["virial"] - 1) / row["packing"] for row in rows]
         assert points.y == pytest.approx(added, rel=1e-9)
-        assert line.style == "solid"
+        assert line.style == BY_THEORY
         theirs = (rows[-1]["theory_here"] - 1) / rows[-1]["packing"]
         assert line.y[-1] == pytest.approx(theirs, rel=1e-9)
     below = [layer for layer in pressures.panel if isinstance(layer, Points)]
