@@ -98,6 +98,7 @@ class FigureBuilder:
     brief : numbers of repeats that results of means leave out because they end early, by series
     fewest : number of repeats that remain at the end of a mean course, and number of all; of the
         points with mean courses, the one with the least share
+    errors : what bars and bands are, if not standard errors over the repeats
     beside_theory : whether the caption of the figure itself says the result beside theory
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
@@ -122,6 +123,7 @@ class FigureBuilder:
     thin: bool = False
     brief: dict[int, int] = field(default_factory=dict)
     fewest: tuple[int, int] = (1, 1)
+    errors: str = ""
     beside_theory: bool = False
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
@@ -394,7 +396,7 @@ class FigureBuilder:
 
     def _means_sentence(self, singles: bool) -> str:
         """A sentence on means over the repeats, their bands, and the repeats, if they are drawn."""
-        if not any(band.label is None for band in self.bands):
+        if self.errors or not any(band.label is None for band in self.bands):
             return "Lines: means over the repeats." if self.averaged else ""
         thin = "; thin: single repeats" * singles
         return f"Bold: means over the repeats{thin}; bands: standard errors."
@@ -484,7 +486,7 @@ class FigureBuilder:
             ],
             drawn=[
                 self._arrows_sentence(limits[1]),
-                BARS if barred else "",
+                self.errors or BARS * barred,
                 self._means_sentence(bool(singles)),
                 self._remaining_sentence(),
                 self._left_out(),

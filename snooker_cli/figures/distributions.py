@@ -11,6 +11,7 @@ import numpy as np
 from snooker_cli import facts, theory
 from snooker_cli.analysis import quantities, structure, theories
 from snooker_cli.analysis.gas import independent_velocities
+from snooker_cli.analysis.goodness import LEAST_PROBABILITY, kolmogorov
 from snooker_cli.analysis.observables import (
     at_collisions,
     at_equal_steps,
@@ -40,7 +41,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
 )
 from snooker_cli.figures.selection import elastic, gas_type_of
-from snooker_cli.formatting import short
+from snooker_cli.formatting import chance, short
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace
 
@@ -350,10 +351,9 @@ def speeds(build: FigureBuilder) -> FigureData:
         fastest = max(fastest, float(edges[used]))
         width = SPEED_BIN * unit
         heights = counts[:used] / (total * width)
-        # Of shares whose sums vary: the deviations of the counts from these shares of each sum.
-        shares = rows - counts / total * rows.sum(axis=1, keepdims=True)
-        errors = len(rows) * standard_errors(shares)[:used]
-        errors = count_errors(counts[:used], errors) / (total * width)
+        shares = counts[:used] / total
+        errors = count_errors(counts[:used], np.sqrt(total * shares * (1 - shares)))
+        errors /= total * width
         largest = max(largest, float(np.max(np.nan_to_num(errors))))
         few |= bool(np.any(counts[:used] < len(POISSON)))
         if not crowded:
@@ -378,12 +378,21 @@ def speeds(build: FigureBuilder) -> FigureData:
             speeds=int(total),
             distance_from_fixed_energy=math.nan if free is None else difference,
             expected_distance=KOLMOGOROV / math.sqrt(total),
+            probability=math.nan if free is None else kolmogorov(difference, total),
         )
+    counted = [row["speeds"] for row in build.records]
+    span = " to ".join(f"{number:,}" for number in sorted({min(counted), max(counted)}))
+    build.errors = f"Bars and bands: standard errors of {span} independent speeds."
+    build.errors += f" {FEW_WORDS}" * few
     of_law = "law at fixed energy" if fixed else "Maxwell's law"
     if crowded:
         build.lines.append(Reference("y", 0.0, of_law))
         error = f"The largest standard error is {short(largest, 2)}."
-        return build.figure(error, y_label=f"density minus {of_law}", y_limits=(None, None))
+        return build.figure(
+            f"{_test_of_law(build)} {error}",
+            y_label=f"density minus {of_law}",
+            y_limits=(None, None),
+        )
     reduced = np.linspace(0.0, fastest, 160)
     maxwell_style = EXTRAPOLATED if any(free for free, _ in laws) else BY_THEORY  # N → ∞
     for index, (free, unit) in enumerate(laws):
@@ -399,15 +408,29 @@ def speeds(build: FigureBuilder) -> FigureData:
                 panel.append(below)
     words: dict[str, Any] = {"x_label": "speed (m/s)", "y_label": "probability density (s/m)"}
     panel_unit = " (s/m)" if in_metres else ""
-    distances = sorted(float(row["expected_distance"]) for row in build.records)
-    least, most = short(distances[0], 2), short(distances[-1], 2)
-    span = " to ".join(dict.fromkeys((least, most)))
-    chance = f"Independent speeds have D of {span} by chance."
     return build.figure(
-        f"{chance} {FEW_WORDS * few}".rstrip(),
+        _test_of_law(build),
         panel=tuple(panel),
         panel_label=f"minus {of_law}{panel_unit}",
         **(words if in_metres else {}),
+    )
+
+
+def _test_of_law(build: FigureBuilder) -> str:
+    """Whether independent speeds of the law have distances as large; empty without the law.
+
+    Of several points the least probability counts, once for each of them.
+    """
+    known = [row["probability"] for row in build.records if math.isfinite(row["probability"])]
+    if not known:
+        return ""
+    least, number = min(known), len(known)
+    where = f" ({build.places[[row['probability'] for row in build.records].index(least)]})"
+    of_points = f"{where}, the least of {number} points" if number > 1 else ""
+    refused = number * least < LEAST_PROBABILITY
+    return (
+        f"Independent speeds of the law have D as large with {chance(least)}{of_points}: the law "
+        f"is {'' if refused else 'not '}refused."
     )
 
 
