@@ -44,7 +44,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import axis_label, swept_numbers, value_at
 from snooker_cli.figures.sweeps import places_between, start_with
-from snooker_cli.formatting import listed, short, with_error
+from snooker_cli.formatting import counted, listed, short, with_error
 from snooker_cli.scene import Scene
 
 BINS = 20  # of profiles
@@ -193,8 +193,11 @@ def mean_layers(x: Array, rows: Array, series: int = 0) -> tuple[Layer, ...]:
 
 
 def energy_balance(build: FigureBuilder) -> FigureData:
-    """Power of the walls, of the losses in collisions, and what is left, in windows of time."""
-    steady, shares = CountedParts(build), list[Layer]()
+    """Power of the walls, of the losses in collisions, and what is left, in windows of time.
+
+    What is left changes the energy of the gas. Its points are open while the gas changes.
+    """
+    steady, shares, rests = CountedParts(build), list[Layer](), list[float]()
     for index, point in enumerate(build.points):
         measurement, part = steady.gas(point).measurement, steady.averages(point)
         lossy = facts.hold(point.experiment, "lossy_pairs")
@@ -204,7 +207,17 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         lost = gains(edges, curve.time, curve.lost_energy) / np.diff(edges) * lossy
         build.add_means(index, build.label(point), middles(edges), given, MEASURED)
         build.add_means(index, None, middles(edges), lost, SECOND)
-        shares += mean_layers(middles(edges), (given - lost) / given.mean(axis=0), index)
+        share, gained = given.mean(axis=0), curve.kinetic_energy
+        change = gains(edges, curve.time, gained) / np.diff(edges)
+        rests.append(float(np.nanmax(np.abs((given - lost - change) / share))))
+        heats = np.nanmean(change, axis=0) / share
+        shares.append(Line(middles(edges), heats, None, index, SECOND))
+        first = len(heats) if point.index in steady.changing else steady.gas(point).first_window
+        settled = np.arange(len(heats)) >= (first or 0)
+        for kept, filled in ((settled, True), (~settled, False)):
+            left = ((given - lost) / share)[:, kept]
+            at = middles(edges)[kept], left.mean(axis=0), standard_errors(left)
+            shares += [Points(*at, None, index, filled)] * bool(kept.any())
         given_rate = mean_and_error(part.wall_energy / part.length)
         taken_rate = mean_and_error(part.lost_energy * lossy / part.length)
         rest = mean_and_error((part.wall_energy - part.lost_energy * lossy) / part.length)
@@ -213,9 +226,19 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         legend_line("walls give", MEASURED),
         legend_line("collisions take", SECOND),
     ]
+    empty = np.empty(0)
+    shares.append(Line(empty, empty, "dE/dt of the gas", NEUTRAL, SECOND))
+    shares.append(Points(empty, empty, None, "in − out", NEUTRAL))
+    if any(isinstance(layer, Points) and not layer.filled for layer in shares):
+        shares.append(Points(empty, empty, None, "while the gas changes", NEUTRAL, filled=False))
+    left = f"The rest, in − out − dE/dt, is at most {short(max(rests), 1)} of in."
+    number, still = len(steady.changing), ""
+    if number:
+        of_points = f" of {counted(number, 'point')}" * (len(build.points) > 1)
+        still = f"The gas{of_points} still changes. "
     taken = f"Collisions take {with_error(*taken_rate, 'W')}." * (len(build.points) == 1)
     return build.figure(
-        f"{taken} {steady.text}".lstrip(),
+        f"{taken} {left} {still}{steady.text}".lstrip(),
         logarithmic=build.covers_decades,
         panel=(Reference("y", 0.0), *shares),
     )
