@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -97,6 +98,38 @@ def test_alpha_against_cor_is_over_the_share_of_energy_that_is_lost(decaying: Ru
     ratio = points.y[-1] * lost[1] / expected
     assert residuals.y[-1] == pytest.approx(math.log(ratio), rel=1e-9)
     assert residuals.y_error[-1] == pytest.approx(points.y_error[-1] / points.y[-1], rel=1e-12)
+
+
+def test_the_title_says_how_far_alpha_is_from_theory(decaying: Run, tmp_path: Path) -> None:
+    """Where it differs by most errors. Balls from rings collide less often at first."""
+    assert (
+        shown(decaying, "decay-against-cor").title == "Haff's α against the CoR: agrees with theory"
+    )
+    run = made(tmp_path / "run", "cor=0.8,0.95", "repeats=40", "balls.radius=1.5")
+    found = shown(run, "decay-against-cor")
+    _, residuals = found.panel
+    assert isinstance(residuals, Points)
+    assert residuals.y_error is not None
+    worst = int(np.argmax(np.abs(residuals.y / residuals.y_error)))
+    share, side = (
+        100 * math.expm1(residuals.y[worst]),
+        "above" if residuals.y[worst] > 0 else "below",
+    )
+    stated = re.search(r": (.*) % (above|below) theory at CoR (.*)$", found.title)
+    assert stated is not None
+    assert float(stated[1]) == pytest.approx(abs(share), rel=0.05)
+    assert (stated[2], float(stated[3])) == (side, residuals.x[worst])
+
+
+def test_points_of_repeats_that_ended_early_are_open(tmp_path: Path) -> None:
+    """Wall traps end some repeats at CoR 0.8; at 0.95 all are complete."""
+    run = made(tmp_path / "run", "cor=0.8,0.95", "wall_cor=null", "balls.radius=0.01", "repeats=12")
+    found = shown(run, "decay-against-cor")
+    early = [row["ended_early"] > 0 for row in found.numbers["points"]]
+    assert early == [True, False]
+    markers = {points.filled: points for points in layers(found, Points) if len(points.x)}
+    assert (markers[False].x.tolist(), markers[True].x.tolist()) == ([0.8], [0.95])
+    assert "with repeats that ended early" in [layer.label for layer in layers(found, Points)]
 
 
 def test_walls_that_lose_otherwise_leave_alpha_as_it_is(tmp_path: Path) -> None:
