@@ -270,11 +270,11 @@ class FigureBuilder:
             + "."
         )
 
-    def _largest_deviation(self) -> str:
-        """A sentence on the residuals of the panel, unless the caption has one already."""
+    def largest_deviation(self, residuals: Sequence[Layer]) -> str:
+        """A sentence on residuals as of `add_residuals`, unless the caption has one already."""
         names = {_owner(line): line.label for line in self.lines if line.label}
         repeats = min(len(self.repeats(point)) for point in self.points)
-        return "" if self.beside_theory else deviation_sentence(self.panel, names, repeats)
+        return "" if self.beside_theory else deviation_sentence(residuals, names, repeats)
 
     @property
     def title(self) -> str:
@@ -478,7 +478,9 @@ class FigureBuilder:
             result=[
                 self._result_sentence(numbers or {}),
                 caption,
-                self._largest_deviation() if others.get("panel_label") == OVER_THEORY else "",
+                self.largest_deviation(self.panel)
+                if others.get("panel_label") == OVER_THEORY
+                else "",
             ],
             theory=[
                 theory_sentence(self.cited),

@@ -163,7 +163,7 @@ CLOSEST = 0.9  # first distance that is shown, over the least that two balls can
 def pair_correlation(build: FigureBuilder) -> FigureData:
     """g(r): mean over the second half of repeats that do not cool, else at the end."""
     build.lines.append(Reference("y", 1.0, "random places"))
-    nearest = 1.0
+    nearest, beside_theory = 1.0, replace(build, panel=[])
     for index, point in enumerate(build.points):
         scene = build.start(point)
         diameter = 2 * float(np.mean(scene.radii))
@@ -190,14 +190,17 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             build.lines.append(Points(np.ones(1), value, error, None, index))
         expected = build.predicted(scene, quantities.CONTACT, theories.CHI)
         if expected is not None:
-            value = np.array([expected])
-            build.lines.append(Points(np.ones(1), value, None, None, index, filled=False))
+            at, value = np.ones(1), np.array([expected])
+            build.lines.append(Points(at, value, None, None, index, filled=False))
+            if contact is not None:
+                mean, error = (np.array([number]) for number in contact)
+                beside_theory.add_residuals(index, at, mean, error, value)
         build.record(point, contact=contact, theory=expected)
     kinds = set(map(elastic, build.points))
     when = "Mean over the second half" if True in kinds else "The last state"
     if len(kinds) > 1:
         when = "Elastic points: mean over the second half; others: the last state"
-    caption = f"{when} of each repeat."
+    caption = f"{build.largest_deviation(beside_theory.panel)} {when} of each repeat.".lstrip()
     markers, empty = [layer for layer in build.lines if isinstance(layer, Points)], np.empty(0)
     for filled, name in ((True, "g(σ⁺)"), (False, theories.CHI)):
         if any(marker.filled is filled for marker in markers):

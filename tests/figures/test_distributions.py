@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -177,6 +178,10 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: Run) -> None:
     assert measured.y_error.tolist() == [record["contact_error"]]
     assert (measured.filled, marker.filled) == (True, False)
     assert [entry.label for entry in named] == ["g(σ⁺)", "contact value χ"]
+    share = 100 * (record["contact"] / record["theory"] - 1)
+    stated = re.search(r"The deviation from theory is (.*?) ± .* %", found.caption)
+    assert stated is not None
+    assert float(stated[1].replace("−", "-")) == pytest.approx(share, abs=1)
     assert found.x_limits == (0.9, None)
     assert np.all(line.y[line.x < 0.99] == 0)
     assert abs(np.mean(line.y[line.x > 4]) - 1) < 0.05
