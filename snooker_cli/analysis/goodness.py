@@ -37,6 +37,16 @@ ROWS_IN_WINDOW = 10
 """Rows of a repeat in a window of a test at least, so that its mean is nearly normal."""
 
 
+def variance_probability(ratio: float, degrees: int, free: int) -> float:
+    """The probability of a ratio of variances at least as large (Fisher's F), by their degrees.
+
+    nan without degrees of freedom of the second.
+    """
+    from scipy import special  # takes time to load
+
+    return float(special.fdtrc(degrees, free, ratio)) if free > 0 else math.nan
+
+
 def kolmogorov(distance: float, number: float) -> float:
     """The probability that independent draws of a law have a distance D from it at least as large.
 
