@@ -13,8 +13,8 @@ import repeating
 
 from snooker_cli import containers, theory
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, FigureData, Selection
-from snooker_cli.figures.figure_data import Band
+from snooker_cli.figures import FIGURES, FigureData, Line, Reference, Selection
+from snooker_cli.figures.figure_data import MEASURED, NEUTRAL, Band
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
 
@@ -194,3 +194,32 @@ def in_circle(temperature: float, radius: float) -> float:
     """Pressure of 19 hard disks in the circle of 10 m, by theory."""
     circle = containers.Circle(10.0)
     return theory.fluid_state(19, temperature, radius, circle).pressure
+
+
+def unnamed_lines(figure: FigureData) -> list[str]:
+    """Lines that neither a name nor a legend's entry explains, with the panel that they are in.
+
+    The even line of a panel of residuals is explained by its axis.
+    """
+    panels = {figure.y_label: figure.layers, **{p.label: p.layers for p in figure.all_panels}}
+    shown = [layer for each in panels.values() for layer in each]
+    named = [layer for layer in shown if getattr(layer, "label", None)]
+    own = {"series", MEASURED}
+    styles = {
+        (layer.style, getattr(layer, "series", NEUTRAL))
+        for layer in named
+        if isinstance(layer, Line | Reference)
+    }
+    series = {getattr(layer, "series", NEUTRAL) for layer in named}
+    missing = []
+    for where, layers_of_panel in panels.items():
+        for layer in layers_of_panel:
+            if isinstance(layer, Line) and len(layer.x):
+                by_series = layer.style in own and (layer.series in series or figure.scale)
+                of_all = any(style == layer.style for style, _ in styles)
+                if not (layer.label or by_series or of_all):
+                    missing.append(f"{where}: {layer.style} line of series {layer.series}")
+            of_axis = where != figure.y_label or (getattr(layer, "style", ""), NEUTRAL) in styles
+            if isinstance(layer, Reference) and not (layer.label or of_axis):
+                missing.append(f"{where}: {layer.style} at {layer.value}")
+    return missing

@@ -37,6 +37,28 @@ ROWS_IN_WINDOW = 10
 """Rows of a repeat in a window of a test at least, so that its mean is nearly normal."""
 
 
+def variance_probability(ratio: float, degrees: int, free: int) -> float:
+    """The probability of a ratio of variances at least as large (Fisher's F), by their degrees.
+
+    nan without degrees of freedom of the second.
+    """
+    from scipy import special  # takes time to load
+
+    return float(special.fdtrc(degrees, free, ratio)) if free > 0 else math.nan
+
+
+def kolmogorov(distance: float, number: float) -> float:
+    """The probability that independent draws of a law have a distance D from it at least as large.
+
+    distance : largest difference of cumulative shares; between bins it may be larger, so that the
+        probability is one at most
+    number : of draws, many (Kolmogorov 1933)
+    """
+    from scipy import special  # takes time to load
+
+    return float(special.kolmogorov(math.sqrt(number) * distance))
+
+
 @dataclass(frozen=True)
 class Goodness:
     """Whether a law describes the mean of ln y over repeats; what is not known is nan.

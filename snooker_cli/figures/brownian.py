@@ -13,6 +13,9 @@ from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    EXTRAPOLATED,
+    MEASURED,
     NEUTRAL,
     Array,
     FigureData,
@@ -52,13 +55,13 @@ def tagged_path(build: FigureBuilder) -> FigureData:
         around = f" The {container.title} around the path is {short(size)} m wide and not drawn."
     else:
         corners = container.outline[np.arange(-1, len(container.outline))].T
-        build.lines.append(Line(corners[0], corners[1], container.title, NEUTRAL, "dashed"))
+        build.lines.append(Line(corners[0], corners[1], container.title, NEUTRAL, MEASURED))
     even = np.linspace(0.0, shown[-1], COLOURS + 1)[1:]
     ends = np.unique(np.append(0, np.maximum(np.searchsorted(shown, even), 1)))
     parts = [*pairwise(ends.tolist())]
     for series, (first, last) in enumerate(parts):
         part = slice(first, last + 1)
-        build.lines.append(Line(x[part], y[part], series=series, style="solid"))
+        build.lines.append(Line(x[part], y[part], series=series, style=MEASURED))
     build.lines += [
         Points(x[:1], y[:1], label="start", series=NEUTRAL, filled=False),
         Points(x[-1:], y[-1:], label="end", series=NEUTRAL),
@@ -91,8 +94,8 @@ def mean_squared_displacement(build: FigureBuilder) -> FigureData:
         flight, far = lags[lags <= tau], 4 * theory.coefficient * lags
         diffusive = (lags >= 2 * tau) & (far <= limit)
         build.lines += [
-            Line(flight / tau, theory.mean_square_speed * flight**2, None, index, "dashed"),
-            Line(lags[diffusive] / tau, far[diffusive], None, index, "dotted"),
+            Line(flight / tau, theory.mean_square_speed * flight**2, None, index, EXTRAPOLATED),
+            Line(lags[diffusive] / tau, far[diffusive], None, index, EXTRAPOLATED),
         ]
         longest = max(longest, lags / tau, key=len)
         mean, errors = (rows / far).mean(axis=0), standard_errors(rows / far)
@@ -102,13 +105,13 @@ def mean_squared_displacement(build: FigureBuilder) -> FigureData:
         _add(build, point, index, lags / tau, rows, rises)
     build.lines += [
         *(Reference("y", most, name) for most, name in limits.items()),
-        legend_line("ballistic, ⟨v²⟩t²", "dashed"),
-        legend_line("diffusive, 4Dt with Enskog's D", "dotted"),
+        legend_line("limits ⟨v²⟩t² and 4Dt, Enskog's D", EXTRAPOLATED),
     ]
-    panel.append(Line(longest, 1 + np.expm1(-longest) / longest, None, NEUTRAL, "dashed"))
+    langevin = 1 + np.expm1(-longest) / longest
+    panel.append(Line(longest, langevin, "Langevin's equation, Enskog's τ", NEUTRAL, BY_THEORY))
     return build.figure(
         f"D is from the slope between {SLOPE[0]:g} and {SLOPE[1]:g} τ. {_tagged(tagged)} "
-        f"Below: over 4Dt; dashed: Langevin's equation with Enskog's τ.{walls}",
+        f"Below: over 4Dt.{walls}",
         panel=tuple(panel),
         panel_label="MSD / 4Dt",
     )
@@ -123,7 +126,7 @@ def velocity_autocorrelation(build: FigureBuilder) -> FigureData:
         lags = delays * theory.relaxation_time
         rows = _repeats(build, point, lags, tagged)[1]
         law = np.exp(-delays)
-        build.lines.append(Line(delays, law, None, index, "dashed"))
+        build.lines.append(Line(delays, law, None, index, BY_THEORY))
         integrals = np.trapezoid(rows, lags, axis=1) / 2
         # ⟨v²⟩ is that of the same samples, so that the curve begins at 1.
         square = float(rows[:, 0].mean())
@@ -133,7 +136,7 @@ def velocity_autocorrelation(build: FigureBuilder) -> FigureData:
         until = len(mean) if known.all() else int(np.argmin(known))
         _add(build, point, index, delays[:until], rows[:, :until] / square, integrals)
         build.records[-1]["mean_square_speed"] = square
-    build.lines.append(legend_line("exp(−t/τ) with Enskog's τ", "dashed"))
+    build.lines.append(legend_line("exp(−t/τ) with Enskog's τ", BY_THEORY))
     return build.figure(
         f"D is half of the integral times ⟨v(0)²⟩. {_tagged(tagged)} A curve ends where it is "
         "within its error of zero; below: all of it, less exp(−t/τ).",

@@ -25,6 +25,7 @@ from snooker_cli.figures.declared_result import (
     deviations,
 )
 from snooker_cli.figures.figure_data import (
+    MEASURED,
     NEUTRAL,
     Array,
     Band,
@@ -97,6 +98,7 @@ class FigureBuilder:
     brief : numbers of repeats that results of means leave out because they end early, by series
     fewest : number of repeats that remain at the end of a mean course, and number of all; of the
         points with mean courses, the one with the least share
+    errors : what bars and bands are, if not standard errors over the repeats
     beside_theory : whether the caption of the figure itself says the result beside theory
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
@@ -121,6 +123,7 @@ class FigureBuilder:
     thin: bool = False
     brief: dict[int, int] = field(default_factory=dict)
     fewest: tuple[int, int] = (1, 1)
+    errors: str = ""
     beside_theory: bool = False
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
@@ -267,11 +270,11 @@ class FigureBuilder:
             + "."
         )
 
-    def _largest_deviation(self) -> str:
-        """A sentence on the residuals of the panel, unless the caption has one already."""
+    def largest_deviation(self, residuals: Sequence[Layer]) -> str:
+        """A sentence on residuals as of `add_residuals`, unless the caption has one already."""
         names = {_owner(line): line.label for line in self.lines if line.label}
         repeats = min(len(self.repeats(point)) for point in self.points)
-        return "" if self.beside_theory else deviation_sentence(self.panel, names, repeats)
+        return "" if self.beside_theory else deviation_sentence(residuals, names, repeats)
 
     @property
     def title(self) -> str:
@@ -323,7 +326,7 @@ class FigureBuilder:
             self.averaged = True
             if self.source or len(self.points) <= MOST_BANDS:
                 self.bands.append(Band(times, mean - error, mean + error, None, index))
-            if style in ("series", "solid"):
+            if style in ("series", MEASURED):
                 self.singles.append(Repeats(x, rows, None, index))
         self.note_remaining(ends, float(x[-1]))
         return kept
@@ -393,7 +396,7 @@ class FigureBuilder:
 
     def _means_sentence(self, singles: bool) -> str:
         """A sentence on means over the repeats, their bands, and the repeats, if they are drawn."""
-        if not any(band.label is None for band in self.bands):
+        if self.errors or not any(band.label is None for band in self.bands):
             return "Lines: means over the repeats." if self.averaged else ""
         thin = "; thin: single repeats" * singles
         return f"Bold: means over the repeats{thin}; bands: standard errors."
@@ -432,7 +435,7 @@ class FigureBuilder:
         if not unnamed or not isinstance(series[0], Line):  # markers are explained by neutral ones
             return self.lines
         entries = [line for line in self.lines if isinstance(line, Line) and not len(line.x)]
-        if any(entry.style in ("solid", "series") for entry in entries):  # what solid lines are
+        if any(entry.style in (MEASURED, "series") for entry in entries):  # what solid lines are
             return self.lines
         return [replace(line, label=name) if line is series[0] else line for line in self.lines]
 
@@ -475,7 +478,9 @@ class FigureBuilder:
             result=[
                 self._result_sentence(numbers or {}),
                 caption,
-                self._largest_deviation() if others.get("panel_label") == OVER_THEORY else "",
+                self.largest_deviation(self.panel)
+                if others.get("panel_label") == OVER_THEORY
+                else "",
             ],
             theory=[
                 theory_sentence(self.cited),
@@ -483,7 +488,7 @@ class FigureBuilder:
             ],
             drawn=[
                 self._arrows_sentence(limits[1]),
-                BARS if barred else "",
+                self.errors or BARS * barred,
                 self._means_sentence(bool(singles)),
                 self._remaining_sentence(),
                 self._left_out(),

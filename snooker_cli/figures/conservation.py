@@ -14,6 +14,7 @@ from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_data import (
+    BY_THEORY,
     NEUTRAL,
     Course,
     FigureData,
@@ -36,7 +37,7 @@ MORE = 1.05  # the axis of energies over their highest value
 
 ENERGY_CHANGE = Result("change of the energy", "largest_deviation")
 CHANGE_LABEL = "ΔE / E(0) (10⁻¹⁶)"
-ROUNDING = "Dotted: the rounding that is expected of sums over the balls and of collisions."
+ROUNDING = "Expected is the rounding of sums over the balls and of collisions."
 
 
 def energy(build: FigureBuilder) -> FigureData:
@@ -113,8 +114,7 @@ def momentum(build: FigureBuilder) -> FigureData:
         curves = [_momentum_change(trace) for trace in build.traces(point)]
         build.add_mean_course(index, point, [(time, change / UNIT) for time, change in curves])
         build.record(point, largest_deviation=max(float(change.max()) for _, change in curves))
-    (above, _) = _rounding(build, build.points, False)
-    build.lines.append(replace(above, label="expected rounding"))
+    build.lines.append(_rounding(build, build.points, False)[0])
     return build.figure(ROUNDING)
 
 
@@ -149,7 +149,7 @@ def _rounding(build: FigureBuilder, points: Sequence[Point], of_energy: bool) ->
         size = EPSILON / 2 * np.sqrt(of_sum + each * collisions / number**2)
         rows.append((time, size / UNIT))
     time, size = max(rows, key=lambda row: float(row[1][-1]))
-    return [Line(time, sign * size, None, NEUTRAL, "dotted") for sign in (1, -1)]
+    return [Line(time, sign * size, "expected rounding", NEUTRAL, BY_THEORY) for sign in (1, -1)]
 
 
 def momentum_component(name: str, build: FigureBuilder) -> FigureData:

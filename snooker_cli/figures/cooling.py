@@ -11,7 +11,7 @@ from snooker_cli import facts, theory
 from snooker_cli.analysis import quantities, theories
 from snooker_cli.analysis.comparison import comparisons_of
 from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_constants
-from snooker_cli.analysis.findings import Findings
+from snooker_cli.analysis.findings import FEWEST_TESTED, MOST_ERRORS, Findings
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.gas import (
     enskog_rates,
@@ -29,8 +29,11 @@ from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder
 from snooker_cli.figures.figure_data import (
+    BY_THEORY,
     COMMON_TIMES,
+    EXTRAPOLATED,
     NEUTRAL,
+    SECOND,
     Array,
     FigureData,
     Layer,
@@ -45,8 +48,8 @@ from snooker_cli.figures.figure_data import (
     mean_of_remaining,
     places,
 )
-from snooker_cli.figures.selection import Selection, described
-from snooker_cli.formatting import point_label, with_error
+from snooker_cli.figures.selection import Selection
+from snooker_cli.formatting import point_label, short, with_error
 from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 
@@ -67,9 +70,9 @@ FLOORS = {
 """The floor of the energy in a circle, and in a periodic box."""
 
 _HAFF: dict[str, tuple[str, LineStyle]] = {
-    "fitted": ("Haff's law, α fitted", "dotted"),
-    "theory": ("Haff's law, α of {model}", "dashed"),
-    "floor": ("Haff's law above the energy kept by {kept}", "dashdot"),
+    "fitted": ("Haff's law, α fitted", EXTRAPOLATED),
+    "theory": ("Haff's law, α of {model}", BY_THEORY),
+    "floor": ("Haff's law above the energy kept by {kept}", SECOND),
 }
 """The forms of Haff's law: in the legend, and their dashes."""
 
@@ -142,7 +145,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
     """
     names, several = [group[0] for group in build.groups], len(build.groups) > 1
     model, shared = _model(build.source), build.source or not all(map(_loses_alike, names))
-    sentences = []
+    sentences, any_early = list[str](), False
     for index, points in enumerate(build.groups):
         records = [_constants(build, point) for point in points]
         cors = np.array([point.experiment.cor for point in points])
@@ -155,7 +158,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
             curve, expected = (_haff_constants(build, points[0], scene, e) for e in (grid, cors))
             name = None if several else f"α, {model}"
             y = curve if shared else curve / (1 - grid**2)
-            build.lines.append(Line(grid, y, name, index, "solid"))
+            build.lines.append(Line(grid, y, name, index, BY_THEORY))
             build.cite(quantities.HAFF_RATE, model)
             build.add_residuals(index, cors, alpha, error, expected)
             if len(build.groups) <= MOST_SENTENCES:
@@ -166,22 +169,45 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
                 _add_source_constants(build, index, scene, grid)
         label = build.label(points[0], names) if several else "α, Haff's law fitted"
         scale = 1.0 if shared else 1 / (1 - cors**2)
-        build.lines.append(Points(cors, alpha * scale, error * scale, label, index))
+        early = (column["ended_early"] > 0) & (not build.source)
+        for kept, filled in ((~early, True), (early, False)):
+            if kept.any():
+                named = label if filled or early.all() else None
+                x, y, y_error = (each[kept] for each in (cors, alpha * scale, error * scale))
+                build.lines.append(Points(x, y, y_error, named, index, filled))
+        any_early |= bool(early.any())
         if build.source:
             series, name = index + len(build.groups), "k by the source report"
-            build.lines.append(Line(cors, column["report_k"], name, series, "dashed"))
+            build.lines.append(Line(cors, column["report_k"], name, series, SECOND))
             name = "k, exponential fitted"
             build.lines.append(Points(cors, column["k"], column["k_error"], name, series, False))
     if several:
-        build.lines.append(legend_line(f"α, {model}", "solid"))
-    title, walls = build.title, {described(point, "wall_cor") for point in names}
-    if facts.hold(names[0].experiment, "walls") and len(walls) == 1:
-        title = f"{title}: {walls.pop()}"
-    early = sum(record["ended_early"] for record in build.records)
+        build.lines.append(legend_line(f"α, {model}", BY_THEORY))
+    if any_early:
+        name = "with repeats that ended early"
+        build.lines.append(Points(np.empty(0), np.empty(0), None, name, NEUTRAL, filled=False))
+    title = build.title if build.source else _title_beside_theory(build)
+    ended_early = sum(record["ended_early"] for record in build.records)
     axes: dict[str, Any] = {}
     if shared:
         axes = {"y_label": "decay constant (s⁻¹)", "logarithmic": True}
-    return build.figure(" ".join(sentences), numbers={"ended_early": early}, title=title, **axes)
+    return build.figure(
+        " ".join(sentences), numbers={"ended_early": ended_early}, title=title, **axes
+    )
+
+
+def _title_beside_theory(build: FigureBuilder) -> str:
+    """The title, and how far α is from theory where it differs by most errors."""
+    points = [layer for layer in build.panel if isinstance(layer, Points)]
+    if not points or min(len(build.repeats(point)) for point in build.points) < FEWEST_TESTED:
+        return build.title
+    logs, errors, cors = np.concatenate([[one.y, one.y_error, one.x] for one in points], axis=1)
+    place = int(np.argmax(np.abs(logs) / errors))
+    if not abs(logs[place]) > MOST_ERRORS * errors[place]:
+        return f"{build.title}: agrees with theory"
+    share = short(100 * abs(float(np.expm1(logs[place]))), 2)
+    side = "above" if logs[place] > 0 else "below"
+    return f"{build.title}: {share} % {side} theory at CoR {cors[place]:g}"
 
 
 def _loses_alike(point: Point) -> bool:
@@ -195,7 +221,7 @@ def _add_source_constants(build: FigureBuilder, index: int, scene: Scene, cors: 
     free_path, speed = rates.mean_free_path, rates.mean_speed
     law = [theory.source_decay_constant(float(e), free_path, speed) for e in cors]
     name, series = "k, mean free path after Enskog", index + len(build.groups)
-    build.lines.append(Line(cors, np.array(law), name, series, "dotted"))
+    build.lines.append(Line(cors, np.array(law), name, series, BY_THEORY))
 
 
 def _along_cor(records: Sequence[dict[str, Any]], expected: Array, model: str) -> str:
@@ -325,15 +351,15 @@ def cooling(build: FigureBuilder) -> FigureData:
     labels, unit, holds = dict[str, Any](), "s⁻¹", min(decay.holds for decay in decays)
     if several:
         x = np.geomspace(min(ends), max(ends), 200)
-        build.lines.append(Line(x, x, _HAFF[common][0].format(**words), NEUTRAL, "dashed"))
-        rate.append(Line(x, 1 / (1 + x), None, NEUTRAL, "dashed"))
+        build.lines.append(Line(x, x, _HAFF[common][0].format(**words), NEUTRAL, _HAFF[common][1]))
+        rate.append(Line(x, 1 / (1 + x), None, NEUTRAL, _HAFF[common][1]))
         labels = {"x_label": f"α t, α {'of theory' if common == 'theory' else 'fitted'}"}
         unit, drawn = "2α", drawn & {"floor"}
         if drawn:
             text, style = _HAFF["floor"]
             build.lines.append(legend_line(text.format(**words), style))
     elif math.isfinite(holds):
-        build.lines.append(Reference("x", holds, "Haff's law is refused", "dotted"))
+        build.lines.append(Reference("x", holds, "Haff's law is refused"))
     return build.figure(
         " ".join(filter(None, _cooling_sentences(build, drawn, kept))),
         y_limits=(min(ends) / 2, None),

@@ -10,6 +10,7 @@ import numpy as np
 from snooker_cli import facts, theory
 from snooker_cli.analysis import quantities, structure, theories
 from snooker_cli.analysis.gas import independent_velocities
+from snooker_cli.analysis.goodness import LEAST_PROBABILITY, kolmogorov
 from snooker_cli.analysis.observables import (
     at_collisions,
     at_equal_steps,
@@ -25,7 +26,11 @@ from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    EXTRAPOLATED,
+    MEASURED,
     NEUTRAL,
+    SECOND,
     Array,
     FigureData,
     Layer,
@@ -35,7 +40,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
 )
 from snooker_cli.figures.selection import elastic, gas_type_of
-from snooker_cli.formatting import short
+from snooker_cli.formatting import chance, short
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace
 
@@ -82,7 +87,7 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
     equal = all(facts.hold(scene, "equal_balls") for _, scene in spans)
     name = limit_of_equal if equal else limit_of_unequal
     build.lines += [
-        Line(x, uniform, f"uniform in the {widest.container.title}", NEUTRAL, "dashed"),
+        Line(x, uniform, f"uniform in the {widest.container.title}", NEUTRAL, BY_THEORY),
         *(Reference("x", edge, f"{name} = {edge:g} m") for edge in extremes),
     ]
     return build.figure(
@@ -155,8 +160,8 @@ CLOSEST = 0.9  # first distance that is shown, over the least that two balls can
 
 def pair_correlation(build: FigureBuilder) -> FigureData:
     """g(r): mean over the second half of repeats that do not cool, else at the end."""
-    build.lines.append(Reference("y", 1.0))
-    nearest = 1.0
+    build.lines.append(Reference("y", 1.0, "random places"))
+    nearest, beside_theory = 1.0, replace(build, panel=[])
     for index, point in enumerate(build.points):
         scene = build.start(point)
         diameter = 2 * float(np.mean(scene.radii))
@@ -183,14 +188,17 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             build.lines.append(Points(np.ones(1), value, error, None, index))
         expected = build.predicted(scene, quantities.CONTACT, theories.CHI)
         if expected is not None:
-            value = np.array([expected])
-            build.lines.append(Points(np.ones(1), value, None, None, index, filled=False))
+            at, value = np.ones(1), np.array([expected])
+            build.lines.append(Points(at, value, None, None, index, filled=False))
+            if contact is not None:
+                mean, error = (np.array([number]) for number in contact)
+                beside_theory.add_residuals(index, at, mean, error, value)
         build.record(point, contact=contact, theory=expected)
     kinds = set(map(elastic, build.points))
     when = "Mean over the second half" if True in kinds else "The last state"
     if len(kinds) > 1:
         when = "Elastic points: mean over the second half; others: the last state"
-    caption = f"{when} of each repeat."
+    caption = f"{build.largest_deviation(beside_theory.panel)} {when} of each repeat.".lstrip()
     markers, empty = [layer for layer in build.lines if isinstance(layer, Points)], np.empty(0)
     for filled, name in ((True, "g(σ⁺)"), (False, theories.CHI)):
         if any(marker.filled is filled for marker in markers):
@@ -243,7 +251,7 @@ def structure_factor(build: FigureBuilder) -> FigureData:
 
     A single point that cools has a curve for each of ``MOMENTS``.
     """
-    build.lines.append(Reference("y", 1.0))
+    build.lines.append(Reference("y", 1.0, "independent points"))
     cooling = [gas_type_of(point) == "cooling" for point in build.points]
     others: dict[str, Any] = {}
     for index, (point, cools) in enumerate(zip(build.points, cooling, strict=True)):
@@ -260,29 +268,24 @@ def structure_factor(build: FigureBuilder) -> FigureData:
         if cools and len(build.points) == 1:
             rows, times = _at_moments(s, build, point, parts)
             for series, time in enumerate(times):
-                build.add_means(series, f"t = {short(time)} s", x, rows[:, series], "solid")
+                build.add_means(series, f"t = {short(time)} s", x, rows[:, series], MEASURED)
             others["shades"] = np.linspace(0.0, 1.0, len(times)).tolist()
             last = rows[:, -1]
         elif cools:
             rows = _at_moments(s, build, point, parts)[0]
             last = rows[:, -1]
             build.add_means(index, build.label(point), x, last)
-            build.lines.append(Line(x, rows[:, 0].mean(axis=0), None, index, "dashed"))
+            build.lines.append(Line(x, rows[:, 0].mean(axis=0), None, index, SECOND))
         else:
             last = np.array([_mean(s, trace, parts) for trace in build.traces(point)])
             build.add_means(index, build.label(point), x, last)
         expected = build.predicted(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
         if expected is not None:
-            name = (
-                None
-                if any(isinstance(layer, Reference) and layer.label for layer in build.lines)
-                else "theory, k → 0"
-            )
-            build.lines.append(Reference("y", expected, name, "dotted"))
+            build.lines.append(Reference("y", expected, "theory, k → 0", EXTRAPOLATED))
         build.record(point, longest=mean_and_error(last[:, 0]), theory=expected)
     equal = all(facts.hold(build.start(point), "equal_balls") for point in build.points)
     if any(cooling) and len(cooling) > 1:
-        build.lines.append(legend_line("the same at the start", "dashed"))
+        build.lines.append(legend_line("the same at the start", SECOND))
     when = "The last state of repeats that cool; else the mean over the second half."
     if len(cooling) == 1:
         when = "One state of each repeat." if cooling[0] else "The mean over the second half."
@@ -349,10 +352,9 @@ def speeds(build: FigureBuilder) -> FigureData:
         fastest = max(fastest, float(edges[used]))
         width = SPEED_BIN * unit
         heights = counts[:used] / (total * width)
-        # Of shares whose sums vary: the deviations of the counts from these shares of each sum.
-        shares = rows - counts / total * rows.sum(axis=1, keepdims=True)
-        errors = len(rows) * standard_errors(shares)[:used]
-        errors = count_errors(counts[:used], errors) / (total * width)
+        shares = counts[:used] / total
+        errors = count_errors(counts[:used], np.sqrt(total * shares * (1 - shares)))
+        errors /= total * width
         largest = max(largest, float(np.max(np.nan_to_num(errors))))
         few |= bool(np.any(counts[:used] < len(POISSON)))
         if not crowded:
@@ -367,7 +369,9 @@ def speeds(build: FigureBuilder) -> FigureData:
         expected = np.diff(law if fixed else maxwell)[:used] / width
         middle = (edges[1 : used + 1] + edges[:used]) / 2 * unit
         if crowded:
-            build.lines.append(Line(middle, heights - expected, build.label(point), index, "solid"))
+            build.lines.append(
+                Line(middle, heights - expected, build.label(point), index, MEASURED)
+            )
         else:
             panel.append(Points(middle, heights - expected, errors, None, index))
         build.record(
@@ -375,35 +379,59 @@ def speeds(build: FigureBuilder) -> FigureData:
             speeds=int(total),
             distance_from_fixed_energy=math.nan if free is None else difference,
             expected_distance=KOLMOGOROV / math.sqrt(total),
+            probability=math.nan if free is None else kolmogorov(difference, total),
         )
-    of_law = "minus law at fixed energy" if fixed else "minus Maxwell's law"
+    counted = [row["speeds"] for row in build.records]
+    span = " to ".join(f"{number:,}" for number in sorted({min(counted), max(counted)}))
+    build.errors = f"Bars and bands: standard errors of {span} independent speeds."
+    build.errors += f" {FEW_WORDS}" * few
+    of_law = "law at fixed energy" if fixed else "Maxwell's law"
     if crowded:
-        build.lines.append(Reference("y", 0.0))
+        build.lines.append(Reference("y", 0.0, of_law))
         error = f"The largest standard error is {short(largest, 2)}."
-        return build.figure(error, y_label=f"density {of_law}", y_limits=(None, None))
+        return build.figure(
+            f"{_test_of_law(build)} {error}",
+            y_label=f"density minus {of_law}",
+            y_limits=(None, None),
+        )
     reduced = np.linspace(0.0, fastest, 160)
+    maxwell_style = EXTRAPOLATED if any(free for free, _ in laws) else BY_THEORY  # N → ∞
     for index, (free, unit) in enumerate(laws):
         density = theory.maxwell_speed_density(reduced, REDUCED_TEMPERATURE) / unit
         text = None if index else "Maxwell–Boltzmann"
-        build.lines.append(Line(reduced * unit, density, text, NEUTRAL, "dashed"))
+        build.lines.append(Line(reduced * unit, density, text, NEUTRAL, maxwell_style))
         if free is not None:
             exact = theory.fixed_energy_speed_density(reduced, free, REDUCED_TEMPERATURE) / unit
             text = None if index else f"fixed energy, {free} free balls"
-            build.lines.append(Line(reduced * unit, exact, text, NEUTRAL, "dotted"))
+            build.lines.append(Line(reduced * unit, exact, text, NEUTRAL, BY_THEORY))
             if fixed:
-                below = Line(reduced * unit, density - exact, None, NEUTRAL, "dashed")
+                below = Line(reduced * unit, density - exact, None, NEUTRAL, EXTRAPOLATED)
                 panel.append(below)
     words: dict[str, Any] = {"x_label": "speed (m/s)", "y_label": "probability density (s/m)"}
     panel_unit = " (s/m)" if in_metres else ""
-    distances = sorted(float(row["expected_distance"]) for row in build.records)
-    least, most = short(distances[0], 2), short(distances[-1], 2)
-    span = " to ".join(dict.fromkeys((least, most)))
-    chance = f"Independent speeds have D of {span} by chance."
     return build.figure(
-        f"{chance} {FEW_WORDS * few}".rstrip(),
+        _test_of_law(build),
         panel=tuple(panel),
-        panel_label=of_law + panel_unit,
+        panel_label=f"minus {of_law}{panel_unit}",
         **(words if in_metres else {}),
+    )
+
+
+def _test_of_law(build: FigureBuilder) -> str:
+    """Whether independent speeds of the law have distances as large; empty without the law.
+
+    Of several points the least probability counts, once for each of them.
+    """
+    known = [row["probability"] for row in build.records if math.isfinite(row["probability"])]
+    if not known:
+        return ""
+    least, number = min(known), len(known)
+    where = f" ({build.places[[row['probability'] for row in build.records].index(least)]})"
+    of_points = f"{where}, the least of {number} points" if number > 1 else ""
+    refused = number * least < LEAST_PROBABILITY
+    return (
+        f"Independent speeds of the law have D as large with {chance(least)}{of_points}: the law "
+        f"is {'' if refused else 'not '}refused."
     )
 
 
@@ -447,7 +475,7 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
         raise FigureError("nothing moves in its states, so there is no law of velocities")
     c = np.linspace(0.0, farthest, 160)
     build.lines.append(
-        Line(c, theory.maxwell_component_density(c), "Maxwell's law", NEUTRAL, "dashed")
+        Line(c, theory.maxwell_component_density(c), "Maxwell's law", NEUTRAL, BY_THEORY)
     )
     when = "States of the second half of each repeat."
     whose = "each species" if mixed else "the gas"

@@ -13,6 +13,7 @@ import numpy as np
 
 from snooker_cli.figures.axis_limits import outside, reach, visible
 from snooker_cli.figures.figure_data import (
+    MEASURED,
     NEUTRAL,
     Band,
     FigureData,
@@ -62,7 +63,7 @@ PLAIN = 1e-4, 1e6  # a logarithmic axis within these limits has no powers of ten
 
 MARGIN = 0.05  # margin above the data, as a share of the axis, where only its lower limit is given
 MANY_MARKERS = 30  # more markers of a figure are drawn smaller
-MANY_VERTICES = 400  # lines of more vertices are mostly noise, and drawn thinner
+MANY_VERTICES = 400  # lines of more vertices are mostly noise, and as thin as those of theory
 
 
 def styled() -> AbstractContextManager[None]:
@@ -103,7 +104,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         drawn = _added(axes, data, data.layers)
         _scale(axes, data)
         for panel, content in zip(panels, data.all_panels, strict=True):
-            _added(panel, data, content.layers)
+            drawn += _added(panel, data, content.layers)
             set_text(panel.yaxis.label, textwrap.fill(content.label, PANEL_LABEL_WIDTH))
             panel.set_yscale("log" if content.log else "linear")
             panel.set_xlim(axes.get_xlim())  # `_scale` may have changed the view of one axis alone
@@ -168,7 +169,7 @@ def _artist(axes: Axes, layer: Layer, depth: int, data: FigureData, size: float)
             common |= {"step": "post" if layer.steps else None}
             return axes.fill_between(x, low, high, alpha=0.22, linewidth=0, **common)
         case Repeats(x, rows):
-            return axes.plot(x, rows.T, linewidth=0.4, alpha=0.45, linestyle="solid", **common)[0]
+            return axes.plot(x, rows.T, linewidth=0.4, alpha=0.45, linestyle=MEASURED, **common)[0]
         case Points(x, y):
             drawn = axes.errorbar(
                 x,
@@ -194,7 +195,9 @@ def _width(line: Line) -> float:
         return 2.6
     if line.thin:
         return 0.4
-    return 0.8 if len(line.x) > MANY_VERTICES else 1.2
+    if line.style not in ("series", MEASURED) or len(line.x) > MANY_VERTICES:
+        return 0.9
+    return 1.3
 
 
 def _scale(axes: Axes, data: FigureData) -> None:

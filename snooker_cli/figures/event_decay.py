@@ -16,6 +16,8 @@ from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.cooling import FLOOR_MATTERS, FLOORS, kept_letter
 from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    SECOND,
     Array,
     FigureData,
     Line,
@@ -30,9 +32,9 @@ COUNTS = 14  # steps of the collision count at which the energy is averaged over
 TOO_FAR = 100.0  # from this many times the measured energy on, a theory of it says nothing
 
 _THEORIES: dict[str, tuple[str, LineStyle]] = {
-    "theory": ("expected from the counted collisions", "solid"),
-    "theory_above_floor": ("the same above the energy kept by {}", "dashed"),
-    "mean_field": (f"theory, {two_temperatures.MEAN_FIELD}", "solid"),
+    "theory": ("expected from the counted collisions", BY_THEORY),
+    "theory_above_floor": ("the same above the energy kept by {}", SECOND),
+    "mean_field": (f"theory, {two_temperatures.MEAN_FIELD}", BY_THEORY),
 }
 """Theories of the energy left: in the legend, and their dashes."""
 

@@ -19,6 +19,13 @@ Course: TypeAlias = tuple[Array, Array]  # times (s) and values
 LineStyle: TypeAlias = Literal["series", "solid", "dashed", "dashdot", "dotted"]
 """A dash pattern; "series" is one of the series' own."""
 
+MEASURED: LineStyle = "solid"
+SECOND: LineStyle = "dashdot"
+BY_THEORY: LineStyle = "dashed"
+EXTRAPOLATED: LineStyle = "dotted"
+"""What the dashes of a line mean in every figure: a measurement; a second quantity of the same
+series, or a second form of its theory; the theory of this gas; a limit, such as N → ∞, or a fit."""
+
 NEUTRAL = -1
 """The series of layers that belong to no series: the ideal gas, a limit, a law for all of them."""
 
@@ -88,7 +95,7 @@ class Reference:
     axis: Literal["x", "y"]
     value: float
     label: str | None = None
-    style: LineStyle = "solid"
+    style: LineStyle = MEASURED
 
 
 Layer: TypeAlias = Line | Band | Repeats | Points | Reference
@@ -208,7 +215,8 @@ class FigureData:
         axes = f"{self.y_label}{scales[0]} against {self.x_label}{scales[1]}"
         labels = [panel.label for panel in self.all_panels]
         below = f". Below: {listed(labels)}" if labels else ""
-        legend = "; ".join(dict.fromkeys(layer.label for layer in self.layers if layer.label))
+        layers = [*self.layers, *(layer for panel in self.all_panels for layer in panel.layers)]
+        legend = "; ".join(dict.fromkeys(layer.label for layer in layers if layer.label))
         return f"{self.title}. {axes}{below}{f'. Legend: {legend}' if legend else ''}."
 
 

@@ -8,15 +8,22 @@ import numpy as np
 from snooker_cli import facts, theory
 from snooker_cli.analysis import quantities, theories
 from snooker_cli.analysis.fitting import attraction, excluded_area
+from snooker_cli.analysis.goodness import LEAST_PROBABILITY, variance_probability
 from snooker_cli.analysis.observables import collisions_per_ball, mean_and_error
 from snooker_cli.analysis.profiles import middles
+from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.counted_parts import CountedParts, gains, measured, window_edges
 from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    EXTRAPOLATED,
+    MEASURED,
     NEUTRAL,
+    SECOND,
     Array,
+    Band,
     FigureData,
     Line,
     Points,
@@ -25,11 +32,11 @@ from snooker_cli.figures.figure_data import (
     mean_of_remaining,
 )
 from snooker_cli.figures.selection import gas_type_of
-from snooker_cli.formatting import short, with_error
+from snooker_cli.formatting import chance, short, with_error
 from snooker_cli.scene import Scene
 
 IDEAL = "ideal gas"
-IDEAL_RATIO = Reference("y", 1.0, IDEAL, "dashed")
+IDEAL_RATIO = Reference("y", 1.0, IDEAL, EXTRAPOLATED)
 THEORY = theory.FINITE
 COURSE = 10  # windows of a course
 CURVE = 120  # vertices of a curve of theory
@@ -87,10 +94,10 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
         curve = [first._replace(**{axis: value}) for value in grid.tolist()]
         if index == 0:  # it is the same for every radius
             ideal = np.array([state.ideal_pressure for state in curve])
-            build.lines.append(Line(grid, ideal, IDEAL, NEUTRAL, "dashed"))
+            build.lines.append(Line(grid, ideal, IDEAL, NEUTRAL, EXTRAPOLATED))
         if facts.hold(first.traits, "equal_balls"):
             values = np.array([state.expected for state in curve])
-            build.lines.append(Line(grid, values, None, index, "dotted"))
+            build.lines.append(Line(grid, values, None, index, BY_THEORY))
         name = build.label(group[0], [points[0] for points in build.groups])
         means = [mean_and_error(state.pressures) for state in states]
         y, y_error = np.array(means).T
@@ -101,7 +108,7 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
         ratios = [mean_and_error(state.over_ideal) for state in states]
         for state, pressure, ratio in zip(states, means, ratios, strict=True):
             build.record(state.point, **state.conditions, pressure=pressure, over_ideal=ratio)
-    build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), "dotted"))
+    build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), BY_THEORY))
     return build.figure(parts.text)
 
 
@@ -123,14 +130,17 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
     build.add_residuals(0, radii, y, y_error, np.array(theory_of(radii)))
     build.lines += [
         IDEAL_RATIO,
-        Line(fine, curve, build.cite(quantities.RATIO, THEORY), NEUTRAL, "dotted"),
+        Line(fine, curve, build.cite(quantities.RATIO, THEORY), NEUTRAL, BY_THEORY),
         Points(radii, y, y_error, "simulation"),
     ]
     return build.figure(parts.text)
 
 
 def van_der_waals(build: FigureBuilder) -> FigureData:
-    """Van der Waals' b of each point against packing, with theory; b and a of all of them."""
+    """Van der Waals' b of each point against packing, with theory; b and a of all of them.
+
+    Where the points refuse one b, their trend is drawn instead.
+    """
     parts = CountedParts(build)
     states = [_gas_state(parts, point) for point in build.points]
     first, radius, disk = states[0], states[0].radius, math.pi * states[0].radius ** 2
@@ -157,8 +167,8 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     build.add_residuals(0, packing, excluded, excluded_errors, theirs)
     name = build.cite(quantities.RATIO, THEORY)
     build.lines += [
-        Reference("y", 2.0, "second virial coefficient, b = 2", "dashed"),
-        Line(grid, (1 - 1 / real) / grid, name, NEUTRAL, "dotted"),
+        Reference("y", 2.0, "second virial coefficient, b = 2", EXTRAPOLATED),
+        Line(grid, (1 - 1 / real) / grid, name, NEUTRAL, BY_THEORY),
         Points(packing, excluded, excluded_errors, "simulation"),
     ]
     for k, state in enumerate(states):
@@ -180,16 +190,37 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
             f"{caption} Fewer than {FEWEST_PACKINGS} packings fit no b.".lstrip(), numbers=numbers
         )
     b, b_error = (value / disk for value in excluded_area(densities, ratios, errors))
-    residuals = (ratios - 1 / (1 - b * packing)) / errors
+    residuals, free = (ratios - 1 / (1 - b * packing)) / errors, len(states) - 1
+    spread = float(np.sum(residuals**2)) / free
+    by_chance = variance_probability(spread, free, sum(len(s.over_ideal) - 1 for s in states))
+    numbers["probability"] = by_chance
+    if by_chance < LEAST_PROBABILITY:
+        (slope, at_zero), covariance = np.polyfit(
+            packing, excluded, 1, w=1 / excluded_errors, cov="unscaled"
+        )
+        numbers |= {"slope": slope, "slope_error": (error := math.sqrt(covariance[0, 0]))}
+        changes = "falls" if slope < 0 else "rises"
+        name = f"trend, b {changes} by {short(abs(slope), 2)} per packing"
+        build.lines.insert(1, Line(grid, at_zero + slope * grid, name, NEUTRAL, SECOND))
+        said = f"One b for all packings is refused ({chance(by_chance)}): b {changes} by"
+        return build.figure(
+            f"{said} {with_error(abs(slope), error)} areas of a disk for a packing of 1. {caption}",
+            numbers=numbers,
+            title=f"Van der Waals' b {changes} with the packing",
+        )
     # The points may differ from the law by more than their errors.
-    b_error *= max(1.0, math.sqrt(np.sum(residuals**2) / (len(states) - 1)))
-    build.lines.insert(1, Reference("y", b, f"b = {short(b)}, fitted to all", "dashdot"))
+    b_error *= max(1.0, math.sqrt(spread))
+    build.lines.insert(1, Reference("y", b, f"b = {short(b)}, fitted to all", SECOND))
     numbers |= {"excluded_disks": b, "excluded_disks_error": b_error}
+    caption = f"One b for all packings is not refused ({chance(by_chance)}). {caption}"
     return build.figure(caption, numbers=numbers)
 
 
 def pressure(build: FigureBuilder) -> FigureData:
-    """PV/NT in windows of collisions, with theory of as many hard disks in this container."""
+    """PV/NT in windows of collisions, and its mean over the time, with theory.
+
+    Theory is that of as many hard disks in this container.
+    """
     parts = CountedParts(build)
     measurements = [build.measurement(point) for point in build.points]
     meet = all(float(np.median(m.events[:, 1])) >= COURSE for m in measurements)
@@ -207,24 +238,36 @@ def pressure(build: FigureBuilder) -> FigureData:
         rows = ratio * scene.container.area
         if not np.any(rows > 0):
             raise FigureError("nothing hits the wall, so there is no pressure; run longer")
-        build.add_means(index, build.label(point), middles(edges), rows)
+        mean, deviation, number = mean_of_remaining(rows)
+        error = deviation / np.sqrt(np.maximum(number, 1))
+        build.note_remaining(along[:, -1], edges[-1])
+        build.lines.append(
+            Points(middles(edges), mean, error, build.label(point) or "windows", index)
+        )
+        whole = mean_and_error(measured(gas, quantities.RATIO))
+        begin = np.maximum(0.0, curve.time[:, -1].mean() - gas.means.length.mean())
+        begins = float(interpolated(np.array([begin]), curve.time, along).mean())
+        ends = np.array([begins, edges[-1]])
+        level, spread = np.full(2, whole[0]), np.full(2, whole[1])
+        build.lines.append(Line(ends, level, None, index, MEASURED))
+        build.bands.append(Band(ends, level - spread, level + spread, None, index))
         law = theories.theory_of(scene, quantities.RATIO, THEORY)
         expected = math.nan if law is None else float(np.mean(law.value(gas)))
         if law is not None:
             flat = np.array([expected, expected])
-            build.lines.append(Line(edges[[0, -1]], flat, None, index, "dotted"))
-            mean, deviation, number = mean_of_remaining(rows)
-            error = deviation / np.sqrt(np.maximum(number, 1))
+            build.lines.append(Line(edges[[0, -1]], flat, None, index, BY_THEORY))
             build.add_residuals(index, middles(edges), mean, error, np.full(len(mean), expected))
         build.record(
             point,
-            over_ideal=mean_and_error(measured(gas, quantities.RATIO)),
+            over_ideal=whole,
             pressure=mean_and_error(gas.pressure),
             temperature=mean_and_error(gas.temperature),
             theory=None if law is None else expected,
         )
+    build.lines.append(legend_line("mean over the time", MEASURED))
+    build.errors = "Bars, and bands around the means: standard errors over the repeats."
     if any(record["theory"] is not None for record in build.records):
-        build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), "dotted"))
+        build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), BY_THEORY))
     return build.figure(parts.text, x_label="collisions per ball" if meet else "time (s)")
 
 
@@ -257,7 +300,7 @@ def collision_rate(build: FigureBuilder) -> FigureData:
     grid = np.linspace(0.0, float(np.max(np.concatenate(packings))), CURVE)
     curve = np.array([float(theory.contact_value(packing)) for packing in grid])
     name = build.cite(quantities.PAIR_RATE, theories.ENSKOG)
-    build.lines.insert(0, Line(grid, curve, name, NEUTRAL, "solid"))
+    build.lines.insert(0, Line(grid, curve, name, NEUTRAL, BY_THEORY))
     return build.figure(parts.text)
 
 

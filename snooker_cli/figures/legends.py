@@ -12,7 +12,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from snooker_cli.figures.figure_data import NEUTRAL, Array, FigureData, Layer, Line, Points
+from snooker_cli.figures.figure_data import (
+    MEASURED,
+    NEUTRAL,
+    Array,
+    FigureData,
+    Layer,
+    Line,
+    Points,
+)
 from snooker_cli.files import out_of_sight
 from snooker_cli.trace import even_choice
 
@@ -32,16 +40,17 @@ LEGEND_SHARE = 0.97  # of the figure's width, for the legend
 
 _COLOURS = matplotlib.color_sequences["petroff10"]
 _HUES = tuple(_COLOURS[k] for k in (0, 2, 4, 6, 5, 8))  # whose pale shades can be seen on white
-_SHADES, LIGHTEST = matplotlib.colormaps["plasma"], 0.82  # its yellow end is pale on white
+_SHADES, LIGHTEST = matplotlib.colormaps["plasma"], 0.75  # its yellow end is pale on white
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _DASHES: tuple[Any, ...] = (
-    "solid",
-    (0, (5, 1.5)),
-    (0, (6, 1.5, 1.2, 1.5)),
-    (0, (1.2, 1.2)),
-    (0, (6, 1.5, 1.2, 1.5, 1.2, 1.5)),
-    (0, (2.5, 1.2)),
+    MEASURED,
+    (0, (9, 1.5)),
+    (0, (9, 1.5, 3, 1.5)),
+    (0, (4, 1)),
+    (0, (9, 1.5, 3, 1.5, 3, 1.5)),
+    (0, (2, 1)),
 )
+"""Of series: longer than those that tell a theory from a measurement."""
 
 
 def colour(series: int, shades: Sequence[float] = (), hues: Sequence[int] = ()) -> str:
@@ -74,7 +83,7 @@ def dashes(series: int, data: FigureData) -> Any:
     """The dash pattern of a series. Shades need none beside them."""
     if data.hues and series != NEUTRAL:
         return _DASHES[pattern(data.hues[series])]
-    return "solid" if data.shades else _DASHES[pattern(series)]
+    return MEASURED if data.shades else _DASHES[pattern(series)]
 
 
 def marker(series: int, data: FigureData) -> str:
@@ -170,7 +179,7 @@ def _ends(axes: Axes, data: FigureData) -> Iterator[_End]:
     for layer in data.layers:
         if not isinstance(layer, Line | Points) or not layer.label or layer.series == NEUTRAL:
             continue
-        if isinstance(layer, Line) and layer.style not in ("series", "solid"):
+        if isinstance(layer, Line) and layer.style not in ("series", MEASURED):
             continue
         # The thin end of a mean has no name of its own.
         parts = [layer] + [

@@ -15,6 +15,8 @@ from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.counted_parts import CountedParts, measured
 from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    MEASURED,
     NEUTRAL,
     Array,
     Band,
@@ -49,12 +51,12 @@ def histogram_of_repeats(build: FigureBuilder) -> FigureData:
         x = np.linspace(mean - 3 * spread, mean + 3 * spread, CURVE)
         normal = np.exp(-(((x - mean) / spread) ** 2) / 2) / (spread * math.sqrt(2 * math.pi))
         expected = normal * number * (edges[1] - edges[0])
-        build.lines.append(Line(x, expected, "normal law of this spread", NEUTRAL, "dotted"))
+        build.lines.append(Line(x, expected, "normal law of this spread", NEUTRAL, BY_THEORY))
     top = np.array([0.0, float(repeats.max())])
     about = np.array([mean - error, mean + error])
     build.lines += [
         Band(about, 0 * top, top[[1, 1]], "mean ± standard error", NEUTRAL),
-        Line(np.array([mean, mean]), top, "mean", NEUTRAL, "solid"),
+        Line(np.array([mean, mean]), top, "mean", NEUTRAL, MEASURED),
     ]
     build.result = Result(quantity.name, "value")
     build.record(point, value=(mean, error), standard_deviation=spread, counted=float(number))
@@ -106,12 +108,12 @@ def wall_impulses(build: FigureBuilder) -> FigureData:
     sums = [np.append(0.0, np.cumsum(of))[np.searchsorted(at, times, "right")] for at, of in hits]
     build.add_means(0, "simulation", times, np.array(sums) / (scene.container.wall_length * times))
     pressure = mean_and_error(gas.pressure)
-    build.lines.append(Reference("y", pressure[0], "mean pressure P", "dashed"))
+    build.lines.append(Reference("y", pressure[0], "mean pressure P", MEASURED))
     law = theories.theory_of(scene, quantities.PRESSURE, FINITE)
     expected = None if law is None else float(np.mean(law.value(gas)))
     if expected is not None:
         name = build.cite(quantities.PRESSURE, FINITE)
-        build.lines.append(Reference("y", expected, name, "dotted"))
+        build.lines.append(Reference("y", expected, name, BY_THEORY))
     build.record(
         point,
         pressure=pressure,

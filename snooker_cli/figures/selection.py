@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import Any, NamedTuple, TypeVar
 
+from snooker_cli import facts
 from snooker_cli.config import Point, unit_of
 from snooker_cli.config.points import single_values
 from snooker_cli.config.problems import key_path
@@ -410,7 +411,7 @@ AXES = {
 }
 """Labels of an x axis, by the swept key."""
 
-_ABSENT = {"wall_cor": "wall as balls", "container.mass": "fixed wall"}
+_ABSENT = {"wall_cor": "wall CoR = ball CoR", "container.mass": "fixed wall"}
 """The meaning of a key that is null or infinite."""
 
 
@@ -423,7 +424,7 @@ def described(point: Point, key: str) -> str:
     if key == RUN:
         return str(value)
     if key in _ABSENT and value in (None, math.inf):
-        return _ABSENT[key]
+        return _ABSENT[key] if facts.hold(point.experiment, "walls") else "no wall"
     if value is None:
         return "" if RUN in dict(point.parameters) else f"no {_name(key)}"
     return _words(point, key).format(_shown(point, key))

@@ -16,6 +16,7 @@ from snooker_cli.errors import FigureError, SceneError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_data import (
+    BY_THEORY,
     Array,
     FigureData,
     Line,
@@ -58,7 +59,7 @@ def against_key(build: FigureBuilder) -> FigureData:
             if trend.theory:
                 expected = trend.column("predicted")
                 build.cite(trend.quantity, trend.rows[0]["model"])
-                build.lines.append(Line(*_curve(build, group, trend), None, index, "dashed"))
+                build.lines.append(Line(*_curve(build, group, trend), None, index, BY_THEORY))
                 build.add_residuals(index, x, y, trend.column("difference_error"), expected)
             for row in trend.rows:
                 (point,) = (p for p in group if p.as_json() == row["parameters"])
@@ -74,7 +75,7 @@ def against_key(build: FigureBuilder) -> FigureData:
             "it, or run longer"
         )
     first = drawn[0]
-    build.lines += [legend_line(name, "dashed") for name in {t.theory for t in drawn} if name]
+    build.lines += [legend_line(name, BY_THEORY) for name in {t.theory for t in drawn} if name]
     symbol = first.quantity.symbol
     build.result = Result(first.rows[0]["quantity"], "value", theory="theory")
     unit = f" ({build.result.unit})" if build.result.unit else ""

@@ -24,14 +24,17 @@ from snooker_cli.figures.cooling import with_cor
 from snooker_cli.figures.counted_parts import CountedParts, measured
 from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    EXTRAPOLATED,
+    MEASURED,
     NEUTRAL,
+    SECOND,
     Array,
     Band,
     Course,
     FigureData,
     Layer,
     Line,
-    LineStyle,
     Panel,
     Points,
     Reference,
@@ -60,7 +63,7 @@ def pressure(build: FigureBuilder) -> FigureData:
         value = fluid_state(scene, met).pressure + drift / scene.container.area
         if value not in expected:
             name = None if expected else f"{theory.FINITE}, CoR 1"
-            build.lines.append(Reference("y", value, name, "dotted"))
+            build.lines.append(Reference("y", value, name, BY_THEORY))
             expected.append(value)
     top = max(expected, default=0.0)
     for index, point in enumerate(build.points):
@@ -192,15 +195,15 @@ def hexatic_order(build: FigureBuilder) -> FigureData:
     over_time = _over_time(build, structure.hexatic_orders, TRIANGLES, logarithmic=True)
     numbers = dict[int, None]()
     for index, (point, scene, times, rows) in enumerate(over_time):
-        _, of_all = build.add_means(index, build.label(point), times, rows[..., 0], "solid")
-        _, of_each = build.add_means(index, None, times, rows[..., 1], "dashed")
+        _, of_all = build.add_means(index, build.label(point), times, rows[..., 0], MEASURED)
+        _, of_each = build.add_means(index, None, times, rows[..., 1], SECOND)
         final, local = mean_and_error(of_all[:, -1]), mean_and_error(of_each[:, -1])
         build.record(point, final=final, local=local, balls=scene.number)
         numbers[scene.number] = None
-    build.lines.append(legend_line("all balls, |⟨ψ₆⟩|", "solid"))
-    build.lines.append(legend_line("of each ball, ⟨|ψ₆|⟩", "dashed"))
+    build.lines.append(legend_line("all balls, |⟨ψ₆⟩|", MEASURED))
+    build.lines.append(legend_line("of each ball, ⟨|ψ₆|⟩", SECOND))
     build.lines += [
-        Reference("y", number**-0.5, f"1/√N, N = {number:,}", "dotted") for number in numbers
+        Reference("y", number**-0.5, f"1/√N, N = {number:,}", EXTRAPOLATED) for number in numbers
     ]
     return build.figure(
         "Both are 1 in a crystal. Without order |⟨ψ₆⟩| is below 1/√N.",
@@ -232,10 +235,10 @@ def a2(build: FigureBuilder) -> FigureData:
             _, kept = build.add_means(index, label or None, collisions, column)
             if expected is not None:
                 flat = np.array([expected, expected])
-                build.lines.append(Line(collisions[[0, -1]], flat, None, index, "dotted"))
+                build.lines.append(Line(collisions[[0, -1]], flat, None, index, BY_THEORY))
             build.record(point, species=name, second_half=_second_half(kept), theory=expected)
     if any(record["theory"] is not None for record in build.records):
-        build.lines.append(legend_line("theory", "dotted"))
+        build.lines.append(legend_line("theory", BY_THEORY))
     return build.figure()
 
 
@@ -267,12 +270,12 @@ def _a2_against_cor(build: FigureBuilder) -> FigureData:
         known = [theories.values_of(with_cor(group[0], scene, float(e)), *SONINE) for e in grid]
         curve = np.array([next(iter(values.values()), math.nan) for values in known])
         if np.isfinite(curve).any():
-            build.lines.append(Line(grid, curve, None if names[1:] else "theory", index, "solid"))
+            build.lines.append(Line(grid, curve, None if names[1:] else "theory", index, BY_THEORY))
             law = np.array([expected[point.index] for point in group])
             difference.append(Points(cors, mean - law, error, None, index))
     if difference:
         difference.insert(0, Reference("y", 0.0))
-        build.lines += [legend_line("theory", "solid")] if names[1:] else []
+        build.lines += [legend_line("theory", BY_THEORY)] if names[1:] else []
     return build.figure(
         title="Second Sonine coefficient: a₂ against the CoR",
         x_label="coefficient of restitution e",
@@ -311,8 +314,8 @@ def species_temperature(build: FigureBuilder) -> FigureData:
         law = build.predicted(scene, quantities.SPECIES_RATIO, model)
         if law is not None:
             numbers["theory"] = law
-            layers.append(Line(collisions[[0, -1]], np.array([law, law]), None, NEUTRAL, "dotted"))
-            build.lines.append(legend_line(f"T₁/T₂, {model}", "dotted"))
+            layers.append(Line(collisions[[0, -1]], np.array([law, law]), None, NEUTRAL, BY_THEORY))
+            build.lines.append(legend_line(f"T₁/T₂, {model}", BY_THEORY))
         panels.append(Panel(tuple(layers), "T₁/T₂"))
         change = ratio_changes(gas.measurement).get(quantities.SPECIES_RATIO.name)
         if change is not None and change.refused:
@@ -335,7 +338,7 @@ def _ratio_layers(x: Array, rows: Array) -> list[Layer]:
     ratio = first / second
     error = standard_errors((shares[..., 0] - ratio * shares[..., 1]) / second)
     band = [Band(x, ratio - error, ratio + error, None, NEUTRAL)] if len(rows) > 1 else []
-    return [*band, Line(x, ratio, None, NEUTRAL, "solid")]
+    return [*band, Line(x, ratio, None, NEUTRAL, MEASURED)]
 
 
 def rotation(build: FigureBuilder) -> FigureData:
@@ -350,31 +353,29 @@ def rotation(build: FigureBuilder) -> FigureData:
             ratio = interpolated(x, collisions, both[1] / both[0])
             moving = np.exp(interpolated(x, collisions, np.log(both[0] / both[0, :, :1])))
         ratio, moving = (np.where(x <= ends, rows, math.nan) for rows in (ratio, moving))
-        _, kept = build.add_means(index, build.label(point), x, ratio, "solid")
+        _, kept = build.add_means(index, build.label(point), x, ratio, MEASURED)
         last, final = kept.shape[1] - 1, None
-        for rows, style in ((moving, MOTION), (moving * ratio, ROTATION)):
+        for rows, style in ((moving, MEASURED), (moving * ratio, SECOND)):
             decay.append(Line(x, mean_of_remaining(rows)[0], None, index, style))
         if gas_type_of(point) != "warm" and theories.theory_of(measurement.scene, *spins):
             expected, known = cooling_spins(measurement), True
             of_ratio = interpolated(x, collisions, expected[1] / expected[0]).mean(axis=0)
-            build.lines.append(Line(x, of_ratio, None, index, "dotted"))
+            build.lines.append(Line(x, of_ratio, None, index, BY_THEORY))
             for rows in expected / both[0, :, :1]:
                 of_motion = interpolated(x, collisions, rows).mean(axis=0)
-                decay.append(Line(x, of_motion, None, index, "dotted"))
+                decay.append(Line(x, of_motion, None, index, BY_THEORY))
             mean, deviation, number = mean_of_remaining(ratio)
             error = deviation / np.sqrt(number)
             few = np.searchsorted(x, np.linspace(0.0, x[-1], RESIDUALS + 1)[1:])
             build.add_residuals(index, x[few], mean[few], error[few], of_ratio[few])
             final = float(of_ratio[last])
         build.record(point, final_ratio=mean_and_error(kept[:, -1]), theory=final)
-    caption = "In the middle: T_tr solid, T_rot dashed."
+    decay += [legend_line("T_tr", MEASURED), legend_line("T_rot", SECOND)]
     if known:
-        build.lines.append(legend_line(f"theory, {build.cite(*spins)}", "dotted"))
-    return build.figure(caption, panels=(Panel(tuple(decay), "T / T_tr(0)", log=True),))
+        build.lines.append(legend_line(f"theory, {build.cite(*spins)}", BY_THEORY))
+    return build.figure(panels=(Panel(tuple(decay), "T / T_tr(0)", log=True),))
 
 
-MOTION: LineStyle = "solid"
-ROTATION: LineStyle = "dashed"
 RESIDUALS = 10  # of a curve
 
 
@@ -393,18 +394,18 @@ def cluster_growth(build: FigureBuilder) -> FigureData:
     without = dict[str, Reference]()  # by the packing
     over_time = _over_time(build, structure.mean_cluster, logarithmic=True)
     for index, (point, scene, times, rows) in enumerate(over_time):
-        _, of_ball = build.add_means(index, build.label(point), times, rows[..., 0], "solid")
-        _, of_all = build.add_means(index, None, times, rows[..., 1], "dotted")
+        _, of_ball = build.add_means(index, build.label(point), times, rows[..., 0], MEASURED)
+        _, of_all = build.add_means(index, None, times, rows[..., 1], SECOND)
         mean, largest = mean_and_error(of_ball[:, -1]), mean_and_error(of_all[:, -1])
         kept, later = elastic(point), of_ball[:, of_ball.shape[1] // 2 :]
         before = float(later.mean()) if kept else _at_start(build, point)
         build.record(point, mean=mean, largest=largest, uniform=before, balls=scene.number)
         alike = f"{scene.packing_fraction:.2g}"
         if kept or alike not in without:  # elastic balls have it for longer
-            without[alike] = Reference("y", before, "without clustering", "dashed")
+            without[alike] = Reference("y", before, "without clustering", EXTRAPOLATED)
     build.lines += without.values()
-    build.lines.append(legend_line("cluster of a ball, mean", "solid"))
-    build.lines.append(legend_line("the largest cluster", "dotted"))
+    build.lines.append(legend_line("cluster of a ball, mean", MEASURED))
+    build.lines.append(legend_line("the largest cluster", SECOND))
     caption = (
         f"Balls with a gap of at most {structure.CLUSTER_GAP:g} mean diameters are in one cluster "
         "(Luding & Herrmann 1999). Without clustering: the mean of elastic balls, or else at the "
@@ -433,7 +434,7 @@ def density_fluctuations(build: FigureBuilder) -> FigureData:
     build.lines.append(Reference("y", 1.0, "independent points"))
     several = len(limits) > 1
     build.lines += [
-        Reference("y", limit, f"S(0) of elastic disks{f', packing {at}' * several}", "dotted")
+        Reference("y", limit, f"S(0) of elastic disks{f', packing {at}' * several}", EXTRAPOLATED)
         for at, limit in limits.items()
     ]
     caption = f"Cells have {structure.DENSITY_BALLS:g} balls on average."
@@ -456,19 +457,20 @@ def local_energy(build: FigureBuilder) -> FigureData:
         known += [rate is not None] * (not elastic(point))
         law = scene.kinetic_energy / scene.number * theory.haff_ratio(times, rate or 0.0)
         thermal, flow = np.moveaxis(rows, 2, 0) / law
-        build.add_means(index, build.label(point), times, thermal, "solid")
+        build.add_means(index, build.label(point), times, thermal, MEASURED)
         # The logarithm of what is within its error of zero would be noise alone.
         mean, deviation, number = mean_of_remaining(flow)
         noise = mean <= deviation / np.sqrt(np.maximum(number, 1))
         since = len(times) - int(np.argmax(noise[::-1])) if noise.any() else 0
         if since <= len(times) - LEAST_FLOW:
-            build.add_means(index, None, times[since:], flow[:, since:], "dashed")
+            build.add_means(index, None, times[since:], flow[:, since:], SECOND)
         thermal, flow = build.lasting(index, times, rows)[1][:, -1].T
         build.record(point, share=mean_and_error(thermal / (thermal + flow)), haff_rate=rate)
-    build.lines.append(Reference("y", 1.0, "Haff's law" if any(known) else None, "dotted"))
-    build.lines.append(legend_line("thermal, E_th", "solid"))
-    flows = any(isinstance(line, Line) and line.style == "dashed" for line in build.lines)
-    build.lines += [legend_line("flow", "dashed")] * flows
+    name, style = ("Haff's law", BY_THEORY) if any(known) else ("energy at the start", MEASURED)
+    build.lines.append(Reference("y", 1.0, name, style))
+    build.lines.append(legend_line("thermal, E_th", MEASURED))
+    flows = any(isinstance(line, Line) and line.style == SECOND for line in build.lines)
+    build.lines += [legend_line("flow", SECOND)] * flows
     words = [f"The flow is that of cells with {structure.BALLS_IN_CELL:g} balls on average."]
     words += ["It is shown from where it has more energy than its error."] * flows
     if known and not all(known):

@@ -24,8 +24,12 @@ from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.counted_parts import CountedParts, gains, measured, window_edges
 from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    EXTRAPOLATED,
     LOG_MARGIN,
+    MEASURED,
     NEUTRAL,
+    SECOND,
     Array,
     Band,
     FigureData,
@@ -40,7 +44,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import axis_label, swept_numbers, value_at
 from snooker_cli.figures.sweeps import places_between, start_with
-from snooker_cli.formatting import listed, short, with_error
+from snooker_cli.formatting import counted, listed, short, with_error
 from snooker_cli.scene import Scene
 
 BINS = 20  # of profiles
@@ -72,7 +76,7 @@ def stationary(build: FigureBuilder) -> FigureData:
         if np.isfinite(expected).any():
             places = places_between(build, group[0], key, x)
             curve = [_temperature(start_with(group[0], key, place)) for place in places.tolist()]
-            build.lines.append(Line(places, np.array(curve), None, index, "dotted"))
+            build.lines.append(Line(places, np.array(curve), None, index, BY_THEORY))
         label = build.label(group[0], names) or "simulation"
         settled = np.array([point.index not in steady.changing for point in group])
         if settled.any():
@@ -88,7 +92,7 @@ def stationary(build: FigureBuilder) -> FigureData:
         empty = np.empty(0)
         build.lines.append(Points(empty, empty, None, "still changes", NEUTRAL, filled=False))
     if build.cited:
-        build.lines.append(legend_line(", ".join(build.cited), "dotted"))
+        build.lines.append(legend_line(", ".join(build.cited), BY_THEORY))
     columns = [line.y for line in build.lines if isinstance(line, Points)]
     log = more_than_a_decade(columns)
     highest = max(float(column.max()) for column in columns if len(column))  # also of open markers
@@ -132,7 +136,7 @@ def profiles(build: FigureBuilder) -> FigureData:
         "T along the radius" if circle else "T across": across,
         "T around" if circle else "T along the walls": along,
     }
-    styles: tuple[LineStyle, ...] = ("solid", "dashed", "dotted")
+    styles: tuple[LineStyle, ...] = (MEASURED, SECOND, SECOND)
     for index, ((name, rows), style) in enumerate(zip(columns.items(), styles, strict=True)):
         build.add_means(index, name, places, rows, style)
     heats = wall_temperatures(scene).items()
@@ -151,10 +155,9 @@ def profiles(build: FigureBuilder) -> FigureData:
         # Centres reach less than the length of the walls, and take all of the force.
         edge = scene.container.accessible(gas.radius).edge
         force = mean_and_error(gas.pressure * scene.container.wall_length / edge)
-        line = Reference("y", force[0], None, "dashed")
+        line = Reference("y", force[0], "force on the walls", SECOND)
         panels.append(Panel((line, *mean_layers(places, pressure)), "nTZ (Pa·m)"))
-        walls_have = f"dashed: {with_error(*force, 'Pa·m')}, the force on the walls"
-        caption += f" Z is that of the packing there; {walls_have}."
+        caption += f" Z is that of the packing there. The walls have {with_error(*force, 'Pa·m')}."
     with np.errstate(divide="ignore", invalid="ignore"):  # balls that move along one line
         ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
     build.record(
@@ -182,7 +185,7 @@ def profiles(build: FigureBuilder) -> FigureData:
 
 def mean_layers(x: Array, rows: Array, series: int = 0) -> tuple[Layer, ...]:
     """The mean of rows (*repeats*, *x*), and behind it the band of its standard error."""
-    mean, line = rows.mean(axis=0), Line(x, rows.mean(axis=0), None, series, "solid")
+    mean, line = rows.mean(axis=0), Line(x, rows.mean(axis=0), None, series, MEASURED)
     if len(rows) < 2:
         return (line,)
     error = standard_errors(rows)
@@ -190,8 +193,11 @@ def mean_layers(x: Array, rows: Array, series: int = 0) -> tuple[Layer, ...]:
 
 
 def energy_balance(build: FigureBuilder) -> FigureData:
-    """Power of the walls, of the losses in collisions, and what is left, in windows of time."""
-    steady, shares = CountedParts(build), list[Layer]()
+    """Power of the walls, of the losses in collisions, and what is left, in windows of time.
+
+    What is left changes the energy of the gas. Its points are open while the gas changes.
+    """
+    steady, shares, rests = CountedParts(build), list[Layer](), list[float]()
     for index, point in enumerate(build.points):
         measurement, part = steady.gas(point).measurement, steady.averages(point)
         lossy = facts.hold(point.experiment, "lossy_pairs")
@@ -199,20 +205,40 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         given = gains(edges, curve.time, curve.wall_energy) / np.diff(edges)
         # Without losses only rounding is left.
         lost = gains(edges, curve.time, curve.lost_energy) / np.diff(edges) * lossy
-        build.add_means(index, build.label(point), middles(edges), given, "solid")
-        build.add_means(index, None, middles(edges), lost, "dashed")
-        shares += mean_layers(middles(edges), (given - lost) / given.mean(axis=0), index)
+        build.add_means(index, build.label(point), middles(edges), given, MEASURED)
+        build.add_means(index, None, middles(edges), lost, SECOND)
+        share, gained = given.mean(axis=0), curve.kinetic_energy
+        change = gains(edges, curve.time, gained) / np.diff(edges)
+        rests.append(float(np.nanmax(np.abs((given - lost - change) / share))))
+        heats = np.nanmean(change, axis=0) / share
+        shares.append(Line(middles(edges), heats, None, index, SECOND))
+        first = len(heats) if point.index in steady.changing else steady.gas(point).first_window
+        settled = np.arange(len(heats)) >= (first or 0)
+        for kept, filled in ((settled, True), (~settled, False)):
+            left = ((given - lost) / share)[:, kept]
+            at = middles(edges)[kept], left.mean(axis=0), standard_errors(left)
+            shares += [Points(*at, None, index, filled)] * bool(kept.any())
         given_rate = mean_and_error(part.wall_energy / part.length)
         taken_rate = mean_and_error(part.lost_energy * lossy / part.length)
         rest = mean_and_error((part.wall_energy - part.lost_energy * lossy) / part.length)
         build.record(point, given_rate=given_rate, taken_rate=taken_rate, rest_rate=rest)
     build.lines += [
-        legend_line("walls give", "solid"),
-        legend_line("collisions take", "dashed"),
+        legend_line("walls give", MEASURED),
+        legend_line("collisions take", SECOND),
     ]
+    empty = np.empty(0)
+    shares.append(Line(empty, empty, "dE/dt of the gas", NEUTRAL, SECOND))
+    shares.append(Points(empty, empty, None, "in − out", NEUTRAL))
+    if any(isinstance(layer, Points) and not layer.filled for layer in shares):
+        shares.append(Points(empty, empty, None, "while the gas changes", NEUTRAL, filled=False))
+    left = f"The rest, in − out − dE/dt, is at most {short(max(rests), 1)} of in."
+    number, still = len(steady.changing), ""
+    if number:
+        of_points = f" of {counted(number, 'point')}" * (len(build.points) > 1)
+        still = f"The gas{of_points} still changes. "
     taken = f"Collisions take {with_error(*taken_rate, 'W')}." * (len(build.points) == 1)
     return build.figure(
-        f"{taken} {steady.text}".lstrip(),
+        f"{taken} {left} {still}{steady.text}".lstrip(),
         logarithmic=build.covers_decades,
         panel=(Reference("y", 0.0), *shares),
     )
@@ -231,13 +257,13 @@ def heat_flux(build: FigureBuilder) -> FigureData:
     is_elastic, caption = facts.hold(scene, "elastic_pairs"), steady.text
     if is_elastic:
         numbers["flux"] = flux = mean_and_error(through.mean(axis=1))
-        build.lines.append(Reference("y", flux[0], "mean of both walls", "dashed"))
+        build.lines.append(Reference("y", flux[0], "mean of both walls", MEASURED))
     law = theories.theory_of(scene, quantities.HEAT_FLUX, theories.CONDUCTIVITY)
     if law is not None:
         gas = Gas(gas.measurement, first_window=gas.first_window, profile=_profile(build, steady))
         places, local = gas.conduction
         name = build.cite(law.quantity, law.model)
-        build.add_means(0, f"{name}, −κ dT/dx of the profile", places, local, "solid")
+        build.add_means(0, f"{name}, −κ dT/dx of the profile", places, local, BY_THEORY)
         numbers["enskog"] = middle = mean_and_error(np.asarray(law.value(gas)))
         caption += f" dT/dx is the slope of a line through {2 * NEAR + 1} of {BINS} strips."
         if is_elastic:
@@ -314,7 +340,7 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
             Points(packings, added, errors, label, index),
         ]
     drawn = {line.style for line in build.lines if isinstance(line, Line)}
-    legend = {"solid": theory.FINITE, "dotted": theory.INFINITE}
+    legend = {BY_THEORY: theory.FINITE, EXTRAPOLATED: theory.INFINITE}
     models = {style: model for style, model in legend.items() if style in drawn}
     for style, model in models.items():
         build.lines.append(legend_line(build.cite(quantities.VIRIAL_RATIO, model), style))
@@ -331,10 +357,10 @@ def _curves(scenes: Sequence[Scene], highest: float, series: int, *, both: bool)
         return []
     grid = np.linspace(highest / CURVE, highest, CURVE)
     large = theory.granular_compressibility(grid, first.restitution)
-    curves = [Line(grid, (large - 1) / grid, None, series, "dotted")]
+    curves = [Line(grid, (large - 1) / grid, None, series, EXTRAPOLATED)]
     here = np.array([_of_scene(first, float(packing)) for packing in grid])
     if len({scene.number for scene in scenes}) == 1 and np.isfinite(here).any():
-        return [*curves * both, Line(grid, (here - 1) / grid, None, series, "solid")]
+        return [*curves * both, Line(grid, (here - 1) / grid, None, series, BY_THEORY)]
     return curves
 
 

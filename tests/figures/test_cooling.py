@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from snooker_cli.analysis.measurement import measure
 from snooker_cli.engine import series
 from snooker_cli.figures import FIGURES, Line, Points, Reference, Selection
 from snooker_cli.figures.captions import LOG_SPREAD
-from snooker_cli.figures.figure_data import Band, courses
+from snooker_cli.figures.figure_data import BY_THEORY, EXTRAPOLATED, Band, courses
 from snooker_cli.formatting import with_error
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
@@ -97,6 +98,38 @@ def test_alpha_against_cor_is_over_the_share_of_energy_that_is_lost(decaying: Ru
     ratio = points.y[-1] * lost[1] / expected
     assert residuals.y[-1] == pytest.approx(math.log(ratio), rel=1e-9)
     assert residuals.y_error[-1] == pytest.approx(points.y_error[-1] / points.y[-1], rel=1e-12)
+
+
+def test_the_title_says_how_far_alpha_is_from_theory(decaying: Run, tmp_path: Path) -> None:
+    """Where it differs by most errors. Balls from rings collide less often at first."""
+    assert (
+        shown(decaying, "decay-against-cor").title == "Haff's α against the CoR: agrees with theory"
+    )
+    run = made(tmp_path / "run", "cor=0.8,0.95", "repeats=40", "balls.radius=1.5")
+    found = shown(run, "decay-against-cor")
+    _, residuals = found.panel
+    assert isinstance(residuals, Points)
+    assert residuals.y_error is not None
+    worst = int(np.argmax(np.abs(residuals.y / residuals.y_error)))
+    share, side = (
+        100 * math.expm1(residuals.y[worst]),
+        "above" if residuals.y[worst] > 0 else "below",
+    )
+    stated = re.search(r": (.*) % (above|below) theory at CoR (.*)$", found.title)
+    assert stated is not None
+    assert float(stated[1]) == pytest.approx(abs(share), rel=0.05)
+    assert (stated[2], float(stated[3])) == (side, residuals.x[worst])
+
+
+def test_points_of_repeats_that_ended_early_are_open(tmp_path: Path) -> None:
+    """Wall traps end some repeats at CoR 0.8; at 0.95 all are complete."""
+    run = made(tmp_path / "run", "cor=0.8,0.95", "wall_cor=null", "balls.radius=0.01", "repeats=12")
+    found = shown(run, "decay-against-cor")
+    early = [row["ended_early"] > 0 for row in found.numbers["points"]]
+    assert early == [True, False]
+    markers = {points.filled: points for points in layers(found, Points) if len(points.x)}
+    assert (markers[False].x.tolist(), markers[True].x.tolist()) == ([0.8], [0.95])
+    assert "with repeats that ended early" in [layer.label for layer in layers(found, Points)]
 
 
 def test_walls_that_lose_otherwise_leave_alpha_as_it_is(tmp_path: Path) -> None:
@@ -183,9 +216,9 @@ def test_local_rates_have_windows_with_as_many_collisions_by_haffs_law(decaying:
 
 def test_haffs_laws_of_several_points_are_one_curve(decaying: Run) -> None:
     found = shown(decaying, "cooling")
-    law = next(line for line in layers(found, Line) if len(line.x) and line.style == "dashed")
+    law = next(line for line in layers(found, Line) if len(line.x) and line.style == BY_THEORY)
     assert law.y.tolist() == law.x.tolist()
-    assert not any(line.style == "dotted" for line in layers(found, Line))
+    assert not any(line.style == EXTRAPOLATED for line in layers(found, Line))
     (rates,) = found.panels
     of_rate = next(layer for layer in rates.layers if getattr(layer, "style", "") == "dashed")
     assert isinstance(of_rate, Line)
@@ -273,7 +306,7 @@ def test_a_theory_of_the_energy_ends_where_it_is_far_off(tmp_path: Path) -> None
     run = made(tmp_path / "run", "cor=0.5", "collisions=1500", "repeats=4")
     found = shown(run, "event-decay")
     (points,) = layers(found, Points)
-    line = next(line for line in layers(found, Line) if line.style == "solid" and len(line.x))
+    line = next(line for line in layers(found, Line) if line.style == BY_THEORY and len(line.x))
     assert len(line.x) < len(points.x)
     assert np.all(points.y[: len(line.x)] < 100 * line.y)
     (record,) = found.numbers["points"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -90,11 +91,10 @@ def test_speeds_in_metres_if_elastic(warm: Run) -> None:
     assert isinstance(residuals, Points)
     share = np.sum(shares, axis=0)[3] / np.sum(shares)
     assert residuals.y[3] == pytest.approx((share - np.diff(cdf)[0]) / (SPEED_BIN * 5), rel=1e-9)
-    # The error of a ratio of means: repeats may have different numbers of speeds.
-    rests = [counts[3] - share * np.sum(counts) for counts in shares]
-    mean_sum = np.sum(shares) / 3
-    error = np.std(rests, ddof=1) / np.sqrt(3) / mean_sum / (SPEED_BIN * 5)
+    error = math.sqrt(share * (1 - share) / np.sum(shares)) / (SPEED_BIN * 5)
     assert residuals.y_error[3] == pytest.approx(error, rel=1e-9)
+    assert "independent speeds. " in found.caption
+    assert "over the repeats" not in found.caption
     assert found.panel_label == "minus law at fixed energy (s/m)"
     maxwell, fixed = laws(found)[:2]
     assert maxwell.y == pytest.approx(theory.maxwell_speed_density(maxwell.x, 12.5), rel=1e-12)
@@ -120,6 +120,22 @@ def test_more_than_five_points_show_the_differences_from_the_law_alone(warm: Run
 
 
 FASTEST = {"balls.radius": 1.0, "balls.speed": 20.0}
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.8])
+def test_the_caption_says_whether_chance_explains_the_distance_from_the_law(
+    factor: float, warm: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Speeds that follow the law, and a law of balls that are slower by a fifth."""
+    exact = theory.fixed_energy_speed_cdf
+    wrong = lambda speed, *gas: exact(np.asarray(speed) / factor, *gas)  # noqa: E731
+    monkeypatch.setattr(distributions.theory, "fixed_energy_speed_cdf", wrong)
+    found = FIGURES["speeds"].make(warm, Selection(FASTEST))
+    (record,) = found.numbers["points"]
+    scaled = record["distance_from_fixed_energy"] * math.sqrt(record["speeds"])
+    assert record["probability"] == pytest.approx(stats.kstwobign.sf(scaled), rel=1e-9)
+    assert f"the law is {'not ' if factor == 1 else ''}refused." in found.caption
+    assert (record["probability"] < 0.01) is (factor < 1)
 
 
 def test_few_counts_have_poissons_interval() -> None:
@@ -162,6 +178,10 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: Run) -> None:
     assert measured.y_error.tolist() == [record["contact_error"]]
     assert (measured.filled, marker.filled) == (True, False)
     assert [entry.label for entry in named] == ["g(σ⁺)", "contact value χ"]
+    share = 100 * (record["contact"] / record["theory"] - 1)
+    stated = re.search(r"The deviation from theory is (.*?) ± .* %", found.caption)
+    assert stated is not None
+    assert float(stated[1].replace("−", "-")) == pytest.approx(share, abs=1)
     assert found.x_limits == (0.9, None)
     assert np.all(line.y[line.x < 0.99] == 0)
     assert abs(np.mean(line.y[line.x > 4]) - 1) < 0.05

@@ -15,6 +15,8 @@ from snooker_cli.analysis.measurement import Array, measure, pairs_of
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.engine import series
 from snooker_cli.figures import Line, Points, Reference
+from snooker_cli.figures.figure_data import BY_THEORY, MEASURED, Band
+from snooker_cli.formatting import short
 from snooker_cli.runs import Run
 from snooker_cli.theory import FINITE
 from snooker_cli.trace import Trace
@@ -115,7 +117,26 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
     assert abs(numbers["attraction"]) < 3 * numbers["attraction_error"]
     singles = [state["excluded_disks"] for state in numbers["points"]]
     assert 1.9 < singles[0] < 2.1
-    assert singles[0] > numbers["excluded_disks"] > singles[-1]
+    # The b of these packings differ by far more than their errors.
+    assert numbers["probability"] < 0.01
+    assert "excluded_disks" not in numbers
+    trend = next(line for line in layers(found, Line) if str(line.label).startswith("trend"))
+    assert found.title == "Van der Waals' b falls with the packing"
+    assert "One b for all packings is refused (p <0.001): b falls by" in found.caption
+    inside = np.interp(points.x, trend.x, trend.y)
+    assert inside == pytest.approx(points.y, abs=0.1)
+    assert numbers["slope"] == pytest.approx(np.ptp(trend.y) / -np.ptp(trend.x), rel=1e-9)
+    dilute = made(
+        tmp_path / "dilute",
+        *("cor=1", "repeats=4", "record=summary", "collisions=2000"),
+        "balls.count=20,24,28",
+        text=PERIODIC.partition("sweep")[0],
+    )
+    same = shown(dilute, "van-der-waals")
+    assert same.numbers["probability"] > 0.01
+    labels = [layer.label for layer in same.layers]
+    assert f"b = {short(same.numbers['excluded_disks'])}, fitted to all" in labels
+    assert not any(str(label).startswith("trend") for label in labels)
     # A law of one constant says nothing of two packings.
     two = shown(run, "van-der-waals", balls__count=(20, 120))
     assert "Fewer than 3 packings fit no b." in two.caption
@@ -124,21 +145,27 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
 
 
 def test_pressure_in_windows(decaying: Run) -> None:
-    """Windows have equal numbers of collisions per ball; the result is that of `compare`."""
+    """Windows have equal numbers of collisions per ball; the mean is that of `compare`."""
     found = shown(decaying, "pressure")
     rows = comparisons(decaying).rows
     compared = [row for row in rows if row["quantity"] == "PV/NT" and row["model"] == FINITE]
-    lines = [line for line in layers(found, Line) if line.style == "series"]
-    flat = [line for line in layers(found, Line) if line.style == "dotted" and len(line.x)]
+    markers = [points for points in layers(found, Points) if len(points.x)]
+    means = [line for line in layers(found, Line) if line.style == MEASURED and len(line.x)]
+    flat = [line for line in layers(found, Line) if line.style == BY_THEORY and len(line.x)]
+    assert "PV/NT over the time is between" in found.caption
     for index, (record, row) in enumerate(zip(found.numbers["points"], compared, strict=True)):
         assert (record["over_ideal"], record["over_ideal_error"]) == (row["measured"], row["error"])
         assert record["theory"] == pytest.approx(row["predicted"], rel=1e-12)
         assert flat[index].y.tolist() == [record["theory"]] * 2
+        mean, band = means[index], layers(found, Band)[index]
+        assert mean.y.tolist() == [row["measured"]] * 2
+        assert (band.high - band.low) / 2 == pytest.approx([row["error"]] * 2, rel=1e-9)
         scene, curve = traces(decaying, index)[0].start, measure(traces(decaying, index)).curve
         along = 2 * curve.pair_events / 19
         edges = np.linspace(0, np.median(along[:, -1]), 11)
-        known = np.isfinite(lines[index].y)  # a mean has a gap where it jumps as a repeat ends
-        x, y = lines[index].x[known], lines[index].y[known]
+        known = np.isfinite(markers[index].y)
+        x, y = markers[index].x[known], markers[index].y[known]
+        assert 0 < mean.x[0] < mean.x[1] == pytest.approx(edges[-1])  # after the relaxation
         assert x == pytest.approx((edges[1:] + edges[:-1])[: len(x)] / 2)
         of_repeats = []
         for trace in traces(decaying, index):

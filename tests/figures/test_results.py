@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import ADRIFT, ROUGH, STORED, check_caption, made, shown
+from figure_runs import ADRIFT, ROUGH, STORED, check_caption, made, shown, unnamed_lines
 
 from snooker_cli.analysis.findings import result_and_theory
 from snooker_cli.figures import FIGURES, FigureData, Selection
@@ -35,6 +35,8 @@ def test_captions_say_the_result_with_its_unit(
     assert len(drawn) > 9
     for figure in drawn:
         check_caption(figure)
+    unnamed = {figure.kind: unnamed_lines(figure) for figure in drawn}
+    assert not any(unnamed.values()), {kind: lines for kind, lines in unnamed.items() if lines}
 
 
 def test_a_result_is_the_least_and_the_largest_of_the_points(decaying: Run, warm: Run) -> None:

@@ -45,7 +45,7 @@ def joined(runs: tuple[Run, Run]) -> RunsSideBySide:
 def test_each_run_is_a_series(runs: tuple[Run, Run], joined: RunsSideBySide) -> None:
     found = shown(joined, "decay-against-cor")
     filled = [points for points in layers(found, Points) if points.filled and len(points.x)]
-    assert [points.label for points in filled] == ["A, wall as balls", "B, wall CoR 1"]
+    assert [points.label for points in filled] == ["A, wall CoR = ball CoR", "B, wall CoR 1"]
     assert [points.series for points in filled] == [0, 1]
     for run, points in zip(runs, filled, strict=True):
         alone = shown(run, "decay-against-cor")
@@ -60,7 +60,7 @@ def test_each_run_is_a_series(runs: tuple[Run, Run], joined: RunsSideBySide) -> 
 def test_one_series_for_one_point_of_each_run(joined: RunsSideBySide) -> None:
     found = shown(joined, "energy", cor=0.9)
     lines = [line for line in layers(found, Line) if len(line.x) and not line.thin]
-    assert [line.label for line in lines] == ["A, wall as balls", "B, wall CoR 1"]
+    assert [line.label for line in lines] == ["A, wall CoR = ball CoR", "B, wall CoR 1"]
     assert "4 to 5 repeats, at most 200 collisions: 1 of 9 repeats ended early" in found.caption
 
 

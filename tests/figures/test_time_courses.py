@@ -29,6 +29,7 @@ from snooker_cli.engine import series
 from snooker_cli.figures import Line, Reference
 from snooker_cli.figures.captions import MOST_SINGLE, FigureBuilder
 from snooker_cli.figures.figure_data import (
+    MEASURED,
     Band,
     Points,
     Repeats,
@@ -147,7 +148,7 @@ def test_no_curve_ends_with_the_shortest_repeat(tmp_path: Path) -> None:
         assert "Means go on with the repeats that remain" in found.caption, name
         (singles,) = layers(found, Repeats)
         assert np.isnan(singles.rows[:, -1]).any()
-        lines = [line for line in layers(found, Line) if line.style in ("series", "solid")]
+        lines = [line for line in layers(found, Line) if line.style in ("series", MEASURED)]
         if name != "a2":  # which is over collisions per ball
             assert max(line.x[-1] for line in lines if len(line.x)) > np.median(ends)
     found = shown(run, "event-decay")
@@ -303,7 +304,8 @@ def test_temperatures_of_motion_and_rotation_are_those_of_the_states(rough: Run)
     found = shown(rough, "rotation")
     ratio, expected = [line for line in layers(found, Line) if len(line.x)]
     (both,) = found.panels
-    moving, turning, *theory_lines = both.layers
+    moving, turning, *theory_lines = [line for line in both.layers if len(line.x)]
+    assert [line.label for line in both.layers[-2:]] == ["T_tr", "T_rot"]
     assert ratio.x[-1] == pytest.approx(2 * 1200 / 60, rel=1e-3)
     warm = []
     for trace in traces(rough, 0):

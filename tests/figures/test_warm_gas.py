@@ -15,6 +15,7 @@ from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.analysis.stationarity import StationaryPart
 from snooker_cli.engine import replay, series
 from snooker_cli.figures import FIGURES, Line, Points, Reference, Selection, counted_parts
+from snooker_cli.figures.figure_data import BY_THEORY, EXTRAPOLATED
 from snooker_cli.runs import Run
 
 SIGMAS = 4
@@ -95,9 +96,18 @@ def test_the_balance_of_energy(driven: Run) -> None:
     found = shown(driven, "energy-balance", cor=0.9)
     lines = [line for line in layers(found, Line) if len(line.x)]
     assert len(lines) == 4
-    shares = [layer for layer in found.panel if isinstance(layer, Line)]
+    changes = [layer for layer in found.panel if isinstance(layer, Line) and len(layer.x)]
+    markers = [layer for layer in found.panel if isinstance(layer, Points) and len(layer.x)]
+    assert [points.filled for points in markers] == [True, False] * 2
+    # Four repeats are too few for the test, so the second half counts.
+    assert [len(points.x) for points in markers] == [10] * 4
+    assert "while the gas changes" in [getattr(layer, "label", None) for layer in found.panel]
+    rest = re.search(
+        r"The rest, in − out − dE/dt, is at most (\S+) × 10⁻(\S+) of in", found.caption
+    )
+    assert rest is not None, found.caption
     for index, (given, taken, share) in enumerate(
-        zip(lines[::2], lines[1::2], shares, strict=True)
+        zip(lines[::2], lines[1::2], changes, strict=True)
     ):
         repeats = traces(driven, index)
         curve, width = measure(repeats).curve, given.x[1] - given.x[0]
@@ -106,7 +116,9 @@ def test_the_balance_of_energy(driven: Run) -> None:
         change = np.diff(curve.at(edges, curve.energy), axis=1).mean() / width
         assert given.y[4] - taken.y[4] == pytest.approx(change, abs=1e-9 * given.y[4])
         assert share.y[4] == pytest.approx(change / given.y[4], abs=1e-9)
-    # Four repeats are too few for the test, so the second half counts.
+        settled, changing = markers[2 * index : 2 * index + 2]
+        assert changing.y[4] == pytest.approx(share.y[4], abs=1e-9)
+        assert settled.x[0] > changing.x[-1]
     assert "last 50 % of each repeat (not confirmed for 2 points)" in found.caption
     for index, record in enumerate(found.numbers["points"]):
         losses = []
@@ -155,12 +167,12 @@ def test_temperature_and_pressure_in_the_steady_state(driven: Run) -> None:
     # The figure has what collisions add over the packing, beside theory of these balls alone.
     marks, lines = layers(pressures, Points), layers(pressures, Line)
     of_large = layers(FIGURES["equation-of-state"].make(driven, Selection(), source=True), Line)
-    assert [line.style for line in of_large[:4]] == ["dotted", "solid"] * 2
+    assert [line.style for line in of_large[:4]] == [EXTRAPOLATED, BY_THEORY] * 2
     for points, line, cor in zip(marks, lines, (0.9, 0.95), strict=False):
         rows = [row for row in pressures.numbers["points"] if row["parameters"]["cor"] == cor]
         added = [(row["virial"] - 1) / row["packing"] for row in rows]
         assert points.y == pytest.approx(added, rel=1e-9)
-        assert line.style == "solid"
+        assert line.style == BY_THEORY
         theirs = (rows[-1]["theory_here"] - 1) / rows[-1]["packing"]
         assert line.y[-1] == pytest.approx(theirs, rel=1e-9)
     below = [layer for layer in pressures.panel if isinstance(layer, Points)]

@@ -1,0 +1,50 @@
+"""What the dashes of lines mean: the same in every figure."""
+
+from __future__ import annotations
+
+import ast
+from importlib.resources import files
+from typing import get_args
+
+import pytest
+from figure_runs import layers, shown
+
+from snooker_cli.figures import Line, Reference
+from snooker_cli.figures.figure_data import BY_THEORY, EXTRAPOLATED, MEASURED, SECOND, LineStyle
+from snooker_cli.figures.legends import _DASHES
+from snooker_cli.runs import Run
+from snooker_cli.theory import FINITE
+
+DECLARED = "figure_data.py"
+
+
+def test_figures_use_the_declared_styles() -> None:
+    """No figure names a dash pattern of its own."""
+    patterns = set(get_args(LineStyle)) - {"series"}
+    assert {MEASURED, SECOND, BY_THEORY, EXTRAPOLATED} == patterns
+    for path in files("snooker_cli.figures").iterdir():
+        if not path.name.endswith(".py") or path.name in (DECLARED, "state_pictures.py"):
+            continue
+        words = [
+            n.value for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Constant)
+        ]
+        assert not patterns & {word for word in words if isinstance(word, str)}, path.name
+
+
+@pytest.mark.parametrize("name", ["pressure", "pressure-temperature", "wall-impulses"])
+def test_theory_of_the_gas_is_dashed(name: str, warm: Run, decaying: Run) -> None:
+    run, where = (warm, {}) if name == "pressure-temperature" else (decaying, {"cor": 1.0})
+    found = shown(run, name, **where)
+    lines = [*layers(found, Line), *layers(found, Reference)]
+    assert {line.style for line in lines if line.label == FINITE} == {BY_THEORY}
+    assert BY_THEORY not in {
+        line.style for line in lines if line.label in ("ideal gas", "simulation")
+    }
+
+
+def test_dashes_of_series_are_none_of_those_with_a_meaning() -> None:
+    """A second series, in grey, is not taken for a theory."""
+    assert not {BY_THEORY, EXTRAPOLATED, SECOND} & {
+        dash for dash in _DASHES if isinstance(dash, str)
+    }
+    assert len(set(_DASHES)) == len(_DASHES)
