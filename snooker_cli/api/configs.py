@@ -5,9 +5,10 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, TypeAlias
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from snooker_cli.api.results import Result
+from snooker_cli.api.results import WIDTH, Result
 from snooker_cli.api.wording import LIST_TEMPLATES, in_python
 from snooker_cli.config import SCHEMA_FILE, Experiment, Loaded, Point, template_configs
 from snooker_cli.engine import webassembly
@@ -16,9 +17,12 @@ from snooker_cli.errors import UserError, check_name
 from snooker_cli.files import write_text
 from snooker_cli.formatting import plain
 from snooker_cli.runs import starting_state
-from snooker_cli.runs.plan import SceneClass, alike, points_and_classes
+from snooker_cli.runs.plan import SceneClass, alike, points_and_classes, scenes_of
 from snooker_cli.runs.progress import counting, reporting
 from snooker_cli.runs.warm_up import compiled_steps
+
+if TYPE_CHECKING:
+    from snooker_cli.analysis.typical_scales import TypicalScales
 
 Config: TypeAlias = str | PathLike[str] | Mapping[str, Any]
 """A YAML file, or the same keys as a dict."""
@@ -61,8 +65,9 @@ def check_config(config: Config, overrides: Overrides = None) -> Result:
 
     config, overrides : as of ``run``
 
-    ``points``, ``repeats`` of each, and ``balls``, the least and the largest number of them. Raises
-    ``ConfigError``.
+    ``points``, ``repeats`` of each, ``balls``, the least and the largest number of them, and
+    typical ``scales``: of each its ``values`` at the points, and the ``models`` that they are from.
+    Raises ``ConfigError``.
     """
     experiment, points, scene_classes = with_scenes(config, overrides)
     balls = sorted({number for scenes in scene_classes for number in scenes.balls})
@@ -71,7 +76,23 @@ def check_config(config: Config, overrides: Overrides = None) -> Result:
     name = "{…}" if isinstance(config, Mapping) else config
     line = f"{name}: valid; points: {number:,}, repeats of each: {repeats}, balls: "
     content = {"points": number, "repeats": repeats, "balls": [balls[0], balls[-1]]}
-    return Result(content, [f"{line}{fewest}{balls[-1]}"])
+    scales = typical_scales(points)
+    lines = [f"{line}{fewest}{balls[-1]}", *scale_lines(scales)]
+    return Result({**content, "scales": scales.as_json()}, lines)
+
+
+def typical_scales(points: Sequence[Point]) -> "TypicalScales":
+    """Typical lengths and times at the points, whose scenes were checked."""
+    from snooker_cli.analysis.typical_scales import TypicalScales  # takes time to load
+
+    return TypicalScales(scenes_of(points))
+
+
+def scale_lines(scales: "TypicalScales") -> list[str]:
+    """Their table below an empty line; nothing if no theory holds."""
+    lines, notes = scales.texts()
+    lines += [part for note in notes for part in wrap(note, WIDTH, subsequent_indent="  ")]
+    return [""] * bool(lines) + lines
 
 
 @in_python()

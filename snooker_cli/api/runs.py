@@ -119,10 +119,14 @@ class Run(Analyses):
 
     @in_python()
     def report(
-        self, out: str | PathLike[str] | None = None, figures: str | Sequence[str] = ()
+        self,
+        out: str | PathLike[str] | None = None,
+        figures: str | Sequence[str] = (),
+        *,
+        markdown: bool = False,
     ) -> list[Path]:
         """Write the report on this run; the arguments are those of ``snooker.write_report``."""
-        return write_report([self], out, figures)
+        return write_report([self], out, figures, markdown=markdown)
 
     # Files for other programs.
 
@@ -241,11 +245,14 @@ def write_report(
     runs: Iterable[Run | str | PathLike[str]],
     out: str | PathLike[str] | None = None,
     figures: str | Sequence[str] = (),
+    *,
+    markdown: bool = False,
 ) -> list[Path]:
     """Write a report on runs as HTML and PDF, a chapter each; the pages' files.
 
     out : the report's folder [``report`` in that of the first run]
     figures : names of figures that it shows too, or ``"all"``
+    markdown : write a text in Markdown instead, with its figures beside it and without films
 
     Raises ``FigureError`` without repeats, and ``UserError`` without the report's libraries.
     """
@@ -258,4 +265,4 @@ def write_report(
     opened = [run if isinstance(run, Run) else open(run) for run in runs]
     folder = own_output(opened[0].directory / "report") if out is None else Path(out)
     with made_folder(folder):
-        return run_report(opened, folder, _log.info, asked)
+        return run_report(opened, folder, _log.info, asked, markdown)

@@ -10,8 +10,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from snooker_cli import runs, theory
-from snooker_cli.api.configs import Config, Overrides, with_scenes
+from snooker_cli import runs
+from snooker_cli.api.configs import Config, Overrides, scale_lines, typical_scales, with_scenes
 from snooker_cli.api.results import Outcome, Plan
 from snooker_cli.api.runs import Run
 from snooker_cli.api.wording import first, in_python
@@ -82,7 +82,10 @@ class Request:
         with self.cluster or nullcontext():
             change = runs.planned_change(self.run, fresh=self.fresh)
             content = self._estimate(self.fresh)
-        lines = [*_plan_lines(content, self.part), *self.run.common_random_notes]
+        scales = typical_scales(self.run.points)
+        content["scales"] = scales.as_json()
+        notes = [*self.run.common_random_notes, *scale_lines(scales)]
+        lines = [*_plan_lines(content, self.part), *notes]
         planned = Plan(content, [self.idle] if self.idle else lines)
         planned.change = change
         return planned
@@ -154,7 +157,7 @@ def plan(config: Config, overrides: Overrides = None, **how: Any) -> Plan:
 
     Nothing is simulated or written; stored files are read and checked. The keys are those of
     ``snooker run --dry-run --json``: ``to_do`` repeats, ``collisions``, ``seconds`` on ``threads``,
-    ``bytes``, ... Raises as ``run`` does.
+    ``bytes``, typical ``scales``, ... Raises as ``run`` does.
     """
     return Request(config, overrides, **how).plan()
 
@@ -256,9 +259,6 @@ def _plan_lines(plan: dict[str, Any], part: str | None) -> Iterator[str]:
         yield ""
         yield f"{title}: {fewest}{counted(balls[-1], 'ball')}, {scenes['to_do']:,} to do"
         yield f"  search    {scenes['search']}"
-        if ratios := [ratio for ratio in scenes["critical_ratios"] if ratio is not None]:
-            values = " to ".join(dict.fromkeys(f"{f(ratios):.2g}" for f in (min, max)))
-            yield f"  L/L_c     {values}: {theory.CRITICAL}"
         laws = [name.removeprefix(LAW) for name in scenes["models"] if name.startswith(LAW)]
         if laws:
             yield f"  laws      {', '.join(laws)}"

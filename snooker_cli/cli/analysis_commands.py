@@ -93,15 +93,19 @@ def report(
     runs: Annotated[list[str], RUN],
     out: Annotated[Path | None, option("DIR", "The report's folder [RUN/report].")] = None,
     figures: Annotated[str, option("F,F,…", "Also these figures; all: every possible one.")] = "",
+    markdown: Annotated[
+        bool, flag("--markdown", "Write report.md instead, with figures beside it.")
+    ] = False,
 ) -> None:
-    """Write a report on runs as HTML and PDF.
+    """Write a report on runs as HTML and PDF, or as Markdown.
 
     It begins with what holds for each RUN and its points. Each RUN gets a chapter: the figures that
     say most, a film in the HTML page, and how to reproduce it. An appendix has the config, fits and
-    comparisons. The same runs give the same bytes. The names of the written files are printed.
+    comparisons. The same runs give the same bytes. The names of the written files are printed. With
+    --markdown it is a text for your own use, without films.
     """
     asked = figures if figures == "all" else split(figures)
-    for path in api.write_report(dict.fromkeys(runs), out, asked):
+    for path in api.write_report(dict.fromkeys(runs), out, asked, markdown=markdown):
         print_line(str(path))
 
 

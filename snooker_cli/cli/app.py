@@ -26,7 +26,7 @@ COMMANDS = {
         "live_command",
         "Make an HTML page in which a gas runs, with sliders.",
     ),
-    "report": ("analysis_commands", "Write a report on runs as HTML and PDF."),
+    "report": ("analysis_commands", "Write a report on runs as HTML and PDF, or as Markdown."),
     "reproduce": ("analysis_commands", "Write the reproduction of the source report."),
     "export": ("export_command", "Export collisions or states of a repeat, or the table of a run."),
     "validate": ("config_commands", "Check CONFIG without running it."),

@@ -45,7 +45,8 @@ def init(
 def validate(config: ConfigPath, override: Overrides = None) -> None:
     """Check CONFIG without running it.
 
-    The check includes the starting scene of every point.
+    The check includes the starting scene of every point. Typical lengths and times of the gas are
+    printed, each by the theory that holds for it.
     """
     print_line(str(api.check_config(config, override)))
 

@@ -23,7 +23,9 @@ def run(
     checkpoint: Annotated[
         float, option("MINUTES", "Save unfinished repeats this often.", min=0)
     ] = api.CHECKPOINT_INTERVAL / 60,
-    dry_run: Annotated[bool, flag("--dry-run", "Only show the search, time and disk.")] = False,
+    dry_run: Annotated[
+        bool, flag("--dry-run", "Only show the search, time, disk and typical scales.")
+    ] = False,
     yes: Annotated[bool, flag("--yes", "Allow runs over a week or the free disk space.")] = False,
     as_json: AsJson = False,
     no_progress: Annotated[bool, flag("--no-progress", "No progress bar or lines.")] = False,

@@ -1,4 +1,6 @@
-"""A template with values, figures and players -> one HTML page and a PDF, always the same bytes.
+"""A template with values, figures and players -> an HTML page and a PDF, or a text in Markdown.
+
+The same runs always give the same bytes.
 
 templates/run.md.j2 explains the marks of a template.
 """
@@ -36,6 +38,7 @@ from snooker_cli.formatting import (
     with_error,
 )
 from snooker_cli.pages.html_page import embedded
+from snooker_cli.report.markdown import write_markdown
 from snooker_cli.runs import Run
 from snooker_cli.runs.processes import Processes
 
@@ -61,9 +64,9 @@ and is in the HTML page alone; figure has ``label``, ``file``, ``caption``, ``al
 """
 
 
-def require_libraries() -> None:
-    """Raise ``UserError`` if jinja2 or typst is not installed."""
-    for library in ("jinja2", "typst"):
+def require_libraries(*names: str) -> None:
+    """Raise ``UserError`` if one of these is not installed [jinja2 and typst]."""
+    for library in names or ("jinja2", "typst"):
         if find_spec(library) is None:
             raise UserError(
                 f"{library} is not installed",
@@ -206,12 +209,14 @@ def rendered(template: str, values: Mapping[str, Any], *, escape: bool = False) 
 class Pages(AbstractContextManager["Pages"]):
     """Collects a report's figures and players. Raises ``UserError`` without its libraries.
 
+    markdown : whether it is a text in Markdown, which has no players, instead of pages
     figures : label, caption and alt text by file
     other : the process that draws
     """
 
-    def __init__(self, out: Path) -> None:
-        require_libraries()
+    def __init__(self, out: Path, markdown: bool = False) -> None:
+        require_libraries("jinja2", *(() if markdown else ("typst",)))
+        self.markdown = markdown
         out.mkdir(parents=True, exist_ok=True)
         unlinked(out / "figures")
         self.out, self.players = out, list[str]()
@@ -242,6 +247,8 @@ class Pages(AbstractContextManager["Pages"]):
 
     def add_player(self, run: Run, point: Point) -> str:
         """Add a player of a point's first repeat; the reason if there can be none, else empty."""
+        if self.markdown:
+            return ""
         repeat = run.present(point)[0]
         where = f"{point_label({'cor': point.experiment.cor} | point.as_json())}, repeat {repeat}"
         title = printable(run.experiment.title or run.name)
@@ -256,9 +263,11 @@ class Pages(AbstractContextManager["Pages"]):
         return ""
 
     def write(self, template: str, values: dict[str, Any], name: str = "report") -> list[Path]:
-        """Write ``NAME.html`` and ``NAME.pdf`` from a template when all figures are drawn."""
+        """Write ``NAME.html`` and ``NAME.pdf``, or ``NAME.md``, when all figures are drawn."""
         for drawing in self._drawing:
             drawing.result()
         content = document(template, values, self.figures)
+        if self.markdown:
+            return [write_markdown(content, self.out, name)]
         players = self.players if name == "report" else ()
         return [write_html(content, players, self.out, name), write_pdf(content, self.out, name)]

@@ -1,4 +1,4 @@
-"""Runs of a user -> the folder of their report: figures, configs, report.html, report.pdf."""
+"""Runs of a user -> the folder of their report: figures, configs, and pages or a text."""
 
 import math
 import shlex
@@ -77,15 +77,17 @@ def run_report(
     out: Path,
     report_progress: Callable[[str], None],
     asked: Collection[str] = (),
+    markdown: bool = False,
 ) -> list[Path]:
     """Write the report on runs, a chapter each, and return the files that a reader opens.
 
     asked : names of figures that are shown although ``trivial`` leaves them out
+    markdown : whether it is report.md instead of report.html and report.pdf
 
     The same runs give the same bytes. Raises ``FigureError`` for a run without repeats, and
     ``StoreError`` for one that cannot be read.
     """
-    with Pages(out) as pages:
+    with Pages(out, markdown) as pages:
         chapters, together = [], {}
         configs = [_config(run, out) for run in runs]  # before the work: the folder may be refused
         if len(runs) > 1:
@@ -107,6 +109,7 @@ def run_report(
             "notes": (f"{SAMPLING} {JUDGEMENT}", tables.PAIRED),
             "ended": ended,
             "label": point_label,
+            "options": " --markdown" * markdown,
         }
         return pages.write(packaged("templates/run.md.j2"), values)
 

@@ -4,7 +4,7 @@ import math
 import shutil
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +44,6 @@ class SceneClass:
     """Points for which the same is modelled.
 
     balls : the number of balls of each point
-    lengths : L/L_c of each point, see `theory.critical_ratio`
     rates : collisions of each point, see `theory.starting_rates`
     models : what is modelled or recorded, and what is left out because the scenes do not need it
     """
@@ -52,7 +51,6 @@ class SceneClass:
     shape: type[Container]
     points: tuple[Point, ...]
     balls: tuple[int, ...]
-    lengths: tuple[float | None, ...]
     rates: tuple[tuple[float, float], ...]
     models: dict[str, bool]
 
@@ -93,7 +91,7 @@ def scene_classes(
 
     Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated.
     """
-    groups: dict[Any, list[tuple[Point, int, float | None, tuple[float, float]]]] = {}
+    groups: dict[Any, list[tuple[Point, int, tuple[float, float]]]] = {}
     # Points that differ in losses or limits alone have the same first scene, which is made once.
     scenes = alike(points).values()
     for number, same in enumerate(scenes, 1):
@@ -118,19 +116,16 @@ def scene_classes(
             raise SceneError(wrong, f"{error}{where}") from None
         models["events"] = experiment.keeps_events
         models |= {"snapshots": True} if experiment.stored_times else {}
-        rates, traits = theory.starting_rates(scene), facts.traits_of(scene)
+        rates = theory.starting_rates(scene)
         for point in same:
             needed = models | _loss_models(point.experiment)
             key = type(scene.container), tuple(needed.items())
-            cor, ratio = point.experiment.cor, None
-            if facts.missing(traits._replace(cor=cor), facts.VORTICES) is None:
-                ratio = theory.critical_ratio(scene, cor)
-            groups.setdefault(key, []).append((point, scene.number, ratio, rates))
+            groups.setdefault(key, []).append((point, scene.number, rates))
     classes = []
     for (shape, modelled), members in groups.items():
         members.sort(key=lambda member: member[0].index)
-        ordered, balls, lengths, starting_rates = zip(*members, strict=True)
-        classes.append(SceneClass(shape, ordered, balls, lengths, starting_rates, dict(modelled)))
+        ordered, balls, starting_rates = zip(*members, strict=True)
+        classes.append(SceneClass(shape, ordered, balls, starting_rates, dict(modelled)))
     return sorted(classes, key=lambda scene_class: scene_class.points[0].index)
 
 
@@ -192,6 +187,17 @@ def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
         same = point.experiment.model_copy(update=changes)
         groups.setdefault(same, []).append(point)
     return groups
+
+
+def scenes_of(points: Iterable[Point]) -> list[Scene]:
+    """The first scene of each point, with its own rules. They were made for `scene_classes`."""
+    scenes = {
+        point.index: replace(first_scene(same[0].experiment, 0), **vars(rules))
+        for same in alike(points).values()
+        for point in same
+        for rules in [point.experiment.collision_rules]
+    }
+    return [scenes[point.index] for point in points]
 
 
 def snapshot_times(
@@ -319,7 +325,6 @@ def _class_plan(scene_class: SceneClass, to_do: Mapping[int, int]) -> dict[str, 
     return {
         "points": [point.as_json() for point in scene_class.points],
         "balls": sorted(set(scene_class.balls)),
-        "critical_ratios": scene_class.lengths,
         "shape": scene_class.shape.name,
         "search": "neighbours" if scene_class.models["cells"] else "everyone",
         "to_do": sum(to_do[point.index] for point in scene_class.points),
