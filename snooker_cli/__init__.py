@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         new_scene,
         open,
         plan,
+        plugin_list,
         run,
         simulate,
         statuses,
@@ -44,7 +45,8 @@ __version__ = "0.1.0"
 
 __all__ = ["LivePage", "Outcome", "Plan", "Records", "Repeat", "Run", "SavedFigure"]
 __all__ += ["SideBySide", "Verdicts"]
-__all__ += ["check_config", "figure_list", "live", "new_scene", "open", "plan", "run", "simulate"]
+__all__ += ["check_config", "figure_list", "live", "new_scene", "open", "plan", "plugin_list"]
+__all__ += ["run", "simulate"]
 __all__ += ["statuses", "template", "templates", "warm_up", "write_report", "write_template"]
 __all__ += ["Box", "Channel", "Circle", "PeriodicBox", "Scene", "Trace"]
 __all__ += ["ConfigError", "FigureError", "RunError", "SceneError", "SnookerError"]

@@ -2,13 +2,14 @@
 
 import csv
 import json
-from collections.abc import Iterable, Iterator, Mapping
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
 from io import StringIO
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -25,12 +26,13 @@ from snooker_cli.fields import (
     moving_fields,
 )
 from snooker_cli.files import atomic_write
+from snooker_cli.plugins import PluginError, Table
 from snooker_cli.scene import Scene
 from snooker_cli.store import RepeatHeader, hdf5
 from snooker_cli.store.file_format import PROVENANCE, write_h5md_group
 from snooker_cli.trace import CONTAINER, Events
 
-Table = dict[str, NDArray[Any]]  # columns of one length, by name
+Columns = dict[str, NDArray[Any]]  # columns of one length, by name
 
 EVENTS = {column.title: column.unit for column in EVENT_COLUMNS if column.title}
 STATES = {"time": "s", "ball": "1"}
@@ -39,8 +41,6 @@ STATES |= {title: field.unit for field in MOVING for title in field.titles}
 
 Only rough balls have the last one of both.
 """
-
-STATES_FORMATS = (".h5md", ".h5", ".xyz")  # files that have only states
 
 CSV_LINES = 1 << 16  # lines of CSV that are formatted at a time
 
@@ -62,13 +62,13 @@ def _exported(path: Path) -> Iterator[Path]:
         ) from None
 
 
-def events_table(events: Events) -> Table:
+def events_table(events: Events) -> Columns:
     """The columns of ``EVENTS``."""
     columns = events.columns
     return {c.title: columns[c.name] for c in EVENT_COLUMNS if c.title and c.name in columns}
 
 
-def states_table(states: States) -> Table:
+def states_table(states: States) -> Columns:
     """The columns of ``STATES``: at each time the container, then all balls."""
     moments, number = len(states.time), states.positions.shape[1]
     columns: dict[str, NDArray[np.float64]] = {}
@@ -85,7 +85,7 @@ def states_table(states: States) -> Table:
     }
 
 
-def csv_lines(units: Mapping[str, str], tables: Iterable[Table]) -> Iterator[str]:
+def csv_lines(units: Mapping[str, str], tables: Iterable[Columns]) -> Iterator[str]:
     """A CSV, many lines at a time: the columns' names, then texts, and numbers with all digits.
 
     units : of all columns that the tables can have, in order
@@ -116,33 +116,22 @@ def origin(header: RepeatHeader) -> dict[str, Any]:
     }
 
 
-def write_table(
-    path: Path, units: Mapping[str, str], tables: Iterable[Table], about: Mapping[str, Any]
+def write_csv(
+    part: Path, units: Mapping[str, str], tables: Iterable[Columns], _about: Mapping[str, Any]
 ) -> None:
-    """Write tables as Parquet, or as CSV, by the path's ending. Raises ``UserError``.
-
-    about : as of ``write_parquet``
-    """
-    if path.suffix.lower() == ".parquet":
-        write_parquet(path, units, tables, about)
-    else:
-        write_csv(path, units, tables)
-
-
-def write_csv(path: Path, units: Mapping[str, str], tables: Iterable[Table]) -> None:
-    """Write the CSV of tables, whole or not at all. Raises ``UserError``."""
-    with _exported(path) as part, part.open("x", encoding="ascii", newline="") as file:
+    """Write the CSV of tables to a new file."""
+    with part.open("x", encoding="ascii", newline="") as file:
         file.writelines(csv_lines(units, tables))
 
 
 def write_parquet(
-    path: Path, units: Mapping[str, str], tables: Iterable[Table], about: Mapping[str, Any]
+    part: Path, units: Mapping[str, str], tables: Iterable[Columns], about: Mapping[str, Any]
 ) -> None:
-    """Write tables as row groups, whole or not at all; one table is in memory at a time.
+    """Write tables to a new file as row groups; one table is in memory at a time.
 
     about : where they come from; JSON of the schema's metadata ``snooker``
 
-    Raises ``UserError`` without pyarrow, or if the file cannot be written.
+    Raises ``UserError`` without pyarrow.
     """
     try:
         import pyarrow as pa
@@ -164,7 +153,7 @@ def write_parquet(
     schema = pa.schema(fields, metadata={"snooker": json.dumps(dict(about))})
     # Splitting the bytes of doubles, like HDF5's shuffle, saves a fifth of the space.
     options = {"use_dictionary": others, "use_byte_stream_split": doubles, "compression": "zstd"}
-    with _exported(path) as part, parquet.ParquetWriter(part, schema, **options) as writer:
+    with parquet.ParquetWriter(part, schema, **options) as writer:
         for table in chain([first], tables):
             columns = [pa.array(table[name]) for name in units]
             writer.write_batch(pa.record_batch(columns, schema=schema))
@@ -181,8 +170,14 @@ XYZ_HEAD = (
 XYZ_BALL = "{} {!r} {!r} 0 {!r} {!r} 0 {!r} {!r} {!r} {!r} {!r} 0"
 
 
-def write_xyz(path: Path, start: Scene, batches: Iterable[States]) -> None:
-    """Write states as extended XYZ with z = 0, whole or not at all. Raises ``UserError``.
+def write_xyz(
+    part: Path,
+    start: Scene,
+    _header: RepeatHeader,
+    _times: NDArray[np.float64],
+    batches: Iterable[States],
+) -> None:
+    """Write states to a new file as extended XYZ with z = 0.
 
     Each frame has the rectangle around the container as its cell, periodic along axes without
     walls, and the time in s. Numbers read back as the same doubles. OVITO knows `velo` and `mass`,
@@ -199,7 +194,7 @@ def write_xyz(path: Path, start: Scene, batches: Iterable[States]) -> None:
     names = [SYMBOLS[k] for k in np.minimum(group, len(SYMBOLS) - 1)]
     cell = np.array([*start.container.size, 2 * float(np.max(start.radii))])
     pbc = " ".join("FT"[repeats] for repeats in (*start.container.periodic, False))
-    with _exported(path) as part, part.open("x", encoding="ascii", newline="") as file:
+    with part.open("x", encoding="ascii", newline="") as file:
         for batch in batches:
             for k, time in enumerate(batch.time.tolist()):
                 corner = np.append(batch.container_position[k], 0.0) - cell / 2
@@ -212,25 +207,15 @@ def write_xyz(path: Path, start: Scene, batches: Iterable[States]) -> None:
                 file.writelines(ball.format(name, *row) for name, row in balls)
 
 
-def write_states(
-    path: Path,
+def write_h5md(
+    part: Path,
     start: Scene,
     header: RepeatHeader,
     times: NDArray[np.float64],
     batches: Iterable[States],
 ) -> None:
-    """Write states in three dimensions, z = 0, whole or not at all.
-
-    path : ends in .xyz for extended XYZ, else the file is H5MD
-    start, header : of the repeat
-    times : (*t*,) s, of all frames; batches : the frames, some at a time, in order
-
-    Raises ``UserError`` if the file cannot be written.
-    """
-    if path.suffix.lower() == ".xyz":
-        write_xyz(path, start, batches)
-        return
-    with _exported(path) as part, hdf5.new_file(part) as (file, check):
+    """Write states to a new file of H5MD in three dimensions, z = 0."""
+    with hdf5.new_file(part) as (file, check):
         write_h5md_group(file)
         parameters = file.create_group("parameters/snooker")
         parameters.attrs["bits"] = np.bytes_(header.fingerprint, "ascii")
@@ -290,3 +275,99 @@ def _create_states(
         else element(f"particles/trajectory/{field.element}", (start.number, 3), field.unit)
         for field in moving_fields(start)
     }
+
+
+# The formats of files.
+
+
+class Format(NamedTuple):
+    """A format of files, which has tables or states, or both.
+
+    ending : of the names of files, in small letters: ``.xyz``
+    title : in messages: ``extended XYZ``
+    write_tables : the path of a new file, the units of all columns that tables can have, the
+        tables, and where they come from, which JSON can have
+    write_states : the path of a new file, the start and the header of the repeat, the times of all
+        frames (*t*,), s, and the frames, some at a time, in order
+
+    Both write the file; it gets its name when they return.
+    """
+
+    ending: str
+    title: str
+    write_tables: (
+        Callable[[Path, Mapping[str, str], Iterable[Columns], Mapping[str, Any]], None] | None
+    ) = None
+    write_states: (
+        Callable[[Path, Scene, RepeatHeader, NDArray[np.float64], Iterable[States]], None] | None
+    ) = None
+
+
+OWN = (
+    Format(".csv", "CSV", write_tables=write_csv),
+    Format(".parquet", "Parquet", write_tables=write_parquet),
+    Format(".h5md", "H5MD", write_states=write_h5md),
+    Format(".h5", "H5MD", write_states=write_h5md),
+    Format(".xyz", "extended XYZ", write_states=write_xyz),
+)
+
+
+def _taken(thing: object) -> tuple[str, Format]:
+    """What a distribution adds to ``FORMATS``. Raises ``PluginError``."""
+    if not isinstance(thing, Format):
+        raise PluginError("it is no Format", "name an object of this class")
+    if not re.fullmatch(r"\.[a-z0-9]+", thing.ending):
+        raise PluginError(f"its ending is {thing.ending!r}", "give a dot and small letters")
+    if thing.write_tables is None and thing.write_states is None:
+        raise PluginError("it writes neither tables nor states", "give it one of the functions")
+    return thing.ending, thing
+
+
+FORMATS = Table("snooker.exports", {known.ending: known for known in OWN}, _taken)
+"""The formats of files by the endings of their names."""
+
+
+def format_of(path: Path) -> Format | None:
+    """The format of a file by the ending of its name; ``None`` if there is none."""
+    return FORMATS.get(path.suffix.lower())
+
+
+def export_endings() -> list[str]:
+    """The endings of the names of all formats."""
+    return [*FORMATS]
+
+
+def has_only_states(path: Path) -> bool:
+    """Whether a file of this name has states and no tables."""
+    known = format_of(path)
+    return known is not None and known.write_tables is None
+
+
+def write_tables(
+    path: Path, units: Mapping[str, str], tables: Iterable[Columns], about: Mapping[str, Any]
+) -> None:
+    """Write tables, whole or not at all. Raises ``UserError`` if the file cannot be written.
+
+    path, about : with the ending of a format; as of ``Format``
+    """
+    write = FORMATS[path.suffix.lower()].write_tables
+    assert write is not None
+    with _exported(path) as part:
+        write(part, units, tables, about)
+
+
+def write_states(
+    path: Path,
+    start: Scene,
+    header: RepeatHeader,
+    times: NDArray[np.float64],
+    batches: Iterable[States],
+) -> None:
+    """Write states, whole or not at all. Raises ``UserError`` if the file cannot be written.
+
+    path : with the ending of a format; the others : as of ``Format``
+    """
+    write = FORMATS[path.suffix.lower()].write_states
+    assert write is not None
+    with _exported(path) as part:
+        write(part, start, header, times, batches)

@@ -143,9 +143,9 @@ def point_label(parameters: Mapping[str, object]) -> str:
     return printable(", ".join(f"{key}={value_text(v)}" for key, v in values)) or "all"
 
 
-def listed(words: Sequence[str]) -> str:
+def listed(words: Sequence[str], last: str = "and") -> str:
     """``a, b and c``."""
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+    return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def counted(number: int, noun: str) -> str:

@@ -25,6 +25,7 @@ SIMULATING = (
     "files",
     "laws",
     "ranges",
+    "plugins",
     "results_cache",
     "neighbours",
     "scene",
@@ -42,6 +43,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "signals": (),
     "fields": (),
     "errors": ("formatting", "signals"),
+    "plugins": ("errors",),
     "results_cache": ("errors", "files"),
     "region_integrals": ("neighbours",),
     "containers": ("errors", "neighbours", "region_integrals"),
@@ -59,10 +61,11 @@ PARTS: dict[str, tuple[str, ...]] = {
     "engine": ("containers", "errors", "fields", "files", "laws", "scene", "trace"),
     "store": ("containers", "errors", "fields", "files", "laws", "scene", "trace"),
     "runs": tuple(part for part in RUNNING if part != "runs"),
-    "export": ("engine", "errors", "fields", "files", "scene", "store", "trace"),
+    "export": ("engine", "errors", "fields", "files", "plugins", "scene", "store", "trace"),
     # From repeats to conclusions
     "analysis": RUNNING,
     "figures": (*RUNNING, "analysis"),
+    "extending": (*RUNNING, "analysis", "export", "figures"),
     # Pages
     "pages": (),
     "live_page": (

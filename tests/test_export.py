@@ -240,12 +240,14 @@ def test_mdanalysis_reads_the_states(written: tuple[Path, Trace, Any]) -> None:
     assert universe.trajectory.units["velocity"] == "m/s"
 
 
-def test_ase_reads_the_states(written: tuple[Path, Trace, Any]) -> None:
+def test_ase_reads_the_states(written: tuple[Path, Trace, Any], provenance: Provenance) -> None:
     """ASE keeps momenta, and divides them by the masses: two roundings."""
     ase = pytest.importorskip("ase.io")
     path, trace, states = written
     start, out = trace.start, path.with_suffix(".xyz")
-    export.write_xyz(out, start, replayed(trace, states.time, batch=2 * start.number))
+    batches = replayed(trace, states.time, batch=2 * start.number)
+    header = RepeatHeader(7, trace.stop, 30, 30, provenance, "bits", start.rules)
+    export.write_states(out, start, header, states.time, batches)
     frames = ase.read(out, index=":")
     assert [frame.info["Time"] for frame in frames] == states.time.tolist()
     for k, frame in enumerate(frames):

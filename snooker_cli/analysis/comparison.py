@@ -84,7 +84,7 @@ class Comparison:
 def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[Note]]:
     """`comparisons_of` of repeats."""
     repeats = list(traces)
-    measurement = measure(repeats, pairs=pairs_of(repeats))
+    measurement = measure(repeats, pairs=pairs_of(repeats), observables_of=theories.observables)
     return comparisons_of(measurement, decays_of(measurement))
 
 

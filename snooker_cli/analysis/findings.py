@@ -21,7 +21,7 @@ from snooker_cli.analysis.goodness import (
     joint_probability,
     verdict,
 )
-from snooker_cli.analysis.quantities import QUANTITIES, Quantity
+from snooker_cli.analysis.quantities import QUANTITIES, Quantity, main_quantities
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.analysis.theories import (
     ABOVE_DRIFT,
@@ -47,7 +47,6 @@ TOO_FEW = "too few repeats for a test"
 MOST_NAMED = 3  # points that a sentence names
 LARGE_FACTOR = 2.0  # from this many times theory on, a factor says more than a percentage
 
-MAIN_QUANTITIES = tuple(quantity for quantity in QUANTITIES.values() if quantity.main_of)
 UNIFORM = "its theory is about a gas with one temperature"
 """What a reader of PV/NT has to know where walls make the gas uneven."""
 
@@ -150,7 +149,7 @@ def chosen_theories(compared: Iterable[Row]) -> dict[str, str]:
     model of its rows.
     """
     theories = {}
-    rows = [row for row in compared if QUANTITIES[row["quantity"]] in (*MAIN_QUANTITIES, *CHECKS)]
+    rows = [row for row in compared if QUANTITIES[row["quantity"]] in (*main_quantities(), *CHECKS)]
     for name in dict.fromkeys(row["quantity"] for row in rows):
         candidates = [row for row in rows if row["quantity"] == name]
         if name == quantities.TEMPERATURE.name:  # the ideal gas law gives T of any gas from P
@@ -171,7 +170,7 @@ def main_quantity_rows(compared: Sequence[Row], chosen: Mapping[str, str] | None
     chosen = chosen_theories(compared) if chosen is None else chosen
     return [
         dict(row)
-        for quantity in MAIN_QUANTITIES
+        for quantity in main_quantities()
         for row in compared
         if row["quantity"] == quantity.name and row["model"] == chosen.get(quantity.name)
     ]
@@ -268,7 +267,7 @@ class Findings:
         known = {row["quantity"] for row in rows}
         others = [row for row in main_quantity_rows(compared) if row["quantity"] not in known]
         rows += [row for row in others if not has_theory(row)]
-        return sorted(rows, key=lambda row: MAIN_QUANTITIES.index(QUANTITIES[row["quantity"]]))
+        return sorted(rows, key=lambda row: main_quantities().index(QUANTITIES[row["quantity"]]))
 
     def _laws(self, label: str) -> Records:
         """Fits to the energy of a point, that of the law which holds longest first."""
@@ -345,8 +344,8 @@ class Findings:
     @cached_property
     def overview(self) -> str:
         """What holds for all points together, without a full stop; empty if nothing is known."""
-        ratios = [quantity for quantity in MAIN_QUANTITIES if quantity.name in RATIOS]
-        others = [quantity for quantity in (*MAIN_QUANTITIES, *CHECKS) if quantity not in ratios]
+        ratios = [quantity for quantity in main_quantities() if quantity.name in RATIOS]
+        others = [quantity for quantity in (*main_quantities(), *CHECKS) if quantity not in ratios]
         parts = [*self._quantities_together(ratios), *self._changes_together()]
         parts += [*self._clusters(), *self._laws_together(), *self._quantities_together(others)]
         kinds = [kind for label in self.labels for kind in self._kinds(label)]
@@ -366,7 +365,7 @@ class Findings:
             return "no stationary part was found"
         if [*self._clusters()]:
             return "theory expects clusters"
-        for quantity in MAIN_QUANTITIES:
+        for quantity in main_quantities():
             if rows := self._rows_of(quantity):
                 return self._plainly(quantity, rows)
         return ""
@@ -426,13 +425,13 @@ class Findings:
             return
         known = [row for row in rows if errors_from_theory(row) is not None]
         if not known:
-            if quantity in MAIN_QUANTITIES:
+            if quantity in main_quantities():
                 yield f"{quantity.symbol} has too few repeats at all points for a test of theory"
             return
         worst = max(known, key=lambda row: abs(row["difference_in_errors"]))
         theory, differing = theory_name(worst), [row for row in known if _differs(row)]
         number = f"{abs(worst['difference_in_errors']):.1f} errors"
-        name = quantity.symbol if quantity in MAIN_QUANTITIES else f"the {quantity.name}"
+        name = quantity.symbol if quantity in main_quantities() else f"the {quantity.name}"
         if differing:
             value = with_error(worst["measured"], worst["error"], quantity.unit_text)
             where = _at_points(differing, known, named=not differing[1:])

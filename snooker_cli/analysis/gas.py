@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import observables, structure
-from snooker_cli.analysis.measurement import Measurement
+from snooker_cli.analysis.measurement import WINDOWS, Measurement
 from snooker_cli.analysis.profiles import Conduction, Profile, axis_across, conduction
 from snooker_cli.analysis.time_series import Averages
 from snooker_cli.containers import ENDS, Container
@@ -361,6 +361,17 @@ class Gas:
         if self.first_window is None:
             return self.measurement.relaxed
         return self.measurement.windows.from_window(self.first_window)
+
+    def mean_of_states(self, name: str) -> Array:
+        """The mean of a quantity of single states over those of the same part; nan without any."""
+        measured = self.measurement
+        if name not in measured.observables:
+            return np.full(len(measured.time), math.nan)
+        values = measured.in_states[:, :, measured.observables.index(name)]
+        begins = (self.first_window or 0) / WINDOWS * measured.time[:, np.newaxis]
+        counted = np.isfinite(values) & (measured.state_times >= begins)
+        total = np.where(counted, values, 0.0).sum(axis=1)
+        return np.asarray(total / counted.sum(axis=1))
 
     def ratio(self, above: Array, below: Array) -> Array:
         """A ratio in each repeat; in a steady part the ratio of the means, see `pooled_ratio`."""

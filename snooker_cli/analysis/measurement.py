@@ -6,7 +6,7 @@ of time, and a curve of at most ``ROWS`` rows. All arrays have the repeats as fi
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
@@ -28,7 +28,7 @@ from snooker_cli.analysis.time_series import (
     has_all,
     series,
 )
-from snooker_cli.engine import batch_series, is_short
+from snooker_cli.engine import batch_series, is_short, stored_times
 from snooker_cli.laws import Sides
 from snooker_cli.runs.processes import processors
 from snooker_cli.scene import Scene
@@ -44,6 +44,16 @@ RELAXING, LEAST_RELAXING = 15, 5
 """Collisions per ball while equal speeds relax; the fewest, where a kurtosis of 1.95 is 1.83."""
 
 SPECIES_STATES = 60  # of a repeat, for the temperatures of its species
+STATES = 60  # of a repeat, for quantities of single states
+
+ObservablesOf = Callable[[Scene], Mapping[str, structure.Observable]]
+"""The quantities of a gas that have a value in one state, by their names."""
+
+
+def no_observables(_scene: Scene) -> dict[str, structure.Observable]:
+    """No quantities of single states."""
+    return {}
+
 
 MOST_TOGETHER = 2**18  # rows that are measured together, so that they fit in memory
 
@@ -74,6 +84,10 @@ class Measurement:
         of a ball, after the relaxation; nan in repeats that are too short or have no events, and no
         columns for other numbers of species
     species_quarters : (*repeats*, 4, 2) the same over the quarters of the states behind it
+    observables : names of quantities of single states
+    state_times : (*repeats*, STATES) times of states after the relaxation, of a gas that walls keep
+        warm since the start, s; nan where there is no state
+    in_states : (*repeats*, STATES, *observables*) the quantities there
     events, calm_events : (*repeats*, 2) collisions at the wall and between balls; the latter before
         a collapse
     time : when each repeat ended, s
@@ -99,6 +113,9 @@ class Measurement:
     speeds: Integers
     species_shares: Array
     species_quarters: Array
+    observables: tuple[str, ...]
+    state_times: Array
+    in_states: Array
     events: Integers
     calm_events: Integers
     time: Array
@@ -188,11 +205,13 @@ def measure(
     since: float = 0.0,
     until: float = math.inf,
     pairs: float = math.nan,
+    observables_of: ObservablesOf = no_observables,
 ) -> Measurement:
     """What analyses need of the repeats of a point, one or more.
 
     since, until : times (s) between which the curve lies
     pairs : the `typical_pairs` of the point; without it, there is nothing after the relaxation
+    observables_of : what is measured in single states
 
     Repeats are measured in threads, most of it without Python's lock, while others are read.
     """
@@ -201,7 +220,7 @@ def measure(
     most = processors()
     with ThreadPoolExecutor(most) as pool:
         for together in _together(traces):
-            waiting.append(pool.submit(_measured, together, (since, until), pairs))
+            waiting.append(pool.submit(_measured, together, (since, until), pairs, observables_of))
             if not parts and len(waiting) == 1:
                 waiting[0].exception()  # waits: only one thread compiles the kernels
             while len(waiting) > most:
@@ -237,13 +256,20 @@ def _together(traces: Iterable[Trace]) -> Iterator[list[Trace]]:
 
 # A file may hold values whose squares are no doubles; they give infinities and nan.
 @np.errstate(over="ignore", invalid="ignore")
-def _measured(traces: Sequence[Trace], limits: tuple[float, float], pairs: float) -> Measurement:
+def _measured(
+    traces: Sequence[Trace],
+    limits: tuple[float, float],
+    pairs: float,
+    observables_of: ObservablesOf,
+) -> Measurement:
     """`measure` of repeats that fit in memory together."""
     scene, skipped = traces[0].start, relaxation(traces[0].start.number, pairs)
     calm = [observables.before_collapse(trace) for trace in traces]
     relaxed = np.array([relaxed_at(trace, skipped) for trace in calm])
     rows, speeds = _series(traces, calm, relaxed)
     shares, quarters = _species_shares(scene, calm, relaxed)
+    in_states = observables_of(scene)
+    state_times, values = _in_states(in_states.values(), calm, relaxed)
     lasts, starts = np.array([trace.stop.time for trace in traces]), rows.starts
     ends = _calm_ends(rows, traces)
     edges = np.linspace(0.0, lasts, WINDOWS + 1, axis=1)
@@ -279,6 +305,9 @@ def _measured(traces: Sequence[Trace], limits: tuple[float, float], pairs: float
         speeds=speeds,
         species_shares=shares,
         species_quarters=quarters,
+        observables=tuple(in_states),
+        state_times=state_times,
+        in_states=values,
         events=np.array([(trace.wall_events, trace.pair_events) for trace in traces]),
         calm_events=rows.columns[AT_WALL : BETWEEN + 1, ends - 1].T.astype(np.int64),
         time=lasts,
@@ -332,6 +361,29 @@ def _species_shares(scene: Scene, calm: Sequence[Trace], relaxed: Array) -> tupl
             if len(times) >= 4:
                 quarters[repeat] = [part.mean(axis=0) for part in np.array_split(of_states, 4)]
     return shares, quarters
+
+
+def _in_states(
+    functions: Collection[structure.Observable], calm: Sequence[Trace], relaxed: Array
+) -> tuple[Array, Array]:
+    """`Measurement.state_times` and ``in_states``, over states at even times, or those stored."""
+    times = np.full((len(calm), STATES), math.nan)
+    values = np.full((len(calm), STATES, len(functions)), math.nan)
+    for repeat, (trace, after) in enumerate(zip(calm, relaxed.tolist(), strict=True)):
+        since = 0.0 if facts.hold(trace.start, "warm_walls") else after
+        has_states = trace.events is not None or trace.snapshots is not None
+        if not functions or not has_states or math.isnan(since):
+            continue
+        own = np.linspace(since, trace.stop.time, STATES + 1)[1:]
+        if trace.events is None:
+            stored = stored_times(trace)
+            own = stored[stored > since]
+            own = own[even_choice(len(own), STATES)]
+        times[repeat, : len(own)] = own
+        values[repeat, : len(own)] = structure.over_time(
+            lambda *state: [function(*state) for function in functions], trace, own
+        )
+    return times, values
 
 
 def _calm_ends(rows: TimeSeries, traces: Sequence[Trace]) -> Integers:

@@ -1,6 +1,6 @@
 """Every quantity that is compared with theory, or that a report or a figure has as its result."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -8,7 +8,10 @@ import numpy as np
 
 from snooker_cli.analysis import gas as gas_numbers
 from snooker_cli.analysis.gas import Array, Gas
+from snooker_cli.analysis.structure import Observable
+from snooker_cli.facts import FACTS
 from snooker_cli.laws import SIDES
+from snooker_cli.plugins import PluginError, Table
 
 GasKind: TypeAlias = Literal["elastic", "cooling", "warm", "mixture", "rough", "clusters", "uneven"]
 """Types of gas. Collisions keep the energy (elastic), collisions take energy (cooling), or walls
@@ -33,6 +36,7 @@ class Quantity(NamedTuple):
     measured : its value in each repeat; ``None`` if it has no value in each repeat
     unmeasured : why it has no value in any repeat; empty if it needs no reason
     alone : the facts of gases in which it is shown without a theory; ``None`` if it never is
+    of_state : its value in one state, if it is a mean over states
     """
 
     name: str
@@ -45,6 +49,16 @@ class Quantity(NamedTuple):
     measured: Callable[[Gas], Array] | None = None
     unmeasured: str = "it could not be measured"
     alone: tuple[str, ...] | None = None
+    of_state: Observable | None = None
+
+    @property
+    def has_values(self) -> bool:
+        """Whether it has a value in each repeat."""
+        return self.measured is not None or self.of_state is not None
+
+    def values(self, gas: Gas) -> Array:
+        """Its value in each repeat; nan where it has none."""
+        return gas.mean_of_states(self.name) if self.measured is None else self.measured(gas)
 
     @property
     def unit_text(self) -> str:
@@ -295,7 +309,7 @@ OF_FIGURES = (
 )
 """Further results of figures, which no theory and no table has."""
 
-QUANTITIES: Mapping[str, Quantity] = {
+OWN = {
     quantity.name: quantity
     for quantity in (
         *(CLUSTER_SIZE, HEAT_FLUX, TEMPERATURE_JUMP, SPECIES_RATIO, SPIN_RATIO, TEMPERATURE),
@@ -306,9 +320,30 @@ QUANTITIES: Mapping[str, Quantity] = {
         *(COLLISION_LOSS, ACROSS, CONTACT, SONINE, STRUCTURE, DIFFUSION, *OF_FIGURES),
     )
 }
-"""Every quantity by its name; main ones first, in the order of the sentences."""
+"""The quantities of snooker by their names; main ones first, in the order of the sentences."""
+
+
+def _taken(thing: object) -> tuple[str, Quantity]:
+    """What a distribution adds to ``QUANTITIES``. Raises ``PluginError``."""
+    if not isinstance(thing, Quantity):
+        raise PluginError("it is no Quantity", "name an object of this class")
+    for name in thing.alone or ():
+        if name not in FACTS:
+            raise PluginError(f"there is no fact {name} that `alone` may name")
+    same = [own.name for own in OWN.values() if own.key == thing.key]
+    if same and thing.name not in OWN:
+        raise PluginError(f"its key {thing.key} is that of {same[0]}", "give it another key")
+    return thing.name, thing
+
+
+QUANTITIES = Table("snooker.quantities", OWN, _taken)
+"""Every quantity by its name."""
 
 
 def main_quantities(*kinds: GasKind) -> list[Quantity]:
-    """The quantities that say most about a gas, in the order of the sentences."""
-    return [quantity for quantity in QUANTITIES.values() if {*quantity.main_of} & {*kinds}]
+    """The quantities that say most about a gas, in the order of the sentences.
+
+    kinds : of the gas; without any, the quantities of all kinds
+    """
+    main = (quantity for quantity in QUANTITIES.values() if quantity.main_of)
+    return [quantity for quantity in main if not kinds or {*quantity.main_of} & {*kinds}]

@@ -12,14 +12,18 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from snooker_cli import facts
+from snooker_cli.analysis import decay
 from snooker_cli.analysis.comparison import comparisons_of, state_of
-from snooker_cli.analysis.decay import QUANTITIES, Decay, Note, decays_of, fit_notes
+from snooker_cli.analysis.decay import Decay, Note, decays_of, fit_notes
 from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure, typical_pairs
+from snooker_cli.analysis.quantities import QUANTITIES
 from snooker_cli.analysis.stationarity import stationary_part_of
+from snooker_cli.analysis.theories import THEORIES, observables
 from snooker_cli.config import Point
 from snooker_cli.errors import RunError, UserError
 from snooker_cli.files import sources_hash
 from snooker_cli.formatting import plain
+from snooker_cli.plugins import origins
 from snooker_cli.results_cache import MEMORY, from_cache
 from snooker_cli.runs import Run
 from snooker_cli.runs.run import RepeatState, RepeatStatus
@@ -85,7 +89,7 @@ def fits(
         if present := run.present(point):
             traces = _traces(run, point, present, counting)()
             span = since, until
-            records = _fit_records(decays_of(measure(traces, *span), QUANTITIES, *span))
+            records = _fit_records(decays_of(measure(traces, *span), decay.QUANTITIES, *span))
         entries.append({"fits": records})
     return _joined(run, chosen, entries, "fits")
 
@@ -143,7 +147,8 @@ def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict
         next(run.traces(points[0]))  # raises the error
     entries = []
     for own_run, point in map(run.origin, points):
-        origin = sources_hash(*SOURCES), *_fingerprints(own_run.statuses(point.index))
+        repeats = _fingerprints(own_run.statuses(point.index))
+        origin = sources_hash(*SOURCES), *origins(QUANTITIES, THEORIES), *repeats
         make = partial(_all_results, own_run, point, counting)
         entries.append(from_cache(origin, make))
     return entries
@@ -166,7 +171,11 @@ def measurement_of(
         if measured is not None:
             return measured.chosen(np.array([status.repeat in wanted for status in usable]))
     pairs = typical_pairs(_pair_counts(statuses))
-    return MEMORY.get(key, lambda: measure(traces(), pairs=pairs), run)
+
+    def make() -> Measurement:
+        return measure(traces(), pairs=pairs, observables_of=observables)
+
+    return MEMORY.get(key, make, run)
 
 
 def _fingerprints(statuses: Sequence[RepeatStatus]) -> Iterator[str]:

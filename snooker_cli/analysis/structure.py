@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from scipy.spatial import Delaunay  # takes half a second to load
 
 Array: TypeAlias = NDArray[np.float64]
-Observable: TypeAlias = "Callable[[Array, Array, Scene], Any]"
+Observable: TypeAlias = Callable[[Array, Array, Scene], Any]
 
 BINS_OF_DIAMETER, DIAMETERS = 20, 6.0
 """Bins of the pair correlation for each diameter at most, and the diameters that it reaches."""

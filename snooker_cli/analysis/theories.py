@@ -5,8 +5,9 @@ quantity and model, the first one that holds counts.
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
+from itertools import chain
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -19,8 +20,10 @@ from snooker_cli.analysis.decay import Note, reported_constants
 from snooker_cli.analysis.gas import Array, DiskRatio, Gas, SpeedLaw
 from snooker_cli.analysis.profiles import expected_jumps
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity, Source
+from snooker_cli.analysis.structure import Observable
 from snooker_cli.facts import FACTS, Traits
 from snooker_cli.formatting import listed
+from snooker_cli.plugins import PluginError, Table
 from snooker_cli.scene import Scene
 from snooker_cli.theory import FINITE, IDEAL, INFINITE
 
@@ -44,6 +47,11 @@ class Theory(NamedTuple):
     source: str
     needs: tuple[str, ...]
     value: Value
+
+    @property
+    def name(self) -> str:
+        """Its quantity and its model."""
+        return f"{self.quantity.name}: {self.model}"
 
 
 NO_THEORY = "no theory"
@@ -198,7 +206,7 @@ SPEED_LAWS: tuple[tuple[str, tuple[str, ...], Callable[[Scene], SpeedLaw], str],
 """Laws of the speeds after the relaxation: model, needs, the law of a scene, and its source."""
 
 
-THEORIES: tuple[Theory, ...] = (
+OWN: tuple[Theory, ...] = (
     Theory(q.TEMPERATURE, WALLS, "equilibrium", EQUILIBRIUM, lambda g: _wall_temperature(g.scene)),
     Theory(
         *(q.TEMPERATURE, BALANCE, "Kumaran 1998"),
@@ -412,7 +420,39 @@ THEORIES: tuple[Theory, ...] = (
         lambda g: expected_jumps(g.scene, g.profile, g.heat_through),
     ),
 )
-"""Every theory, in the order of the rows of `snooker compare`."""
+"""The theories of snooker, in the order of the rows of `snooker compare`."""
+
+
+def _by_name(entries: Iterable[Theory]) -> dict[str, tuple[Theory, ...]]:
+    """Theories by quantity and model. Those of one name are for different gases."""
+    named: dict[str, tuple[Theory, ...]] = {}
+    for entry in entries:
+        named[entry.name] = *named.get(entry.name, ()), entry
+    return named
+
+
+def _taken(thing: object) -> tuple[str, tuple[Theory, ...]]:
+    """What a distribution adds to ``THEORIES``. Raises ``PluginError``."""
+    if not isinstance(thing, Theory):
+        raise PluginError("it is no Theory", "name an object of this class")
+    if QUANTITIES.get(thing.quantity.name) is not thing.quantity:
+        name = thing.quantity.name
+        raise PluginError(f"its quantity {name} is in no table", "add it to snooker.quantities")
+    for name in thing.needs:
+        if name not in FACTS:
+            raise PluginError(f"there is no fact {name} that `needs` may name")
+    if not thing.source:
+        raise PluginError("it has no source", "say where its formula is from")
+    return thing.name, (thing,)
+
+
+THEORIES = Table("snooker.theories", _by_name(OWN), _taken)
+"""Every theory by its quantity and model; several if each is for other gases."""
+
+
+def every_theory() -> Iterator[Theory]:
+    """All theories, in the order of rows."""
+    return chain.from_iterable(THEORIES.values())
 
 
 def holding(gas: Traits | Scene) -> Iterator[Theory]:
@@ -422,18 +462,19 @@ def holding(gas: Traits | Scene) -> Iterator[Theory]:
     """
     traits = gas if isinstance(gas, Traits) else facts.traits_of(gas)
     placed: dict[tuple[str, str], tuple[int, Theory]] = {}
-    for place, entry in enumerate(THEORIES):
+    entries = [*every_theory()]
+    for place, entry in enumerate(entries):
         names = entry.quantity.name, entry.model
         if names not in placed and facts.missing(traits, entry.needs) is None:
             placed[names] = place, entry
     known = {name for name, _ in placed}
-    first = {entry.quantity: place for place, entry in reversed([*enumerate(THEORIES)])}
+    first = {entry.quantity: place for place, entry in reversed([*enumerate(entries)])}
     for quantity in QUANTITIES.values():
         needs = quantity.alone
         if needs is None or quantity.name in known or facts.missing(traits, needs):
             continue
         alone = Theory(quantity, NO_THEORY, "", needs, lambda gas: math.nan)
-        placed[quantity.name, NO_THEORY] = first.get(quantity, len(THEORIES)), alone
+        placed[quantity.name, NO_THEORY] = first.get(quantity, len(entries)), alone
     for _, entry in sorted(placed.values(), key=lambda pair: pair[0]):
         yield entry
 
@@ -453,8 +494,14 @@ def known_models(gas: Traits | Scene, quantity: Quantity) -> list[str]:
 def rows(gas: Gas, *sources: Source) -> Iterator[Row]:
     """The rows of quantities that are measured from one of these."""
     for entry in holding(gas.scene):
-        if entry.quantity.measured is not None and entry.quantity.source in sources:
-            yield entry.quantity, entry.model, entry.quantity.measured(gas), entry.value(gas)
+        if entry.quantity.has_values and entry.quantity.source in sources:
+            yield entry.quantity, entry.model, entry.quantity.values(gas), entry.value(gas)
+
+
+def observables(scene: Scene) -> dict[str, Observable]:
+    """What rows of a gas have that is measured in single states, by the names of the quantities."""
+    quantities = dict.fromkeys(entry.quantity for entry in holding(scene))
+    return {entry.name: entry.of_state for entry in quantities if entry.of_state is not None}
 
 
 def absences(scene: Scene) -> Iterator[Note]:
@@ -466,8 +513,8 @@ def absences(scene: Scene) -> Iterator[Note]:
     known = {(entry.quantity.name, entry.model) for entry in holding(traits)}
     shown = {name for name, _ in known}
     reasons: dict[str, dict[Quantity, list[str]]] = {}
-    for entry in THEORIES:
-        has_row = entry.quantity.measured is not None or entry.model == CRITICAL
+    for entry in every_theory():
+        has_row = entry.quantity.has_values or entry.model == CRITICAL
         is_known = (entry.quantity.name, entry.model) in known
         if is_known or not has_row or entry.model.startswith(SOURCE_REPORT):
             continue
@@ -533,7 +580,7 @@ def value_of_start(scene: Scene, quantity: Quantity, model: str, collisions: flo
 
 def source_of(quantity: Quantity, model: str) -> str:
     """Where the formula of a theory is from."""
-    return next(e.source for e in THEORIES if (e.quantity, e.model) == (quantity, model))
+    return THEORIES[f"{quantity.name}: {model}"][0].source
 
 
 def disk_ratios(scene: Scene) -> dict[str, DiskRatio]:

@@ -20,7 +20,7 @@ from snooker_cli.errors import (
     UserError,
     check_name,
 )
-from snooker_cli.figures import FIGURES, OWN_FIGURES, FigureData, Selection, selected
+from snooker_cli.figures import FIGURES, FigureData, Selection, own_figures, selected
 from snooker_cli.figures.caption_text import unfinished
 from snooker_cli.figures.figure_data import with_logarithmic_axes
 from snooker_cli.figures.registry import figures_of, possible
@@ -70,7 +70,7 @@ def possible_figures(run: Run, names: Sequence[str], selection: Selection) -> li
             "possible": fits,
             "left_out": [_left_out(name, *reason, len(points), fits) for reason in why.items()],
         }
-        for name, fits, why in possible(dict.fromkeys(names or OWN_FIGURES), points)
+        for name, fits, why in possible(dict.fromkeys(names or own_figures()), points)
     ]
 
 
@@ -93,7 +93,7 @@ def save_figures(
             f"--format {','.join(formats)}: give svg, png or pdf, or several with commas"
         )
     how = formats, _inches(size, dpi), dpi
-    wanted = list(dict.fromkeys(names or OWN_FIGURES))
+    wanted = list(dict.fromkeys(names or own_figures()))
     _warn_of_missing(run, selection)
     most = None if names or selection.where else MOST_SERIES
     drawn: list[SavedFigure] = []

@@ -19,6 +19,7 @@ from snooker_cli.config.axes import MAX_POINTS, option_values
 from snooker_cli.config.problems import PathError
 from snooker_cli.engine import nearest_times, replayed, stored_times
 from snooker_cli.errors import ArgumentError, UserError
+from snooker_cli.formatting import listed
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.runs.progress import counting
 
@@ -30,8 +31,6 @@ UNITS |= {"k": "s-1", "alpha": "s-1"}
 UNITS |= {"wall_energy": "J", "lost_energy": "J", "stationary_from": "s"}
 UNITS |= {"rotational_temperature": "J"}
 """Of the columns of ``Run.table`` that have one."""
-
-TABLES = (".csv", ".parquet")  # files of columns
 
 
 def table_of(run: Run, points: tuple[Point, ...]) -> dict[str, NDArray[Any]]:
@@ -65,34 +64,37 @@ def _column(values: list[Any]) -> NDArray[Any]:
     return np.array([text if isinstance(text, str) else json.dumps(text) for text in values])
 
 
-def check_target(out: Target, formats: Iterable[str], replace: bool) -> str:
-    """The format of a target, as its ending. Raises ``UserError``."""
+def check_target(out: Target, replace: bool, *, states: bool = False) -> None:
+    """Raise ``UserError`` for a file that is there, or whose format has no tables.
+
+    states : whether a format of states will do, too
+    """
     if not isinstance(out, str | PathLike):
-        return ".csv"
+        return
     path = Path(out)
     check_no_results(path)
-    if path.suffix.lower() not in formats:
-        raise UserError(f"--out {path}: give a name in .csv, .parquet, .h5md, .h5 or .xyz")
+    known = export.format_of(path)
+    if known is None or not (known.write_tables or (states and known.write_states)):
+        raise UserError(f"--out {path}: give a name in {listed(export.export_endings(), 'or')}")
     check_free(path, replace)
-    return path.suffix.lower()
 
 
 def write(
     out: Target,
     units: Mapping[str, str],
-    tables: Iterable[export.Table],
+    tables: Iterable[export.Columns],
     about: Mapping[str, Any],
 ) -> None:
     """Write tables to a file or as CSV to a stream; ``about`` is for a Parquet file."""
     if isinstance(out, str | PathLike):
-        export.write_table(Path(out), units, tables, about)
+        export.write_tables(Path(out), units, tables, about)
     else:
         out.writelines(export.csv_lines(units, tables))
 
 
 def export_table(run: Run, out: Target, points: tuple[Point, ...], replace: bool) -> None:
     """What ``Run.export`` does."""
-    check_target(out, TABLES, replace)
+    check_target(out, replace)
     rows = table_of(run, points)
     units = {name: UNITS.get(name, "") for name in rows}
     write(out, units, [rows], {"config": to_json(run.experiment)})
@@ -100,7 +102,7 @@ def export_table(run: Run, out: Target, points: tuple[Point, ...], replace: bool
 
 def export_events(run: Run, out: Target, point: int, repeat: int, replace: bool) -> None:
     """What ``Run.export_events`` does. Memory stays bounded: the file is read in parts."""
-    check_target(out, TABLES, replace)
+    check_target(out, replace)
     status = _recorded(run, point, repeat, "events")
     (header,) = (header for header in store.check(status.path) if header.repeat == repeat)
     pieces = (events for _, events in store.read_events(status.path, [repeat]))
@@ -118,7 +120,7 @@ def export_states(
     replace: bool,
 ) -> None:
     """What ``Run.export_states`` does."""
-    ending = check_target(out, (*TABLES, *export.STATES_FORMATS), replace)
+    check_target(out, replace, states=True)
     if times is not None and frames is not None:
         raise UserError("--times and --frames both choose times", "give one of them")
     status = _recorded(run, point, repeat, "states")
@@ -131,8 +133,9 @@ def export_states(
         batches = replayed(trace, moments)
     except ValueError as error:
         raise UserError(f"--times: {error}") from None
-    if isinstance(out, str | PathLike) and ending in export.STATES_FORMATS:
-        export.write_states(Path(out), trace.start, header, moments, batches)
+    path = Path(out) if isinstance(out, str | PathLike) else None
+    if path is not None and (known := export.format_of(path)) and known.write_states:
+        export.write_states(path, trace.start, header, moments, batches)
         return
     about = {"frames": len(moments)} | export.origin(header)
     write(out, export.STATES, map(export.states_table, batches), about)

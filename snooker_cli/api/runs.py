@@ -227,6 +227,18 @@ def figure_list() -> list[dict[str, Any]]:
     return registry()
 
 
+def plugin_list() -> list[dict[str, Any]]:
+    """What installed packages can add to: all quantities, theories, figures and formats.
+
+    ``group``, ``name``, ``distribution`` and ``version``; those of snooker come first. What a
+    package adds has its ``entry`` point. If it could not be added, it has the ``problem`` and no
+    ``name``.
+    """
+    from snooker_cli.api.plugin_lists import listed_plugins
+
+    return listed_plugins()
+
+
 def runs_and_figures(names: Iterable[str]) -> tuple[list[str], list[str]]:
     """Names that are given together: those of runs, and of figures; an unknown one is a figure."""
     from snooker_cli.figures import FIGURES
@@ -256,10 +268,10 @@ def write_report(
 
     Raises ``FigureError`` without repeats, and ``UserError`` without the report's libraries.
     """
-    from snooker_cli.figures import FIGURES, OWN_FIGURES
+    from snooker_cli.figures import FIGURES, own_figures
     from snooker_cli.report.run_report import run_report
 
-    asked = list(OWN_FIGURES) if figures == "all" else several(figures)
+    asked = list(own_figures()) if figures == "all" else several(figures)
     for name in asked:
         check_name(name, FIGURES, "figure", LIST_FIGURES)
     opened = [run if isinstance(run, Run) else open(run) for run in runs]

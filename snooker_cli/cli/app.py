@@ -10,6 +10,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from snooker_cli.errors import UserError, check_name
+from snooker_cli.formatting import listed
 from snooker_cli.signals import end_interrupted, handling
 
 COMMANDS = {
@@ -29,6 +30,10 @@ COMMANDS = {
     "report": ("analysis_commands", "Write a report on runs as HTML and PDF, or as Markdown."),
     "reproduce": ("analysis_commands", "Write the reproduction of the source report."),
     "export": ("export_command", "Export collisions or states of a repeat, or the table of a run."),
+    "plugins": (
+        "plugins_command",
+        "List what installed packages add: quantities, theories, figures and formats of exports.",
+    ),
     "validate": ("config_commands", "Check CONFIG without running it."),
     "warm-up": ("config_commands", "Compile what CONFIG and its analyses need, for later."),
     "schema": ("config_commands", "Print the JSON schema of configs, for editors."),
@@ -64,6 +69,17 @@ def _about_value(option: Any, fault: dict[str, Any]) -> str:
     return f"{option.opts[-1]} {fault['input']}: {needs}".rstrip(".")
 
 
+ENDINGS = "ENDINGS"
+"""In the help of an option: the endings of files, which are known when the help is printed."""
+
+
+def _endings() -> str:
+    """The endings of all formats of exports, those of installed packages too."""
+    from snooker_cli.api import export_endings
+
+    return listed(export_endings(), "or")
+
+
 HELP = {"help_option_names": ["-h", "--help"]}
 
 
@@ -75,6 +91,11 @@ class Command(TyperCommand):
 
     def get_help(self, ctx: Any) -> str:
         """The help without braces around arguments, types of Python, and ``x`` in limits."""
+        option: Any
+        for option in self.params:
+            words = getattr(option, "help", None) or ""
+            if ENDINGS in words:
+                option.help = words.replace(ENDINGS, _endings())
         text = re.sub(r"\{(\w+)\}", r"\1", super().get_help(ctx))
         text = re.sub(r" <(str|path|list\[(?:str|Path)\])>", lambda kind: " " * len(kind[0]), text)
         return re.sub(r"x>=(?=\d)", "≥ ", re.sub(r"(\d)<=x<=(\d)", r"\1 to \2", text))

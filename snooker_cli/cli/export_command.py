@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 from snooker_cli import api
+from snooker_cli.cli.app import ENDINGS
 from snooker_cli.cli.options import Replace, RunName, Where, conditions, flag, option
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
 from snooker_cli.errors import UserError
@@ -24,7 +25,7 @@ def export(
         int | None, option("N", "States: number of even times.", min=2, max=10_000_000)
     ] = None,
     table: Annotated[bool, flag("--table", "Export a row for each repeat of all points.")] = False,
-    out: Annotated[Path | None, option("FILE", "A .csv, .parquet, .h5md, .xyz [stdout].")] = None,
+    out: Annotated[Path | None, option("FILE", f"A {ENDINGS} [stdout].")] = None,
     replace: Replace = False,
 ) -> None:
     """Export collisions or states of a repeat, or the table of a run.
@@ -40,7 +41,7 @@ def export(
     mean temperature, pressure and speed, the energy at the end over that at the start, and the
     fitted constants k and α of exp(−kt) and of Haff's law.
     """
-    states = states or (out is not None and out.suffix.lower() in api.STATES_FORMATS)
+    states = states or (out is not None and api.has_only_states(out))
     given = [n for n, value in (("--times", times), ("--frames", frames)) if value is not None]
     if given and not (states or table):
         raise UserError(f"{given[0]} needs --states")

@@ -1,5 +1,6 @@
 """The registry: every figure by name, the runs that can give it, and the function that makes it."""
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -13,7 +14,7 @@ import yaml
 
 from snooker_cli import facts
 from snooker_cli.analysis.comparison import gas_kinds
-from snooker_cli.analysis.quantities import Quantity, main_quantities
+from snooker_cli.analysis.quantities import QUANTITIES, Quantity, main_quantities
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder, Reading, silent
@@ -36,6 +37,7 @@ from snooker_cli.figures.selection import (
     with_runs,
 )
 from snooker_cli.formatting import listed
+from snooker_cli.plugins import PluginError, Table
 from snooker_cli.runs import Run
 from snooker_cli.runs.side_by_side import RUN
 
@@ -143,7 +145,7 @@ def _key_alone(points: Sequence[Point]) -> str:
     """
     swept_number(points)
     kinds = gas_kinds(facts.traits_of(points[0].experiment))
-    main = next(quantity for quantity in main_quantities(*kinds) if quantity.measured)
+    main = next(quantity for quantity in main_quantities(*kinds) if quantity.has_values)
     shown = {key: _name_along(points, key, main) for key in swept_numbers(points)}
     alone = [key for key, name in shown.items() if name is None]
     if not alone:
@@ -182,11 +184,31 @@ def _read() -> dict[str, FigureSpec]:
     return specs
 
 
-FIGURES = _read()
+def _taken(thing: object) -> tuple[str, FigureSpec]:
+    """What a distribution adds to ``FIGURES``. Raises ``PluginError``."""
+    if not isinstance(thing, FigureSpec):
+        raise PluginError("it is no FigureSpec", "name an object of this class")
+    if not re.fullmatch("[a-z0-9]+(-[a-z0-9]+)*", thing.name):
+        raise PluginError(f"its name is {thing.name!r}", "give it words in small letters, with -")
+    for name in thing.requires:
+        if name not in facts.FACTS:
+            raise PluginError(f"there is no fact {name} that `requires` may name")
+    for name in thing.axes:
+        if name not in FigureData.__dataclass_fields__:
+            raise PluginError(f"there is no field {name} that `axes` may have")
+    if thing.result is not None and thing.result.quantity not in QUANTITIES:
+        name = thing.result.quantity
+        raise PluginError(f"its result {name} is no quantity", "add it to snooker.quantities")
+    return thing.name, thing
+
+
+FIGURES = Table("snooker.figures", _read(), _taken)
 """Every figure by its name: the source report's in the order of its figures, then ours."""
 
-OWN_FIGURES = tuple(name for name, spec in FIGURES.items() if not spec.reproduce_only)
-"""The figures of one's own runs; the others are drawn by name and by ``snooker reproduce``."""
+
+def own_figures() -> tuple[str, ...]:
+    """The figures of one's own runs; the others are drawn by name and by ``snooker reproduce``."""
+    return tuple(name for name, spec in FIGURES.items() if not spec.reproduce_only)
 
 
 def figures_of(

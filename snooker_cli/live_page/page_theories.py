@@ -84,7 +84,7 @@ def drawn() -> dict[str, dict[str, Drawn]]:
 
 def _of_table(quantity: Quantity, model: str) -> Drawn:
     """The only entry of the table with this quantity and model."""
-    entries = theories.THEORIES
+    entries = theories.OWN
     (entry,) = (entry for entry in entries if (entry.quantity, entry.model) == (quantity, model))
     return Drawn(entry.model, entry.needs, entry.value)
 

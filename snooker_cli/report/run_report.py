@@ -27,7 +27,7 @@ from snooker_cli.analysis.theories import CRITICAL, value_of
 from snooker_cli.analysis.trend import trends
 from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, OWN_FIGURES, FigureData, Selection, selected
+from snooker_cli.figures import FIGURES, FigureData, Selection, own_figures, selected
 from snooker_cli.figures.caption_text import setting
 from snooker_cli.figures.selection import gas_type_of, spread, swept_number
 from snooker_cli.files import write_text
@@ -43,11 +43,8 @@ from snooker_cli.theory import IDEAL
 RELEVANCE: dict[str, dict[str, str]] = yaml.safe_load(packaged("relevance.yaml"))
 """Figures by relevance; relevance.yaml explains their conditions. Others come last."""
 
-SHOWN = {name: spec.result.quantity for name, spec in FIGURES.items() if spec.result} | {
-    "profiles": "heat flux",
-    "snapshot": "balls in a ball's cluster",
-}
-"""The quantity of each figure. The last ones are what figures without such a result are about."""
+ABOUT = {"profiles": "heat flux", "snapshot": "balls in a ball's cluster"}
+"""The quantities of figures whose result is another one, or none."""
 
 DOES: Mapping[GasKind, str] = {
     "cooling": "loses energy in collisions",
@@ -62,8 +59,6 @@ GROUPS = (
     "the ideal gas law, from which hard disks must differ",
 )
 """Rows of comparisons, the most important first."""
-
-ORDER = (*RELEVANCE, *(name for name in OWN_FIGURES if name not in RELEVANCE))
 
 MOST_TRENDS = 3  # sentences on how a result changes along the swept key
 MOST_TOGETHER = 6  # figures that show several runs
@@ -128,7 +123,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     # The other process makes figures while this one makes the analyses.
     drawings = {
         name: pages.other.submit(_figure, run, name, single)
-        for name in by_relevance(dict.fromkeys((*ORDER, *asked)), kinds)
+        for name in by_relevance(dict.fromkeys((*ordered(), *asked)), kinds)
         if name not in left_out
     }
     status, fitted = run_status(run), fits(run, counting=counting)
@@ -177,7 +172,7 @@ def _side_by_side(runs: Sequence[Run], pages: Pages) -> dict[str, Any]:
     joined = RunsSideBySide.of(runs)
     points = selected(joined, Selection())
     left_out = trivial(points, [joined.read(p, joined.present(p)[0]).start for p in points], ())
-    names = [name for name in ORDER if name not in left_out and not FIGURES[name].each_point]
+    names = [name for name in ordered() if name not in left_out and not FIGURES[name].each_point]
     files, scene = list[str](), setting(joined, points, Selection())
     for name in names:
         picture = _figure(joined, name, points[0])
@@ -215,11 +210,22 @@ def trivial(
     return {name: why for name, when, why in reasons if conditions[when] and name not in asked}
 
 
+def ordered() -> list[str]:
+    """The figures of own runs by relevance; those that relevance.yaml does not have come last."""
+    return [*dict.fromkeys((*RELEVANCE, *own_figures()))]
+
+
+def shown(name: str) -> str | None:
+    """The quantity that a figure is about; ``None`` without one."""
+    result = FIGURES[name].result
+    return ABOUT.get(name, result.quantity if result else None)
+
+
 def by_relevance(names: Iterable[str], kinds: Collection[GasKind]) -> list[str]:
     """Figures of main quantities of a gas first, in the order of these; others as they are."""
     main = [quantity.name for quantity in main_quantities(*kinds)]
-    places = {name: main.index(SHOWN[name]) for name in SHOWN if SHOWN[name] in main}
-    return sorted(names, key=lambda name: places.get(name, len(main)))
+    places = {name: place for place, name in enumerate(main)}
+    return sorted(names, key=lambda name: places.get(shown(name) or "", len(main)))
 
 
 def by_agreement(rows: Records) -> list[tuple[str, dict[str, Any]]]:

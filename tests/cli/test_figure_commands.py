@@ -87,7 +87,7 @@ def test_without_names_figures_of_single_points_are_few(
     finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(drawings, "MOST_SERIES", 1)
-    monkeypatch.setattr(drawings, "OWN_FIGURES", ("tagged-path",))
+    monkeypatch.setattr(drawings, "own_figures", lambda: ("tagged-path",))
     few = snooker("plot", "small", "--format", "svg")
     assert few.out.split() == [
         f"runs/small/figures/tagged-path-cor-0.85.{ending}" for ending in ("svg", "json")

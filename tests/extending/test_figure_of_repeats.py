@@ -68,4 +68,4 @@ def test_its_caption_has_the_result(extended: Extended) -> None:
 
 def test_reports_have_it_last(extended: Extended) -> None:
     script = "import json; from snooker_cli.report import run_report as r; "
-    assert extended.value(f"{script}print(json.dumps(r.ORDER[-1]))") == "energies-left"
+    assert extended.value(f"{script}print(json.dumps(r.ordered()[-1]))") == "energies-left"

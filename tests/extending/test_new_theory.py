@@ -14,9 +14,9 @@ from extended import Edits, Extended
 THEORY: Edits = {
     "analysis/theories.py": [
         (
-            "THEORIES: tuple[Theory, ...] = (\n",
+            "OWN: tuple[Theory, ...] = (\n",
             """\
-THEORIES: tuple[Theory, ...] = (
+OWN: tuple[Theory, ...] = (
     Theory(
         *(q.RATIO, "Henderson 1975", "Mol. Phys. 30, 971 (1975)", (*LARGE, "elastic", "no_walls")),
         lambda g: (1 + g.scene.packing_fraction**2 / 8) / (1 - g.scene.packing_fraction) ** 2,

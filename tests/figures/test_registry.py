@@ -12,7 +12,7 @@ from figure_runs import BASE, layers, made, shown, why_not
 import snooker_cli
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, OWN_FIGURES, FigureData, Points, Selection
+from snooker_cli.figures import FIGURES, FigureData, Points, Selection, own_figures
 from snooker_cli.figures.registry import MOST_ALONG, possible
 from snooker_cli.figures.selection import AXES
 from snooker_cli.reproduction.reproduce import REPORT_FIGURES
@@ -113,7 +113,7 @@ def test_the_list_of_figures_has_all_that_a_run_gives(
 
 def test_own_runs_leave_out_the_figures_of_the_source_report(decaying: Run, tmp_path: Path) -> None:
     """They are drawn by name, and by ``snooker reproduce``."""
-    others = FIGURES.keys() - set(OWN_FIGURES)
+    others = FIGURES.keys() - set(own_figures())
     assert others
     assert others <= {entry["figure"] for entry in REPORT_FIGURES.values()}
     run = snooker_cli.open(decaying.directory)

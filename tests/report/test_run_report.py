@@ -22,7 +22,7 @@ from snooker_cli.analysis.comparison import gas_kinds
 from snooker_cli.analysis.decay import NO_LOSSES
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, OWN_FIGURES, Selection
+from snooker_cli.figures import FIGURES, Selection, own_figures
 from snooker_cli.figures.caption_text import setting
 from snooker_cli.figures.drawing import styled
 from snooker_cli.formatting import printable
@@ -32,11 +32,11 @@ from snooker_cli.report.document import unbroken
 from snooker_cli.report.run_report import (
     GROUPS,
     RELEVANCE,
-    SHOWN,
     _config,
     by_agreement,
     by_relevance,
     run_report,
+    shown,
     trivial,
 )
 from snooker_cli.runs import Run, open_run
@@ -129,7 +129,7 @@ def test_a_figure_is_trivial_where_its_physics_is(overrides: list[str], left_out
     kept = {"energy", "pressure", "a2", "local-energy", "hexatic-order"} - left_out
     assert left_out <= found.keys() & sometimes
     assert not kept & found.keys()
-    assert RELEVANCE.keys() == set(OWN_FIGURES)
+    assert RELEVANCE.keys() == set(own_figures())
     asked = trivial(points, starts, ["momentum"])
     assert asked.keys() == found.keys() - {"momentum"}
 
@@ -140,17 +140,17 @@ def test_figures_of_the_main_quantities_come_first() -> None:
     def order(kind: str) -> list[str]:
         return by_relevance(FIGURES, gas_kinds(scene_of(kind)))
 
-    assert SHOWN.keys() <= FIGURES.keys()
+    assert module.ABOUT.keys() <= FIGURES.keys()
     assert order("rough")[0] == "rotation"
-    assert SHOWN[order("mixture")[0]] == "T₁/T₂"
+    assert shown(order("mixture")[0]) == "T₁/T₂"
     assert order("two temperatures")[:2] == ["profiles", "heat-flux"]
     assert order("thermal, inelastic")[0] == "profiles"
-    assert SHOWN[order("thermal")[0]] == SHOWN[order("driven")[0]] == "temperature"
-    assert SHOWN[order("cooling")[0]] == "Haff's α"
-    assert SHOWN[order("elastic")[0]] == "PV/NT"
-    clusters = by_relevance(module.ORDER, ["cooling", "clusters"])
+    assert shown(order("thermal")[0]) == shown(order("driven")[0]) == "temperature"
+    assert shown(order("cooling")[0]) == "Haff's α"
+    assert shown(order("elastic")[0]) == "PV/NT"
+    clusters = by_relevance(module.ordered(), ["cooling", "clusters"])
     assert clusters[:2] == ["snapshot", "cluster-growth"]
-    assert SHOWN[clusters[2]] == "Haff's α"
+    assert shown(clusters[2]) == "Haff's α"
     for kind in KINDS:
         assert sorted(order(kind)) == sorted(FIGURES)
 

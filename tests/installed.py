@@ -1,0 +1,68 @@
+"""A folder with installed packages, and commands of snooker that see them."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.wheel import WheelBuilder
+
+PACKAGES = Path(__file__).parent / "extending" / "packages"
+
+
+class Installed:
+    """Packages in a folder of their own, as pip puts them there, and runs beside it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.site, self.here = folder / "site", folder / "here"
+        self.site.mkdir()
+        self.here.mkdir()
+
+    def add(self, package: Path) -> None:
+        """Install the wheel of a package."""
+        builder = WheelBuilder(str(package))
+        (wheel,) = builder.build(directory=str(self.site.parent), versions=["standard"])
+        with zipfile.ZipFile(wheel) as archive:
+            archive.extractall(self.site)
+
+    def write(self, name: str, source: str, site: Path | None = None, **entries: str) -> None:
+        """Install a module of a distribution: its source, and an object of it for each group."""
+        site = site or self.site
+        (site / f"{name}.py").write_text(source, encoding="utf-8")
+        information = site / f"{name}-1.0.dist-info"
+        information.mkdir()
+        (information / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0")
+        points = (f"[snooker.{group}]\nit = {name}:{thing}\n" for group, thing in entries.items())
+        (information / "entry_points.txt").write_text("".join(points))
+
+    def ended(self, *arguments: str, here: Path | None = None) -> subprocess.CompletedProcess[str]:
+        """Python with arguments, which has ended."""
+        return subprocess.run(
+            [sys.executable, *arguments],
+            cwd=here or self.here,
+            env=os.environ | {"PYTHONPATH": str(self.site), "COLUMNS": "100"},
+            capture_output=True,
+            encoding="utf-8",
+            check=False,
+        )
+
+    def snooker(self, *arguments: str, here: Path | None = None) -> str:
+        """What a command prints that works."""
+        done = self.ended("-m", "snooker_cli", *arguments, here=here)
+        assert done.returncode == 0, f"snooker {' '.join(arguments)}: {done.stderr}"
+        return done.stdout
+
+    def plugins(self, here: Path | None = None) -> list[dict[str, Any]]:
+        """What packages add, and what they could not add."""
+        rows = json.loads(self.snooker("plugins", "--json", here=here))
+        return [row for row in rows if row["entry"]]
+
+    def rows(self, run: str) -> dict[tuple[str, str], dict[str, Any]]:
+        """The rows of ``compare`` by quantity and model."""
+        rows = json.loads(self.snooker("compare", run, "--json"))
+        return {(row["quantity"], row["model"]): row for row in rows}
