@@ -136,7 +136,7 @@ def scales_of(scene: Scene) -> list[ScaleOfPoint]:
 
 def _absence(traits: facts.Traits, quantity: Quantity) -> str:
     """The words of the first need that fails, of the theories of this type of gas."""
-    for entry in theories.THEORIES:
+    for entry in theories.every_theory():
         if entry.quantity == quantity:
             failing = [FACTS[name] for name in entry.needs if not FACTS[name].holds(traits)]
             if failing and not any(fact.of_type for fact in failing):
