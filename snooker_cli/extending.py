@@ -7,9 +7,10 @@ from snooker_cli.analysis.gas import Gas
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import mean_and_error
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity
+from snooker_cli.analysis.structure import over_time
 from snooker_cli.analysis.theories import Theory
 from snooker_cli.config import Point
-from snooker_cli.engine import States
+from snooker_cli.engine import States, replay
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.export import Columns, Format
 from snooker_cli.facts import FACTS
@@ -50,4 +51,6 @@ __all__ = [
     "UserError",
     "mean_and_error",
     "near_pairs",
+    "over_time",
+    "replay",
 ]

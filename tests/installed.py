@@ -12,6 +12,21 @@ from typing import Any
 
 from hatchling.builders.wheel import WheelBuilder
 
+EXAMPLES = {
+    "velocity-correlation": "snooker_velocity_correlation.py",
+    "free-times": "snooker_free_times.py",
+    "lammps-dump": "snooker_lammps_dump.py",
+}
+"""The folders of the example packages and the only module of each."""
+
+GAS = """\
+container: {shape: periodic, width: 20}
+balls: {count: 20, radius: 0.8, speed: 10}
+cor: 1
+collisions: 4000
+repeats: 12
+"""
+
 PACKAGES = Path(__file__).parent / "extending" / "packages"
 
 
@@ -66,3 +81,13 @@ class Installed:
         """The rows of ``compare`` by quantity and model."""
         rows = json.loads(self.snooker("compare", run, "--json"))
         return {(row["quantity"], row["model"]): row for row in rows}
+
+
+def with_examples(folder: Path) -> Installed:
+    """All examples, and a run of an elastic gas."""
+    installed = Installed(folder)
+    for name in EXAMPLES:
+        installed.add(PACKAGES / name)
+    (installed.here / "gas.yaml").write_text(GAS)
+    installed.snooker("run", "gas.yaml")
+    return installed

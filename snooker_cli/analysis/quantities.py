@@ -31,8 +31,10 @@ class Quantity(NamedTuple):
     unit : ``1`` of a ratio
     words : in tables of a terminal, without the unit
     key : its name in JSON of figures and findings, and for Python
-    source : what it is measured from
-    main_of : the gases that it says most about
+    source : what it is measured from: ``means``, ``curve`` or ``snapshots`` (states) after the
+        relaxation, or ``decay`` from the start to the end
+    main_of : the gases that it says most about: ``elastic``, ``cooling``, ``warm``, ``mixture``,
+        ``rough``, ``clusters``, ``uneven``
     measured : its value in each repeat; ``None`` if it has no value in each repeat
     unmeasured : why it has no value in any repeat; empty if it needs no reason
     alone : the facts of gases in which it is shown without a theory; ``None`` if it never is

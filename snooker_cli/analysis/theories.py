@@ -36,8 +36,8 @@ Row: TypeAlias = tuple[Quantity, str, Array, Array | float]
 class Theory(NamedTuple):
     """What a theory says about a quantity.
 
-    model : its name in tables
-    source : where its formula is from; theory.py has the whole citation
+    quantity, model : what it is about, and its name in tables
+    source : where its formula is from
     needs : the facts that must be true of a gas, those that choose the type of gas first
     value : of each repeat, or of all alike, in the unit of the quantity
     """

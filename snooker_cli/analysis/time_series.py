@@ -42,11 +42,15 @@ class Averages(NamedTuple):
     kinetic_energy, total_energy : J, of the balls' motion; with the container and spins
     spin_energy : J, of the balls' rotation; zero of smooth balls
     root_energy : of the square root of the balls' energy, √J
-    meeting, root_meeting : of `observables.meeting_temperature`, J, and of its square root, √J
-    mean_speed, energy_moment : as in ``trace.Series``
+    meeting, root_meeting : of the temperature at which balls meet, J, and of its square root, √J
+    mean_speed : of a ball, m/s
+    energy_moment : of ⟨k²⟩/⟨k⟩² over the balls' energies k
     squares : of N Σk² over the balls' energies k, J²
-    wall_impulse, pair_virial, wall_events, pair_events : gains of these columns of ``Series``
-    wall_energy, lost_energy : the same, J; nan unless walls give energy
+    wall_impulse, pair_virial : the sum of the impulses on the wall, kg m/s; that of impulse times
+        distance over collisions between balls, kg m²/s
+    wall_events, pair_events : the numbers of collisions
+    wall_energy, lost_energy : given by walls, and taken by collisions, J; nan unless walls give
+        energy
     length : of the spans, s
     """
 

@@ -48,10 +48,26 @@ MOST_COLLISIONS = 10_000_000  # of a figure that takes a choice of the repeats; 
 
 @dataclass(frozen=True)
 class FigureSpec:
-    """A figure that runs can give; registry.yaml explains its fields.
+    """A figure that runs can give.
 
+    name : small letters and hyphens, as ``snooker plot RUN NAME`` has it
+    title : above the figure
+    needs : what a run must have, in words
     draw : the points to show -> the figure; raises ``FigureError``
-    axes : fields of ``FigureData``
+    axes : fields of ``FigureData`` that do not depend on the run: ``x_label``, ``y_label``,
+        ``x_log``, ``y_log``, ``x_limits``, ``y_limits``, ``equal_axes``, ``panel_label``
+    result : its quantity and the names of its numbers; ``None`` if there is none
+    shows : what is plotted, the first sentence of the caption
+    report_figures : the source report's figures of this type
+    requires : the facts that a point's config must meet, the type of gas first
+    along : the swept keys, one of which is on the x axis; ``any``: the first swept number
+    by : the key with a series for each value
+    alike : the key that has one value for all points
+    most : series at most
+    each_point : a figure shows one point, so that several points make several figures
+    sample : an even choice of many repeats is enough, as for curves and distributions
+    reproduce_only : own runs have a better figure: it is drawn by name and by
+        ``snooker reproduce``
     """
 
     name: str

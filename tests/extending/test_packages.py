@@ -14,35 +14,17 @@ from pathlib import Path
 import ase.io
 import numpy as np
 import pytest
-from installed import PACKAGES, Installed
+from installed import EXAMPLES, PACKAGES, Installed, with_examples
 
 import snooker_cli
 from snooker_cli import extending
 
-EXAMPLES = {
-    "velocity-correlation": "snooker_velocity_correlation.py",
-    "free-times": "snooker_free_times.py",
-    "lammps-dump": "snooker_lammps_dump.py",
-}
 CORRELATION = "velocity correlation of neighbours"
-GAS = """\
-container: {shape: periodic, width: 20}
-balls: {count: 20, radius: 0.8, speed: 10}
-cor: 1
-collisions: 4000
-repeats: 12
-"""
 
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
-    """All examples, and a run."""
-    installed = Installed(tmp_path_factory.mktemp("installed"))
-    for name in EXAMPLES:
-        installed.add(PACKAGES / name)
-    (installed.here / "gas.yaml").write_text(GAS)
-    installed.snooker("run", "gas.yaml")
-    return installed
+    return with_examples(tmp_path_factory.mktemp("installed"))
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
