@@ -1,6 +1,6 @@
 """A copy of the package with a few edits, as someone makes who adds a law or a shape.
 
-The package has no plug: a kernel's cache, the processes of a run, WebAssembly and the version in
+Laws and shapes have no plug: a kernel's cache, the processes of a run, WebAssembly and the version in
 a run's files all go by the sources of the package. So an example is the text that one adds to them.
 """
 

@@ -6,11 +6,11 @@ from snooker_cli.cli.output import print_result, print_table, print_wrapped
 
 
 def plugins(as_json: AsJson = False) -> None:
-    """List what installed packages add: quantities, theories, figures and formats of exports.
+    """List quantities, theories, figures, formats: of snooker, of packages.
 
-    What snooker has itself comes first. A package is found by its entry points; its distribution
-    and version are printed. What could not be added is listed with the reason, and changes nothing
-    else. docs/extending.md describes how to write a package.
+    What snooker has comes first, then what installed packages add, with the distribution and the
+    version. What could not be added is listed with the reason, and changes nothing else.
+    docs/extending.md describes how to write a package.
     """
     rows = api.plugin_list()
     if as_json:
