@@ -1,7 +1,8 @@
 """A copy of the package with a few edits, as someone makes who adds a law or a shape.
 
-Laws and shapes have no plug: a kernel's cache, the processes of a run, WebAssembly and the version in
-a run's files all go by the sources of the package. So an example is the text that one adds to them.
+Laws and shapes have no plug: a kernel's cache, the processes of a run, WebAssembly and the version
+in a run's files all go by the sources of the package. So an example is the text that one adds to
+them.
 """
 
 from __future__ import annotations

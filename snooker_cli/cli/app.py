@@ -32,7 +32,7 @@ COMMANDS = {
     "export": ("export_command", "Export collisions or states of a repeat, or the table of a run."),
     "plugins": (
         "plugins_command",
-        "List quantities, theories, figures, formats: of snooker, of packages.",
+        "List what snooker has, and what installed packages add.",
     ),
     "validate": ("config_commands", "Check CONFIG without running it."),
     "warm-up": ("config_commands", "Compile what CONFIG and its analyses need, for later."),

@@ -6,9 +6,9 @@ from snooker_cli.cli.output import print_result, print_table, print_wrapped
 
 
 def plugins(as_json: AsJson = False) -> None:
-    """List quantities, theories, figures, formats: of snooker, of packages.
+    """List what snooker has, and what installed packages add.
 
-    What snooker has comes first, then what installed packages add, with the distribution and the
+    These are quantities, theories, figures, and formats of exports, each with its distribution and
     version. What could not be added is listed with the reason, and changes nothing else.
     docs/extending.md describes how to write a package.
     """
@@ -20,7 +20,7 @@ def plugins(as_json: AsJson = False) -> None:
     for row in rows:
         source = row["group"], f"{row['distribution']} {row['version']}"
         added.setdefault(source, []).extend([row["name"]] * (not row["problem"]))
-    table = [[*source, ", ".join(names)] for source, names in added.items() if names]
+    table = [[*source, "; ".join(names)] for source, names in added.items() if names]
     print_table(["group", "from", "names"], table)
     if not any(row["entry"] for row in rows):
         print_wrapped(["No installed package adds to them."])
