@@ -13,13 +13,22 @@ from scenes import gas, report_scene, scene_of
 
 from snooker_cli.analysis import measurement, time_series
 from snooker_cli.analysis.decay import decays
-from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure, pairs_of
+from snooker_cli.analysis.gas import Gas
+from snooker_cli.analysis.measurement import (
+    STATES,
+    WINDOWS,
+    Array,
+    Measurement,
+    measure,
+    pairs_of,
+    relaxed_at,
+)
 from snooker_cli.analysis.observables import INSTANT
 from snooker_cli.analysis.time_series import ROWS, SKIPPED_COLLISIONS, series
 from snooker_cli.containers import SHAPES, Circle, Container
-from snooker_cli.engine import simulate
+from snooker_cli.engine import simulate, state_at
 from snooker_cli.laws import Thermal
-from snooker_cli.scene import EPSILON
+from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import SPEED_BINS, Series, Stop, StopReason, Summary, Trace
 
 # By hand
@@ -405,3 +414,38 @@ def test_energy_of_a_summary_is_straight_between_rows() -> None:
     time = np.arange(61.0)
     trace = gridded((120 - time).tolist(), [0] * 61, tuple(time.tolist()))
     assert measure([trace]).whole.kinetic_energy[0] == pytest.approx(90)
+
+
+def distance_of_two(positions: Array, _velocities: Array, scene: Scene) -> float:
+    """From the first ball to the second one, m; nan beyond 5 m."""
+    way = float(np.linalg.norm(positions[0] - positions[1]))
+    assert scene.number == 2
+    return way if way <= 5 else math.nan
+
+
+@pytest.mark.parametrize("walls", [0.0, 1.0])
+def test_a_quantity_of_states_is_a_mean_over_the_counted_part(walls: float) -> None:
+    """After the relaxation, and in a steady part: beside states that are asked for one by one."""
+    laws = {"wall_law": Thermal(walls)} if walls else {}
+    scene = replace(gas("box", 2, 0.05), **laws, wall_key=7 if walls else None)
+    trace = simulate(scene, collisions=600)
+    found = measure(
+        [trace], pairs=pairs_of([trace]), observables_of=lambda _: {"way": distance_of_two}
+    )
+    for first in (None, 5):
+        since = 0.0 if first is None else first / WINDOWS * trace.stop.time
+        times = found.state_times[0]
+        assert len(times) == STATES
+        values = []
+        for time in times[times >= since].tolist():
+            _, state = state_at(trace, time)
+            values.append(distance_of_two(state.positions, state.velocities, scene))
+        assert not np.isnan(values).all()
+        mean = Gas(found, first_window=first).mean_of_states("way")
+        assert mean[0] == pytest.approx(np.nanmean(values), rel=1e-12)
+    relaxed = relaxed_at(trace, found.skipped)
+    begins = 0.0 if walls else relaxed
+    assert found.state_times[0, 0] == pytest.approx(
+        begins + (trace.stop.time - begins) / STATES, rel=1e-12
+    )
+    assert np.isnan(Gas(found).mean_of_states("other")).all()
