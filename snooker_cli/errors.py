@@ -240,6 +240,17 @@ def described(error: BaseException) -> str:
     return f"{name}: {error}"
 
 
+PACKAGES: dict[str, str] = {}
+"""Installed packages that add to snooker, by the folders or files of their sources."""
+
+
+def _owner(trace: str) -> str:
+    """Whose code failed: the last package that a traceback names, else snooker."""
+    places = {trace.rfind(f'File "{path}'): name for path, name in PACKAGES.items()}
+    place = max(places, default=-1)
+    return "snooker" if place < 0 else places[place]
+
+
 def bug_message(error: str, trace: str, less: str = "use fewer balls") -> str:
     """The sentence for an internal error; its traceback is printed if the environment asks.
 
@@ -255,8 +266,8 @@ def bug_message(error: str, trace: str, less: str = "use fewer balls") -> str:
             return f"there is too little memory to load a library ({error}); {less}{where}"
         return f"there is too little memory ({error}); {less}{where}"
     return (
-        f"unexpected {error}; this is a bug in snooker, please report it with the command and the "
-        f"config{where}"
+        f"unexpected {error}; this is a bug in {_owner(trace)}, please report it with the command "
+        f"and the config{where}"
     )
 
 

@@ -9,6 +9,7 @@ name that snooker does not have, or for all names.
 import hashlib
 import json
 import logging
+import os
 import sys
 import sysconfig
 import threading
@@ -18,7 +19,7 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from snooker_cli.errors import SnookerError, error_text
+from snooker_cli.errors import PACKAGES, SnookerError, error_text
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution, EntryPoint
@@ -215,7 +216,9 @@ def _loaded(entry: "EntryPoint", found: "Distribution") -> Plugin:
     """An entry point with what it names, or with the reason why that cannot be loaded."""
     plugin = _named(entry, found)
     try:
-        sources = _sources_hash(_root(entry.module, found))
+        root = _root(entry.module, found)
+        sources = _sources_hash(root)
+        PACKAGES[f"{root}{os.sep}" if root.is_dir() else str(root)] = plugin.source
         _loading.append(plugin.entry)
         try:
             thing = entry.load()

@@ -170,3 +170,19 @@ print(*FORMATS.origin(".good"))
         assert (name, version, len(sources)) == ("good", "1.0", 64)
         hashes.append(sources)
     assert hashes[0] != hashes[1]
+
+
+def test_an_error_in_a_package_is_a_bug_of_the_package(installed: Installed) -> None:
+    source = FORMAT.format(ending=".bad").replace("print", "lambda: 1 / 0")
+    installed.write("bad", source, exports="IT")
+    script = """
+from snooker_cli import errors, export
+for call in (export.FORMATS[".bad"].write_states, lambda: [][0]):
+    try:
+        call()
+    except Exception as error:
+        print(errors.explained(error)[1])
+"""
+    lines = installed.ended("-c", script).stdout.splitlines()
+    assert "ZeroDivisionError: division by zero; this is a bug in bad 1.0, please" in lines[0]
+    assert "IndexError: list index out of range; this is a bug in snooker, please" in lines[1]
