@@ -1,5 +1,6 @@
 """Distances from the centre and between balls, the pair correlation, and speeds."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -282,9 +283,12 @@ def structure_factor(build: FigureBuilder) -> FigureData:
             build.add_means(index, build.label(point), x, last)
         expected = build.predicted(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
         if expected is not None:
-            build.lines.append(Reference("y", expected, "theory, k → 0", EXTRAPOLATED))
+            long_waves, level = x[: max(2, len(x) // 4)], np.full(2, expected)
+            build.lines.append(Line(long_waves[[0, -1]], level, None, index, EXTRAPOLATED))
         build.record(point, longest=mean_and_error(last[:, 0]), theory=expected)
     equal = all(facts.hold(build.start(point), "equal_balls") for point in build.points)
+    if any(record["theory"] is not None for record in build.records):
+        build.lines.append(legend_line("theory, k → 0", EXTRAPOLATED))
     if any(cooling) and len(cooling) > 1:
         build.lines.append(legend_line("the same at the start", SECOND))
     when = "The last state of repeats that cool; else the mean over the second half."
@@ -449,6 +453,7 @@ def count_errors(counts: Array, errors: Array) -> Array:
 
 
 TAIL_BIN = 0.25  # of reduced velocities, whose Maxwell's law has the width 1/√2
+FEWEST_BALLS = 5  # of a species beside others; T of fewer follows each ball too closely
 TAIL_STATES = 400  # of all repeats of a point, at most
 
 
@@ -464,7 +469,10 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
         mixed = mixed or len(names) > 1
         parts = _second_half(build, point, TAIL_STATES, MOST_BALLS)
         repeats = [_reduced_components(trace, parts) for trace in build.traces(point)]
-        for name, of_species in zip(names, zip(*repeats, strict=True), strict=True):
+        enough = [len(balls) >= FEWEST_BALLS for balls in structure.species(scene)]
+        enough = enough if any(enough) else [True] * len(enough)
+        of_all = zip(names, zip(*repeats, strict=True), strict=True)
+        for name, of_species in itertools.compress(of_all, enough):
             index = len(build.records)
             label = ", ".join(filter(None, [build.label(point), name])) or None
             counts, edges = _add_tail(build, index, label, of_species)

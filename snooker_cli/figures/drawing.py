@@ -116,7 +116,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         set_text([axes, *panels][-1].xaxis.label, data.x_label)
         set_text(axes.yaxis.label, textwrap.fill(data.y_label, LABEL_WIDTH))
         figure.align_ylabels()
-        axes.set_title("\n".join(title), loc="left", pad=4, parse_math=False)
+        set_text(axes.set_title("", loc="left", pad=4), "\n".join(title))
         if is_scaled(data):
             add_scale(figure, [axes, *panels], data)
         named = name_at_ends(axes, data)

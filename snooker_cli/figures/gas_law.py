@@ -200,7 +200,7 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
         )
         numbers |= {"slope": slope, "slope_error": (error := math.sqrt(covariance[0, 0]))}
         changes = "falls" if slope < 0 else "rises"
-        name = f"trend, b {changes} by {short(abs(slope), 2)} per packing"
+        name = "trend of the points, a straight line"
         build.lines.insert(1, Line(grid, at_zero + slope * grid, name, NEUTRAL, SECOND))
         said = f"One b for all packings is refused ({chance(by_chance)}): b {changes} by"
         return build.figure(
@@ -242,7 +242,7 @@ def pressure(build: FigureBuilder) -> FigureData:
         error = deviation / np.sqrt(np.maximum(number, 1))
         build.note_remaining(along[:, -1], edges[-1])
         build.lines.append(
-            Points(middles(edges), mean, error, build.label(point) or "windows", index)
+            Points(middles(edges), mean, error, build.label(point) or "simulation", index)
         )
         whole = mean_and_error(measured(gas, quantities.RATIO))
         begin = np.maximum(0.0, curve.time[:, -1].mean() - gas.means.length.mean())
