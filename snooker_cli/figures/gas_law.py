@@ -31,6 +31,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     mean_of_remaining,
 )
+from snooker_cli.figures.legends import MOST_ENTRIES
 from snooker_cli.figures.selection import gas_type_of
 from snooker_cli.formatting import chance, short, with_error
 from snooker_cli.scene import Scene
@@ -240,9 +241,10 @@ def pressure(build: FigureBuilder) -> FigureData:
             raise FigureError("nothing hits the wall, so there is no pressure; run longer")
         mean, deviation, number = mean_of_remaining(rows)
         error = deviation / np.sqrt(np.maximum(number, 1))
+        bars = error if len(build.points) <= MOST_ENTRIES else None  # many hide each other
         build.note_remaining(along[:, -1], edges[-1])
         build.lines.append(
-            Points(middles(edges), mean, error, build.label(point) or "simulation", index)
+            Points(middles(edges), mean, bars, build.label(point) or "simulation", index)
         )
         whole = mean_and_error(measured(gas, quantities.RATIO))
         begin = np.maximum(0.0, curve.time[:, -1].mean() - gas.means.length.mean())

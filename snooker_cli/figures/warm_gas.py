@@ -231,11 +231,11 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         legend_line("out: collisions take", SECOND),
     ]
     empty = np.empty(0)
-    shares.append(Line(empty, empty, "dE/dt of the gas", NEUTRAL, SECOND))
+    shares.append(Line(empty, empty, "gain of the gas", NEUTRAL, SECOND))
     shares.append(Points(empty, empty, None, "in − out", NEUTRAL))
     if any(isinstance(layer, Points) and not layer.filled for layer in shares):
         shares.append(Points(empty, empty, None, "while the gas changes", NEUTRAL, filled=False))
-    unexplained = f"The rest, in − out − dE/dt, is at most {short(max(rests), 1)} W."
+    unexplained = f"The rest, in − out − gain of the gas, is at most {short(max(rests), 1)} W."
     number, still = len(steady.changing), ""
     if number:
         of_points = f" of {counted(number, 'point')}" * (len(build.points) > 1)

@@ -102,7 +102,9 @@ def test_the_balance_of_energy(driven: Run) -> None:
     # Four repeats are too few for the test, so the second half counts.
     assert [len(points.x) for points in markers] == [10] * 4
     assert "while the gas changes" in [getattr(layer, "label", None) for layer in found.panel]
-    rest = re.search(r"The rest, in − out − dE/dt, is at most (\S+) × 10⁻(\S+) W", found.caption)
+    rest = re.search(
+        r"The rest, in − out − gain of the gas, is at most (\S+) × 10⁻(\S+) W", found.caption
+    )
     assert rest is not None, found.caption
     for index, (given, taken, share) in enumerate(
         zip(lines[::2], lines[1::2], changes, strict=True)
