@@ -245,7 +245,7 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         f"{taken} {unexplained} {still}{steady.text}".lstrip(),
         logarithmic=build.covers_decades,
         panel=(Reference("y", 0.0), *shares),
-        panel_label=f"(in − out){' / in' if over_in else ' (W)'}",
+        panel_label="(in−out) / in" if over_in else "in − out (W)",
     )
 
 
