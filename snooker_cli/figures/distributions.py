@@ -163,7 +163,7 @@ CLOSEST = 0.9  # first distance that is shown, over the least that two balls can
 def pair_correlation(build: FigureBuilder) -> FigureData:
     """g(r): mean over the second half of repeats that do not cool, else at the end."""
     build.lines.append(Reference("y", 1.0, "random places"))
-    nearest, beside_theory = 1.0, replace(build, panel=[])
+    nearest, contacts = 1.0, replace(build, panel=build.results)
     for index, point in enumerate(build.points):
         scene = build.start(point)
         diameter = 2 * float(np.mean(scene.radii))
@@ -194,13 +194,13 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             build.lines.append(Points(at, value, None, None, index, filled=False))
             if contact is not None:
                 mean, error = (np.array([number]) for number in contact)
-                beside_theory.add_residuals(index, at, mean, error, value)
+                contacts.add_residuals(index, at, mean, error, value)
         build.record(point, contact=contact, theory=expected)
     kinds = set(map(elastic, build.points))
     when = "Mean over the second half" if True in kinds else "The last state"
     if len(kinds) > 1:
         when = "Elastic points: mean over the second half; others: the last state"
-    caption = f"{build.largest_deviation(beside_theory.panel)} {when} of each repeat.".lstrip()
+    caption = f"{when} of each repeat."
     markers, empty = [layer for layer in build.lines if isinstance(layer, Points)], np.empty(0)
     for filled, name in ((True, "g(σ⁺)"), (False, theories.CHI)):
         if any(marker.filled is filled for marker in markers):
@@ -423,13 +423,13 @@ def speeds(build: FigureBuilder) -> FigureData:
 
 
 def _test_of_law(build: FigureBuilder) -> str:
-    """Whether independent speeds of the law have distances as large; empty without the law.
+    """Whether independent speeds of the law have distances as large.
 
     Of several points the least probability counts, once for each of them.
     """
     known = [row["probability"] for row in build.records if math.isfinite(row["probability"])]
     if not known:
-        return ""
+        return "Maxwell's law is drawn for comparison."
     least, number = min(known), len(known)
     where = f" ({build.places[[row['probability'] for row in build.records].index(least)]})"
     of_points = f"{where}, the least of {number} points" if number > 1 else ""

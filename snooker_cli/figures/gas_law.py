@@ -1,6 +1,7 @@
 """Pressure over time, and against temperature, area and number of balls, with theory."""
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -225,6 +226,7 @@ def pressure(build: FigureBuilder) -> FigureData:
     parts = CountedParts(build)
     measurements = [build.measurement(point) for point in build.points]
     meet = all(float(np.median(m.events[:, 1])) >= COURSE for m in measurements)
+    means = replace(build, panel=build.results)
     for index, (point, measurement) in enumerate(zip(build.points, measurements, strict=True)):
         gas, curve = parts.gas(point), measurement.curve
         scene, along = gas.scene, curve.time
@@ -259,6 +261,8 @@ def pressure(build: FigureBuilder) -> FigureData:
             flat = np.array([expected, expected])
             build.lines.append(Line(edges[[0, -1]], flat, None, index, BY_THEORY))
             build.add_residuals(index, middles(edges), mean, error, np.full(len(mean), expected))
+            mean_of_all = (np.array([number]) for number in (ends.mean(), *whole, expected))
+            means.add_residuals(index, *mean_of_all)
         build.record(
             point,
             over_ideal=whole,

@@ -162,6 +162,7 @@ def test_the_law_of_speeds_counts_one_ball_less(periodic: Run, tmp_path: Path) -
     found = shown(adrift, "speeds")
     assert [line.label for line in laws(found)] == ["Maxwell–Boltzmann"]
     assert found.panel_label == "minus Maxwell's law (s/m)"
+    assert "Maxwell's law is drawn for comparison." in found.caption
     assert found.numbers["points"][0]["distance_from_fixed_energy"] is None
 
 
