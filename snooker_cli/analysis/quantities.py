@@ -281,7 +281,7 @@ OF_FIGURES = (
     ),
     Quantity(
         *("rounding of the momentum", "|Δp|/Σm|v|", "1"),
-        *("largest change of the momentum over Σm|v|", "momentum_rounding", "curve"),
+        *("largest change of the momentum", "momentum_rounding", "curve"),
     ),
     Quantity(
         *("change of the energy", "|ΔE|/E", "1", "largest change of the energy"),

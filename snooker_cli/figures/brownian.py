@@ -37,7 +37,7 @@ SLOPE, OF_TWO, SHORTEST = (5.0, 10.0), 3, -20
 """Lags between which the displacement gives D, in relaxation times; lags from one to its double,
 and number of the first lag, which is 0.05 relaxation times, counted from that of 5."""
 
-DOT = 0.1  # a path of less than this share of its container is shown without it
+DOT = 0.25  # a path of less than this share of its container is shown without it
 COLOURS = 24  # parts of a path, each with the colour of its time
 
 
@@ -70,7 +70,7 @@ def tagged_path(build: FigureBuilder) -> FigureData:
     return build.figure(
         f"The first repeat, with every collision of the ball.{around}",
         shades=[series / max(len(parts) - 1, 1) for series in range(len(parts))],
-        scale=[short(float(shown[last])) for _, last in parts],
+        scale=[short(float(shown[last]), 2) for _, last in parts],
         scale_label="time (s)",
     )
 
@@ -97,6 +97,10 @@ def mean_squared_displacement(build: FigureBuilder) -> FigureData:
             Line(flight / tau, theory.mean_square_speed * flight**2, None, index, EXTRAPOLATED),
             Line(lags[diffusive] / tau, far[diffusive], None, index, EXTRAPOLATED),
         ]
+        langevin = _langevin(lags / tau)
+        free = far * langevin <= limit
+        expected = far[free] * langevin[free]
+        build.lines.append(Line(lags[free] / tau, expected, None, index, BY_THEORY))
         longest = max(longest, lags / tau, key=len)
         mean, errors = (rows / far).mean(axis=0), standard_errors(rows / far)
         panel.append(Points(lags / tau, mean, errors, None, index))
@@ -105,16 +109,21 @@ def mean_squared_displacement(build: FigureBuilder) -> FigureData:
         _add(build, point, index, lags / tau, rows, rises)
     build.lines += [
         *(Reference("y", most, name) for most, name in limits.items()),
-        legend_line("limits ⟨v²⟩t² and 4Dt, Enskog's D", EXTRAPOLATED),
+        legend_line("Langevin's equation, Enskog's τ", BY_THEORY),
+        legend_line("limits ⟨v²⟩t² and 4Dt", EXTRAPOLATED),
     ]
-    langevin = 1 + np.expm1(-longest) / longest
-    panel.append(Line(longest, langevin, "Langevin's equation, Enskog's τ", NEUTRAL, BY_THEORY))
+    panel.append(Line(longest, _langevin(longest), None, NEUTRAL, BY_THEORY))
     return build.figure(
         f"D is from the slope between {SLOPE[0]:g} and {SLOPE[1]:g} τ. {_tagged(tagged)} "
         f"Below: over 4Dt.{walls}",
         panel=tuple(panel),
         panel_label="MSD / 4Dt",
     )
+
+
+def _langevin(time: Array) -> Array:
+    """The mean squared displacement over 4Dt by Langevin's equation; times are over τ."""
+    return np.asarray(1 + np.expm1(-time) / time)
 
 
 def velocity_autocorrelation(build: FigureBuilder) -> FigureData:

@@ -90,6 +90,7 @@ class FigureBuilder:
     lines, bands : layers; bands are behind lines
     averaged : whether some lines are means over repeats
     panel : layers of the panel below
+    results : residuals that the caption is about, if they are not those of the panel
     records : the numbers of each point, as JSON
     places : the point of each record in words
     singles : thin lines of single repeats, behind all of them
@@ -117,6 +118,7 @@ class FigureBuilder:
     averaged: bool = False
     singles: list[Repeats] = field(default_factory=list)
     panel: list[Layer] = field(default_factory=list)
+    results: list[Layer] = field(default_factory=list)
     records: list[dict[str, Any]] = field(default_factory=list)
     places: list[str] = field(default_factory=list)
     cited: dict[str, str] = field(default_factory=dict)
@@ -270,8 +272,9 @@ class FigureBuilder:
             + "."
         )
 
-    def largest_deviation(self, residuals: Sequence[Layer]) -> str:
-        """A sentence on residuals as of `add_residuals`, unless the caption has one already."""
+    def _largest_deviation(self, panel_label: str) -> str:
+        """A sentence on the residuals, unless the caption has one already."""
+        residuals = self.results or self.panel * (panel_label == OVER_THEORY)
         names = {_owner(line): line.label for line in self.lines if line.label}
         repeats = min(len(self.repeats(point)) for point in self.points)
         return "" if self.beside_theory else deviation_sentence(residuals, names, repeats)
@@ -478,9 +481,7 @@ class FigureBuilder:
             result=[
                 self._result_sentence(numbers or {}),
                 caption,
-                self.largest_deviation(self.panel)
-                if others.get("panel_label") == OVER_THEORY
-                else "",
+                self._largest_deviation(others.get("panel_label", "")),
             ],
             theory=[
                 theory_sentence(self.cited),

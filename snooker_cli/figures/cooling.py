@@ -202,8 +202,9 @@ def _title_beside_theory(build: FigureBuilder) -> str:
     if not points or min(len(build.repeats(point)) for point in build.points) < FEWEST_TESTED:
         return build.title
     logs, errors, cors = np.concatenate([[one.y, one.y_error, one.x] for one in points], axis=1)
-    place = int(np.argmax(np.abs(logs) / errors))
-    if not abs(logs[place]) > MOST_ERRORS * errors[place]:
+    in_errors = np.abs(np.expm1(logs)) / (errors * np.exp(logs))  # of α itself, as in findings
+    place = int(np.argmax(in_errors))
+    if not in_errors[place] > MOST_ERRORS:
         return f"{build.title}: agrees with theory"
     share = short(100 * abs(float(np.expm1(logs[place]))), 2)
     side = "above" if logs[place] > 0 else "below"

@@ -1,5 +1,6 @@
 """Distances from the centre and between balls, the pair correlation, and speeds."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -162,7 +163,7 @@ CLOSEST = 0.9  # first distance that is shown, over the least that two balls can
 def pair_correlation(build: FigureBuilder) -> FigureData:
     """g(r): mean over the second half of repeats that do not cool, else at the end."""
     build.lines.append(Reference("y", 1.0, "random places"))
-    nearest, beside_theory = 1.0, replace(build, panel=[])
+    nearest, contacts = 1.0, replace(build, panel=build.results)
     for index, point in enumerate(build.points):
         scene = build.start(point)
         diameter = 2 * float(np.mean(scene.radii))
@@ -193,13 +194,13 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             build.lines.append(Points(at, value, None, None, index, filled=False))
             if contact is not None:
                 mean, error = (np.array([number]) for number in contact)
-                beside_theory.add_residuals(index, at, mean, error, value)
+                contacts.add_residuals(index, at, mean, error, value)
         build.record(point, contact=contact, theory=expected)
     kinds = set(map(elastic, build.points))
     when = "Mean over the second half" if True in kinds else "The last state"
     if len(kinds) > 1:
         when = "Elastic points: mean over the second half; others: the last state"
-    caption = f"{build.largest_deviation(beside_theory.panel)} {when} of each repeat.".lstrip()
+    caption = f"{when} of each repeat."
     markers, empty = [layer for layer in build.lines if isinstance(layer, Points)], np.empty(0)
     for filled, name in ((True, "g(σ⁺)"), (False, theories.CHI)):
         if any(marker.filled is filled for marker in markers):
@@ -282,9 +283,12 @@ def structure_factor(build: FigureBuilder) -> FigureData:
             build.add_means(index, build.label(point), x, last)
         expected = build.predicted(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
         if expected is not None:
-            build.lines.append(Reference("y", expected, "theory, k → 0", EXTRAPOLATED))
+            long_waves, level = x[: max(2, len(x) // 4)], np.full(2, expected)
+            build.lines.append(Line(long_waves[[0, -1]], level, None, index, EXTRAPOLATED))
         build.record(point, longest=mean_and_error(last[:, 0]), theory=expected)
     equal = all(facts.hold(build.start(point), "equal_balls") for point in build.points)
+    if any(record["theory"] is not None for record in build.records):
+        build.lines.append(legend_line("theory, k → 0", EXTRAPOLATED))
     if any(cooling) and len(cooling) > 1:
         build.lines.append(legend_line("the same at the start", SECOND))
     when = "The last state of repeats that cool; else the mean over the second half."
@@ -419,13 +423,13 @@ def speeds(build: FigureBuilder) -> FigureData:
 
 
 def _test_of_law(build: FigureBuilder) -> str:
-    """Whether independent speeds of the law have distances as large; empty without the law.
+    """Whether independent speeds of the law have distances as large.
 
     Of several points the least probability counts, once for each of them.
     """
     known = [row["probability"] for row in build.records if math.isfinite(row["probability"])]
     if not known:
-        return ""
+        return "Maxwell's law is drawn for comparison."
     least, number = min(known), len(known)
     where = f" ({build.places[[row['probability'] for row in build.records].index(least)]})"
     of_points = f"{where}, the least of {number} points" if number > 1 else ""
@@ -449,6 +453,7 @@ def count_errors(counts: Array, errors: Array) -> Array:
 
 
 TAIL_BIN = 0.25  # of reduced velocities, whose Maxwell's law has the width 1/√2
+FEWEST_BALLS = 5  # of a species beside others; T of fewer follows each ball too closely
 TAIL_STATES = 400  # of all repeats of a point, at most
 
 
@@ -464,7 +469,10 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
         mixed = mixed or len(names) > 1
         parts = _second_half(build, point, TAIL_STATES, MOST_BALLS)
         repeats = [_reduced_components(trace, parts) for trace in build.traces(point)]
-        for name, of_species in zip(names, zip(*repeats, strict=True), strict=True):
+        enough = [len(balls) >= FEWEST_BALLS for balls in structure.species(scene)]
+        enough = enough if any(enough) else [True] * len(enough)
+        of_all = zip(names, zip(*repeats, strict=True), strict=True)
+        for name, of_species in itertools.compress(of_all, enough):
             index = len(build.records)
             label = ", ".join(filter(None, [build.label(point), name])) or None
             counts, edges = _add_tail(build, index, label, of_species)

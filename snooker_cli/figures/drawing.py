@@ -58,6 +58,7 @@ LINES = 13  # lines of text that are as high as the axes of a figure of this hei
 TITLE_WIDTH, LABEL_WIDTH, PANEL_LABEL_WIDTH, TICKS_WIDTH = 40, 31, 14, 50
 
 LEAST_TICKS, MOST_TICKS = 3, 9  # labels of a logarithmic axis, of a linear x axis
+FEWEST_TICKS = 2  # labels of a logarithmic axis of a panel
 PANEL_TICKS = 4  # intervals between labels of a panel's y axis at most
 PLAIN = 1e-4, 1e6  # a logarithmic axis within these limits has no powers of ten
 
@@ -116,7 +117,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         set_text([axes, *panels][-1].xaxis.label, data.x_label)
         set_text(axes.yaxis.label, textwrap.fill(data.y_label, LABEL_WIDTH))
         figure.align_ylabels()
-        axes.set_title("\n".join(title), loc="left", pad=4, parse_math=False)
+        set_text(axes.set_title("", loc="left", pad=4), "\n".join(title))
         if is_scaled(data):
             add_scale(figure, [axes, *panels], data)
         named = name_at_ends(axes, data)
@@ -233,10 +234,12 @@ def _few_decades(axis: Axis, most: int | None = None) -> None:
     most : labels at most; None leaves them to the height of the axis
     """
     low, high = axis.get_view_interval()
+    least = LEAST_TICKS if most is None else FEWEST_TICKS
     few = ticker.LogLocator(subs=(1, 2, 5), numticks=most)
     for locator in (ticker.LogLocator(numticks=most), few, ticker.AutoLocator()):
         axis.set_major_locator(locator)
-        if sum(low <= tick <= high for tick in axis.get_majorticklocs()) >= LEAST_TICKS:
+        number = sum(low <= tick <= high for tick in axis.get_majorticklocs())
+        if least <= number <= (most or number):
             break
     axis.set_minor_formatter(ticker.NullFormatter())
     if PLAIN[0] <= low and high < PLAIN[1]:

@@ -1,6 +1,7 @@
 """Pressure over time, and against temperature, area and number of balls, with theory."""
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +32,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     mean_of_remaining,
 )
+from snooker_cli.figures.legends import MOST_ENTRIES
 from snooker_cli.figures.selection import gas_type_of
 from snooker_cli.formatting import chance, short, with_error
 from snooker_cli.scene import Scene
@@ -200,7 +202,7 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
         )
         numbers |= {"slope": slope, "slope_error": (error := math.sqrt(covariance[0, 0]))}
         changes = "falls" if slope < 0 else "rises"
-        name = f"trend, b {changes} by {short(abs(slope), 2)} per packing"
+        name = "trend of the points, a straight line"
         build.lines.insert(1, Line(grid, at_zero + slope * grid, name, NEUTRAL, SECOND))
         said = f"One b for all packings is refused ({chance(by_chance)}): b {changes} by"
         return build.figure(
@@ -224,6 +226,7 @@ def pressure(build: FigureBuilder) -> FigureData:
     parts = CountedParts(build)
     measurements = [build.measurement(point) for point in build.points]
     meet = all(float(np.median(m.events[:, 1])) >= COURSE for m in measurements)
+    means = replace(build, panel=build.results)
     for index, (point, measurement) in enumerate(zip(build.points, measurements, strict=True)):
         gas, curve = parts.gas(point), measurement.curve
         scene, along = gas.scene, curve.time
@@ -240,9 +243,10 @@ def pressure(build: FigureBuilder) -> FigureData:
             raise FigureError("nothing hits the wall, so there is no pressure; run longer")
         mean, deviation, number = mean_of_remaining(rows)
         error = deviation / np.sqrt(np.maximum(number, 1))
+        bars = error if len(build.points) <= MOST_ENTRIES else None  # many hide each other
         build.note_remaining(along[:, -1], edges[-1])
         build.lines.append(
-            Points(middles(edges), mean, error, build.label(point) or "windows", index)
+            Points(middles(edges), mean, bars, build.label(point) or "simulation", index)
         )
         whole = mean_and_error(measured(gas, quantities.RATIO))
         begin = np.maximum(0.0, curve.time[:, -1].mean() - gas.means.length.mean())
@@ -257,6 +261,8 @@ def pressure(build: FigureBuilder) -> FigureData:
             flat = np.array([expected, expected])
             build.lines.append(Line(edges[[0, -1]], flat, None, index, BY_THEORY))
             build.add_residuals(index, middles(edges), mean, error, np.full(len(mean), expected))
+            mean_of_all = (np.array([number]) for number in (ends.mean(), *whole, expected))
+            means.add_residuals(index, *mean_of_all)
         build.record(
             point,
             over_ideal=whole,

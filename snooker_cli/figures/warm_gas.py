@@ -40,6 +40,7 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
     legend_line,
+    mean_of_remaining,
     more_than_a_decade,
 )
 from snooker_cli.figures.selection import axis_label, swept_numbers, value_at
@@ -134,9 +135,8 @@ def profiles(build: FigureBuilder) -> FigureData:
     columns = {
         "T": temperature,
         "T along the radius" if circle else "T across": across,
-        "T around" if circle else "T along the walls": along,
-    }
-    styles: tuple[LineStyle, ...] = (MEASURED, SECOND, SECOND)
+    }  # T is the mean of this one and of the other component
+    styles: tuple[LineStyle, ...] = (MEASURED, SECOND)
     for index, ((name, rows), style) in enumerate(zip(columns.items(), styles, strict=True)):
         build.add_means(index, name, places, rows, style)
     heats = wall_temperatures(scene).items()
@@ -198,6 +198,8 @@ def energy_balance(build: FigureBuilder) -> FigureData:
     What is left changes the energy of the gas. Its points are open while the gas changes.
     """
     steady, shares, rests = CountedParts(build), list[Layer](), list[float]()
+    # Without losses, the power in is zero in the mean.
+    over_in = all(facts.hold(point.experiment, "lossy_pairs") for point in build.points)
     for index, point in enumerate(build.points):
         measurement, part = steady.gas(point).measurement, steady.averages(point)
         lossy = facts.hold(point.experiment, "lossy_pairs")
@@ -207,40 +209,43 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         lost = gains(edges, curve.time, curve.lost_energy) / np.diff(edges) * lossy
         build.add_means(index, build.label(point), middles(edges), given, MEASURED)
         build.add_means(index, None, middles(edges), lost, SECOND)
-        share, gained = given.mean(axis=0), curve.kinetic_energy
-        change = gains(edges, curve.time, gained) / np.diff(edges)
-        rests.append(float(np.nanmax(np.abs((given - lost - change) / share))))
-        heats = np.nanmean(change, axis=0) / share
+        unit = mean_of_remaining(given)[0] if over_in else np.ones(len(edges) - 1)
+        change = gains(edges, curve.time, curve.kinetic_energy) / np.diff(edges)
+        rests.append(float(np.nanmax(np.abs(given - lost - change))))
+        heats = mean_of_remaining(change)[0] / unit
         shares.append(Line(middles(edges), heats, None, index, SECOND))
+        mean, deviation, repeats = mean_of_remaining((given - lost) / unit)
+        error = np.where(repeats > 1, deviation / np.sqrt(np.maximum(repeats, 1)), math.nan)
         first = len(heats) if point.index in steady.changing else steady.gas(point).first_window
         settled = np.arange(len(heats)) >= (first or 0)
         for kept, filled in ((settled, True), (~settled, False)):
-            left = ((given - lost) / share)[:, kept]
-            at = middles(edges)[kept], left.mean(axis=0), standard_errors(left)
-            shares += [Points(*at, None, index, filled)] * bool(kept.any())
+            if kept.any():
+                x = middles(edges)[kept]
+                shares.append(Points(x, mean[kept], error[kept], None, index, filled))
         given_rate = mean_and_error(part.wall_energy / part.length)
         taken_rate = mean_and_error(part.lost_energy * lossy / part.length)
         rest = mean_and_error((part.wall_energy - part.lost_energy * lossy) / part.length)
         build.record(point, given_rate=given_rate, taken_rate=taken_rate, rest_rate=rest)
     build.lines += [
-        legend_line("walls give", MEASURED),
-        legend_line("collisions take", SECOND),
+        legend_line("in: walls give", MEASURED),
+        legend_line("out: collisions take", SECOND),
     ]
     empty = np.empty(0)
-    shares.append(Line(empty, empty, "dE/dt of the gas", NEUTRAL, SECOND))
+    shares.append(Line(empty, empty, "gain of the gas", NEUTRAL, SECOND))
     shares.append(Points(empty, empty, None, "in − out", NEUTRAL))
     if any(isinstance(layer, Points) and not layer.filled for layer in shares):
         shares.append(Points(empty, empty, None, "while the gas changes", NEUTRAL, filled=False))
-    left = f"The rest, in − out − dE/dt, is at most {short(max(rests), 1)} of in."
+    unexplained = f"The rest, in − out − gain of the gas, is at most {short(max(rests), 1)} W."
     number, still = len(steady.changing), ""
     if number:
         of_points = f" of {counted(number, 'point')}" * (len(build.points) > 1)
         still = f"The gas{of_points} still changes. "
     taken = f"Collisions take {with_error(*taken_rate, 'W')}." * (len(build.points) == 1)
     return build.figure(
-        f"{taken} {left} {still}{steady.text}".lstrip(),
+        f"{taken} {unexplained} {still}{steady.text}".lstrip(),
         logarithmic=build.covers_decades,
         panel=(Reference("y", 0.0), *shares),
+        panel_label="(in−out) / in" if over_in else "in − out (W)",
     )
 
 

@@ -13,6 +13,7 @@ from figure_runs import layers, made, shown, traces
 from snooker_cli.analysis import diffusion
 from snooker_cli.figures import Line, Points, Reference
 from snooker_cli.figures.drawing import draw
+from snooker_cli.figures.figure_data import BY_THEORY
 from snooker_cli.runs import Run
 
 TEXT = """\
@@ -55,6 +56,8 @@ def test_the_displacement_has_its_limits_and_a_coefficient(brownian: Run) -> Non
     over = next(layer for layer in found.panel if isinstance(layer, Points))
     assert over.y == pytest.approx(points.y / (4 * theory.coefficient * lags), rel=1e-9)
     langevin = next(layer for layer in found.panel if isinstance(layer, Line))
+    (above,) = (line for line in layers(found, Line) if line.style == BY_THEORY and len(line.x))
+    assert above.y == pytest.approx(4 * theory.coefficient * lags * langevin.y, rel=1e-9)
     assert langevin.y[0] == pytest.approx(langevin.x[0] / 2, rel=0.02)  # ballistic
     assert langevin.y[-1] == pytest.approx(1 - 1 / langevin.x[-1], rel=1e-6)
 

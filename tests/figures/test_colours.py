@@ -154,5 +154,5 @@ def test_a_single_curve_has_a_legend_entry(name: str, decaying: Run) -> None:
 def test_a_curve_that_the_legend_explains_has_no_second_name(driven: Run) -> None:
     found = shown(driven, "energy-balance", cor=0.9)
     labels = [layer.label for layer in found.layers if layer.label]
-    assert "walls give" in labels
+    assert "in: walls give" in labels
     assert not any(label.startswith("simulation") for label in labels)

@@ -110,7 +110,8 @@ def test_the_title_says_how_far_alpha_is_from_theory(decaying: Run, tmp_path: Pa
     _, residuals = found.panel
     assert isinstance(residuals, Points)
     assert residuals.y_error is not None
-    worst = int(np.argmax(np.abs(residuals.y / residuals.y_error)))
+    of_alpha = np.abs(np.expm1(residuals.y)) / np.exp(residuals.y) / residuals.y_error
+    worst = int(np.argmax(of_alpha))
     share, side = (
         100 * math.expm1(residuals.y[worst]),
         "above" if residuals.y[worst] > 0 else "below",
@@ -118,6 +119,7 @@ def test_the_title_says_how_far_alpha_is_from_theory(decaying: Run, tmp_path: Pa
     stated = re.search(r": (.*) % (above|below) theory at CoR (.*)$", found.title)
     assert stated is not None
     assert float(stated[1]) == pytest.approx(abs(share), rel=0.05)
+    assert f"{stated[2]} theory at CoR {stated[3]}" in found.caption
     assert (stated[2], float(stated[3])) == (side, residuals.x[worst])
 
 

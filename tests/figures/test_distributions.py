@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import ADRIFT, BASE, layers, made, shown, traces, why_not
+from figure_runs import ADRIFT, BASE, MIXTURE, layers, made, shown, traces, why_not
 from scipy import stats
 
 from snooker_cli import theory
@@ -162,6 +162,7 @@ def test_the_law_of_speeds_counts_one_ball_less(periodic: Run, tmp_path: Path) -
     found = shown(adrift, "speeds")
     assert [line.label for line in laws(found)] == ["Maxwell–Boltzmann"]
     assert found.panel_label == "minus Maxwell's law (s/m)"
+    assert "Maxwell's law is drawn for comparison." in found.caption
     assert found.numbers["points"][0]["distance_from_fixed_energy"] is None
 
 
@@ -221,6 +222,13 @@ def test_distances_of_many_balls_are_those_of_a_choice(
     assert found.numbers[key] == pytest.approx(whole.numbers[key], rel=4 * EPSILON)
     assert "Of 19 balls, the histogram has 9, chosen at random" in found.caption
     assert "chosen at random" not in whole.caption
+
+
+def test_a_single_ball_has_no_law_of_velocities_over_its_own_temperature(tmp_path: Path) -> None:
+    """|v_x| over √(2T/m) of its own T is at most one."""
+    run = made(tmp_path / "run", "balls[0].count=1", "repeats=1", text=MIXTURE)
+    (points,) = layers(shown(run, "velocity-tails"), Points)
+    assert points.label == "r = 0.4 m, m = 1 kg"
 
 
 def test_velocity_tails_of_a_mixture_are_by_species(mixture: Run) -> None:

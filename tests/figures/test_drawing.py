@@ -353,6 +353,23 @@ def test_panels_share_the_x_axis_and_have_scales_of_their_own() -> None:
     assert (stored["label"], stored["layers"][0]["type"]) == ("rate (s⁻¹)", "line")
 
 
+@pytest.mark.parametrize("decades", [0.4, 1.0, 2.4, 6.0])
+def test_a_low_logarithmic_panel_has_labels_apart(decades: float) -> None:
+    """2, 5 and 10 of each decade had no room in it from two decades on."""
+    low = Panel((Line(X, 10 ** (-decades * X - 1.6)),), "rate (s⁻¹)", log=True)
+    figure = draw(FigureData("k", "t", "x", "y", (Line(X, X),), "c", panels=(low,)))
+    with styled():
+        figure.draw_without_rendering()
+        boxes = [label.get_window_extent() for label in tick_labels(figure.axes[1].yaxis)]
+    assert len(boxes) >= 2
+    assert not any(one.overlaps(two) for one, two in itertools.combinations(boxes, 2))
+
+
+def test_a_title_has_real_subscripts() -> None:
+    titles = draw(replace(EVERYTHING, title="T_rot/T_tr against β")).axes[0].get_title("left")
+    assert titles == r"$T_{\mathrm{rot}}$/$T_{\mathrm{tr}}$ against β"
+
+
 def test_symbols_have_real_subscripts_and_other_words_are_no_formulas() -> None:
     """Names of runs and keys may have the same characters."""
     line = Line(X, X, "T_rot of run_x at 5 $", NEUTRAL)

@@ -103,7 +103,7 @@ def test_the_balance_of_energy(driven: Run) -> None:
     assert [len(points.x) for points in markers] == [10] * 4
     assert "while the gas changes" in [getattr(layer, "label", None) for layer in found.panel]
     rest = re.search(
-        r"The rest, in − out − dE/dt, is at most (\S+) × 10⁻(\S+) of in", found.caption
+        r"The rest, in − out − gain of the gas, is at most (\S+) × 10⁻(\S+) W", found.caption
     )
     assert rest is not None, found.caption
     for index, (given, taken, share) in enumerate(
