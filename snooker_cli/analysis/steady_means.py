@@ -51,10 +51,9 @@ class SteadyMeans(NamedTuple):
         if self.changing:
             parts.append(f"these change within their part: {listed([*self.changing])}")
         if self.steady:
-            sizes = dict.fromkeys(short(100 * f(self.least), 2) for f in (min, max))
-            found = f"one above {' to '.join(sizes)} % would be"
             of_all = f" in {listed([*self.steady])}" if self.changing else ""
-            parts.append(f"no change is found{of_all}; {found}")
+            missed = f"some of up to {short(100 * max(self.least))} % may be missed"
+            parts.append(f"no change is found{of_all}; {missed}")
         return Note(f"means over time: {'; '.join(parts)} ({how})", ", ".join(names))
 
 
