@@ -440,6 +440,11 @@ def keeps_turning(gas: Traits) -> bool:
     return gas.across == "radius"
 
 
+@fact("the wall of a circle keeps the angular momentum")
+def no_turning(gas: Traits) -> bool:
+    return not keeps_turning(gas)
+
+
 @fact("the balls' centre of mass does not move on", of_type=True)
 def drifts(gas: Traits) -> bool:
     return not gas.walls and not gas.at_rest

@@ -36,6 +36,10 @@ OF_FIGURES: dict[str, list[tuple[q.Quantity, str]]] = {
     "event-decay": [(q.ENERGY_LEFT, theories.BY_COUNT)],
     "pair-correlation": [(q.CONTACT, theories.CHI)],
     "structure-factor": [(q.STRUCTURE, theories.COMPRESSIBILITY)],
+    "velocity-correlations": [
+        (q.NEIGHBOURS, theories.FIXED_MOMENTUM),
+        (q.NEIGHBOURS, theories.INDEPENDENT),
+    ],
     "a2": [(q.SONINE, theories.FIXED), (q.SONINE, theories.COOLING)],
     "species-temperature": [(q.SPECIES_RATIO, EQUAL_RATES)],
     "rotation": [(q.SPIN_RATIO, MEAN_FIELD)],

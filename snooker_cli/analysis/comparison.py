@@ -36,6 +36,7 @@ from snooker_cli.analysis.quantities import (
     GasKind,
 )
 from snooker_cli.analysis.stationarity import Change, change_of, stationary_part_of
+from snooker_cli.analysis.steady_means import steady_means
 from snooker_cli.analysis.theories import NO_THEORY, Row
 from snooker_cli.formatting import plain
 from snooker_cli.scene import Scene
@@ -115,6 +116,8 @@ def comparisons_of(
         means = (quantity.name for quantity in compared if quantity.source == "means")
         affected = dict.fromkeys([*means, CHI_SQUARE.name])
         notes.append(Note(_relaxation(measurement, used - relaxed_count), ", ".join(affected)))
+    if relaxed_count:
+        notes.append(steady_means(measurement).note)
     notes += [*reader_notes.of_scene(scene), *theories.absences(scene)]
     changes = ratio_changes(measurement).items()
     notes += [
@@ -216,6 +219,7 @@ def _in_steady_state(
             Gas(complete, first_window=part.first_window), "means", "curve", "snapshots"
         )
         comparisons = list(_compared(rows, len(complete.time), notes))
+    notes.append(steady_means(measurement, part.first_window).note)
     notes += reader_notes.of_steady_part(complete, part.first_window)
     notes += theories.absences(measurement.scene)
     return _of_repeats(comparisons, measurement), notes

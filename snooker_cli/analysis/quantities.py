@@ -268,6 +268,11 @@ STRUCTURE = Quantity(
     *("structure factor", "S", "1", "structure factor of the longest waves"),
     *("structure_factor", "snapshots"),
 )
+NEIGHBOURS = Quantity(
+    *("velocity correlation of neighbours", "C", "1"),
+    *("longitudinal velocity correlation of the nearest balls", "neighbour_correlation"),
+    "snapshots",
+)
 DIFFUSION = Quantity(
     *("diffusion coefficient", "D", "m²/s", "diffusion coefficient"),
     *("diffusion_coefficient", "curve"),
@@ -319,7 +324,7 @@ OWN = {
         *(PRESSURE, VIRIAL_PRESSURE),
         *(VIRIAL_RATIO, WALL_RATE, PAIR_RATE, FREE_PATH, MEAN_SPEED, KURTOSIS, CHI_SQUARE),
         *(ENERGY_DECAY, PRESSURE_DECAY, ENERGY_LEFT, CRITICAL_RATIO, GIVEN, *SIDES_GIVEN.values()),
-        *(COLLISION_LOSS, ACROSS, CONTACT, SONINE, STRUCTURE, DIFFUSION, *OF_FIGURES),
+        *(COLLISION_LOSS, ACROSS, CONTACT, SONINE, STRUCTURE, NEIGHBOURS, DIFFUSION, *OF_FIGURES),
     )
 }
 """The quantities of snooker by their names; main ones first, in the order of the sentences."""

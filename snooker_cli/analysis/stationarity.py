@@ -1,7 +1,8 @@
 """Whether a quantity still changes in the part of the repeats over which its mean is taken.
 
-One test serves the temperature of a gas that walls keep warm, T₁/T₂ and T_rot/T_tr. It can refuse
-that nothing changes, but it cannot prove it. So each result says what change the test would find.
+One test serves the temperature of a gas that walls keep warm, T₁/T₂ and T_rot/T_tr, and in
+`steady_means` all means over time. It can refuse that nothing changes, but it cannot prove it. So
+each result says what change the test would find.
 """
 
 import math
@@ -66,8 +67,10 @@ class Change(NamedTuple):
         return {"refused": self.refused, "sentence": self.sentence}
 
 
-def change_of(quarters: Array) -> Change:
+def change_of(quarters: Array, tests: int = 1) -> Change:
     """The test of means (*repeats*, 4) over the quarters of a part of complete repeats.
+
+    tests : that share the level; `Change.least` is for one of them
 
     There are two tests, and the smaller probability counts. Hotelling's tests the differences of
     successive quarters. Student's tests the last less the first; it finds a slow change in few
@@ -80,15 +83,16 @@ def change_of(quarters: Array) -> Change:
     ends = quarters[:, [0, 3]]
     tested = min(equal_means(quarters), equal_means(ends))
     first, last = (mean_and_error(column) for column in ends.T)
-    return Change(tested, first, last, _least_change(ends, quarters.mean()), count)
+    return Change(tested, first, last, _least_change(ends, quarters.mean(), tests), count)
 
 
-def _least_change(ends: Array, mean: float) -> float:
+def _least_change(ends: Array, mean: float, tests: int) -> float:
     """`Change.least` of means (*repeats*, 2) over the first and the last quarter."""
     from scipy import special  # takes time to load
 
     error = float(standard_errors(ends[:, 1] - ends[:, 0]))
-    return float(special.stdtrit(len(ends) - 1, 1 - LEAST_PROBABILITY / 2)) * error / abs(mean)
+    share = LEAST_PROBABILITY / tests
+    return float(special.stdtrit(len(ends) - 1, 1 - share / 2)) * error / abs(mean)
 
 
 # From when on the energy of a gas that walls keep warm no longer changes.

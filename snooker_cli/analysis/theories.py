@@ -65,6 +65,7 @@ ABOVE_ROTATION, ABOVE_DRIFT = f"{BY_COUNT}, above L²/2I", f"{BY_COUNT}, above p
 CHI, COMPRESSIBILITY = "contact value χ", "compressibility, k → 0"
 CONDUCTIVITY = "Enskog's conductivity"
 JUMP = "Maxwell's jump"
+FIXED_MOMENTUM, INDEPENDENT = "fixed momentum", "independent velocities"
 SOURCE_REPORT = "source report"
 """How models of the source report begin, which only --all prints."""
 
@@ -81,6 +82,7 @@ COOLING_LAW = "cooling", "equal_balls", "one_cor", "one_wall_cor", "lossy_cor", 
 DECAYS = "cooling", *EQUAL, "smooth"
 ONE_COR = *DECAYS, "one_cor", "one_wall_cor"
 COOLING_FLUID = *ONE_COR, "fluid", "closed", "room", "moves"
+VELOCITIES = "several", "one_mass"
 EQUILIBRIUM = "warm_walls", "one_wall_temperature", "elastic_pairs"
 PUBLISHED = "no_walls", "equal_balls", "elastic"
 OF_RATES: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -405,6 +407,16 @@ OWN: tuple[Theory, ...] = (
     Theory(
         *(q.STRUCTURE, COMPRESSIBILITY, VIRIALS, ("elastic", *FINITE_FLUID)),
         lambda g: theory.structure_at_zero(g.scene.packing_fraction),
+    ),
+    Theory(
+        *(q.NEIGHBOURS, FIXED_MOMENTUM, "exact: −1/(N − 1)"),
+        ("elastic", *VELOCITIES, "no_walls"),
+        lambda g: -1 / (g.number - 1),
+    ),
+    Theory(
+        *(q.NEIGHBOURS, INDEPENDENT, "exact"),
+        ("elastic", *VELOCITIES, "walls", "closed", "no_turning"),
+        lambda g: 0.0,
     ),
     Theory(
         *(q.DIFFUSION, ENSKOG, KINETIC, ("elastic", "smooth", "several", "moves")),

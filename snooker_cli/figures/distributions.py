@@ -174,7 +174,7 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
                 "the balls have hardly more room than they need; use a larger container"
             )
         wanted = MOST_STATES if gas_type_of(point) != "cooling" else 1
-        parts = _second_half(build, point, wanted, MOST_BALLS, each=OF_A_STATE)
+        parts = second_half(build, point, wanted, MOST_BALLS, each=OF_A_STATE)
         g = partial(structure.pair_correlation, edges=edges)
         rows = np.array([_mean(g, trace, parts) for trace in build.traces(point)])
         middle, label = (edges[1:] + edges[:-1]) / 2 / diameter, build.label(point) or "simulation"
@@ -212,7 +212,7 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
     return build.figure(caption, x_label=x_label, x_limits=(CLOSEST * nearest, None))
 
 
-def _second_half(
+def second_half(
     build: FigureBuilder, point: Point, wanted: int, most: int, *, each: int = 0
 ) -> Array:
     """Even parts of the second half of each repeat's time; of one state the last one.
@@ -224,11 +224,11 @@ def _second_half(
 
 
 def _mean(observable: structure.Observable, trace: Trace, parts: Array) -> Array:
-    """Mean of an observable at parts of a repeat's time. Raises as `_times`."""
-    return np.asarray(over_time(observable, trace, _times(trace, parts)).mean(axis=0))
+    """Mean of an observable at parts of a repeat's time. Raises as `times_of_parts`."""
+    return np.asarray(over_time(observable, trace, times_of_parts(trace, parts)).mean(axis=0))
 
 
-def _times(trace: Trace, parts: Array, *, each: bool = False) -> Array:
+def times_of_parts(trace: Trace, parts: Array, *, each: bool = False) -> Array:
     """Parts of a repeat's time, s; without events the nearest that are stored.
 
     each : whether there is a time for each part, even if two parts have the same
@@ -262,19 +262,19 @@ def structure_factor(build: FigureBuilder) -> FigureData:
         x = chosen.numbers * 2 * float(np.mean(scene.radii))
         most, parts = MOST_WAVES // len(chosen.vectors), np.array(MOMENTS)
         if not cools:
-            parts = _second_half(build, point, MOST_STATES, most)
+            parts = second_half(build, point, MOST_STATES, most)
         else:
             parts = parts if len(build.points) == 1 else parts[[0, -1]]
             build.states(point, len(parts), most, fewest=len(parts))
         s = partial(structure.structure_factor, chosen=chosen)
         if cools and len(build.points) == 1:
-            rows, times = _at_moments(s, build, point, parts)
+            rows, times = at_moments(s, build, point, parts)
             for series, time in enumerate(times):
                 build.add_means(series, f"t = {short(time)} s", x, rows[:, series], MEASURED)
             others["shades"] = np.linspace(0.0, 1.0, len(times)).tolist()
             last = rows[:, -1]
         elif cools:
-            rows = _at_moments(s, build, point, parts)[0]
+            rows = at_moments(s, build, point, parts)[0]
             last = rows[:, -1]
             build.add_means(index, build.label(point), x, last)
             build.lines.append(Line(x, rows[:, 0].mean(axis=0), None, index, SECOND))
@@ -298,11 +298,11 @@ def structure_factor(build: FigureBuilder) -> FigureData:
     return build.figure(when, x_label=x_label, logarithmic=build.covers_decades, **others)
 
 
-def _at_moments(
+def at_moments(
     observable: structure.Observable, build: FigureBuilder, point: Point, parts: Array
 ) -> tuple[Array, Array]:
     """An observable at parts of the time of each repeat (*n*, *t*, ...); mean times (*t*,), s."""
-    times = np.array([_times(trace, parts, each=True) for trace in build.traces(point)])
+    times = np.array([times_of_parts(trace, parts, each=True) for trace in build.traces(point)])
     kept = np.flatnonzero(np.append(True, np.diff(times.mean(axis=0)) > 0))
     pairs = zip(build.traces(point), times, strict=True)
     rows = [over_time(observable, trace, own[kept]) for trace, own in pairs]
@@ -467,7 +467,7 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
         scene = build.start(point)
         names = [None] if facts.hold(scene, "equal_balls") else structure.species_names(scene)
         mixed = mixed or len(names) > 1
-        parts = _second_half(build, point, TAIL_STATES, MOST_BALLS)
+        parts = second_half(build, point, TAIL_STATES, MOST_BALLS)
         repeats = [_reduced_components(trace, parts) for trace in build.traces(point)]
         enough = [len(balls) >= FEWEST_BALLS for balls in structure.species(scene)]
         enough = enough if any(enough) else [True] * len(enough)
@@ -533,5 +533,5 @@ def _reduced_components(trace: Trace, parts: Array) -> list[Array]:
             found[balls] = np.sqrt(energies[balls] / mean) if mean > 0 else 0.0
         return found
 
-    table = over_time(reduced, trace, _times(trace, parts))
+    table = over_time(reduced, trace, times_of_parts(trace, parts))
     return [table[:, balls].ravel() for balls in groups]

@@ -104,7 +104,7 @@ def run_report(
             "notes": (f"{SAMPLING} {JUDGEMENT}", tables.PAIRED),
             "ended": ended,
             "label": point_label,
-            "options": " --markdown" * markdown,
+            "markdown": markdown,
         }
         return pages.write(packaged("templates/run.md.j2"), values)
 

@@ -106,7 +106,8 @@ def test_equilibrium_is_measured_after_the_gas_has_relaxed(elastic: list[Trace])
         row = row_of(found, quantity, model)
         assert (row.measured, row.error) == pytest.approx(mean_and_error(np.array(expected)))
         assert (row.repeats, row.samples) == (6, None)
-    note, turning = found[1]
+    note, steady, turning = found[1]
+    assert steady.startswith("means over time: no change is found; some of up to")
     assert f"skip the first {skipped} ball-ball collisions of each repeat" in note
     assert turning == notes.TURNING
     # Elastic balls in a fixed container keep their temperature: it has no error.

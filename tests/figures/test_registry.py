@@ -139,7 +139,7 @@ RATIOS = (
     "collisions per",
 )
 RATIOS += ("packing fraction", "coefficient of restitution", "reduced", "k times", "density")
-RATIOS += ("rings of balls", "tangential restitution", "friction")
+RATIOS += ("correlation", "rings of balls", "tangential restitution", "friction")
 """Words of the labels of axes that are numbers without a unit."""
 
 
