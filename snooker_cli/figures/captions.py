@@ -34,6 +34,7 @@ from snooker_cli.figures.figure_data import (
     Layer,
     Line,
     LineStyle,
+    Panel,
     Points,
     Reference,
     Repeats,
@@ -100,6 +101,7 @@ class FigureBuilder:
         points with mean courses, the one with the least share
     errors : what bars and bands are, if not standard errors over the repeats
     beside_theory : whether the caption of the figure itself says the result beside theory
+    key : the swept key that the x axis shows; empty without one
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
     source : whether figures have the form and the theories of the source report's reproduction
@@ -125,6 +127,7 @@ class FigureBuilder:
     fewest: tuple[int, int] = (1, 1)
     errors: str = ""
     beside_theory: bool = False
+    key: str = ""
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
     source: bool = False
@@ -330,6 +333,14 @@ class FigureBuilder:
                 self.singles.append(Repeats(x, rows, None, index))
         self.note_remaining(ends, float(x[-1]))
         return kept
+
+    def for_panel(self) -> "FigureBuilder":
+        """A builder that collects the lines of a panel of this figure; see `as_panel`."""
+        return replace(self, lines=[], bands=[], singles=[], brief={})
+
+    def as_panel(self, label: str, *behind: Layer, log: bool = False) -> Panel:
+        """The lines as a panel, on these layers. Its legend is that of the figure."""
+        return Panel((*behind, *self.shown_singles(), *self.bands, *self.lines), label, log)
 
     def lasting(self, index: int, x: Array, rows: Array) -> Course:
         """`lasting_rows` of a series, while the caption counts the repeats that these leave out."""

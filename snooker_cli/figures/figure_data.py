@@ -131,6 +131,22 @@ class Picture:
 
 
 @dataclass(frozen=True, eq=False)
+class Wall:
+    """The walls of one law.
+
+    lines : (*n*, 2, 2), m, seen from the centre
+    name : in the key
+    heat : the rank of its temperature from 0 to 1 among all walls; ``None`` of other walls
+    drives : whether it moves inwards at each hit
+    """
+
+    lines: Array
+    name: str
+    heat: float | None = None
+    drives: bool = False
+
+
+@dataclass(frozen=True, eq=False)
 class Pictures:
     """Pictures side by side, whose colours mean the same.
 
@@ -139,6 +155,7 @@ class Pictures:
     names : of the values 0, 1, 2 … if they are no scale
     high_is_dark : whether the colours are darkest at the highest value, as of a density; below the
         lowest one is white, as space without balls
+    walls : those that a key names, since they give energy or are not all alike
     """
 
     each: tuple[Picture, ...]
@@ -146,6 +163,7 @@ class Pictures:
     limits: tuple[float, float]
     names: tuple[str, ...] = ()
     high_is_dark: bool = False
+    walls: tuple[Wall, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

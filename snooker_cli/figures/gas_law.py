@@ -1,7 +1,7 @@
 """Pressure over time, and against temperature, area and number of balls, with theory."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -80,8 +80,27 @@ class _GasState(NamedTuple):
         return {"number": self.number, "temperature": self.temperature, "area": self.area}
 
 
-def pressures(axis: str, build: FigureBuilder) -> FigureData:
-    """Pressures along a field of ``_GasState``, a series for each ball radius, with theory."""
+_AXES: dict[str, dict[str, Any]] = {
+    "temperature": {"x_label": "temperature (J)"},
+    "area": {
+        "x_label": "area of the container (m²)",
+        "x_log": True,
+        "y_log": True,
+        "x_limits": (None, None),
+        "y_limits": (None, None),
+    },
+    "number": {"x_label": "number of balls"},
+}
+"""The axes of pressures against a field of ``_GasState``."""
+
+_FIELDS = {"balls.speed": "temperature", "container.radius": "area", "container.width": "area"}
+"""The field that a swept key changes; another one changes the number."""
+
+
+def pressures(build: FigureBuilder) -> FigureData:
+    """Pressures along the field that the swept key changes, a series for each ball radius."""
+    axis = _FIELDS.get(build.key, "number")
+    build.fields = {**build.fields, "title": f"Pressure and {axis}, elastic balls", **_AXES[axis]}
     parts = CountedParts(build)
     for index, group in enumerate(build.groups):
         states = [_gas_state(parts, point) for point in group]
@@ -269,39 +288,6 @@ def pressure(build: FigureBuilder) -> FigureData:
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), BY_THEORY))
     return build.figure(parts.text, x_label="collisions per ball" if meet else "time (s)")
-
-
-def collision_rate(build: FigureBuilder) -> FigureData:
-    """Collisions of a ball with others over Boltzmann's, against packing, with Enskog's χ."""
-    names, parts = [group[0] for group in build.groups], CountedParts(build)
-    packings = []
-    for index, group in enumerate(build.groups):
-        rows = []
-        for point in group:
-            gas = parts.gas(point)
-            laws = [
-                theories.theory_of(gas.scene, quantities.PAIR_RATE, model)
-                for model in (theories.BOLTZMANN, theories.ENSKOG)
-            ]
-            if None in laws:
-                raise FigureError("theory has no rate for a point; it needs a fluid of equal balls")
-            boltzmann, enskog = (np.asarray(law.value(gas)) for law in laws if law is not None)
-            rate = measured(gas, quantities.PAIR_RATE)
-            over, expected = mean_and_error(rate / boltzmann), float(np.mean(enskog / boltzmann))
-            packing = gas.scene.packing_fraction
-            rows.append((packing, *over, expected))
-            predicted = float(enskog.mean())
-            build.record(point, packing=packing, rate=mean_and_error(rate), theory=predicted)
-        x, y, error, expected_here = np.array(rows).T
-        packings.append(x)
-        label = build.label(group[0], names) or "simulation"
-        build.lines.append(Points(x, y, error, label, index))
-        build.add_residuals(index, x, y, error, expected_here)
-    grid = np.linspace(0.0, float(np.max(np.concatenate(packings))), CURVE)
-    curve = np.array([float(theory.contact_value(packing)) for packing in grid])
-    name = build.cite(quantities.PAIR_RATE, theories.ENSKOG)
-    build.lines.insert(0, Line(grid, curve, name, NEUTRAL, BY_THEORY))
-    return build.figure(parts.text)
 
 
 def ideal_ratio(build: FigureBuilder) -> FigureData:

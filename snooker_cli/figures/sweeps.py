@@ -28,7 +28,6 @@ from snooker_cli.figures.selection import (
     axis_label,
     changing_with,
     described,
-    swept_numbers,
     value_at,
 )
 from snooker_cli.formatting import counted
@@ -40,8 +39,7 @@ MOST_NAMED = 3  # points that a caption names
 
 def against_key(build: FigureBuilder) -> FigureData:
     """The main result of each point against the swept key, with theory also between the points."""
-    names, longest = [group[0] for group in build.groups], max(build.groups, key=len)
-    key = swept_numbers(longest)[0]  # of a series only this one changes, and what changes with it
+    names, key = [group[0] for group in build.groups], build.key
     key_unit = unit_of(build.points[0].experiment, key)
     drawn: list[Trend] = []
     for index, group in enumerate(build.groups):

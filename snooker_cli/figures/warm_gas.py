@@ -42,7 +42,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import axis_label, swept_numbers, value_at
+from snooker_cli.figures.selection import axis_label, value_at
 from snooker_cli.figures.sweeps import places_between, start_with
 from snooker_cli.formatting import counted, listed, short, with_error
 from snooker_cli.scene import Scene
@@ -52,15 +52,11 @@ MOST_BALLS = 4_000_000  # balls times states of a point's profiles, which take a
 CURVE = 100  # vertices of a curve of theory
 
 OF_TEMPERATURE = theories.WALLS, theories.BALANCE
-SWEPT = "wall_speed", "wall_temperature", "balls.count", "balls.radius", "cor"
-"""The keys that the temperature is shown along; the first one that has several values."""
 
 
 def stationary(build: FigureBuilder) -> FigureData:
     """Temperature against a swept key, a series for each CoR, with the balance of energy."""
-    numbers = swept_numbers(build.groups[0])  # of runs side by side not their names
-    key = next(key for key in SWEPT if key in numbers)
-    names, steady = [group[0] for group in build.groups], CountedParts(build)
+    key, names, steady = build.key, [group[0] for group in build.groups], CountedParts(build)
     for index, group in enumerate(build.groups):
         rows, expected = [], []
         for point in group:
@@ -311,9 +307,11 @@ def _jump_sentence(jumps: Mapping[str, Any], sides: Sequence[str]) -> str:
 def equation_of_state(build: FigureBuilder) -> FigureData:
     """PV/NT − 1 by the virial of the balls, over the packing, in the steady state, with theory.
 
-    It is (1 + e) χ in a very large gas. PV/NT itself differs little between dilute gases.
+    It is (1 + e) χ in a very large gas. PV/NT itself differs little between dilute gases. Below,
+    the rate of collisions over Boltzmann's, which is χ.
     """
     names, steady = [group[0] for group in build.groups], CountedParts(build)
+    rates, densest = list[Layer](), 0.0
     for index, group in enumerate(build.groups):
         rows, scenes = [], [build.start(point) for point in group]
         for point, scene in zip(group, scenes, strict=True):
@@ -331,6 +329,13 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
                 key: disks[name].virial for key, name in keys.items() if name in disks
             }
             numbers |= {"temperature": mean_and_error(gas.temperature), "virial": inner}
+            law = theories.theory_of(scene, quantities.PAIR_RATE, theories.BOLTZMANN)
+            if law is not None and not build.source:
+                over = measured(gas, quantities.PAIR_RATE) / np.asarray(law.value(gas))
+                numbers["rate_over_boltzmann"] = of_all = mean_and_error(over)
+                at, mean, error = (np.array([value]) for value in (packing, *of_all))
+                rates.append(Points(at, mean, error, None, index))
+                densest = max(densest, packing)
             build.record(point, packing=packing, **numbers, wall=outer)
         packings, added, errors, expected_here = np.array(rows).T
         build.add_residuals(index, packings, added, errors, expected_here)
@@ -344,7 +349,14 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
     models = {style: model for style, model in legend.items() if style in drawn}
     for style, model in models.items():
         build.lines.append(legend_line(build.cite(quantities.VIRIAL_RATIO, model), style))
-    return build.figure(f"Packing and T are means over the whole gas. {steady.text}")
+    caption = f"Packing and T are means over the whole gas. {steady.text}"
+    if not rates:
+        return build.figure(caption)
+    grid = np.linspace(0.0, densest, CURVE)
+    chi = np.array([float(theory.contact_value(packing)) for packing in grid])
+    name = build.cite(quantities.PAIR_RATE, theories.ENSKOG)
+    panel = Panel((Line(grid, chi, f"χ, {name}", NEUTRAL, BY_THEORY), *rates), "rate / Boltzmann's")
+    return build.figure(caption, panels=(panel,))
 
 
 def _curves(scenes: Sequence[Scene], highest: float, series: int, *, both: bool) -> list[Line]:
