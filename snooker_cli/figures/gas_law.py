@@ -29,6 +29,7 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
     legend_line,
+    legend_marker,
     mean_of_remaining,
 )
 from snooker_cli.figures.selection import gas_type_of
@@ -117,10 +118,10 @@ def pressures(build: FigureBuilder) -> FigureData:
         if facts.hold(first.traits, "equal_balls"):
             values = np.array([state.expected for state in curve])
             build.lines.append(Line(grid, values, None, index, BY_THEORY))
-        name = build.label(group[0], [points[0] for points in build.groups])
+        name = build.name_of(group)
         means = [mean_and_error(state.pressures) for state in states]
         y, y_error = np.array(means).T
-        build.lines.append(Points(x, y, y_error, name or "simulation", index))
+        build.lines.append(Points(x, y, y_error, name, index))
         if facts.hold(first.traits, "equal_balls"):
             expected = np.array([state.expected for state in states])
             build.add_residuals(index, x, y, y_error, expected)
@@ -257,8 +258,7 @@ def pressure(build: FigureBuilder) -> FigureData:
         rows = ratio * scene.container.area
         if not np.any(rows > 0):
             raise FigureError("nothing hits the wall, so there is no pressure; run longer")
-        mean, deviation, number = mean_of_remaining(rows)
-        error = deviation / np.sqrt(np.maximum(number, 1))
+        mean, error = mean_of_remaining(rows)
         build.note_remaining(along[:, -1], edges[-1])
         build.lines.append(
             Points(middles(edges), mean, error, build.label(point) or "windows", index)
@@ -321,7 +321,7 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
             final_temperature=float(table[:, 2].mean()),
         )
     build.lines += [
-        Points(np.empty(0), np.empty(0), None, f"at the {name} temperature", NEUTRAL, filled)
+        legend_marker(f"at the {name} temperature", filled=filled)
         for name, filled in (("mean", True), ("final", False))
         if lossy
     ]

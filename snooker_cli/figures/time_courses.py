@@ -40,6 +40,7 @@ from snooker_cli.figures.figure_data import (
     Reference,
     courses,
     legend_line,
+    level,
     mean_of_remaining,
 )
 from snooker_cli.figures.legends import MOST_ENTRIES
@@ -218,9 +219,7 @@ def a2(build: FigureBuilder) -> FigureData:
     the start.
     """
     swept = varying(build.points)
-    if "cor" in swept and all(
-        facts.hold(build.start(point), "equal_balls") for point in build.points
-    ):
+    if "cor" in swept and build.all_hold("equal_balls"):
         others = [key for key in swept if key != "cor"]
         if not others or (len(others) == 1 and len(build.points) > MOST_ENTRIES):
             build.groups = along(build.points, ["cor"], others[0] if others else None)
@@ -234,8 +233,7 @@ def a2(build: FigureBuilder) -> FigureData:
             label, index = ", ".join(filter(None, [build.label(point), name])), len(build.records)
             _, kept = build.add_means(index, label or None, collisions, column)
             if expected is not None:
-                flat = np.array([expected, expected])
-                build.lines.append(Line(collisions[[0, -1]], flat, None, index, BY_THEORY))
+                build.lines.append(level(collisions, expected, index))
             build.record(point, species=name, second_half=_second_half(kept), theory=expected)
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line("theory", BY_THEORY))
@@ -252,7 +250,7 @@ def _a2_against_cor(build: FigureBuilder) -> FigureData:
 
     Points of another swept key are a series each.
     """
-    names, difference = [group[0] for group in build.groups], list[Layer]()
+    several, difference = len(build.groups) > 1, list[Layer]()
     means, expected = dict[int, tuple[float, float]](), dict[int, float]()
     for number, (point, start, collisions, rows) in enumerate(_a2(build)):
         _, kept = build.lasting(number, collisions, rows[..., 0])
@@ -263,19 +261,18 @@ def _a2_against_cor(build: FigureBuilder) -> FigureData:
     for index, group in enumerate(build.groups):
         cors = np.array([point.experiment.cor for point in group])
         mean, error = np.transpose([means[point.index] for point in group])
-        label = build.label(group[0], names) if names[1:] else "simulation"
-        build.lines.append(Points(cors, mean, error, label, index))
+        build.lines.append(Points(cors, mean, error, build.name_of(group), index))
         grid = np.linspace(cors[0], min(cors[-1], NEARLY_ELASTIC), 100)
         scene = build.start(group[0])
         known = [theories.values_of(with_cor(group[0], scene, float(e)), *SONINE) for e in grid]
         curve = np.array([next(iter(values.values()), math.nan) for values in known])
         if np.isfinite(curve).any():
-            build.lines.append(Line(grid, curve, None if names[1:] else "theory", index, BY_THEORY))
+            build.lines.append(Line(grid, curve, None if several else "theory", index, BY_THEORY))
             law = np.array([expected[point.index] for point in group])
             difference.append(Points(cors, mean - law, error, None, index))
     if difference:
         difference.insert(0, Reference("y", 0.0))
-        build.lines += [legend_line("theory", BY_THEORY)] if names[1:] else []
+        build.lines += [legend_line("theory", BY_THEORY)] if several else []
     return build.figure(
         title="Second Sonine coefficient: a₂ against the CoR",
         x_label="coefficient of restitution e",
@@ -314,7 +311,7 @@ def species_temperature(build: FigureBuilder) -> FigureData:
         law = build.predicted(scene, quantities.SPECIES_RATIO, model)
         if law is not None:
             numbers["theory"] = law
-            layers.append(Line(collisions[[0, -1]], np.array([law, law]), None, NEUTRAL, BY_THEORY))
+            layers.append(level(collisions, law, NEUTRAL))
             build.lines.append(legend_line(f"T₁/T₂, {model}", BY_THEORY))
         panels.append(Panel(tuple(layers), "T₁/T₂"))
         change = species_change(gas.measurement)
@@ -366,8 +363,7 @@ def rotation(build: FigureBuilder) -> FigureData:
             for rows in expected / both[0, :, :1]:
                 of_motion = interpolated(x, collisions, rows).mean(axis=0)
                 decay.append(Line(x, of_motion, None, index, BY_THEORY))
-            mean, deviation, number = mean_of_remaining(ratio)
-            error = deviation / np.sqrt(number)
+            mean, error = mean_of_remaining(ratio)
             few = np.searchsorted(x, np.linspace(0.0, x[-1], RESIDUALS + 1)[1:])
             build.add_residuals(index, x[few], mean[few], error[few], of_ratio[few])
             final = float(of_ratio[last])
@@ -488,8 +484,8 @@ def _add_energies(
     thermal, flow = np.moveaxis(rows, 2, 0) / law
     panel.add_means(index, None, times, thermal, MEASURED)
     # The logarithm of what is within its error of zero would be noise alone.
-    mean, deviation, number = mean_of_remaining(flow)
-    noise = mean <= deviation / np.sqrt(np.maximum(number, 1))
+    mean, error = mean_of_remaining(flow)
+    noise = mean <= np.nan_to_num(error)
     since = len(times) - int(np.argmax(noise[::-1])) if noise.any() else 0
     if since <= len(times) - LEAST_FLOW:
         panel.add_means(index, None, times[since:], flow[:, since:], SECOND)
@@ -521,7 +517,7 @@ def _a2(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
 
 def _a2_over_time(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
     """As of `_over_time`: of balls of one type means between times, of a mixture at the times."""
-    if not all(facts.hold(build.start(point), "equal_balls") for point in build.points):
+    if not build.all_hold("equal_balls"):
         yield from _over_time(build, structure.a2)
         return
     for point, times in _common_times(build, SUMS, of_states=False):

@@ -40,6 +40,8 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
     legend_line,
+    legend_marker,
+    markers,
     more_than_a_decade,
 )
 from snooker_cli.figures.selection import axis_label, value_at
@@ -56,7 +58,7 @@ OF_TEMPERATURE = theories.WALLS, theories.BALANCE
 
 def stationary(build: FigureBuilder) -> FigureData:
     """Temperature against a swept key, a series for each CoR, with the balance of energy."""
-    key, names, steady = build.key, [group[0] for group in build.groups], CountedParts(build)
+    key, steady = build.key, CountedParts(build)
     for index, group in enumerate(build.groups):
         rows, expected = [], []
         for point in group:
@@ -73,20 +75,16 @@ def stationary(build: FigureBuilder) -> FigureData:
             places = places_between(build, group[0], key, x)
             curve = [_temperature(start_with(group[0], key, place)) for place in places.tolist()]
             build.lines.append(Line(places, np.array(curve), None, index, BY_THEORY))
-        label = build.label(group[0], names) or "simulation"
-        settled = np.array([point.index not in steady.changing for point in group])
-        if settled.any():
-            build.lines.append(Points(x[settled], y[settled], errors[settled], label, index))
-        of_settled = (column[settled] for column in (x, y, errors, np.array(expected)))
-        build.add_residuals(index, *of_settled)
-        if not settled.all():  # an error would say that this is the mean of a steady gas
-            named = None if settled.any() else label
-            build.lines.append(Points(x[~settled], y[~settled], None, named, index, filled=False))
+        changing = np.array([point.index in steady.changing for point in group])
+        build.add_residuals(
+            index, *(each[~changing] for each in (x, y, errors, np.array(expected)))
+        )
+        errors[changing] = math.nan  # an error would say that this is the mean of a steady gas
+        build.lines += markers(x, y, errors, build.name_of(group), index, changing)
     caption = steady.text
     if steady.changing:
         caption += " Open: the gas still changes."
-        empty = np.empty(0)
-        build.lines.append(Points(empty, empty, None, "still changes", NEUTRAL, filled=False))
+        build.lines.append(legend_marker("still changes", filled=False))
     if build.cited:
         build.lines.append(legend_line(", ".join(build.cited), BY_THEORY))
     columns = [line.y for line in build.lines if isinstance(line, Points)]
@@ -210,10 +208,9 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         shares.append(Line(middles(edges), heats, None, index, SECOND))
         first = len(heats) if point.index in steady.changing else steady.gas(point).first_window
         settled = np.arange(len(heats)) >= (first or 0)
-        for kept, filled in ((settled, True), (~settled, False)):
-            left = ((given - lost) / share)[:, kept]
-            at = middles(edges)[kept], left.mean(axis=0), standard_errors(left)
-            shares += [Points(*at, None, index, filled)] * bool(kept.any())
+        rest_share = (given - lost) / share
+        at = middles(edges), rest_share.mean(axis=0), standard_errors(rest_share)
+        shares += markers(*at, None, index, ~settled)
         given_rate = mean_and_error(part.wall_energy / part.length)
         taken_rate = mean_and_error(part.lost_energy * lossy / part.length)
         rest = mean_and_error((part.wall_energy - part.lost_energy * lossy) / part.length)
@@ -222,11 +219,9 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         legend_line("walls give", MEASURED),
         legend_line("collisions take", SECOND),
     ]
-    empty = np.empty(0)
-    shares.append(Line(empty, empty, "dE/dt of the gas", NEUTRAL, SECOND))
-    shares.append(Points(empty, empty, None, "in − out", NEUTRAL))
+    shares += [legend_line("dE/dt of the gas", SECOND), legend_marker("in − out")]
     if any(isinstance(layer, Points) and not layer.filled for layer in shares):
-        shares.append(Points(empty, empty, None, "while the gas changes", NEUTRAL, filled=False))
+        shares.append(legend_marker("while the gas changes", filled=False))
     left = f"The rest, in − out − dE/dt, is at most {short(max(rests), 1)} of in."
     number, still = len(steady.changing), ""
     if number:
@@ -310,7 +305,7 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
     It is (1 + e) χ in a very large gas. PV/NT itself differs little between dilute gases. Below,
     the rate of collisions over Boltzmann's, which is χ.
     """
-    names, steady = [group[0] for group in build.groups], CountedParts(build)
+    steady = CountedParts(build)
     rates, densest = list[Layer](), 0.0
     for index, group in enumerate(build.groups):
         rows, scenes = [], [build.start(point) for point in group]
@@ -339,7 +334,7 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
             build.record(point, packing=packing, **numbers, wall=outer)
         packings, added, errors, expected_here = np.array(rows).T
         build.add_residuals(index, packings, added, errors, expected_here)
-        label = build.label(group[0], names) or "simulation"
+        label = build.name_of(group)
         build.lines += [
             *_curves(scenes, float(packings.max()), index, both=build.source),
             Points(packings, added, errors, label, index),
