@@ -1,7 +1,7 @@
 """Over time: pressure, hexatic order, a2, species' temperatures, local energy."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -420,31 +420,39 @@ def cluster_growth(build: FigureBuilder) -> FigureData:
     build.lines += without.values()
     build.lines.append(legend_line("cluster of a ball, mean", MEASURED))
     build.lines.append(legend_line("the largest cluster", SECOND))
-    words = [
+    caption = (
         f"Balls with a gap of at most {structure.CLUSTER_GAP:g} mean diameters are in one cluster "
-        "(Luding & Herrmann 1999); without clustering: elastic balls, or else the start."
-    ]
-    panels = []
+        "(Luding & Herrmann 1999); without clustering: elastic balls, or else the start. The flow "
+        f"is that of cells with {structure.BALLS_IN_CELL:g} balls on average."
+    )
+    pairs = zip(build.points, build.records, strict=True)
+    lossy = [record["haff_rate"] for point, record in pairs if not elastic(point)]
+    if any(lossy) and None in lossy:
+        caption += " Energies without theory of Haff's law are over E(0)/N."
+    panels = [_energy_panel(energies)]
     if many:
-        limits = {theories.value_of(scene, *COMPRESSIBLE) for scene in scenes} - {None}
-        density.lines += [
-            Reference("y", limit, "S(0) of elastic disks", EXTRAPOLATED)
-            for limit in limits
-            if limit is not None
-        ]
-        words.append(f"Cells of the density have {structure.DENSITY_BALLS:g} balls on average.")
-        words += ["Elastic disks reach S(0) in far larger cells."] * bool(limits)
-        points, log = Reference("y", 1.0, "independent points"), density.covers_decades
-        panels.append(density.as_panel("variance / mean", points, log=log))
-    falls = [record["haff_rate"] is not None for record in build.records]
-    whose, style = ("Haff's law", BY_THEORY) if any(falls) else ("E(0)/N", MEASURED)
-    words.append(f"The flow is that of cells with {structure.BALLS_IN_CELL:g} balls on average.")
-    if any(falls) and not all(falls):
-        words.append("Energies without this law are over E(0)/N.")
-    energies.lines += [legend_line("thermal, E_th", MEASURED), legend_line("flow", SECOND)]
-    one, log = Reference("y", 1.0, whose, style), energies.covers_decades
-    panels.append(energies.as_panel(f"energy over {whose}", one, log=log))
-    return build.figure(" ".join(words), logarithmic=build.covers_decades, panels=tuple(panels))
+        caption += f" Cells of the density have {structure.DENSITY_BALLS:g} balls on average."
+        panels.insert(0, _density_panel(density, scenes))
+    return build.figure(caption, logarithmic=build.covers_decades, panels=tuple(panels))
+
+
+def _density_panel(panel: FigureBuilder, scenes: Sequence[Scene]) -> Panel:
+    """The fluctuations of the density, and their limit in far larger cells where theory has it."""
+    limits = {theories.value_of(scene, *COMPRESSIBLE) for scene in scenes} - {None}
+    panel.lines += [
+        Reference("y", limit, "S(0), far larger cells", EXTRAPOLATED) for limit in limits if limit
+    ]
+    log = panel.covers_decades
+    return panel.as_panel("variance / mean", Reference("y", 1.0, "independent points"), log=log)
+
+
+def _energy_panel(panel: FigureBuilder) -> Panel:
+    """The energies; over Haff's law if one of the points has it."""
+    known = any(record["haff_rate"] is not None for record in panel.records)
+    name, style = ("Haff's law", BY_THEORY) if known else ("E(0)/N", MEASURED)
+    panel.lines += [legend_line("thermal, E_th", MEASURED), legend_line("flow", SECOND)]
+    log, one = panel.covers_decades, Reference("y", 1.0, name, style)
+    return panel.as_panel(f"energy over {name}", one, log=log)
 
 
 COMPRESSIBLE = quantities.STRUCTURE, theories.COMPRESSIBILITY

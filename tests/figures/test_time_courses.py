@@ -376,8 +376,8 @@ def test_large_cells_of_an_elastic_fluid_have_a_limit(stored: Run, tmp_path: Pat
         if isinstance(layer, Reference)
     ]
     assert [one.value for one in limits] == [1.0, theory.structure_at_zero(packing)]
-    assert "S(0)" in shown(elastic, "cluster-growth").caption
-    assert "S(0)" not in shown(stored, "cluster-growth").caption
+    assert "S(0)" in shown(elastic, "cluster-growth").alt
+    assert "S(0)" not in shown(stored, "cluster-growth").alt
 
 
 def test_figures_of_snapshots_have_the_stored_states(stored: Run) -> None:
