@@ -102,6 +102,8 @@ def pressures(build: FigureBuilder) -> FigureData:
     """Pressures along the field that the swept key changes, a series for each ball radius."""
     axis = _FIELDS.get(build.key, "number")
     build.fields = {**build.fields, "title": f"Pressure and {axis}, elastic balls", **_AXES[axis]}
+    whose = "the container's" if axis == "area" else "their"
+    build.shows = f"The pressure of elastic balls against {whose} {axis}."
     parts = CountedParts(build)
     for index, group in enumerate(build.groups):
         states = [_gas_state(parts, point) for point in group]
