@@ -83,8 +83,8 @@ def species_ratio(
     one solution. The gas is uniform and very large, and velocities are Maxwell's, which is not
     exact: for equal numbers, masses of 4:1, radii of 2:1 and low density, direct simulation of
     Boltzmann's equation has 1.089 ± 0.002 at CoR 0.9 and 1.192 ± 0.002 at 0.8, where this gives
-    1.100 and 1.212. Vortices and clusters are flows, whose energy goes as the mass: T₁/T₂ then
-    rises towards m₁/m₂.
+    1.100 and 1.212. Temperatures are relative to the flow: with the energy of vortices and
+    clusters, which goes as the mass, T₁/T₂ would rise towards m₁/m₂.
     """
     from scipy.optimize import brentq  # takes time to load
 

@@ -154,9 +154,14 @@ def ratio_changes(measurement: Measurement) -> dict[str, Change]:
         if SPIN_RATIO.name in names:
             changes[SPIN_RATIO.name] = change_of(late_quarters(complete))
         if SPECIES_RATIO.name in names:
-            first, second = np.moveaxis(complete.species_quarters, 2, 0)
-            changes[SPECIES_RATIO.name] = change_of(first / second)
+            changes[SPECIES_RATIO.name] = species_change(complete)
     return changes
+
+
+def species_change(measurement: Measurement) -> Change:
+    """Whether T₁/T₂ of these repeats changes within the part that its mean is over."""
+    first, second = np.moveaxis(measurement.species_quarters, 2, 0)
+    return change_of(first / second)
 
 
 def gas_kinds(gas: facts.Traits | Scene) -> tuple[GasKind, ...]:

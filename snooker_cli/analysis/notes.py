@@ -47,7 +47,7 @@ def of_scene(scene: Scene) -> Iterator[Note]:
     ]
     if species:
         first, second = structure.species_names(scene)
-        text = f"T₁/T₂: mean after the relaxation; 1 is {first}, 2 is {second}"
+        text = f"T₁/T₂: mean after the relaxation, without the flow; 1 is {first}, 2 is {second}"
         if two_temperatures.EQUAL_RATES in species:
             why = "fails at a small CoR and in clusters"
             text += f"; a uniform gas with Maxwell's velocities, which {why}"

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from snooker_cli.engine import States, replay, replayed
 from snooker_cli.engine.replay import Replay
 from snooker_cli.laws import SIDES
-from snooker_cli.neighbours import near_pairs
 from snooker_cli.scene import TINY, Scene
 from snooker_cli.theory import Real
 from snooker_cli.trace import (
@@ -239,28 +238,6 @@ def pair_distances(states: States, scene: Scene) -> Array:
     offsets = states.positions[:, first] - states.positions[:, second]
     offsets = scene.container.nearest_image(offsets)
     return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).ravel())
-
-
-def closest(states: States, scene: Scene) -> tuple[float, float]:
-    """The least distance of two balls in any of the states, and the farthest that two overlap, m.
-
-    The overlap is negative if none do. Neighbours are found with cells, so that many balls cost
-    little; in a periodic box the balls have to be many.
-    """
-    container, radii = scene.container, scene.radii
-    least, overlap, smallest = math.inf, -math.inf, float(radii.min())
-    first_gap = FIRST_GAP * math.sqrt(container.area / scene.number)
-    for places, centre in zip(states.positions, states.container_position, strict=True):
-        here, gap = math.inf, first_gap
-        # Small balls farther apart may have nearer centres than large ones that touch.
-        while here - 2 * smallest > gap:
-            gap = 2 * gap if here == math.inf else here - 2 * smallest
-            for i, j, distances in near_pairs(places - centre, radii, gap, container.period):
-                here = min(here, float(distances.min(initial=math.inf)))
-                gaps = distances - radii[i] - radii[j]
-                overlap = max(overlap, -float(gaps.min(initial=math.inf)))
-        least = min(least, here)
-    return least, overlap
 
 
 def sampling_times(trace: Trace, since: float = 0.0) -> Array:

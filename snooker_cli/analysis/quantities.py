@@ -1,5 +1,6 @@
 """Every quantity that is compared with theory, or that a report or a figure has as its result."""
 
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import Literal, NamedTuple, TypeAlias
@@ -8,6 +9,7 @@ import numpy as np
 
 from snooker_cli.analysis import gas as gas_numbers
 from snooker_cli.analysis.gas import Array, Gas
+from snooker_cli.analysis.measurement import WINDOWS
 from snooker_cli.analysis.structure import Observable
 from snooker_cli.facts import FACTS
 from snooker_cli.laws import SIDES
@@ -91,8 +93,13 @@ def _kurtosis(gas: Gas) -> Array:
 
 
 def _species_ratio(gas: Gas) -> Array:
-    first, second = gas.measurement.species_shares.T
-    return np.asarray(first / second)
+    """After the relaxation, or in the quarters of that part that are in the steady part."""
+    shares = gas.measurement.species_shares
+    if gas.first_window is not None:
+        first = math.ceil(4 * gas.first_window / WINDOWS)
+        shares = gas.measurement.species_quarters[:, first:].mean(axis=1)
+    first_species, second = shares.T
+    return np.asarray(first_species / second)
 
 
 def _spin_ratio(gas: Gas) -> Array:
@@ -285,10 +292,6 @@ OF_FIGURES = (
         *("momentum_change", "curve"),
     ),
     Quantity(
-        *("rounding of the momentum", "|Δp|/Σm|v|", "1"),
-        *("largest change of the momentum", "momentum_rounding", "curve"),
-    ),
-    Quantity(
         *("change of the energy", "|ΔE|/E", "1", "largest change of the energy"),
         *("energy_change", "curve"),
     ),
@@ -305,14 +308,6 @@ OF_FIGURES = (
         "length of the way", "d", "m", "distance from the start to the end", "distance", "curve"
     ),
     Quantity("hexatic order", "|ψ₆|", "1", "hexatic order", "hexatic_order", "snapshots"),
-    Quantity(
-        *("energy without the flow", "E_th/E", "1", "share of the energy without the flow"),
-        *("thermal_share", "snapshots"),
-    ),
-    Quantity(
-        *("variance over mean in cells", "Var(n)/⟨n⟩", "1", "variance over mean in a cell"),
-        *("density_fluctuation", "snapshots"),
-    ),
 )
 """Further results of figures, which no theory and no table has."""
 

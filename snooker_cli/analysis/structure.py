@@ -32,6 +32,7 @@ BINS_OF_AREA = 10.0
 """Such bins are at most this times the balls' number and packing, so that each has some pairs."""
 
 BALLS_IN_CELL = 5.0  # balls of a cell on average, over which the flow is averaged
+ALONE = 1e-9  # share of the mass that is in a cell with other balls, below which none is
 NEARBY = 4.0  # mean spacings from a periodic box, up to which images are triangulated at first
 ROWS = 1024  # balls whose rings are computed at once, which limits the memory
 
@@ -188,9 +189,33 @@ def species_names(scene: Scene) -> list[str]:
 
 
 def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Array:
-    """Mean kinetic energy of a ball of each species, J; in the order of `species`."""
-    energies = scene.masses * np.sum(velocities**2, axis=1) / 2
-    return np.array([energies[balls].mean() for balls in species(scene)])
+    """Mean kinetic energy of a ball of each species relative to the flow, J; as `species` orders.
+
+    T_i = E_i − m_i φ. E_i is the mean energy, without walls relative to the centre of mass. φ is
+    the energy of the flow over the mass, J/kg: what cells with ``BALLS_IN_CELL`` balls on average
+    have as p²/(2M) beyond that of independent velocities at T_i. So φ is 0 on average in a gas
+    without a flow, and in a single cell without walls. The energy of a flow goes as the mass: with
+    it, E_1/E_2 would rise to m_1/m_2 where vortices grow.
+    """
+    groups, masses, total = species(scene), scene.masses, float(np.sum(scene.masses))
+    at_rest = not scene.container.has_wall
+    if at_rest:
+        velocities = velocities - masses @ velocities / total
+    energies = masses * np.sum(velocities**2, axis=1) / 2
+    means = np.array([energies[balls].mean() for balls in groups])
+    own = np.array([masses[balls[0]] for balls in groups])
+    cell, _ = _cells(positions, scene, BALLS_IN_CELL)
+    in_cell = np.bincount(cell, masses)
+    momenta = [np.bincount(cell, masses * component)[in_cell > 0] for component in velocities.T]
+    flow = float(np.sum(np.square(momenta) / in_cell[in_cell > 0])) / 2
+    # Of n independent balls a cell has a share of the heat, less what their common rest takes.
+    parts = masses / in_cell[cell] - at_rest * masses / total
+    shares = np.array([parts[balls].sum() for balls in groups])
+    left = total - float(shares @ own)
+    if left <= ALONE * total:  # each ball is alone in its cell
+        return means
+    by_chance = float(shares @ (means / (1 - at_rest * own / total)))
+    return np.asarray(means - own * (flow - by_chance) / left)
 
 
 def a2(positions: Array, velocities: Array, scene: Scene) -> Array:

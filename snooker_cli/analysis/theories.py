@@ -300,7 +300,7 @@ OWN: tuple[Theory, ...] = (
         *(q.SPECIES_RATIO, two_temperatures.EQUAL_RATES, "Garzó & Dufty 1999"),
         (
             *("two_species", "no_walls", "cold", "every_loss", "one_cor", "one_wall_cor"),
-            *("smooth", "at_rest", "fluid", "moves"),
+            *("smooth", "fluid", "moves"),
         ),
         lambda g: gas_numbers.species_ratio(g.scene),
     ),

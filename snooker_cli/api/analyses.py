@@ -222,8 +222,8 @@ class Analyses(runs.Run):
         """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.
 
         repeat : only this repeat
-        times : of the states in "snapshot", s [the end; four times where clusters grow]
-        colour : what "snapshot" and "states" show by colours: "speed", "species" or "density", the
+        times : of the states in "snapshot", s [start, middle and end; four where clusters grow]
+        colour : what "snapshot" shows by colours: "speed", "species" or "density", the
             packing around [density where clusters grow, else speed]
         log_x, log_y : make this axis logarithmic; zeros are then not shown
         where : only points with these values, as in ``matching``; a figure of one point, such as

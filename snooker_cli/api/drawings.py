@@ -23,7 +23,7 @@ from snooker_cli.errors import (
 from snooker_cli.figures import FIGURES, FigureData, Selection, own_figures, selected
 from snooker_cli.figures.caption_text import unfinished
 from snooker_cli.figures.figure_data import with_logarithmic_axes
-from snooker_cli.figures.registry import figures_of, possible
+from snooker_cli.figures.registry import figures_of, former_names, possible
 from snooker_cli.figures.selection import MOST_SERIES, begun, matching
 from snooker_cli.figures.snapshot import COLOURS
 from snooker_cli.formatting import listed, point_label, short, text_table, with_error
@@ -33,7 +33,7 @@ from snooker_cli.runs.progress import reporting
 from snooker_cli.runs.status import early_warning
 
 FORMATS = ("svg", "png", "pdf")
-SNAPSHOT, STATES = "snapshot", "states"  # the figures of states
+SNAPSHOT = "snapshot"  # the figure of states
 MOST_PIXELS = 10_000  # of a side of a PNG, which then takes 400 MB of memory
 
 _log = logging.getLogger(__name__)
@@ -55,7 +55,10 @@ def registry() -> list[dict[str, Any]]:
 
 def check_names(names: Iterable[str]) -> None:
     """Raise ``UserError`` for a name that no figure has."""
+    former = former_names()
     for name in names:
+        if name in former:
+            raise ArgumentError(f"the figure {name} is now part of {former[name]}; give that name")
         check_name(name, FIGURES, "figure", LIST_FIGURES)
 
 
@@ -127,14 +130,9 @@ def of_states(
     names: Sequence[str], times: str | Sequence[float], colour: str | None
 ) -> tuple[tuple[float, ...], str | None]:
     """The times (s) and the colours of a figure of states. Raises ``UserError``."""
-    of_colour = SNAPSHOT, STATES
-    for option, given, known in (
-        ("--time", len(times) > 0, of_colour[:1]),
-        ("--colour", colour is not None, of_colour),
-    ):
-        if given and not set(known) & set(names):
-            figure = " or ".join(known)
-            raise UserError(f"{option} is for the figure {figure}; name it, or leave this out")
+    for option, given in (("--time", len(times) > 0), ("--colour", colour is not None)):
+        if given and SNAPSHOT not in names:
+            raise UserError(f"{option} is for the figure {SNAPSHOT}; name it, or leave this out")
     if colour is not None and colour not in COLOURS:
         raise ArgumentError(f"--colour {colour}: give {' or '.join(COLOURS)}")
     if isinstance(times, str):

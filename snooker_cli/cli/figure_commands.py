@@ -28,11 +28,11 @@ def plot(
     repeat: Annotated[int | None, option("K", "Only this one [the first, or all].", min=0)] = None,
     times: Annotated[
         str | None,
-        option("T,T,…", "Times of snapshot, s [the end; four where clusters grow].", "--time"),
+        option("T,T,…", "Times of snapshot, s [start, middle, end].", "--time"),
     ] = None,
     colour: Annotated[
         Literal["speed", "species", "density"] | None,
-        option("WORD", "Of snapshot and states: speed, species, density.", "--colour"),
+        option("WORD", "Of snapshot: speed, species, density.", "--colour"),
     ] = None,
     out: Annotated[Path | None, option("DIR", "Folder [RUN/figures].")] = None,
     formats: Annotated[str, option("F,F,…", "Formats: svg, png, pdf.", "--format")] = "svg,png",
@@ -46,7 +46,7 @@ def plot(
     The JSON file has the numbers that a figure shows. Without names, all possible figures are
     drawn; RUN --list prints why others are not. Figures of single points are drawn for each point;
     without names and --where for 16 points at most. Of several runs, a figure shows the points of
-    all of them. snapshot shows the balls, at several times side by side as with `--time 0,10`. The
+    all of them. snapshot shows the balls at several times; `--time 0,10` chooses them. The
     command prints the names of the written files, and captions and results of figures that you
     name.
     """

@@ -67,15 +67,6 @@ class States:
         }
         return cls(np.array(times), moving)
 
-    def of_balls(self, chosen: Integers) -> "States":
-        """The states of some of the balls, and of the container."""
-        parts = {
-            field.name: self.moving[field.name][:, chosen]
-            for field in MOVING
-            if field.name in self.moving and not field.of_container
-        }
-        return States(self.time, {**self.moving, **parts})
-
     def scene(self, start: Scene, row: int) -> Scene:
         """The scene at the time of a row."""
         return replace(start, **{name: values[row] for name, values in self.moving.items()})

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from snooker_cli import theory
+from snooker_cli import facts, theory
 from snooker_cli.analysis import theories
 from snooker_cli.analysis.decay import Decay, decays_of
 from snooker_cli.analysis.measurement import Measurement
@@ -34,6 +34,7 @@ from snooker_cli.figures.figure_data import (
     Layer,
     Line,
     LineStyle,
+    Panel,
     Points,
     Reference,
     Repeats,
@@ -101,6 +102,7 @@ class FigureBuilder:
         points with mean courses, the one with the least share
     errors : what bars and bands are, if not standard errors over the repeats
     beside_theory : whether the caption of the figure itself says the result beside theory
+    key : the swept key that the x axis shows; empty without one
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
     source : whether figures have the form and the theories of the source report's reproduction
@@ -127,6 +129,7 @@ class FigureBuilder:
     fewest: tuple[int, int] = (1, 1)
     errors: str = ""
     beside_theory: bool = False
+    key: str = ""
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
     source: bool = False
@@ -222,6 +225,14 @@ class FigureBuilder:
         """A point's text in the legend: the keys that vary; ``None`` if it is alone."""
         return _joined(point, of_label(points or self.points)) or None
 
+    def name_of(self, group: Sequence[Point]) -> str:
+        """The text in the legend of one of `groups`, which is a series along x."""
+        return self.label(group[0], [points[0] for points in self.groups]) or "simulation"
+
+    def all_hold(self, *names: str) -> bool:
+        """Whether these facts are true of the starts of all points."""
+        return all(facts.hold(self.start(point), *names) for point in self.points)
+
     def record(self, point: Point, **numbers: Any) -> None:
         """Add the numbers of a point, or of a species of it; a pair is a value and its error."""
         row = {"parameters": point.as_json(), "repeats": len(self.repeats(point))}
@@ -311,9 +322,7 @@ class FigureBuilder:
         few = int(np.argmax(2 * np.sum(ends[:, np.newaxis] >= x, axis=0) < len(rows))) or len(x)
         if x[few - 1] >= EARLY * x[-1]:  # a few that last a bit longer show no more
             x, rows = x[:few], rows[:, :few]
-        mean, deviation, number = mean_of_remaining(rows)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            error = np.where(number > 1, deviation / np.sqrt(number), math.nan)
+        mean, error = mean_of_remaining(rows)
         # Where a repeat ends, a mean of few others may jump, which is no event of the gas.
         known = np.isfinite(rows[:, 1:])
         left = mean_of_remaining(np.where(known, rows[:, :-1], math.nan))[0]
@@ -333,6 +342,14 @@ class FigureBuilder:
                 self.singles.append(Repeats(x, rows, None, index))
         self.note_remaining(ends, float(x[-1]))
         return kept
+
+    def for_panel(self) -> "FigureBuilder":
+        """A builder that collects the lines of a panel of this figure; see `as_panel`."""
+        return replace(self, lines=[], bands=[], singles=[], brief={})
+
+    def as_panel(self, label: str, *behind: Layer, log: bool = False) -> Panel:
+        """The lines as a panel, on these layers. Its legend is that of the figure."""
+        return Panel((*behind, *self.shown_singles(), *self.bands, *self.lines), label, log)
 
     def lasting(self, index: int, x: Array, rows: Array) -> Course:
         """`lasting_rows` of a series, while the caption counts the repeats that these leave out."""

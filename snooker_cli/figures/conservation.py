@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from snooker_cli import facts
 from snooker_cli.analysis import observables
 from snooker_cli.analysis.decay import course
 from snooker_cli.analysis.observables import mean_and_error
@@ -37,6 +38,8 @@ MORE = 1.05  # the axis of energies over their highest value
 
 ENERGY_CHANGE = Result("change of the energy", "largest_deviation")
 CHANGE_LABEL = "ΔE / E(0) (10⁻¹⁶)"
+MOMENTUM_LABEL = "|Δp| / Σm|v| (10⁻¹⁶)"
+KEPT = "keeps_momentum", "moves", "events"  # of a gas whose momentum is shown
 ROUNDING = "Expected is the rounding of sums over the balls and of collisions."
 
 
@@ -46,7 +49,7 @@ def energy(build: FigureBuilder) -> FigureData:
     Beside points that lose energy, the change of the others is in a panel. The reproduction has
     energies alone.
     """
-    changes, log = replace(build, lines=[], bands=[], singles=[], brief={}), False
+    changes, log = build.for_panel(), False
     kept, top = [], 1.0
     for index, point in enumerate(build.points):
         falling = course(build.measurement(point), "kinetic_energy")
@@ -81,14 +84,18 @@ def energy(build: FigureBuilder) -> FigureData:
         build.brief, build.fewest, build.result = changes.brief, changes.fewest, ENERGY_CHANGE
         build.shows = "The change of the total kinetic energy, over the energy at the start."
         build.fields = {**build.fields, "title": "Change of the kinetic energy"}
-        return build.figure(ROUNDING, y_label=CHANGE_LABEL)
+        if not all(facts.hold(point.experiment, *KEPT) for point in kept):
+            return build.figure(ROUNDING, y_label=CHANGE_LABEL)
+        build.fields = {**build.fields, "title": "Changes of the energy and the momentum"}
+        below = f"Below: the change of the momentum of all that moves, over Σm|v|. {ROUNDING}"
+        return build.figure(below, y_label=CHANGE_LABEL, panels=(_momentum(build),))
     for line in changes.lines:
         if isinstance(line, Line) and line.label:
             build.lines.append(replace(line, y=np.ones_like(line.x)))
-    below = (*changes.shown_singles(), *changes.bands, *changes.lines, *rounding)
+    changes.lines += rounding
     return build.figure(
         f"Below: the change of the energy of elastic balls. {ROUNDING}",
-        panels=(Panel(below, CHANGE_LABEL),),
+        panels=(changes.as_panel(CHANGE_LABEL),),
         **axes,
     )
 
@@ -108,14 +115,15 @@ def _in_decades(lines: Sequence[Layer]) -> dict[str, Any]:
     return {"x_log": True, "x_limits": (first, None)}
 
 
-def momentum(build: FigureBuilder) -> FigureData:
+def _momentum(build: FigureBuilder) -> Panel:
     """How far the total momentum is from that at the start, over Σm|v| there."""
-    for index, point in enumerate(build.points):
+    panel = build.for_panel()
+    for index, (point, record) in enumerate(zip(build.points, build.records, strict=True)):
         curves = [_momentum_change(trace) for trace in build.traces(point)]
-        build.add_mean_course(index, point, [(time, change / UNIT) for time, change in curves])
-        build.record(point, largest_deviation=max(float(change.max()) for _, change in curves))
-    build.lines.append(_rounding(build, build.points, False)[0])
-    return build.figure(ROUNDING)
+        panel.add_mean_course(index, point, [(time, change / UNIT) for time, change in curves])
+        record["momentum_deviation"] = max(float(change.max()) for _, change in curves)
+    panel.lines.append(_rounding(build, build.points, False)[0])
+    return panel.as_panel(MOMENTUM_LABEL)
 
 
 def _momentum_change(trace: Trace) -> Course:
@@ -154,7 +162,7 @@ def _rounding(build: FigureBuilder, points: Sequence[Point], of_energy: bool) ->
 
 def momentum_component(name: str, build: FigureBuilder) -> FigureData:
     """A component of the total momentum over that at the start, and how far this is from 1."""
-    deviation = replace(build, lines=[], bands=[], singles=[])
+    deviation = build.for_panel()
     for index, point in enumerate(build.points):
         totals = [_component(trace, name) for trace in build.traces(point)]
         ratios = [(time, total / total[0]) for time, total in totals]
@@ -168,7 +176,7 @@ def momentum_component(name: str, build: FigureBuilder) -> FigureData:
             states=max(len(time) for time, _ in totals),
         )
     worst = max(record["largest_deviation"] for record in build.records)
-    below = (*deviation.shown_singles(), *deviation.bands, Reference("y", 0.0), *deviation.lines)
+    below = deviation.as_panel("", Reference("y", 0.0)).layers
     return build.figure(
         f"Below: how far the total momentum is from p{name}(0).",
         numbers={"largest_deviation": worst},

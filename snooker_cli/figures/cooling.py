@@ -45,6 +45,8 @@ from snooker_cli.figures.figure_data import (
     bands,
     courses,
     legend_line,
+    legend_marker,
+    markers,
     mean_of_remaining,
     places,
 )
@@ -170,11 +172,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
         label = build.label(points[0], names) if several else "α, Haff's law fitted"
         scale = 1.0 if shared else 1 / (1 - cors**2)
         early = (column["ended_early"] > 0) & (not build.source)
-        for kept, filled in ((~early, True), (early, False)):
-            if kept.any():
-                named = label if filled or early.all() else None
-                x, y, y_error = (each[kept] for each in (cors, alpha * scale, error * scale))
-                build.lines.append(Points(x, y, y_error, named, index, filled))
+        build.lines += markers(cors, alpha * scale, error * scale, label, index, early)
         any_early |= bool(early.any())
         if build.source:
             series, name = index + len(build.groups), "k by the source report"
@@ -185,7 +183,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
         build.lines.append(legend_line(f"α, {model}", BY_THEORY))
     if any_early:
         name = "with repeats that ended early"
-        build.lines.append(Points(np.empty(0), np.empty(0), None, name, NEUTRAL, filled=False))
+        build.lines.append(legend_marker(name, filled=False))
     title = build.title if build.source else _title_beside_theory(build)
     ended_early = sum(record["ended_early"] for record in build.records)
     axes: dict[str, Any] = {}
@@ -484,10 +482,8 @@ def _local_rates(measurement: Measurement, edges: Array) -> tuple[Array, Array, 
     means = [np.where(there, energies[:, k : k + WINDOWS], 0.0).sum(axis=0) for k in (0, 1)]
     rates = np.log(means[0] / means[1]) / width
     # Each repeat's own rate varies as much around the mean.
-    _, deviation, number = mean_of_remaining(
-        np.where(there, -np.diff(np.log(energies), axis=1) / width, math.nan)
-    )
-    errors = np.where(number > 1, deviation / np.sqrt(np.maximum(number, 1)), math.nan)
+    own = np.where(there, -np.diff(np.log(energies), axis=1) / width, math.nan)
+    _, errors = mean_of_remaining(own)
     windows = np.column_stack([edges[:-1], edges[1:]])
     left = float(energies[there[:, -1], -1].mean())
     return windows[good], rates[good], errors[good], left

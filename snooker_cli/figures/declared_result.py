@@ -59,6 +59,11 @@ class Result(NamedTuple):
         begun = f"{words[0].upper()}{words[1:]}"
         return begun if symbol in words.split() else f"{begun} {symbol}"
 
+    @property
+    def axis_label(self) -> str:
+        """The symbol with the unit."""
+        return self.definition.symbol + (f" ({self.unit})" if self.unit else "")
+
     def as_json(self) -> dict[str, str]:
         """The quantity, its unit, and the names of its number and of its prediction."""
         names = {"number": self.number, "theory": self.theory}

@@ -17,7 +17,6 @@ from snooker_cli.analysis.observables import (
     at_collisions,
     at_equal_steps,
     central_distances,
-    closest,
     mean_and_error,
     pair_distances,
     standard_errors,
@@ -40,6 +39,7 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
     legend_line,
+    legend_marker,
 )
 from snooker_cli.figures.selection import elastic, gas_type_of
 from snooker_cli.formatting import chance, short
@@ -50,9 +50,7 @@ BINS = 45
 MOST_DISTANCES, FEW_STATES = 10_000_000, 10
 """Distances of a figure, which take seconds; states of a repeat before there are fewer repeats."""
 
-PAIRED, SEARCH = 1000, 16
-"""Balls between which all distances count: of more, a random choice. Distances that take as long
-as to find the neighbours of a ball."""
+MOST_PAIRED = 2000  # balls, whose pairs are two million
 
 DISTANCES = {
     "central": ("R − r", "R − smallest r", "largest", "largest_excess"),
@@ -68,14 +66,9 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
     central = which == "central"
     outermost = max if central else min
     extremes: dict[float, float] = {}
-    key, spans, chosen = f"{nearest}_distance", [], ""
+    key, spans = f"{nearest}_distance", []
     for index, point in enumerate(build.points):
         scene, edges, rows, limit, extreme, excess = _sample(central, build, point)
-        if not central and scene.number > PAIRED:
-            chosen = (
-                f"Of {scene.number:,} balls, the histogram has {PAIRED:,}, chosen at random; the "
-                "smallest distance is that of all."
-            )
         build.add_histogram(index, point, edges, rows.mean(axis=0), standard_errors(rows))
         extremes[limit] = outermost(extremes.get(limit, extreme), extreme)
         build.record(point, **{key: extreme, "beyond_limit": excess})
@@ -93,7 +86,6 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
         *(Reference("x", edge, f"{name} = {edge:g} m") for edge in extremes),
     ]
     return build.figure(
-        chosen,
         numbers={key: outermost(extremes.values()), "limit": limit, beyond: excess},
         x_limits=(0.0, 1.04 * limit if central else None),
     )
@@ -109,40 +101,24 @@ def _sample(
     """
     rows, beyond, extremes, scene = [], [], [], build.start(point)
     container, radii, number = scene.container, scene.radii, scene.number
-    chosen, cost = np.arange(number), number
     if central:
-        limits = container.wall_gaps(np.zeros(2), radii)
+        outwards, of_states, limits = 1, central_distances, container.wall_gaps(np.zeros(2), radii)
         low, high = 0.0, float(limits.max())
     else:
-        if number > PAIRED:
-            chosen = np.random.default_rng(0).choice(number, PAIRED, replace=False)
-        first, second = np.triu_indices(len(chosen), k=1)
-        limits = radii[chosen][first] + radii[chosen][second]
-        low = float(np.sort(radii)[:2].sum())
+        if number > MOST_PAIRED:
+            raise FigureError(f"it has all pairs, of {MOST_PAIRED:,} balls at most")
+        first, second = np.triu_indices(number, k=1)
+        outwards, of_states = -1, partial(pair_distances, scene=scene)
+        limits, low = radii[first] + radii[second], float(np.sort(radii)[:2].sum())
         high = container.longest_distance(float(radii.min()))
-        cost = len(limits) + SEARCH * number * (number > PAIRED)
-    edges = np.linspace(low, high, BINS + 1)
-    most = build.states(
-        point, MOST_DISTANCES, MOST_DISTANCES, each=cost - number, fewest=FEW_STATES
-    )
+    edges, cost = np.linspace(low, high, BINS + 1), len(limits) - number
+    most = build.states(point, MOST_DISTANCES, MOST_DISTANCES, each=cost, fewest=FEW_STATES)
     for trace in build.traces(point):
         touching = at_collisions(trace, most)
-        even = at_equal_steps(trace, len(touching.time))
-        if central:
-            outermost = central_distances(touching).reshape(-1, number)
-            beyond.append(float((outermost - limits).max()))
-            extremes.append(float(outermost.max()))
-            table = central_distances(even)
-        else:
-            near, table = (
-                pair_distances(states.of_balls(chosen), scene) for states in (touching, even)
-            )
-            near = near.reshape(-1, len(limits))
-            nearest, overlap = float(near.min()), float((limits - near).max())
-            if number > PAIRED:
-                nearest, overlap = closest(touching, scene)
-            beyond.append(overlap)
-            extremes.append(nearest)
+        found = of_states(touching).reshape(-1, len(limits))
+        beyond.append(float((outwards * (found - limits)).max()))
+        extremes.append(outwards * float((outwards * found).max()))
+        table = of_states(at_equal_steps(trace, len(touching.time)))
         # A distance that is beyond by rounding belongs to the bin at the limit.
         rows.append(np.histogram(np.clip(table, low, high), edges, density=True)[0])
     limit, extreme = (high, max(extremes)) if central else (low, min(extremes))
@@ -201,15 +177,19 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
     if len(kinds) > 1:
         when = "Elastic points: mean over the second half; others: the last state"
     caption = f"{when} of each repeat."
-    markers, empty = [layer for layer in build.lines if isinstance(layer, Points)], np.empty(0)
+    markers = [layer for layer in build.lines if isinstance(layer, Points)]
     for filled, name in ((True, "g(σ⁺)"), (False, theories.CHI)):
         if any(marker.filled is filled for marker in markers):
-            build.lines.append(Points(empty, empty, None, name, NEUTRAL, filled))
+            build.lines.append(legend_marker(name, filled=filled))
     if markers:
         caption += " g(σ⁺) is from a straight line through the two bins beside contact."
-    equal = all(facts.hold(build.start(point), "equal_balls") for point in build.points)
-    x_label = f"distance / {'' if equal else 'mean '}diameter"
+    x_label = f"distance / {_diameter(build)}"
     return build.figure(caption, x_label=x_label, x_limits=(CLOSEST * nearest, None))
+
+
+def _diameter(build: FigureBuilder) -> str:
+    """The unit of lengths, in words."""
+    return "diameter" if build.all_hold("equal_balls") else "mean diameter"
 
 
 def second_half(
@@ -267,26 +247,24 @@ def structure_factor(build: FigureBuilder) -> FigureData:
             parts = parts if len(build.points) == 1 else parts[[0, -1]]
             build.states(point, len(parts), most, fewest=len(parts))
         s = partial(structure.structure_factor, chosen=chosen)
-        if cools and len(build.points) == 1:
+        if cools:
             rows, times = at_moments(s, build, point, parts)
+            last = rows[:, -1]
+        else:
+            last = np.array([_mean(s, trace, parts) for trace in build.traces(point)])
+        if cools and len(build.points) == 1:
             for series, time in enumerate(times):
                 build.add_means(series, f"t = {short(time)} s", x, rows[:, series], MEASURED)
             others["shades"] = np.linspace(0.0, 1.0, len(times)).tolist()
-            last = rows[:, -1]
-        elif cools:
-            rows = at_moments(s, build, point, parts)[0]
-            last = rows[:, -1]
-            build.add_means(index, build.label(point), x, last)
-            build.lines.append(Line(x, rows[:, 0].mean(axis=0), None, index, SECOND))
         else:
-            last = np.array([_mean(s, trace, parts) for trace in build.traces(point)])
             build.add_means(index, build.label(point), x, last)
+            if cools:
+                build.lines.append(Line(x, rows[:, 0].mean(axis=0), None, index, SECOND))
         expected = build.predicted(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
         if expected is not None:
             long_waves, level = x[: max(2, len(x) // 4)], np.full(2, expected)
             build.lines.append(Line(long_waves[[0, -1]], level, None, index, EXTRAPOLATED))
         build.record(point, longest=mean_and_error(last[:, 0]), theory=expected)
-    equal = all(facts.hold(build.start(point), "equal_balls") for point in build.points)
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line("theory, k → 0", EXTRAPOLATED))
     if any(cooling) and len(cooling) > 1:
@@ -294,7 +272,7 @@ def structure_factor(build: FigureBuilder) -> FigureData:
     when = "The last state of repeats that cool; else the mean over the second half."
     if len(cooling) == 1:
         when = "One state of each repeat." if cooling[0] else "The mean over the second half."
-    x_label = f"wave number k times the {'' if equal else 'mean '}diameter"
+    x_label = f"wave number k times the {_diameter(build)}"
     return build.figure(when, x_label=x_label, logarithmic=build.covers_decades, **others)
 
 

@@ -60,8 +60,7 @@ def event_decay(build: FigureBuilder) -> FigureData:
                 measurement.curve.pair_events,
             )
         )
-        mean, deviation, number = mean_of_remaining(energies)
-        error = np.where(number > 1, deviation / np.sqrt(number), math.nan)
+        mean, error = mean_of_remaining(energies)
         x = collisions_per_ball(mean_of_remaining(pairs)[0], scene.number)
         if x[-1] == 0:
             raise FigureError("no ball has met another one; run longer")

@@ -131,6 +131,22 @@ class Picture:
 
 
 @dataclass(frozen=True, eq=False)
+class Wall:
+    """The walls of one law.
+
+    lines : (*n*, 2, 2), m, seen from the centre
+    name : in the key
+    heat : the rank of its temperature from 0 to 1 among all walls; ``None`` of other walls
+    drives : whether it moves inwards at each hit
+    """
+
+    lines: Array
+    name: str
+    heat: float | None = None
+    drives: bool = False
+
+
+@dataclass(frozen=True, eq=False)
 class Pictures:
     """Pictures side by side, whose colours mean the same.
 
@@ -139,6 +155,7 @@ class Pictures:
     names : of the values 0, 1, 2 … if they are no scale
     high_is_dark : whether the colours are darkest at the highest value, as of a density; below the
         lowest one is white, as space without balls
+    walls : those that a key names, since they give energy or are not all alike
     """
 
     each: tuple[Picture, ...]
@@ -146,6 +163,7 @@ class Pictures:
     limits: tuple[float, float]
     names: tuple[str, ...] = ()
     high_is_dark: bool = False
+    walls: tuple[Wall, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,6 +275,27 @@ def legend_line(text: str, style: LineStyle) -> Line:
     return Line(np.empty(0), np.empty(0), text, NEUTRAL, style)
 
 
+def legend_marker(text: str, *, filled: bool = True) -> Points:
+    """A legend's entry for markers that all series have, filled or open."""
+    return Points(np.empty(0), np.empty(0), None, text, NEUTRAL, filled)
+
+
+def markers(
+    x: Array, y: Array, error: Array, label: str | None, series: int, apart: NDArray[np.bool_]
+) -> list[Points]:
+    """Markers, which are open where they are ``apart``; the filled ones have the name, if any."""
+    return [
+        Points(x[own], y[own], error[own], label if k == 0 or apart.all() else None, series, k == 0)
+        for k, own in enumerate((~apart, apart))
+        if own.any()
+    ]
+
+
+def level(x: Array, y: float, series: int, style: LineStyle = BY_THEORY) -> Line:
+    """A straight line of one value from the first x to the last."""
+    return Line(x[[0, -1]], np.array([y, y]), None, series, style)
+
+
 # The curves of several repeats -> those curves at common times, and a band around their mean.
 
 DECADES = 1e6  # the last place of a curve over the first one above zero
@@ -314,7 +353,13 @@ def remaining(curves: Sequence[Course]) -> Course:
     return times, np.array(rows)
 
 
-def mean_of_remaining(rows: Array) -> tuple[Array, Array, NDArray[np.intp]]:
+def mean_of_remaining(rows: Array) -> tuple[Array, Array]:
+    """Means of rows (*n*, *t*) with nan, and their standard errors, which are nan for one row."""
+    mean, deviation, number = _mean_and_deviation(rows)
+    return mean, np.where(number > 1, deviation / np.sqrt(np.maximum(number, 1)), math.nan)
+
+
+def _mean_and_deviation(rows: Array) -> tuple[Array, Array, NDArray[np.intp]]:
     """Means of rows (*n*, *t*) with nan, their standard deviations, and how many are known.
 
     A mean of none is nan, and the deviation of one is zero.
@@ -358,7 +403,7 @@ def bands(
     times, rows = remaining(curves)
     if len(rows) < 2 or not times[-1] > times[0]:
         return []
-    mean, deviation, _ = mean_of_remaining(np.log(rows) if logarithmic else rows)
+    mean, deviation, _ = _mean_and_deviation(np.log(rows) if logarithmic else rows)
     low, high = mean - deviation, mean + deviation
     low, high = (np.exp(low), np.exp(high)) if logarithmic else (low, high)
     return [Band(times, low, high, label, series)]

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
     legend_line,
+    legend_marker,
     mean_of_remaining,
 )
 from snooker_cli.figures.legends import MOST_ENTRIES
@@ -82,8 +83,29 @@ class _GasState(NamedTuple):
         return {"number": self.number, "temperature": self.temperature, "area": self.area}
 
 
-def pressures(axis: str, build: FigureBuilder) -> FigureData:
-    """Pressures along a field of ``_GasState``, a series for each ball radius, with theory."""
+_AXES: dict[str, dict[str, Any]] = {
+    "temperature": {"x_label": "temperature (J)"},
+    "area": {
+        "x_label": "area of the container (m²)",
+        "x_log": True,
+        "y_log": True,
+        "x_limits": (None, None),
+        "y_limits": (None, None),
+    },
+    "number": {"x_label": "number of balls"},
+}
+"""The axes of pressures against a field of ``_GasState``."""
+
+_FIELDS = {"balls.speed": "temperature", "container.radius": "area", "container.width": "area"}
+"""The field that a swept key changes; another one changes the number."""
+
+
+def pressures(build: FigureBuilder) -> FigureData:
+    """Pressures along the field that the swept key changes, a series for each ball radius."""
+    axis = _FIELDS.get(build.key, "number")
+    build.fields = {**build.fields, "title": f"Pressure and {axis}, elastic balls", **_AXES[axis]}
+    whose = "the container's" if axis == "area" else "their"
+    build.shows = f"The pressure of elastic balls against {whose} {axis}."
     parts = CountedParts(build)
     for index, group in enumerate(build.groups):
         states = [_gas_state(parts, point) for point in group]
@@ -100,10 +122,10 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
         if facts.hold(first.traits, "equal_balls"):
             values = np.array([state.expected for state in curve])
             build.lines.append(Line(grid, values, None, index, BY_THEORY))
-        name = build.label(group[0], [points[0] for points in build.groups])
+        name = build.name_of(group)
         means = [mean_and_error(state.pressures) for state in states]
         y, y_error = np.array(means).T
-        build.lines.append(Points(x, y, y_error, name or "simulation", index))
+        build.lines.append(Points(x, y, y_error, name, index))
         if facts.hold(first.traits, "equal_balls"):
             expected = np.array([state.expected for state in states])
             build.add_residuals(index, x, y, y_error, expected)
@@ -241,8 +263,7 @@ def pressure(build: FigureBuilder) -> FigureData:
         rows = ratio * scene.container.area
         if not np.any(rows > 0):
             raise FigureError("nothing hits the wall, so there is no pressure; run longer")
-        mean, deviation, number = mean_of_remaining(rows)
-        error = deviation / np.sqrt(np.maximum(number, 1))
+        mean, error = mean_of_remaining(rows)
         bars = error if len(build.points) <= MOST_ENTRIES else None  # many hide each other
         build.note_remaining(along[:, -1], edges[-1])
         build.lines.append(
@@ -277,39 +298,6 @@ def pressure(build: FigureBuilder) -> FigureData:
     return build.figure(parts.text, x_label="collisions per ball" if meet else "time (s)")
 
 
-def collision_rate(build: FigureBuilder) -> FigureData:
-    """Collisions of a ball with others over Boltzmann's, against packing, with Enskog's χ."""
-    names, parts = [group[0] for group in build.groups], CountedParts(build)
-    packings = []
-    for index, group in enumerate(build.groups):
-        rows = []
-        for point in group:
-            gas = parts.gas(point)
-            laws = [
-                theories.theory_of(gas.scene, quantities.PAIR_RATE, model)
-                for model in (theories.BOLTZMANN, theories.ENSKOG)
-            ]
-            if None in laws:
-                raise FigureError("theory has no rate for a point; it needs a fluid of equal balls")
-            boltzmann, enskog = (np.asarray(law.value(gas)) for law in laws if law is not None)
-            rate = measured(gas, quantities.PAIR_RATE)
-            over, expected = mean_and_error(rate / boltzmann), float(np.mean(enskog / boltzmann))
-            packing = gas.scene.packing_fraction
-            rows.append((packing, *over, expected))
-            predicted = float(enskog.mean())
-            build.record(point, packing=packing, rate=mean_and_error(rate), theory=predicted)
-        x, y, error, expected_here = np.array(rows).T
-        packings.append(x)
-        label = build.label(group[0], names) or "simulation"
-        build.lines.append(Points(x, y, error, label, index))
-        build.add_residuals(index, x, y, error, expected_here)
-    grid = np.linspace(0.0, float(np.max(np.concatenate(packings))), CURVE)
-    curve = np.array([float(theory.contact_value(packing)) for packing in grid])
-    name = build.cite(quantities.PAIR_RATE, theories.ENSKOG)
-    build.lines.insert(0, Line(grid, curve, name, NEUTRAL, BY_THEORY))
-    return build.figure(parts.text)
-
-
 def ideal_ratio(build: FigureBuilder) -> FigureData:
     """Simulated over ideal pressure against temperature, two markers for each repeat.
 
@@ -341,7 +329,7 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
             final_temperature=float(table[:, 2].mean()),
         )
     build.lines += [
-        Points(np.empty(0), np.empty(0), None, f"at the {name} temperature", NEUTRAL, filled)
+        legend_marker(f"at the {name} temperature", filled=filled)
         for name, filled in (("mean", True), ("final", False))
         if lossy
     ]

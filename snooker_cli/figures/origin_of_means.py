@@ -60,12 +60,11 @@ def histogram_of_repeats(build: FigureBuilder) -> FigureData:
     ]
     build.result = Result(quantity.name, "value")
     build.record(point, value=(mean, error), standard_deviation=spread, counted=float(number))
-    unit = f" ({build.result.unit})" if build.result.unit else ""
     share = "The standard error is the standard deviation over √n, n the number of repeats."
     return build.figure(
         f"{share} {parts.text if quantity.source == 'means' else ''}".strip(),
         title=f"{quantity.symbol} of each repeat",
-        x_label=f"{quantity.symbol}{unit}",
+        x_label=build.result.axis_label,
     )
 
 

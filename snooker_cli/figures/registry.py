@@ -77,6 +77,7 @@ class FigureSpec:
     axes: Mapping[str, Any]
     result: Result | None
     shows: str = ""
+    was: Sequence[str] = ()
     report_figures: Sequence[int] = ()
     requires: Sequence[str] = ()
     along: Sequence[str] | str = ()
@@ -148,6 +149,9 @@ class FigureSpec:
         words = self.shows, self.result
         build = FigureBuilder(run, selection, groups, fields, *words, total=total, source=source)
         build.reading = reading
+        if self.along:
+            longest = swept_numbers(max(groups, key=len))
+            build.key = next(key for key in longest if self.along == ANY or key in self.along)
         for point in build.points if self.sample else ():
             collisions = [status.collisions for status in build.statuses(point)]
             build.limit(point, MOST_COLLISIONS // len(build.points) // max(1, *collisions))
@@ -225,6 +229,11 @@ FIGURES = Table("snooker.figures", _read(), _taken)
 def own_figures() -> tuple[str, ...]:
     """The figures of one's own runs; the others are drawn by name and by ``snooker reproduce``."""
     return tuple(name for name, spec in FIGURES.items() if not spec.reproduce_only)
+
+
+def former_names() -> dict[str, str]:
+    """The figures that have the content of former ones, by the names of these."""
+    return {name: spec.name for spec in FIGURES.values() for name in spec.was}
 
 
 def figures_of(

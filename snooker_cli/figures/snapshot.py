@@ -7,13 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from snooker_cli.analysis import quantities, structure, theories
+from snooker_cli.containers import ENDS
 from snooker_cli.engine import state_at
 from snooker_cli.errors import FigureError
 from snooker_cli.facts import MOST_SPECIES
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.distributions import MOMENTS
-from snooker_cli.figures.figure_data import Array, FigureData, Picture, Pictures
+from snooker_cli.figures.figure_data import Array, FigureData, Picture, Pictures, Wall
 from snooker_cli.formatting import listed, short
+from snooker_cli.laws import Driven, Law, Thermal
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
@@ -33,12 +35,15 @@ class Colours(NamedTuple):
     high_is_dark: bool = False
 
 
+COOLED = 2.0  # from this ratio of mean speeds on, one scale in m/s does not show all states
+
+
 def _of_speed(states: list[Scene]) -> Colours:
-    """Speeds; of several states over the root mean square of each, since a gas cools."""
+    """Speeds; of states of a gas that cools over the root mean square of each."""
     speeds = [np.hypot(*scene.velocities.T) for scene in states]
     label = "speed (m/s)"
-    if len(states) > 1:
-        means = [math.sqrt(float(np.mean(speed**2))) for speed in speeds]
+    means = [math.sqrt(float(np.mean(speed**2))) for speed in speeds]
+    if max(means) > COOLED * min(means):
         speeds = [speed / (mean or 1.0) for speed, mean in zip(speeds, means, strict=True)]
         label = "speed over the root mean square at that time"
     return Colours(speeds, label, (0.0, _highest(speeds)))
@@ -92,19 +97,14 @@ PARTS = (*MOMENTS[:-1], 1.0)
 def snapshot(build: FigureBuilder) -> FigureData:
     """The states at the selected times, of the selected or the first repeat.
 
-    Without a selection it has the end; where clusters grow, four times up to it.
+    Without a selection it has the start, the state after half of the collisions, and the end; where
+    clusters grow, four times up to the end.
     """
-    trace = _trace(build)
-    times = build.selection.times
-    if times:
-        return _pictures(build, trace, times, times)
-    parts = PARTS if _clusters(trace.start) else PARTS[-1:]
-    return _pictures(build, trace, [part * trace.stop.time for part in parts])
-
-
-def strip(build: FigureBuilder) -> FigureData:
-    """The start, the state after half of the collisions, and the end of one repeat."""
     trace, (point,) = _trace(build), build.points
+    if build.selection.times:
+        return _pictures(build, trace, build.selection.times, asked=True)
+    if _clusters(trace.start):
+        return _pictures(build, trace, [part * trace.stop.time for part in PARTS])
     curve = build.measurement(point).curve
     middle = float(np.interp(curve.events[0, -1] / 2, curve.events[0], curve.time[0]))
     return _pictures(build, trace, (0.0, middle, trace.stop.time))
@@ -124,9 +124,9 @@ def _clusters(scene: Scene) -> bool:
 
 
 def _pictures(
-    build: FigureBuilder, trace: Trace, times: Sequence[float], asked: Sequence[float] = ()
+    build: FigureBuilder, trace: Trace, times: Sequence[float], *, asked: bool = False
 ) -> FigureData:
-    """The states at times, s; a sentence names those of ``asked`` that are not stored."""
+    """The states at times, s; if these were asked for, a sentence names those not stored."""
     found = _states(build, trace, times)
     of_gas = "density" if _clusters(trace.start) else "speed"
     colours = COLOURS[build.selection.colour or of_gas]([scene for _, scene in found])
@@ -136,15 +136,43 @@ def _pictures(
             for (time, scene), values in zip(found, colours.values, strict=True)
         ),
         *colours[1:],
+        walls=_walls(trace.start),
     )
     if len(found) == 1:
         build.record(build.points[0], time=found[0][0])
     empty = "White space has no balls." if pictures.high_is_dark else ""
+    moved = _moved(trace, times if asked else (), [time for time, _ in found])
     return build.figure(
-        " ".join(filter(None, [empty, _moved(trace, asked, [time for time, _ in found])])),
+        f"{empty} {moved}".strip(),
         numbers={"times": [time for time, _ in found]},
         pictures=pictures,
     )
+
+
+def _walls(scene: Scene) -> tuple[Wall, ...]:
+    """Walls with a key: none if all are alike and give no energy."""
+    container, law = scene.container, scene.wall_law
+    lines: dict[Law, list[Array]] = {}
+    for line in container.wall_lines:
+        middle = line.mean(axis=0) / container.size
+        axis = int(np.argmax(np.abs(middle)))
+        side = ENDS["xy"[axis]][int(middle[axis] > 0)]
+        lines.setdefault(getattr(law, side, law), []).append(line)
+    if len(lines) < 2 and not law.adds_energy:
+        return ()
+    heats = sorted({each.temperature for each in lines if isinstance(each, Thermal)})
+    walls = [Wall(np.array(own), *_of_law(each, heats)) for each, own in lines.items()]
+    return tuple(sorted(walls, key=lambda wall: (wall.heat is None, wall.heat, not wall.drives)))
+
+
+def _of_law(law: Law, heats: Sequence[float]) -> tuple[str, float | None, bool]:
+    """The name of a wall, the rank of its temperature, and whether it drives; see ``Wall``."""
+    if isinstance(law, Thermal):
+        rank = heats.index(law.temperature) / (len(heats) - 1) if heats[1:] else 0.5
+        return f"wall at {law.temperature:g} J", rank, False
+    if isinstance(law, Driven):
+        return f"wall driven at {law.speed:g} m/s", None, True
+    return f"wall, CoR {law.cor:g}", None, False
 
 
 def _states(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.figures.drawing import LINE_HEIGHT, WIDTH, SnookerFigure, styled, title_lines
-from snooker_cli.figures.figure_data import FigureData, Picture, Pictures
+from snooker_cli.figures.figure_data import FigureData, Picture, Pictures, Wall
 from snooker_cli.figures.legends import _SHADES, LIGHTEST, colour
 from snooker_cli.files import out_of_sight
 from snooker_cli.formatting import short
@@ -54,8 +54,8 @@ def draw_pictures(data: FigureData, pictures: Pictures, size: tuple[float, float
     title = title_lines(data.title, width)
     high = max(picture.size[1] / picture.size[0] for picture in pictures.each)
     height = rows * (high * (width - 0.4) / columns + TITLE_HEIGHT) + BAR_HEIGHT + BELOW
-    height += LINE_HEIGHT * (len(title) + len(pictures.names) // 2)
-    colours = _colours(pictures)
+    marks, names = _key(pictures, colours := _colours(pictures))
+    height += LINE_HEIGHT * (len(title) + math.ceil(len(names) / 2))
     with styled():
         layout = ConstrainedLayoutEngine()
         figure = SnookerFigure(size or (width, height), layout=layout)
@@ -68,20 +68,16 @@ def draw_pictures(data: FigureData, pictures: Pictures, size: tuple[float, float
         _add_bar(grid[columns * (rows - 1)], pictures.each[0].size)
         heading = {"fontsize": rcParams["axes.titlesize"], "fontweight": "bold"}
         figure.suptitle("\n".join(title), x=0.01, ha="left", parse_math=False, **heading)
-        if pictures.names:
-            marks: list[Any] = [
-                Line2D([], [], linestyle="none", marker="o", color=colours(k))
-                for k in range(len(pictures.names))
-            ]
-            figure.legend(marks, pictures.names, loc="outside lower center", ncols=2)
-        else:
+        if names:
+            figure.legend(marks, names, loc="outside lower center", ncols=2)
+        if not pictures.names:
             scale = figure.colorbar(
                 _mappable(pictures, colours),
                 ax=grid,
                 orientation="horizontal",
                 extend="both" if pictures.high_is_dark else "max",
                 shrink=0.8 if number <= MOST_IN_COLUMN else 0.4,
-                fraction=SCALE,
+                fraction=SCALE * (2 if rows == 1 and number > 1 else 1),
                 pad=0.04,
             )
             scale.set_label(pictures.label, parse_math=False)
@@ -92,6 +88,25 @@ def draw_pictures(data: FigureData, pictures: Pictures, size: tuple[float, float
             layout.execute(figure)
         figure.set_layout_engine(None)
     return figure
+
+
+def _key(pictures: Pictures, colours: Colormap) -> tuple[list[Any], list[str]]:
+    """What stands in the key, and the names: of species, and of walls."""
+    marks: list[Any] = [
+        Line2D([], [], linestyle="none", marker="o", color=colours(k))
+        for k in range(len(pictures.names))
+    ]
+    marks += [Line2D([], [], **_wall_style(wall)) for wall in pictures.walls]
+    return marks, [*pictures.names, *(wall.name for wall in pictures.walls)]
+
+
+def _wall_style(wall: Wall) -> dict[str, Any]:
+    """How a wall looks: its temperature as a colour, cold ones dark; short dashes if it drives."""
+    if wall.heat is not None:
+        return {"color": _SHADES(LIGHTEST * wall.heat), "linewidth": 3.0}
+    if wall.drives:
+        return {"color": "0.2", "linewidth": 3.0, "linestyle": (0, (0.4, 0.6))}
+    return {"color": "0.2", "linewidth": 0.8}
 
 
 def _unused_height(axes: Axes) -> float:
@@ -141,6 +156,9 @@ def _draw(axes: Axes, picture: Picture, pictures: Pictures, colours: Colormap, p
         lines.set_linestyle((0, (2, 2)) if repeats else "solid")
         axes.add_collection(lines)
         lines.set_zorder(3)
+    for wall in pictures.walls:
+        style = _wall_style(wall) | {"capstyle": "butt" if wall.drives else "projecting"}
+        axes.add_collection(LineCollection([*wall.lines], zorder=3, clip_on=False, **style))
     axes.set_aspect("equal")
     margin = MARGIN * max(width, height)
     axes.set_xlim(-width / 2 - margin, width / 2 + margin)

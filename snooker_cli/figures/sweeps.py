@@ -28,7 +28,6 @@ from snooker_cli.figures.selection import (
     axis_label,
     changing_with,
     described,
-    swept_numbers,
     value_at,
 )
 from snooker_cli.formatting import counted
@@ -40,8 +39,7 @@ MOST_NAMED = 3  # points that a caption names
 
 def against_key(build: FigureBuilder) -> FigureData:
     """The main result of each point against the swept key, with theory also between the points."""
-    names, longest = [group[0] for group in build.groups], max(build.groups, key=len)
-    key = swept_numbers(longest)[0]  # of a series only this one changes, and what changes with it
+    key = build.key
     key_unit = unit_of(build.points[0].experiment, key)
     drawn: list[Trend] = []
     for index, group in enumerate(build.groups):
@@ -54,7 +52,7 @@ def against_key(build: FigureBuilder) -> FigureData:
         for trend in filter(None, [trend_of(rows, key, key_unit, words)]):
             drawn.append(trend)
             x, y, error = trend.x, trend.column("measured"), trend.column("error")
-            label = build.label(group[0], names) or "simulation"
+            label = build.name_of(group)
             build.lines.append(Points(x, y, error, label, index))
             if trend.theory:
                 expected = trend.column("predicted")
@@ -78,7 +76,6 @@ def against_key(build: FigureBuilder) -> FigureData:
     build.lines += [legend_line(name, BY_THEORY) for name in {t.theory for t in drawn} if name]
     symbol = first.quantity.symbol
     build.result = Result(first.rows[0]["quantity"], "value", theory="theory")
-    unit = f" ({build.result.unit})" if build.result.unit else ""
     build.beside_theory = len(drawn) == 1
     seen = f"{first.sentence()}." if build.beside_theory else ""
     build.shows = (
@@ -93,7 +90,7 @@ def against_key(build: FigureBuilder) -> FigureData:
         " ".join(filter(None, [seen, also, _left_out(build)])),
         title=f"{symbol} against {x_label.partition(' (')[0]}",
         x_label=x_label,
-        y_label=f"{symbol}{unit}",
+        y_label=build.result.axis_label,
         logarithmic=more_than_a_decade([values]) and bool(values.min() > 0),
     )
 

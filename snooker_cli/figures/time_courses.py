@@ -1,13 +1,13 @@
 """Over time: pressure, hexatic order, a2, species' temperatures, local energy."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from snooker_cli import facts, theory, two_temperatures
 from snooker_cli.analysis import observables, quantities, structure, theories
-from snooker_cli.analysis.comparison import ratio_changes
+from snooker_cli.analysis.comparison import species_change
 from snooker_cli.analysis.gas import cooling_spins, fluid_state, haff_rate, temperatures
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
@@ -40,6 +40,7 @@ from snooker_cli.figures.figure_data import (
     Reference,
     courses,
     legend_line,
+    level,
     mean_of_remaining,
 )
 from snooker_cli.figures.legends import MOST_ENTRIES
@@ -218,9 +219,7 @@ def a2(build: FigureBuilder) -> FigureData:
     the start.
     """
     swept = varying(build.points)
-    if "cor" in swept and all(
-        facts.hold(build.start(point), "equal_balls") for point in build.points
-    ):
+    if "cor" in swept and build.all_hold("equal_balls"):
         others = [key for key in swept if key != "cor"]
         if not others or (len(others) == 1 and len(build.points) > MOST_ENTRIES):
             build.groups = along(build.points, ["cor"], others[0] if others else None)
@@ -234,8 +233,7 @@ def a2(build: FigureBuilder) -> FigureData:
             label, index = ", ".join(filter(None, [build.label(point), name])), len(build.records)
             _, kept = build.add_means(index, label or None, collisions, column)
             if expected is not None:
-                flat = np.array([expected, expected])
-                build.lines.append(Line(collisions[[0, -1]], flat, None, index, BY_THEORY))
+                build.lines.append(level(collisions, expected, index))
             build.record(point, species=name, second_half=_second_half(kept), theory=expected)
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line("theory", BY_THEORY))
@@ -252,7 +250,7 @@ def _a2_against_cor(build: FigureBuilder) -> FigureData:
 
     Points of another swept key are a series each.
     """
-    names, difference = [group[0] for group in build.groups], list[Layer]()
+    several, difference = len(build.groups) > 1, list[Layer]()
     means, expected = dict[int, tuple[float, float]](), dict[int, float]()
     for number, (point, start, collisions, rows) in enumerate(_a2(build)):
         _, kept = build.lasting(number, collisions, rows[..., 0])
@@ -263,19 +261,18 @@ def _a2_against_cor(build: FigureBuilder) -> FigureData:
     for index, group in enumerate(build.groups):
         cors = np.array([point.experiment.cor for point in group])
         mean, error = np.transpose([means[point.index] for point in group])
-        label = build.label(group[0], names) if names[1:] else "simulation"
-        build.lines.append(Points(cors, mean, error, label, index))
+        build.lines.append(Points(cors, mean, error, build.name_of(group), index))
         grid = np.linspace(cors[0], min(cors[-1], NEARLY_ELASTIC), 100)
         scene = build.start(group[0])
         known = [theories.values_of(with_cor(group[0], scene, float(e)), *SONINE) for e in grid]
         curve = np.array([next(iter(values.values()), math.nan) for values in known])
         if np.isfinite(curve).any():
-            build.lines.append(Line(grid, curve, None if names[1:] else "theory", index, BY_THEORY))
+            build.lines.append(Line(grid, curve, None if several else "theory", index, BY_THEORY))
             law = np.array([expected[point.index] for point in group])
             difference.append(Points(cors, mean - law, error, None, index))
     if difference:
         difference.insert(0, Reference("y", 0.0))
-        build.lines += [legend_line("theory", BY_THEORY)] if names[1:] else []
+        build.lines += [legend_line("theory", BY_THEORY)] if several else []
     return build.figure(
         title="Second Sonine coefficient: a₂ against the CoR",
         x_label="coefficient of restitution e",
@@ -314,14 +311,16 @@ def species_temperature(build: FigureBuilder) -> FigureData:
         law = build.predicted(scene, quantities.SPECIES_RATIO, model)
         if law is not None:
             numbers["theory"] = law
-            layers.append(Line(collisions[[0, -1]], np.array([law, law]), None, NEUTRAL, BY_THEORY))
+            layers.append(level(collisions, law, NEUTRAL))
             build.lines.append(legend_line(f"T₁/T₂, {model}", BY_THEORY))
         panels.append(Panel(tuple(layers), "T₁/T₂"))
-        change = ratio_changes(gas.measurement).get(quantities.SPECIES_RATIO.name)
-        if change is not None and change.refused:
-            caption = f"T₁/T₂: {change.sentence}. {caption}"
+        change = species_change(gas.measurement)
+        if change.refused:
+            caption = f"T₁/T₂: {change.sentence}."
+    if point.index in parts.changing:
+        caption += " The gas is not steady: its energy still changes."
     return build.figure(
-        " ".join(filter(None, [caption, parts.text])),
+        f"{caption} {parts.text}".strip(),
         numbers=numbers,
         logarithmic=build.covers_decades,
         panels=tuple(panels),
@@ -364,8 +363,7 @@ def rotation(build: FigureBuilder) -> FigureData:
             for rows in expected / both[0, :, :1]:
                 of_motion = interpolated(x, collisions, rows).mean(axis=0)
                 decay.append(Line(x, of_motion, None, index, BY_THEORY))
-            mean, deviation, number = mean_of_remaining(ratio)
-            error = deviation / np.sqrt(number)
+            mean, error = mean_of_remaining(ratio)
             few = np.searchsorted(x, np.linspace(0.0, x[-1], RESIDUALS + 1)[1:])
             build.add_residuals(index, x[few], mean[few], error[few], of_ratio[few])
             final = float(of_ratio[last])
@@ -384,34 +382,89 @@ DENSEST_CLUSTERS = 0.5
 
 
 def cluster_growth(build: FigureBuilder) -> FigureData:
-    """Mean size of the cluster that a ball is in, and of the largest cluster, over time."""
-    for point in build.points:
-        if (packing := build.start(point).packing_fraction) > DENSEST_CLUSTERS:
+    """Clusters over time; below the fluctuations of the density, and energies beside Haff's law."""
+    scenes = [build.start(point) for point in build.points]
+    for scene in scenes:
+        if (packing := scene.packing_fraction) > DENSEST_CLUSTERS:
             raise FigureError(
                 f"at a packing of {short(packing, 2)} elastic balls are one cluster too; use a "
                 f"packing of {DENSEST_CLUSTERS:g} at most, or choose such points with --where"
             )
     without = dict[str, Reference]()  # by the packing
-    over_time = _over_time(build, structure.mean_cluster, logarithmic=True)
+    density, energies = build.for_panel(), build.for_panel()
+    many = all(facts.hold(scene, "many") for scene in scenes)
+    over_time = _over_time(build, _clustering, logarithmic=True)
     for index, (point, scene, times, rows) in enumerate(over_time):
         _, of_ball = build.add_means(index, build.label(point), times, rows[..., 0], MEASURED)
         _, of_all = build.add_means(index, None, times, rows[..., 1], SECOND)
         mean, largest = mean_and_error(of_ball[:, -1]), mean_and_error(of_all[:, -1])
         kept, later = elastic(point), of_ball[:, of_ball.shape[1] // 2 :]
         before = float(later.mean()) if kept else _at_start(build, point)
-        build.record(point, mean=mean, largest=largest, uniform=before, balls=scene.number)
-        alike = f"{scene.packing_fraction:.2g}"
+        alike, fluctuation = f"{scene.packing_fraction:.2g}", (math.nan, math.nan)
         if kept or alike not in without:  # elastic balls have it for longer
             without[alike] = Reference("y", before, "without clustering", EXTRAPOLATED)
+        if many:
+            _, counts = density.add_means(index, None, times, rows[..., 2], MEASURED)
+            fluctuation = mean_and_error(counts[:, -1])
+        share, rate = _add_energies(energies, index, scene, times, rows[..., 3:])
+        build.record(
+            point,
+            mean=mean,
+            largest=largest,
+            uniform=before,
+            balls=scene.number,
+            fluctuation=fluctuation,
+            share=share,
+            haff_rate=rate,
+        )
     build.lines += without.values()
     build.lines.append(legend_line("cluster of a ball, mean", MEASURED))
     build.lines.append(legend_line("the largest cluster", SECOND))
     caption = (
         f"Balls with a gap of at most {structure.CLUSTER_GAP:g} mean diameters are in one cluster "
-        "(Luding & Herrmann 1999). Without clustering: the mean of elastic balls, or else at the "
-        "start."
+        "(Luding & Herrmann 1999); without clustering: elastic balls, or else the start. The flow "
+        f"is that of cells with {structure.BALLS_IN_CELL:g} balls on average."
     )
-    return build.figure(caption, logarithmic=build.covers_decades)
+    pairs = zip(build.points, build.records, strict=True)
+    lossy = [record["haff_rate"] for point, record in pairs if not elastic(point)]
+    if any(lossy) and None in lossy:
+        caption += " Energies without theory of Haff's law are over E(0)/N."
+    panels = [_energy_panel(energies)]
+    if many:
+        caption += f" Cells of the density have {structure.DENSITY_BALLS:g} balls on average."
+        panels.insert(0, _density_panel(density, scenes))
+    return build.figure(caption, logarithmic=build.covers_decades, panels=tuple(panels))
+
+
+def _density_panel(panel: FigureBuilder, scenes: Sequence[Scene]) -> Panel:
+    """The fluctuations of the density, and their limit in far larger cells where theory has it."""
+    limits = {theories.value_of(scene, *COMPRESSIBLE) for scene in scenes} - {None}
+    panel.lines += [
+        Reference("y", limit, "S(0), far larger cells", EXTRAPOLATED) for limit in limits if limit
+    ]
+    log = panel.covers_decades
+    return panel.as_panel("variance / mean", Reference("y", 1.0, "independent points"), log=log)
+
+
+def _energy_panel(panel: FigureBuilder) -> Panel:
+    """The energies; over Haff's law if one of the points has it."""
+    known = any(record["haff_rate"] is not None for record in panel.records)
+    name, style = ("Haff's law", BY_THEORY) if known else ("E(0)/N", MEASURED)
+    panel.lines += [legend_line("thermal, E_th", MEASURED), legend_line("flow", SECOND)]
+    log, one = panel.covers_decades, Reference("y", 1.0, name, style)
+    return panel.as_panel(f"energy over {name}", one, log=log)
+
+
+COMPRESSIBLE = quantities.STRUCTURE, theories.COMPRESSIBILITY
+
+
+def _clustering(positions: Array, velocities: Array, scene: Scene) -> Array:
+    """Two sizes of clusters, the fluctuation of the density, and two energies (J): (5,)."""
+    state, local = (positions, velocities, scene), structure.local_energy
+    thermal = local(*state)
+    flow = scene.kinetic_energy / scene.number - thermal
+    counts = structure.density_fluctuation(*state)
+    return np.array([*structure.mean_cluster(*state), counts, thermal, flow])
 
 
 def _at_start(build: FigureBuilder, point: Point) -> float:
@@ -421,69 +474,31 @@ def _at_start(build: FigureBuilder, point: Point) -> float:
     return float(np.mean(sizes))
 
 
-def density_fluctuations(build: FigureBuilder) -> FigureData:
-    """Variance over mean of the number of balls in cells, over time."""
-    over_time = _over_time(build, structure.density_fluctuation, logarithmic=True)
-    limits = dict[str, float]()
-    for index, (point, scene, times, rows) in enumerate(over_time):
-        limit = theories.value_of(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
-        if limit is not None:
-            limits[f"{scene.packing_fraction:.2g}"] = limit
-        _, kept = build.add_means(index, build.label(point), times, rows[..., 0])
-        build.record(point, final=mean_and_error(kept[:, -1]))
-    build.lines.append(Reference("y", 1.0, "independent points"))
-    several = len(limits) > 1
-    build.lines += [
-        Reference("y", limit, f"S(0) of elastic disks{f', packing {at}' * several}", EXTRAPOLATED)
-        for at, limit in limits.items()
-    ]
-    caption = f"Cells have {structure.DENSITY_BALLS:g} balls on average."
-    if limits:
-        caption += " Elastic disks reach S(0) in far larger cells; in these they have some more."
-    return build.figure(caption, logarithmic=build.covers_decades)
-
-
 LEAST_FLOW = 5  # last times at which the flow has more energy than its error, to be shown
 
 
-def local_energy(build: FigureBuilder) -> FigureData:
-    """Energy of a ball relative to the local flow, and that of the flow, over Haff's law."""
-    known, over_time = list[bool](), _over_time(build, _both_energies, logarithmic=True)
-    for index, (point, scene, times, rows) in enumerate(over_time):
-        haff = theories.theory_of(scene, quantities.HAFF_RATE, theories.START_RATES)
-        rate = haff_rate(scene) if haff else None
-        if haff:
-            build.cite(quantities.HAFF_RATE, theories.START_RATES)
-        known += [rate is not None] * (not elastic(point))
-        law = scene.kinetic_energy / scene.number * theory.haff_ratio(times, rate or 0.0)
-        thermal, flow = np.moveaxis(rows, 2, 0) / law
-        build.add_means(index, build.label(point), times, thermal, MEASURED)
-        # The logarithm of what is within its error of zero would be noise alone.
-        mean, deviation, number = mean_of_remaining(flow)
-        noise = mean <= deviation / np.sqrt(np.maximum(number, 1))
-        since = len(times) - int(np.argmax(noise[::-1])) if noise.any() else 0
-        if since <= len(times) - LEAST_FLOW:
-            build.add_means(index, None, times[since:], flow[:, since:], SECOND)
-        thermal, flow = build.lasting(index, times, rows)[1][:, -1].T
-        build.record(point, share=mean_and_error(thermal / (thermal + flow)), haff_rate=rate)
-    name, style = ("Haff's law", BY_THEORY) if any(known) else ("energy at the start", MEASURED)
-    build.lines.append(Reference("y", 1.0, name, style))
-    build.lines.append(legend_line("thermal, E_th", MEASURED))
-    flows = any(isinstance(line, Line) and line.style == SECOND for line in build.lines)
-    build.lines += [legend_line("flow", SECOND)] * flows
-    words = [f"The flow is that of cells with {structure.BALLS_IN_CELL:g} balls on average."]
-    words += ["It is shown from where it has more energy than its error."] * flows
-    if known and not all(known):
-        words.append(f"{'Other curves' if any(known) else 'Curves'} are over E(0)/N.")
-    if not any(known):
-        build.fields = {**build.fields, "y_label": "energy of a ball over E(0)/N"}
-    return build.figure(" ".join(words), logarithmic=build.covers_decades)
+def _add_energies(
+    panel: FigureBuilder, index: int, scene: Scene, times: Array, rows: Array
+) -> tuple[tuple[float, float], float | None]:
+    """Add the energy without the flow, and that of the flow, rows (*n*, *t*, 2), over Haff's law.
 
-
-def _both_energies(positions: Array, velocities: Array, scene: Scene) -> Array:
-    """Energy of a ball relative to the local flow, and the rest, J."""
-    local = structure.local_energy(positions, velocities, scene)
-    return np.array([local, scene.kinetic_energy / scene.number - local])
+    Returns the share of the energy without the flow at the end, and α of the law, 1/s.
+    """
+    rate = None
+    if theories.theory_of(scene, quantities.HAFF_RATE, theories.START_RATES):
+        panel.cite(quantities.HAFF_RATE, theories.START_RATES)
+        rate = haff_rate(scene)
+    law = scene.kinetic_energy / scene.number * theory.haff_ratio(times, rate or 0.0)
+    thermal, flow = np.moveaxis(rows, 2, 0) / law
+    panel.add_means(index, None, times, thermal, MEASURED)
+    # The logarithm of what is within its error of zero would be noise alone.
+    mean, error = mean_of_remaining(flow)
+    noise = mean <= np.nan_to_num(error)
+    since = len(times) - int(np.argmax(noise[::-1])) if noise.any() else 0
+    if since <= len(times) - LEAST_FLOW:
+        panel.add_means(index, None, times[since:], flow[:, since:], SECOND)
+    last = panel.lasting(index, times, rows)[1][:, -1]
+    return mean_and_error(last[:, 0] / last.sum(axis=1)), rate
 
 
 RELAXED = 3.0  # collisions per ball in which equal speeds become those of a gas
@@ -510,7 +525,7 @@ def _a2(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
 
 def _a2_over_time(build: FigureBuilder) -> Iterator[tuple[Point, Scene, Array, Array]]:
     """As of `_over_time`: of balls of one type means between times, of a mixture at the times."""
-    if not all(facts.hold(build.start(point), "equal_balls") for point in build.points):
+    if not build.all_hold("equal_balls"):
         yield from _over_time(build, structure.a2)
         return
     for point, times in _common_times(build, SUMS, of_states=False):

@@ -40,10 +40,12 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
     legend_line,
+    legend_marker,
+    markers,
     mean_of_remaining,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import axis_label, swept_numbers, value_at
+from snooker_cli.figures.selection import axis_label, value_at
 from snooker_cli.figures.sweeps import places_between, start_with
 from snooker_cli.formatting import counted, listed, short, with_error
 from snooker_cli.scene import Scene
@@ -53,15 +55,11 @@ MOST_BALLS = 4_000_000  # balls times states of a point's profiles, which take a
 CURVE = 100  # vertices of a curve of theory
 
 OF_TEMPERATURE = theories.WALLS, theories.BALANCE
-SWEPT = "wall_speed", "wall_temperature", "balls.count", "balls.radius", "cor"
-"""The keys that the temperature is shown along; the first one that has several values."""
 
 
 def stationary(build: FigureBuilder) -> FigureData:
     """Temperature against a swept key, a series for each CoR, with the balance of energy."""
-    numbers = swept_numbers(build.groups[0])  # of runs side by side not their names
-    key = next(key for key in SWEPT if key in numbers)
-    names, steady = [group[0] for group in build.groups], CountedParts(build)
+    key, steady = build.key, CountedParts(build)
     for index, group in enumerate(build.groups):
         rows, expected = [], []
         for point in group:
@@ -78,20 +76,16 @@ def stationary(build: FigureBuilder) -> FigureData:
             places = places_between(build, group[0], key, x)
             curve = [_temperature(start_with(group[0], key, place)) for place in places.tolist()]
             build.lines.append(Line(places, np.array(curve), None, index, BY_THEORY))
-        label = build.label(group[0], names) or "simulation"
-        settled = np.array([point.index not in steady.changing for point in group])
-        if settled.any():
-            build.lines.append(Points(x[settled], y[settled], errors[settled], label, index))
-        of_settled = (column[settled] for column in (x, y, errors, np.array(expected)))
-        build.add_residuals(index, *of_settled)
-        if not settled.all():  # an error would say that this is the mean of a steady gas
-            named = None if settled.any() else label
-            build.lines.append(Points(x[~settled], y[~settled], None, named, index, filled=False))
+        changing = np.array([point.index in steady.changing for point in group])
+        build.add_residuals(
+            index, *(each[~changing] for each in (x, y, errors, np.array(expected)))
+        )
+        errors[changing] = math.nan  # an error would say that this is the mean of a steady gas
+        build.lines += markers(x, y, errors, build.name_of(group), index, changing)
     caption = steady.text
     if steady.changing:
         caption += " Open: the gas still changes."
-        empty = np.empty(0)
-        build.lines.append(Points(empty, empty, None, "still changes", NEUTRAL, filled=False))
+        build.lines.append(legend_marker("still changes", filled=False))
     if build.cited:
         build.lines.append(legend_line(", ".join(build.cited), BY_THEORY))
     columns = [line.y for line in build.lines if isinstance(line, Points)]
@@ -214,14 +208,10 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         rests.append(float(np.nanmax(np.abs(given - lost - change))))
         heats = mean_of_remaining(change)[0] / unit
         shares.append(Line(middles(edges), heats, None, index, SECOND))
-        mean, deviation, repeats = mean_of_remaining((given - lost) / unit)
-        error = np.where(repeats > 1, deviation / np.sqrt(np.maximum(repeats, 1)), math.nan)
         first = len(heats) if point.index in steady.changing else steady.gas(point).first_window
         settled = np.arange(len(heats)) >= (first or 0)
-        for kept, filled in ((settled, True), (~settled, False)):
-            if kept.any():
-                x = middles(edges)[kept]
-                shares.append(Points(x, mean[kept], error[kept], None, index, filled))
+        x = middles(edges)
+        shares += markers(x, *mean_of_remaining((given - lost) / unit), None, index, ~settled)
         given_rate = mean_and_error(part.wall_energy / part.length)
         taken_rate = mean_and_error(part.lost_energy * lossy / part.length)
         rest = mean_and_error((part.wall_energy - part.lost_energy * lossy) / part.length)
@@ -230,11 +220,9 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         legend_line("in: walls give", MEASURED),
         legend_line("out: collisions take", SECOND),
     ]
-    empty = np.empty(0)
-    shares.append(Line(empty, empty, "gain of the gas", NEUTRAL, SECOND))
-    shares.append(Points(empty, empty, None, "in − out", NEUTRAL))
+    shares += [legend_line("gain of the gas", SECOND), legend_marker("in − out")]
     if any(isinstance(layer, Points) and not layer.filled for layer in shares):
-        shares.append(Points(empty, empty, None, "while the gas changes", NEUTRAL, filled=False))
+        shares.append(legend_marker("while the gas changes", filled=False))
     unexplained = f"The rest, in − out − gain of the gas, is at most {short(max(rests), 1)} W."
     number, still = len(steady.changing), ""
     if number:
@@ -316,9 +304,11 @@ def _jump_sentence(jumps: Mapping[str, Any], sides: Sequence[str]) -> str:
 def equation_of_state(build: FigureBuilder) -> FigureData:
     """PV/NT − 1 by the virial of the balls, over the packing, in the steady state, with theory.
 
-    It is (1 + e) χ in a very large gas. PV/NT itself differs little between dilute gases.
+    It is (1 + e) χ in a very large gas. PV/NT itself differs little between dilute gases. Below,
+    the rate of collisions over Boltzmann's, which is χ.
     """
-    names, steady = [group[0] for group in build.groups], CountedParts(build)
+    steady = CountedParts(build)
+    rates, densest = list[Layer](), 0.0
     for index, group in enumerate(build.groups):
         rows, scenes = [], [build.start(point) for point in group]
         for point, scene in zip(group, scenes, strict=True):
@@ -336,10 +326,17 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
                 key: disks[name].virial for key, name in keys.items() if name in disks
             }
             numbers |= {"temperature": mean_and_error(gas.temperature), "virial": inner}
+            law = theories.theory_of(scene, quantities.PAIR_RATE, theories.BOLTZMANN)
+            if law is not None and not build.source:
+                over = measured(gas, quantities.PAIR_RATE) / np.asarray(law.value(gas))
+                numbers["rate_over_boltzmann"] = of_all = mean_and_error(over)
+                at, mean, error = (np.array([value]) for value in (packing, *of_all))
+                rates.append(Points(at, mean, error, None, index))
+                densest = max(densest, packing)
             build.record(point, packing=packing, **numbers, wall=outer)
         packings, added, errors, expected_here = np.array(rows).T
         build.add_residuals(index, packings, added, errors, expected_here)
-        label = build.label(group[0], names) or "simulation"
+        label = build.name_of(group)
         build.lines += [
             *_curves(scenes, float(packings.max()), index, both=build.source),
             Points(packings, added, errors, label, index),
@@ -349,7 +346,14 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
     models = {style: model for style, model in legend.items() if style in drawn}
     for style, model in models.items():
         build.lines.append(legend_line(build.cite(quantities.VIRIAL_RATIO, model), style))
-    return build.figure(f"Packing and T are means over the whole gas. {steady.text}")
+    caption = f"Packing and T are means over the whole gas. {steady.text}"
+    if not rates:
+        return build.figure(caption)
+    grid = np.linspace(0.0, densest, CURVE)
+    chi = np.array([float(theory.contact_value(packing)) for packing in grid])
+    name = build.cite(quantities.PAIR_RATE, theories.ENSKOG)
+    panel = Panel((Line(grid, chi, f"χ, {name}", NEUTRAL, BY_THEORY), *rates), "rate / Boltzmann's")
+    return build.figure(caption, panels=(panel,))
 
 
 def _curves(scenes: Sequence[Scene], highest: float, series: int, *, both: bool) -> list[Line]:

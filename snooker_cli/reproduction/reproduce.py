@@ -61,6 +61,9 @@ def figure_data(runs: Mapping[str, Run], file: str) -> FigureData:
         return replace(picture, caption=entry["caption"])
     run, selection = runs[entry["run"]], Selection(entry.get("where", {}))
     picture = FIGURES[entry["figure"]].make(run, selection, source=True)
+    if entry.get("linear"):
+        zero = 0.0, None
+        picture = replace(picture, x_log=False, y_log=False, x_limits=zero, y_limits=zero)
     title = entry.get("title", picture.title)
     caption = entry["caption"].format(repeats=run.experiment.repeats)
     return replace(picture, title=title, caption=caption)

@@ -469,7 +469,9 @@ def test_two_species_have_the_temperatures_of_equal_cooling_rates() -> None:
     assert row.error < 0.015
     assert -MAXWELL_APART - 4 * row.error < row.difference < 4 * row.error
     assert row.measured > 1 + 5 * row.error
-    species = "T₁/T₂: mean after the relaxation; 1 is r = 1 m, m = 4 kg, 2 is r = 0.5 m"
+    species = (
+        "T₁/T₂: mean after the relaxation, without the flow; 1 is r = 1 m, m = 4 kg, 2 is r = 0.5 m"
+    )
     assert any(text.startswith(species) for text in notes)
     assert not any("still changes" in text for text in notes)
 

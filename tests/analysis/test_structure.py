@@ -137,9 +137,9 @@ def test_neighbours_are_those_among_all_images(
 
 
 def test_a2_and_temperature_of_each_species() -> None:
-    """±1, ±3 m/s: ⟨v²⟩ = 5, ⟨v⁴⟩ = 41. Equal speeds: −1/2."""
-    speeds = np.array([[1.0, 0], [-3.0, 0], [0, 3.0], [0, -1.0], [2.0, 0], [0, 2.0]])
-    at = scene(SHAPES[0], np.zeros((6, 2)), speeds, [0.5] * 4 + [0.2] * 2, [1.0] * 4 + [3.0] * 2)
+    """±1, ±3 m/s: ⟨v²⟩ = 5, ⟨v⁴⟩ = 41. Equal speeds: −1/2. In one cell without walls is no flow."""
+    speeds = np.array([[1.0, 0], [-1.0, 0], [0, 3.0], [0, -3.0], [2.0, 0], [-2.0, 0]])
+    at = scene(SHAPES[2], np.zeros((6, 2)), speeds, [0.5] * 4 + [0.2] * 2, [1.0] * 4 + [3.0] * 2)
     np.testing.assert_allclose(value(structure.a2, at), [41 / 50 - 1, -0.5], rtol=1e-14)
     np.testing.assert_allclose(value(structure.species_temperature, at), [2.5, 6.0], rtol=1e-14)
     rest = replace(at, velocities=np.zeros((6, 2)))
@@ -163,6 +163,35 @@ def test_local_energy_is_the_temperature_without_the_flow() -> None:
     # A cell of 1.55 m has a range of up to 1.6 m/s: 10²·(2π/60)²/2 · 1.55²/12 · ½ = 0.055 J.
     cold = np.sum(heat**2) / 2 / number
     assert found == pytest.approx(cold + 0.055, abs=0.1)
+
+
+@pytest.mark.parametrize("box", [PeriodicBox(60.0, 40.0), Box(60.0, 40.0)])
+@pytest.mark.parametrize("speed", [0.0, 6.0])
+def test_temperatures_of_species_are_without_the_flow(box: Container, speed: float) -> None:
+    """T = 2 and 3 J of balls of 4 and 1 kg, at rest and in a flow that changes slowly."""
+    random, number = np.random.default_rng(3), 6000
+    masses = np.where(np.arange(number) % 2 == 0, 4.0, 1.0)
+    radii, heats = np.where(masses == 4.0, 0.2, 0.1), np.where(masses == 4.0, 2.0, 3.0)
+    places = random_places(box, radii, random)
+    heat = random.normal(size=(number, 2)) * np.sqrt(heats / masses)[:, None]
+    flow = np.column_stack([np.zeros(number), speed * np.cos(math.pi * places[:, 0] / 30)])
+    at = scene(box, places, heat + flow, radii, masses)
+    found = value(structure.species_temperature, at)
+    # The mean of n balls' energies has the error T/√n; a cell of 1.55 m has a range of the flow,
+    # whose energy is 6²·(2π/60)²/2 · 1.55²/12 · ½ = 0.02 J/kg.
+    assert found == pytest.approx([2.0, 3.0], abs=4 * 3.0 / math.sqrt(number / 2) + 4 * 0.02)
+    energies = masses * np.sum((heat + flow) ** 2, axis=1) / 2
+    assert (energies[::2].mean() > 20) == (speed > 0)
+
+
+def test_a_common_drift_is_no_temperature_of_species() -> None:
+    """A gas with a common velocity is the same gas."""
+    random, masses = np.random.default_rng(4), np.repeat([4.0, 1.0], 100)
+    box, radii = PeriodicBox(30.0, 20.0), np.repeat([0.3, 0.2], 100)
+    places, speeds = random_places(box, radii, random), random.normal(size=(200, 2))
+    at_rest, adrift = (scene(box, places, speeds + v, radii, masses) for v in (0.0, 1000.0))
+    pair = [value(structure.species_temperature, at) for at in (at_rest, adrift)]
+    np.testing.assert_allclose(*pair, rtol=1e-9)
 
 
 def test_local_energy_of_one_ball_in_each_cell_is_unknown() -> None:

@@ -68,7 +68,7 @@ PICTURES = {
     "readme": {"gas.gif": "gas.gif"},
     "tutorial": {"cooling.png": "runs/haff/figures/cooling.png"},
     "student": {
-        "student-pressure.png": "runs/pressure/figures/pressure-temperature.png",
+        "student-pressure.png": "runs/pressure/figures/gas-law.png",
         "student-speeds.png": "runs/pressure/figures/speeds-balls.speed-20.png",
         "student-cooling.png": "runs/cooling/figures/cooling.png",
         "student-path.png": "runs/brownian/figures/tagged-path.png",

@@ -16,6 +16,7 @@ from snooker_cli.analysis.gas import fluid_state
 from snooker_cli.analysis.measurement import measure, pairs_of
 from snooker_cli.config import parse
 from snooker_cli.engine import replay
+from snooker_cli.errors import FigureError
 from snooker_cli.figures import (
     FIGURES,
     FigureData,
@@ -28,7 +29,6 @@ from snooker_cli.figures import (
 from snooker_cli.figures.distributions import _reduced_components
 from snooker_cli.figures.figure_data import NEUTRAL, Band
 from snooker_cli.runs import Run
-from snooker_cli.scene import EPSILON
 from snooker_cli.trace import SPEED_BIN
 
 
@@ -211,17 +211,13 @@ collisions: 30
     assert "hardly more room" in why_not(full, "pair-correlation")
 
 
-def test_distances_of_many_balls_are_those_of_a_choice(
+def test_distances_are_of_a_number_of_pairs_that_memory_has(
     decaying: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """All pairs of 100,000 balls would need 37 GiB. The smallest distance stays that of all."""
-    whole = FIGURES["pair-distances"].make(decaying, Selection({"cor": 1.0}))
-    monkeypatch.setattr(distributions, "PAIRED", 9)
-    found = FIGURES["pair-distances"].make(decaying, Selection({"cor": 1.0}))
-    key = "smallest_distance"
-    assert found.numbers[key] == pytest.approx(whole.numbers[key], rel=4 * EPSILON)
-    assert "Of 19 balls, the histogram has 9, chosen at random" in found.caption
-    assert "chosen at random" not in whole.caption
+    """All pairs of 100,000 balls would need 37 GiB."""
+    monkeypatch.setattr(distributions, "MOST_PAIRED", 9)
+    with pytest.raises(FigureError, match="all pairs, of 9 balls at most"):
+        FIGURES["pair-distances"].make(decaying, Selection({"cor": 1.0}))
 
 
 def test_a_single_ball_has_no_law_of_velocities_over_its_own_temperature(tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ def pressures_of(repeats: list[Trace]) -> Array:
 
 
 def test_pressure_against_temperature(warm: Run) -> None:
-    found = shown(warm, "pressure-temperature")
+    found = shown(warm, "gas-law")
     small, large = layers(found, Points)
     assert small.x == pytest.approx([12.5, 50.0, 200.0], rel=1e-13)
     for series_number, points in enumerate((small, large)):

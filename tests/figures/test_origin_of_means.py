@@ -18,13 +18,15 @@ from snooker_cli.runs import Run
 from snooker_cli.trace import even_choice
 
 
-def row_of(run: Run, quantity: str, **parameters: float) -> dict[str, float]:
-    """The first row of `compare` on a quantity of a point."""
+def row_of(run: Run, quantity: str, model: str = "", **parameters: float) -> dict[str, float]:
+    """The first row of `compare` on a quantity of a point, and on a theory if it is given."""
     chosen = {key.replace("__", "."): value for key, value in parameters.items()}
     return next(
         row
         for row in comparisons(run).rows
-        if row["quantity"] == quantity and chosen.items() <= row["parameters"].items()
+        if row["quantity"] == quantity
+        and model in row["model"]
+        and chosen.items() <= row["parameters"].items()
     )
 
 
@@ -76,16 +78,17 @@ def test_impulses_on_the_wall_add_up_to_the_pressure(decaying: Run) -> None:
 
 
 def test_the_collision_rate_is_that_of_compare_beside_enskogs(tmp_path: Path) -> None:
+    """In a panel of the equation of state, over Boltzmann's rate, which makes it χ."""
     run = made(tmp_path / "run", *ELASTIC, "collisions=2000", "balls.radius=0.5,1.0")
-    found = shown(run, "collision-rate")
-    curve, (points,) = layers(found, Line)[0], layers(found, Points)
-    for k, record in enumerate(found.numbers["points"]):
-        row = row_of(run, "ball-ball rate of a ball", **record["parameters"])
-        assert (record["rate"], record["rate_error"]) == (row["measured"], row["error"])
-        assert points.x[k] == record["packing"]
+    found = shown(run, "equation-of-state")
+    curve, *points = found.panels[0].layers
+    assert isinstance(curve, Line)
+    for record, marker in zip(found.numbers["points"], points, strict=True):
+        row = row_of(run, "ball-ball rate of a ball", "Boltzmann", **record["parameters"])
+        over = record["rate_over_boltzmann"]
+        assert over == pytest.approx(row["measured"] / row["predicted"], rel=1e-3)
+        assert isinstance(marker, Points)
+        assert (marker.x.tolist(), marker.y.tolist()) == ([record["packing"]], [over])
         chi = float(theory.contact_value(record["packing"]))
         assert np.interp(record["packing"], curve.x, curve.y) == pytest.approx(chi, rel=1e-3)
-        # Walls raise the density inside by some per cent.
-        assert points.y[k] == pytest.approx(chi, rel=0.1)
-        below = next(layer for layer in found.panel if isinstance(layer, Points))
-        assert below.y[k] == pytest.approx(np.log(points.y[k] / chi), rel=1e-9)
+        assert over == pytest.approx(chi, rel=0.1)  # walls raise the density inside

@@ -10,10 +10,11 @@ import pytest
 from figure_runs import BASE, layers, made, shown, why_not
 
 import snooker_cli
+from snooker_cli.api.drawings import check_names
 from snooker_cli.config import parse
-from snooker_cli.errors import FigureError
+from snooker_cli.errors import ArgumentError, FigureError
 from snooker_cli.figures import FIGURES, FigureData, Points, Selection, own_figures
-from snooker_cli.figures.registry import MOST_ALONG, possible
+from snooker_cli.figures.registry import MOST_ALONG, former_names, possible
 from snooker_cli.figures.selection import AXES
 from snooker_cli.reproduction.reproduce import REPORT_FIGURES
 from snooker_cli.runs import Run
@@ -31,14 +32,12 @@ def test_figures_describe_the_shape_that_is_there(
             figures[name] = spec.make(run, Selection({"cor": 0.9} if spec.each_point else {}))
         except FigureError as error:
             missing[name] = str(error)
-    sweeps = {"pressure-temperature", "pressure-number", "temperature-ratio"}
-    sweeps |= {"pressure-area", "pressure-area-linear", "van-der-waals", "collision-rate"}
+    sweeps = {"gas-law", "temperature-ratio", "van-der-waals"}
     sweeps |= {"swept-key"}  # decay-against-cor has the main result
     others = {"central-distances", "momentum-x", "momentum-y"}
-    others |= {"momentum"} if shape == "box" else set()
     others |= {"species-temperature", "rotation", "wall-impulses", "result-histogram"}
     others |= {"stationary", "profiles", "energy-balance", "heat-flux", "equation-of-state"}
-    others |= {"density-fluctuations", *(["structure-factor"] if shape == "box" else [])}
+    others |= {"structure-factor"} if shape == "box" else set()
     assert set(missing) == others | sweeps
     assert "only the wall of a circle is at one distance" in missing["central-distances"]
     assert ("take momentum" if shape == "box" else "is zero at the start") in missing["momentum-x"]
@@ -58,12 +57,8 @@ def test_reasons_for_missing_figures(warm: Run, decaying: Run) -> None:
     assert "fixed walls take momentum" in why_not(warm, "momentum-x")
     for kind in ("decay-against-cor", "cooling", "event-decay", "energy-fit"):
         assert "nothing decays" in why_not(warm, kind)
-    for kind, keys in (
-        ("pressure-temperature", "balls.speed"),
-        ("pressure-area", "container.radius or container.width"),
-    ):
-        assert f"values of {keys}" in why_not(decaying, kind)
-        assert "elastic" in why_not(decaying, kind, cor=0.8)
+    assert "values of balls.speed or container.radius" in why_not(decaying, "gas-law")
+    assert "elastic" in why_not(decaying, "gas-law", cor=0.8)
     assert layers(shown(warm, "temperature-ratio"), Points)  # at the middle speed
     assert "choose one by cor" in why_not(decaying, "energy-fit")
 
@@ -159,3 +154,12 @@ def test_series_of_many_points_are_thinned() -> None:
     points = parse(BASE, overrides=["cor=0.1:0.9:900"]).points()
     (group,) = FIGURES["decay-against-cor"].groups(points)
     assert (len(group), group[0], group[-1]) == (MOST_ALONG, points[0], points[-1])
+
+
+@pytest.mark.parametrize("old", sorted(former_names()))
+def test_former_names_of_figures_give_the_new_one(old: str) -> None:
+    """In one sentence, also of an old name that is near to another one."""
+    assert old not in FIGURES
+    assert former_names()[old] in own_figures()
+    with pytest.raises(ArgumentError, match=f"{old} is now part of {former_names()[old]};"):
+        check_names(["energy", old])

@@ -113,7 +113,7 @@ def test_two_repeats_count_no_errors_in_captions_and_findings(repeats: int) -> N
 def test_captions_name_the_part_of_the_repeats_that_a_pressure_is_from(
     warm: Run, driven: Run
 ) -> None:
-    for name in "pressure", "pressure-temperature":
+    for name in "pressure", "gas-law":
         assert "Means are over the part after the relaxation." in shown(warm, name).caption
     assert "Steady part: the last 50 % of each repeat" in shown(driven, "pressure").caption
 

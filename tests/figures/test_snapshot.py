@@ -52,9 +52,9 @@ def test_it_shows_the_states_of_a_repeat(mixture: Run) -> None:
         assert picture.time == states.time[k]
         assert np.array_equal(picture.places, states.positions[k])
         speeds = np.hypot(*states.velocities[k].T)
-        assert np.allclose(picture.values, speeds / math.sqrt(np.mean(speeds**2)))
+        assert np.allclose(picture.values, speeds)
     assert "nearest" not in figure.caption
-    (last,) = drawn(mixture).pictures.each
+    (last,) = drawn(mixture, 20.0).pictures.each
     assert last.time == 20.0
     assert np.array_equal(last.values, np.hypot(*trace.finish.velocities.T))
 
@@ -103,7 +103,7 @@ def test_a_gas_in_which_clusters_grow_has_its_density_at_four_times(tmp_path: Pa
 
 def test_states_are_the_start_the_middle_and_the_end(mixture: Run) -> None:
     trace = mixture.read(mixture.points[0], 0)
-    figure = FIGURES["states"].make(mixture, Selection())
+    figure = drawn(mixture)
     start, middle, end = figure.pictures.each
     assert np.array_equal(start.places, trace.start.positions)
     assert (start.time, end.time) == (0.0, 20.0)
@@ -201,7 +201,7 @@ def test_it_is_drawn_legibly(mixture: Run, colour: str, times: tuple[float, ...]
     places = [axes.get_window_extent() for axes in shown]
     assert not any(one.overlaps(two) for one, two in itertools.combinations(places, 2))
     titles = [axes.get_title() for axes in shown]
-    wanted = [f"t = {time:g} s" for time in times or (20.0,)]
+    wanted = [f"t = {time:g} s" for time in times or (0.0, 8.146, 20.0)]
     assert titles == wanted + [""] * (colour == "speed")  # and the scale of colours
 
 
@@ -222,6 +222,46 @@ def test_empty_space_has_the_colour_below_the_scale_of_density(number: int) -> N
         column, row = axes.transData.transform(place)
         found = pixels[len(pixels) - 1 - int(row), int(column)]
         assert np.abs(found - 255 * np.array(scale.cmap(scale.norm(value)))).max() <= 1
+
+
+SIDES = """\
+container: {shape: box, width: 12, height: 10}
+balls: {count: 20, radius: 0.25, speed: 1}
+cor: 0.9
+wall_temperature: {left: 2, right: 0.5}
+wall_speed: {top: 0.3}
+time: 5
+"""
+
+
+def test_walls_that_are_not_alike_have_a_key(tmp_path: Path) -> None:
+    """Their temperatures from cold to hot, dark to light; then what drives, and the rest."""
+    run = made(tmp_path / "run", SIDES)
+    done(run)
+    data = drawn(run)
+    walls = data.pictures.walls
+    named = {wall.name: wall for wall in walls}
+    assert [*named] == ["wall at 0.5 J", "wall at 2 J", "wall driven at 0.3 m/s", "wall, CoR 0.9"]
+    assert [wall.heat for wall in walls] == [0.0, 1.0, None, None]
+    middles = [wall.lines.mean(axis=(0, 1)).tolist() for wall in walls]
+    assert middles == [[6.0, 0.0], [-6.0, 0.0], [0.0, 5.0], [0.0, -5.0]]
+    figure = draw(data)
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [*named]
+    cold, hot = (line.get_color() for line in legend.get_lines()[:2])
+    assert np.dot(hot[:3], GREY) > np.dot(cold[:3], GREY) + 0.4
+    drawn_walls = [one for one in figure.axes[0].collections if isinstance(one, LineCollection)][2:]
+    assert [len(one.get_segments()) for one in drawn_walls] == [1] * 4
+    assert np.allclose(drawn_walls[1].get_color()[0], hot)
+    assert not drawn(run, 1.0, colour="speed").pictures.label.startswith("speed over")
+
+
+GREY = np.array([0.299, 0.587, 0.114])
+"""The lightness of red, green and blue."""
+
+
+def test_walls_that_are_alike_and_give_no_energy_have_no_key(mixture: Run) -> None:
+    assert drawn(mixture).pictures.walls == ()
 
 
 @pytest.mark.parametrize(

@@ -31,9 +31,9 @@ def test_figures_use_the_declared_styles() -> None:
         assert not patterns & {word for word in words if isinstance(word, str)}, path.name
 
 
-@pytest.mark.parametrize("name", ["pressure", "pressure-temperature", "wall-impulses"])
+@pytest.mark.parametrize("name", ["pressure", "gas-law", "wall-impulses"])
 def test_theory_of_the_gas_is_dashed(name: str, warm: Run, decaying: Run) -> None:
-    run, where = (warm, {}) if name == "pressure-temperature" else (decaying, {"cor": 1.0})
+    run, where = (warm, {}) if name == "gas-law" else (decaying, {"cor": 1.0})
     found = shown(run, name, **where)
     lines = [*layers(found, Line), *layers(found, Reference)]
     assert {line.style for line in lines if line.label == FINITE} == {BY_THEORY}

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from figure_runs import (
+    MIXTURE,
     PERIODIC,
     ROUGH,
     STORED,
@@ -21,7 +22,7 @@ from figure_runs import (
 
 from snooker_cli import theory, two_temperatures
 from snooker_cli.analysis import gas, quantities, structure
-from snooker_cli.analysis.measurement import measure
+from snooker_cli.analysis.measurement import measure, pairs_of
 from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.analysis.structure import Array
@@ -210,8 +211,8 @@ def test_times_are_even_in_their_logarithm_while_two_repeats_remain(periodic: Ru
 
 
 def test_the_share_of_heat_is_that_of_the_last_states(periodic: Run) -> None:
-    found = shown(periodic, "local-energy", cor=0.8)
-    thermal = layers(found, Line)[0]
+    found = shown(periodic, "cluster-growth", cor=0.8)
+    thermal = next(layer for layer in found.panels[-1].layers if isinstance(layer, Line))
     repeats = traces(periodic, 0)
     shortest = min(repeat.stop.time for repeat in repeats)
     row = np.flatnonzero(thermal.x <= shortest)[[-1]]  # results are of the same repeats
@@ -229,11 +230,11 @@ def test_the_share_of_heat_is_that_of_the_last_states(periodic: Run) -> None:
     law = start.kinetic_energy / 64 / (1 + rate * last) ** 2
     heats = [structure.over_time(structure.local_energy, repeat, last) for repeat in repeats]
     assert thermal.y[row] == pytest.approx(np.mean(heats) / law, rel=1e-9)
-    (reference,) = layers(found, Reference)
-    assert (reference.value, reference.label) == (1.0, "Haff's law")
-    elastic = shown(periodic, "local-energy", cor=1.0)
-    assert elastic.y_label == "energy of a ball over E(0)/N"
-    curve = layers(elastic, Line)[0].y
+    assert found.panels[-1].label == "energy over Haff's law"
+    elastic = shown(periodic, "cluster-growth", cor=1.0)
+    (energies,) = elastic.panels  # its cells need more balls
+    assert energies.label == "energy over E(0)/N"
+    curve = next(layer for layer in energies.layers if isinstance(layer, Line)).y
     assert curve[np.isfinite(curve)] == pytest.approx(1.0, abs=0.2)
     assert "Haff" not in elastic.caption
 
@@ -291,6 +292,18 @@ def test_species_have_their_temperatures_and_the_ratio_of_compare(mixture: Run) 
     assert numbers["theory"] == row["predicted"]
 
 
+def test_the_caption_says_if_a_mixture_is_not_steady(tmp_path: Path) -> None:
+    """Walls of 1 J cool it; T₁/T₂ is the mean over the second half, of the last two quarters."""
+    text = MIXTURE.replace("shape: periodic", "shape: box")
+    cold = made(tmp_path / "run", "wall_temperature=1", "cor=1", "repeats=6", text=text)
+    figure = shown(cold, "species-temperature")
+    assert "The gas is not steady: its energy still changes." in figure.caption
+    repeats = traces(cold, 0)
+    measured = measure(repeats, pairs=pairs_of(repeats))
+    first, second = measured.species_quarters[:, 2:].mean(axis=1).T
+    assert figure.numbers["ratio"] == pytest.approx(np.mean(first / second), rel=1e-12)
+
+
 # --- rotation ---------------------------------------------------------------------------------
 
 
@@ -334,7 +347,7 @@ def test_collisions_per_ball_are_the_same_in_all_figures(rough: Run) -> None:
 
 def test_rough_balls_have_no_figures_whose_theory_is_of_smooth_ones(tmp_path: Path) -> None:
     elastic = made(tmp_path / "run", "cor=1", "tangential_cor=1", text=ROUGH)
-    for name in ("pressure-temperature", "mean-squared-displacement", "velocity-autocorrelation"):
+    for name in ("gas-law", "mean-squared-displacement", "velocity-autocorrelation"):
         assert "spins take a part of the energy" in why_not(elastic, name)
     (point,) = shown(elastic, "pressure").numbers["points"]
     assert point["theory"] is None
@@ -357,13 +370,14 @@ def test_large_cells_of_an_elastic_fluid_have_a_limit(stored: Run, tmp_path: Pat
     text = STORED.replace("cor: 0.8", "cor: 1").replace("30000", "300")
     elastic = made(tmp_path / "elastic", text=text)
     packing = next(elastic.traces(elastic.points[0])).start.packing_fraction
-    limits = layers(shown(elastic, "density-fluctuations"), Reference)
-    assert [(one.value, one.label) for one in limits] == [
-        (1.0, "independent points"),
-        (theory.structure_at_zero(packing), "S(0) of elastic disks"),
+    limits = [
+        layer
+        for layer in shown(elastic, "cluster-growth").panels[0].layers
+        if isinstance(layer, Reference)
     ]
-    assert "S(0)" in shown(elastic, "density-fluctuations").caption
-    assert "S(0)" not in shown(stored, "density-fluctuations").caption
+    assert [one.value for one in limits] == [1.0, theory.structure_at_zero(packing)]
+    assert "S(0)" in shown(elastic, "cluster-growth").alt
+    assert "S(0)" not in shown(stored, "cluster-growth").alt
 
 
 def test_figures_of_snapshots_have_the_stored_states(stored: Run) -> None:
@@ -385,10 +399,8 @@ def test_figures_of_snapshots_have_the_stored_states(stored: Run) -> None:
         value(structure.density_fluctuation, one.snapshots.read(len(times) - 1))
         for one in (first, second)
     ]
-    final = shown(stored, "density-fluctuations").numbers["points"][0]["final"]
-    assert math.isclose(final, np.mean(densities))
-    for name in ("hexatic-order", "local-energy"):
-        assert layers(shown(stored, name), Line)[0].x.tolist() == times.tolist()
+    assert math.isclose(figure.numbers["points"][0]["fluctuation"], np.mean(densities))
+    assert layers(shown(stored, "hexatic-order"), Line)[0].x.tolist() == times.tolist()
     assert "record: events" in why_not(stored, "pair-distances")
 
 

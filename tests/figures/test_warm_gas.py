@@ -218,7 +218,7 @@ def test_a_gas_that_still_changes_has_an_open_point_without_an_error(
 
 
 def test_figures_of_other_gases_say_why(driven: Run, heated: Run, decaying: Run) -> None:
-    for name in ("energy-fit", "cooling", "decay-against-cor", "pressure-temperature"):
+    for name in ("energy-fit", "cooling", "decay-against-cor", "gas-law"):
         assert "walls give energy" in why_not(driven, name)
     assert "it is about walls that give energy" in why_not(decaying, "stationary")
     assert "a box or a channel" in why_not(driven, "heat-flux", cor=0.9, balls__radius=0.1)

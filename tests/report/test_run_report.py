@@ -126,12 +126,12 @@ def test_a_figure_is_trivial_where_its_physics_is(overrides: list[str], left_out
     starts = [starting_scene(point.experiment, 0) for point in points]
     found = trivial(points, starts, ())
     sometimes = {name for name, reasons in RELEVANCE.items() if reasons and "always" not in reasons}
-    kept = {"energy", "pressure", "a2", "local-energy", "hexatic-order"} - left_out
+    kept = {"energy", "pressure", "a2", "cluster-growth", "hexatic-order"} - left_out
     assert left_out <= found.keys() & sometimes
     assert not kept & found.keys()
     assert RELEVANCE.keys() == set(own_figures())
-    asked = trivial(points, starts, ["momentum"])
-    assert asked.keys() == found.keys() - {"momentum"}
+    asked = trivial(points, starts, ["wall-impulses"])
+    assert asked.keys() == found.keys() - {"wall-impulses"}
 
 
 def test_figures_of_the_main_quantities_come_first() -> None:
@@ -221,7 +221,7 @@ def test_a_report_has_the_finding_of_its_run(small: Path, finished_run: Run) -> 
 
 
 def test_two_runs_have_chapters_and_what_is_left_out_has_a_reason(small: Path, both: Path) -> None:
-    assert "pressure-number it needs points at two or more values of balls.rings" in words(small)
+    assert "gas-law it needs points at two or more values of balls.speed" in words(small)
     assert "van-der-waals it needs" in words(both)
     assert f"Notes: cor=1.0: {NO_LOSSES}" in words(small)
     (title,) = re.findall(r'<iframe class="player" title="([^"]*)"', page(both))
