@@ -15,7 +15,7 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.config import Experiment
 from snooker_cli.containers import ENDS, Container
-from snooker_cli.laws import CollisionRules, Sides, Thermal
+from snooker_cli.laws import CollisionRules, Law, PackageLaw, Sides, Thermal
 from snooker_cli.scene import Scene
 from snooker_cli.theory import DENSEST_FLUID
 
@@ -153,7 +153,7 @@ def traits_of_rules(
     """The traits that follow from the container's shape and from what collisions do."""
     pair, wall, surface = rules.pair_law, rules.wall_law, rules.surface
     laws = wall.parts if container.has_wall else ()
-    changing = [law for law in laws if law.adds_energy or law.cor < 1]
+    changing = [law for law in laws if law.adds_energy or _cor(law) < 1]
     warm = {law.temperature if isinstance(law, Thermal) else 0.0 for law in changing}
     if surface is not None and not surface.elastic_wall:
         warm = set()
@@ -168,9 +168,9 @@ def traits_of_rules(
         "across": container.across or "",
         "contact_duration": rules.contact_duration,
         "elastic_below": rules.elastic_below,
-        "cor": pair.cor,
+        "cor": _cor(pair),
         "pair_law": pair.name,
-        "wall_cor": wall.cor if container.has_wall else 1.0,
+        "wall_cor": min(map(_cor, wall.parts)) if container.has_wall else 1.0,
         "wall_law": wall.name if container.has_wall else "",
         "unbalanced_law": next((law.name for law in unknown), ""),
         "hot_laws": len({law for law in laws if law.adds_energy}),
@@ -185,6 +185,13 @@ def traits_of_rules(
         "rubs_wall": container.has_wall and surface is not None and surface.rubs_wall,
     }
 
+
+def _cor(law: Law) -> float:
+    """The CoR, which is below 1 of a law of a package: it may take energy at some speed."""
+    return min(law.cor, BELOW_ONE) if isinstance(law, PackageLaw) else law.cor
+
+
+BELOW_ONE = math.nextafter(1.0, 0.0)
 
 Holds: TypeAlias = Callable[[Traits], bool]
 
@@ -362,7 +369,7 @@ def cor_by_speed(gas: Traits) -> bool:
     return not constant_cor(gas)
 
 
-@fact("theory.py has no mean_loss of the {unknown_loss} law")
+@fact("no theory has the mean loss of the {unknown_loss} law")
 def known_losses(gas: Traits) -> bool:
     return gas.unknown_loss == ""
 

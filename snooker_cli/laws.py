@@ -1,11 +1,13 @@
 """What collisions do to the balls: the laws that configs, scenes, files and pages have.
 
 A law is a name and numbers with their ranges. What it does to the normal speed is in
-``engine.restitution``, and what a rough surface does along the tangent in ``engine.surfaces``.
+``engine.restitution``, and what a rough surface does along the tangent in ``engine.surfaces``. One
+of an installed package has a function of its own, see `PackageLaw`.
 """
 
 import math
-from dataclasses import fields
+from collections.abc import Mapping
+from dataclasses import fields, replace
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import (
@@ -18,6 +20,7 @@ from pydantic import (
 )
 from pydantic.dataclasses import dataclass
 
+from snooker_cli.plugins import PluginError, Table
 from snooker_cli.ranges import (
     STRICT,
     Amount,
@@ -54,6 +57,10 @@ class Law:
     def numbers(cls) -> tuple[str, ...]:
         """The names of its numbers."""
         return tuple(field.name for field in fields(cls))  # type: ignore[arg-type]
+
+    def as_json(self) -> dict[str, Any]:
+        """The law as files have it."""
+        return {"name": self.name, **{name: getattr(self, name) for name in self.numbers()}}
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -117,11 +124,126 @@ LAWS: dict[str, type[Law]] = {law.name: law for law in (Constant, Viscoelastic, 
 """The laws of one contact by their names; the first is the default."""
 
 
-def as_json(law: Law) -> dict[str, Any]:
-    """A law as files have it."""
-    numbers = {name: getattr(law, name) for name in law.numbers()}
-    parts = {key: as_json(part) if isinstance(part, Law) else part for key, part in numbers.items()}
-    return {"name": law.name, **parts}
+# Laws of installed packages
+
+MOST_NUMBERS = 4
+"""Numbers that a law of a package can have, with ``cor``."""
+
+
+class PackageLaw(Law):
+    """A law of an installed package: any e(v) from 0 to 1 for contacts that give no energy.
+
+    It has the field ``cor``, which is that of the config, and numbers of its own. In files it also
+    has its ``origin``: distribution, version and the hash of the sources. So results of other
+    sources are never taken for those of these.
+    """
+
+    @staticmethod
+    def restitution(speed: float, *numbers: float) -> float:
+        """The coefficient of restitution at a normal speed, m/s; for kernels too.
+
+        numbers : ``cor`` and the others, in the order of the fields
+
+        Kernels give the same bits on every machine for ``+ - * /``, ``math.sqrt``, ``min``, ``max``
+        and ``if``.
+        """
+        raise NotImplementedError
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The numbers in order."""
+        return tuple(getattr(self, name) for name in self.numbers())
+
+    @property
+    def origin(self) -> str:
+        """Where it comes from, see `origin_of`."""
+        return origin_of(self.name)
+
+    @property
+    def problem(self) -> str:
+        """Why it cannot be used; empty if it can."""
+        return ""
+
+    def as_json(self) -> dict[str, Any]:
+        return {**super().as_json(), "origin": self.origin}
+
+    def with_cor(self, cor: float) -> "PackageLaw":
+        """The law with the CoR of a config."""
+        return replace(self, cor=cor)  # type: ignore[type-var]  # a dataclass
+
+    def __reduce__(self) -> Any:
+        """By what is written: another process may lack the package, or have another version."""
+        return law_from, (self.as_json(),)
+
+
+@dataclass(frozen=True, config=STRICT)
+class AbsentLaw(PackageLaw):
+    """A law that a file names and that is not installed like this: it can be read and compared.
+
+    written : its name, numbers and origin
+    """
+
+    written: tuple[tuple[str, str | float], ...]
+
+    @property
+    def name(self) -> str:  # type: ignore[override]
+        return str(dict(self.written)["name"])
+
+    @property
+    def cor(self) -> float:  # type: ignore[override]
+        return float(dict(self.written)["cor"])
+
+    @property
+    def origin(self) -> str:
+        return str(dict(self.written)["origin"])
+
+    @property
+    def problem(self) -> str:
+        distribution, version, *_ = self.origin.split()
+        where = f"the law {self.name} is of {distribution} {version}"
+        if self.name not in laws_of_packages():
+            return f"{where}, which is not installed"
+        return f"{where} with other sources than {origin_of(self.name)}, which is installed"
+
+    def as_json(self) -> dict[str, Any]:
+        return dict(self.written)
+
+    def with_cor(self, cor: float) -> "PackageLaw":
+        return AbsentLaw(tuple({**dict(self.written), "cor": cor}.items()))
+
+
+def _taken(thing: object) -> tuple[str, type[PackageLaw]]:
+    """What a distribution adds to ``EVERY_LAW``. Raises ``PluginError``."""
+    if not (isinstance(thing, type) and issubclass(thing, PackageLaw)):
+        raise PluginError("it is no PackageLaw", "name a class that inherits from it")
+    names = thing.numbers() if hasattr(thing, "__dataclass_fields__") else ()
+    if names[:1] != ("cor",) or not 1 < len(names) <= MOST_NUMBERS:
+        advice = "make it a class of numbers with `@law`"
+        raise PluginError(f"its fields are not `cor` and up to {MOST_NUMBERS - 1} others", advice)
+    if thing.name == Sides.name:
+        raise PluginError(f"snooker has {thing.name} itself", "give it another name")
+    if thing.adds_energy or thing.is_random:
+        raise PluginError("its contacts give energy or are random, which packages cannot add")
+    return thing.name, thing
+
+
+EVERY_LAW: Table[type[Law]] = Table("snooker.laws", LAWS, _taken)
+"""The laws of one contact by their names, with those of installed packages."""
+
+
+def laws_of_packages() -> dict[str, type[PackageLaw]]:
+    """The laws of installed packages by their names."""
+    return {name: law for name, law in EVERY_LAW.items() if issubclass(law, PackageLaw)}
+
+
+law = dataclass(frozen=True, config=STRICT)
+"""Makes a class a law: its fields become numbers that are checked."""
+
+
+def origin_of(name: str) -> str:
+    """Distribution, version and hash of the sources of a law of a package, in one text."""
+    origin = EVERY_LAW.origin(name)
+    return " ".join([*origin[:2], origin[2][:16]]) if origin else ""
 
 
 def law_from(written: Any) -> Law:
@@ -130,15 +252,28 @@ def law_from(written: Any) -> Law:
         return written
     numbers = dict(written)
     name = numbers.pop("name", None)
-    law = Sides if name == Sides.name else LAWS.get(name)
-    if law is None:
+    known = Sides if name == Sides.name else LAWS.get(name)
+    return known(**numbers) if known else package_law(written)
+
+
+def package_law(written: Mapping[str, Any]) -> PackageLaw:
+    """A law of a package, or its ``AbsentLaw``. Raises ``ValueError``."""
+    name, origin = written.get("name"), written.get("origin")
+    numbers = {key: value for key, value in written.items() if key not in ("name", "origin")}
+    if not (isinstance(name, str) and isinstance(origin, str) and len(origin.split()) > 1):
         raise ValueError(f"no law of collision has the name {name!r}")
-    return law(**numbers)
+    known = laws_of_packages().get(name)
+    if known and origin_of(name) == origin:
+        return known(**numbers)
+    fit = all(type(value) is float and math.isfinite(value) for value in numbers.values())
+    if not fit or not 0 <= numbers.get("cor", -1) <= 1 or len(numbers) > MOST_NUMBERS:
+        raise ValueError(f"wrong numbers of the law {name!r}")
+    return AbsentLaw(tuple(written.items()))
 
 
 SIDES = "left", "right", "bottom", "top"
 
-StoredLaw = Annotated[Law, PlainValidator(law_from), PlainSerializer(as_json)]
+StoredLaw = Annotated[Law, PlainValidator(law_from), PlainSerializer(lambda law: law.as_json())]
 """A law that JSON has as its name and its numbers."""
 
 
@@ -158,6 +293,10 @@ class Sides(Law):
         if any(isinstance(law, Sides) for law in self.parts):
             raise ValueError
         return self
+
+    def as_json(self) -> dict[str, Any]:
+        sides = {side: getattr(self, side).as_json() for side in SIDES}
+        return {"name": self.name, **sides}
 
     @property
     def parts(self) -> tuple[Law, ...]:
@@ -247,6 +386,11 @@ class CollisionRules:
         if self.pair_law.adds_energy or isinstance(self.pair_law, Sides):
             raise ValueError
         return self
+
+    @property
+    def laws(self) -> tuple[Law, ...]:
+        """The law of two balls, and those of the wall."""
+        return (self.pair_law, *self.wall_law.parts)
 
     @classmethod
     def of(cls, scene: Any) -> Self:

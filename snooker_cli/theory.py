@@ -33,7 +33,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from snooker_cli.containers import AccessibleRegion, Container
-from snooker_cli.laws import Constant, Driven, Law, Thermal, Viscoelastic
+from snooker_cli.laws import Constant, Driven, Law, PackageLaw, Thermal, Viscoelastic
 from snooker_cli.scene import Scene
 
 Real = TypeVar("Real", float, NDArray[np.float64])  # a float, or an array of floats
@@ -683,7 +683,8 @@ def energy_ratio_by_events(
 
 def has_mean_loss(law: Law) -> bool:
     """Whether `mean_loss` knows a law."""
-    return isinstance(law, Constant | Viscoelastic)
+    usable = isinstance(law, PackageLaw) and not law.problem
+    return usable or isinstance(law, Constant | Viscoelastic)
 
 
 def mean_loss(law: Law, temperature: Real, mass: float = 1.0, a2: float = 0.0) -> Real:
@@ -697,23 +698,35 @@ def mean_loss(law: Law, temperature: Real, mass: float = 1.0, a2: float = 0.0) -
     Raises ValueError for a law that `has_mean_loss` does not know.
     """
     if not has_mean_loss(law):
-        raise ValueError(f"theory.py has no mean_loss of the {law.name} law")
+        raise ValueError(f"no theory has the mean loss of the {law.name} law")
     loss = 1 - law.cor
-    if not isinstance(law, Viscoelastic):
+    if isinstance(law, Constant):
         one: Real = loss * (2 - loss) * (1 + 3 * a2 / 16) + 0 * temperature
         return one
-    # Over √x, up to where e(v) becomes constant and beyond: there the integrand is smooth.
-    bend = law.cor_speed / 2 * np.sqrt(mass / np.asarray(temperature))[..., np.newaxis]
+    # Over √x = v/unit.
+    unit = 2 * np.sqrt(np.asarray(temperature) / mass)[..., np.newaxis]
     total: Any = np.zeros(np.shape(temperature))
-    edges: Sequence[Any] = (0.0, np.minimum(bend, 8.0), 8.0)
+    edges: Sequence[Any] = range(9)  # a law of a package may bend anywhere
+    if isinstance(law, Viscoelastic):  # up to where e(v) becomes constant and beyond, it is smooth
+        edges = 0.0, np.minimum(law.cor_speed / unit, 8.0), 8.0
     for low, high in pairwise(edges):
         roots = low + (high - low) * (_NODES + 1) / 2
         x = roots**2
-        share = loss * np.minimum(roots / bend, 1.0) ** 0.75
+        if isinstance(law, Viscoelastic):
+            share = loss * np.minimum(roots * unit / law.cor_speed, 1.0) ** 0.75
+        else:
+            share = 1 - np.vectorize(_restitution(law), [float])(roots * unit)
         density = x * np.exp(-x) * (1 + a2 * (4 * x**2 - 12 * x + 3) / 16) * 2 * roots
         total += np.sum(_WEIGHTS * density * share * (2 - share) * (high - low) / 2, axis=-1)
     mean: Real = total[()]  # a number for one temperature
     return mean
+
+
+def _restitution(law: Law) -> Callable[[float], float]:
+    """e at a speed, m/s, of a law of a package."""
+    assert isinstance(law, PackageLaw)
+    numbers, formula = law.values, law.restitution
+    return lambda speed: formula(float(speed), *numbers)
 
 
 _NODES, _WEIGHTS = leggauss(64)  # of integrals from −1 to 1

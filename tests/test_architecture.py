@@ -48,7 +48,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "region_integrals": ("neighbours",),
     "containers": ("errors", "neighbours", "region_integrals"),
     "ranges": ("containers",),
-    "laws": ("ranges",),
+    "laws": ("plugins", "ranges"),
     # A scene and its trace
     "config": ("containers", "errors", "formatting", "laws", "ranges"),
     "scene": ("containers", "errors", "fields", "laws", "neighbours"),

@@ -40,6 +40,7 @@ def page(*films: Film, pace: Pace = "time", seconds: float | None = None) -> str
     seconds : length at speed 1; without it, the page chooses
     """
     boundaries = {boundary_name(film.trace.start) for film in films}
+    laws = [law for film in films for law in film.trace.start.rules.laws]
     data = {
         "pace": pace,
         "seconds": seconds,
@@ -48,8 +49,8 @@ def page(*films: Film, pace: Pace = "time", seconds: float | None = None) -> str
     }
     parts = {
         "data": script_data(data),
-        "modules": script_data(packed_modules(boundaries)),
-        "script": engine_source()
+        "modules": script_data(packed_modules(boundaries, laws)),
+        "script": engine_source(laws=laws)
         + measuring_source()
         + script_of(PAGES, *SHARED)
         + script_of(LIVE, *SCRIPTS),

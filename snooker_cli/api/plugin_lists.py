@@ -7,8 +7,9 @@ from snooker_cli.analysis.quantities import QUANTITIES
 from snooker_cli.analysis.theories import THEORIES
 from snooker_cli.export import FORMATS
 from snooker_cli.figures import FIGURES
+from snooker_cli.laws import EVERY_LAW
 
-TABLES = (QUANTITIES, THEORIES, FIGURES, FORMATS)
+TABLES = (EVERY_LAW, QUANTITIES, THEORIES, FIGURES, FORMATS)
 DISTRIBUTION = "snooker-cli"
 
 

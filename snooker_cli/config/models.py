@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from itertools import pairwise
 from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
@@ -14,6 +15,7 @@ from pydantic import (
     PlainValidator,
     SerializerFunctionWrapHandler,
     Tag,
+    ValidationError,
     WithJsonSchema,
     model_serializer,
     model_validator,
@@ -28,9 +30,13 @@ from snooker_cli.laws import (
     SIDES,
     CollisionRules,
     Law,
+    PackageLaw,
     Sides,
     law_of_pairs,
     law_of_wall,
+    laws_of_packages,
+    origin_of,
+    package_law,
     surface_of,
 )
 from snooker_cli.ranges import (
@@ -390,6 +396,70 @@ StoredTimes = Annotated[
 DEFAULT_TIMES = PerDecade(per_decade=10)
 
 
+def given_law(value: Any, key: str) -> PackageLaw:
+    """A law of a package from the value of a key, still without its CoR. Raises ``ConfigError``."""
+    if isinstance(value, PackageLaw):
+        return value
+
+    def wrong(sentence: str, *path: str) -> ConfigError:
+        return ConfigError([Problem((key, *path), sentence)])
+
+    laws = laws_of_packages()
+    known = f"installed are {', '.join(laws)}" if laws else "no installed package has a law"
+    if not isinstance(value, Mapping) or not isinstance(value.get("name"), str):
+        raise wrong(f"{{name: …}} and the numbers of the law are needed; {known}")
+    name, origin = value["name"], value.get("origin")
+    numbers = {part: number for part, number in value.items() if part not in ("name", "origin")}
+    if name not in laws or origin not in (None, origin_of(name)):
+        with suppress(ValueError):
+            return package_law({**value, "cor": 0.0})
+        raise wrong(f"there is no law {name}; {known}; install the package that has it", "name")
+    try:
+        return laws[name](**{"cor": 0.0, **numbers})
+    except ValidationError as error:
+        fault = error.errors(include_url=False)[0]
+        needed = fault.get("ctx", {}).get("needs", "")
+        has = ", ".join(laws[name].numbers()[1:])
+        what = {
+            "missing_argument": f"the law {name} needs it; it has {has}",
+            "missing": f"the law {name} needs it; it has {has}",
+            "unexpected_keyword_argument": f"the law {name} has no such number; it has {has}",
+        }.get(fault["type"], f"{needed or fault['msg']} is needed, not {fault['input']!r}")
+        raise wrong(what, *map(str, fault["loc"])) from None
+
+
+def _given(key: str) -> PlainValidator:
+    """Validates the law of a key."""
+    return PlainValidator(
+        lambda value: None if value is None else given_law(value, key),
+        json_schema_input_type=dict[str, Any] | None,
+    )
+
+
+def _written_law(law: PackageLaw | None) -> dict[str, Any] | None:
+    """A law of a config: its CoR is another key."""
+    if law is None:
+        return None
+    return {key: value for key, value in law.as_json().items() if key != "cor"}
+
+
+def _describe_laws(schema: dict[str, Any]) -> None:
+    """Add the laws of installed packages to the schema of a key."""
+    laws = laws_of_packages()
+    numbers = {
+        name: {"type": "number", "description": f"Of the law {law.name}."}
+        for law in laws.values()
+        for name in law.numbers()[1:]
+    }
+    names = {"enum": list(laws)} if laws else {"type": "string"}
+    properties = {"name": names, **numbers, "origin": {"type": "string"}}
+    schema["anyOf"][0] |= {"properties": properties, "required": ["name"]}
+
+
+WRITTEN_LAW = PlainSerializer(_written_law, return_type=dict[str, Any] | None)
+WITH_LAWS = Field(json_schema_extra=_describe_laws)
+
+
 class Experiment(Model):
     """A snooker experiment: inelastic hard disks in a container."""
 
@@ -409,8 +479,13 @@ class Experiment(Model):
     cor_speed: LawSpeed | None = None
     """Relative normal speed v₀, m/s, below which collisions between balls become more elastic:
     e(v) = 1 − (1 − cor)(v/v₀)^¾. Absent: cor at all speeds."""
+    law: Annotated[PackageLaw | None, _given("law"), WRITTEN_LAW, WITH_LAWS] = None
+    """A law of an installed package between balls, as {name: yielding, yield_speed: 2}; cor is its
+    CoR of fast collisions. `snooker plugins` lists laws. Absent: cor and cor_speed."""
     wall_cor_speed: LawSpeed | None = None
     """The same speed at the wall, m/s, with wall_cor; absent: one CoR at all speeds."""
+    wall_law: Annotated[PackageLaw | None, _given("wall_law"), WRITTEN_LAW, WITH_LAWS] = None
+    """The same at walls without a speed or a temperature, with wall_cor. Absent: wall_cor."""
     tangential_cor: TangentialCor | None = None
     """Tangential restitution β of two rough balls: their surfaces slip at −β times their speed
     after a collision; −1 changes nothing, 1 turns the slip round. Absent: smooth balls."""
@@ -500,12 +575,7 @@ class Experiment(Model):
         return self.cor if self.wall_cor is None else self.wall_cor
 
     @property
-    def pair_law(self) -> Law:
-        """The law of collisions between balls."""
-        return law_of_pairs(self.cor, self.cor_speed)
-
-    @property
-    def wall_law(self) -> Law:
+    def _law_of_walls(self) -> Law:
         """The law of collisions at the wall."""
         keys = self.wall_speed, self.wall_temperature
         if any(isinstance(key, BySide) for key in keys):
@@ -514,7 +584,10 @@ class Experiment(Model):
 
     def _law_at(self, side: str) -> Law:
         """The law of one wall."""
-        return law_of_wall(self.effective_wall_cor, self.wall_cor_speed, *self._at(side))
+        speed, temperature = self._at(side)
+        if self.wall_law is not None and not speed and temperature is None:
+            return self.wall_law.with_cor(self.effective_wall_cor)
+        return law_of_wall(self.effective_wall_cor, self.wall_cor_speed, speed, temperature)
 
     def _at(self, side: str) -> tuple[float | None, float | None]:
         """The speed (m/s) and the temperature (J) of one wall."""
@@ -527,12 +600,12 @@ class Experiment(Model):
     @property
     def collision_rules(self) -> CollisionRules:
         """What collisions do: the laws, what rough balls do along the tangent, and ``collapse``."""
-        wall = self.wall_law
+        pairs = self.law and self.law.with_cor(self.cor)
         sides = self.container.shape_class.sides or ("left",)
         change = None if isinstance(self.collapse, str) else self.collapse
         return CollisionRules(
-            self.pair_law,
-            wall,
+            pairs or law_of_pairs(self.cor, self.cor_speed),
+            self._law_of_walls,
             contact_duration=(change and change.tc) or 0.0,
             elastic_below=(change and change.elastic_below) or 0.0,
             slides=self.collapse == "slide",
@@ -626,6 +699,7 @@ def _faults(experiment: Experiment) -> Iterator[Problem]:
     yield from _faults_of_walls(experiment)
     yield from _faults_of_snapshots(experiment)
     yield from _faults_of_surface(experiment)
+    yield from _faults_of_given_laws(experiment)
     if experiment.collapse == "slide" and experiment.wall_cor_speed is not None:
         sentence = "slide needs one CoR at all speeds at the wall; remove wall_cor_speed, or slide"
         yield Problem(("collapse",), sentence)
@@ -661,6 +735,22 @@ def _faults_of_surface(experiment: Experiment) -> Iterator[Problem]:
         if getattr(experiment, key) is not None and surface is not None and not shape.has_wall:
             sentence = f"a {shape.title} has no wall; remove {key}, or set another shape"
             yield Problem((key,), sentence, about_key=True)
+
+
+def _faults_of_given_laws(experiment: Experiment) -> Iterator[Problem]:
+    """A law of a package replaces what else says how e depends on speed."""
+    for key, other in (("law", "cor_speed"), ("wall_law", "wall_cor_speed")):
+        if getattr(experiment, key) is not None and getattr(experiment, other) is not None:
+            yield Problem((key,), f"{key} replaces {other}; remove one of them", about_key=True)
+    if experiment.wall_law is None:
+        return
+    shape = experiment.container.shape_class
+    if not shape.has_wall:
+        sentence = f"a {shape.title} has no wall; remove wall_law, or set another shape"
+        yield Problem(("wall_law",), sentence, about_key=True)
+    if experiment.collapse == "slide":
+        sentence = "slide needs one CoR at all speeds at the wall; remove wall_law, or slide"
+        yield Problem(("collapse",), sentence)
 
 
 def _groups(balls: Any) -> Iterator[tuple[KeyPath, Any]]:

@@ -77,7 +77,7 @@ def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
     length, normal = math.sqrt(x * x + y * y), normal_part(x, y, u, v)
     # Of velocity, over (x, y).
-    change = kick(setup.laws[PAIR], normal, length, elastic)
+    change = kick(PAIR, normal, length, elastic, setup)
     m = state.sizes.mass_of(i)
     first, second = shares(change, m, state.sizes.mass_of(j))
     balls[U, i] -= first * x
@@ -98,7 +98,7 @@ def change_at_circle(x: float, y: float, u: float, v: float, setup: Setup, elast
     """
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
     normal, length = normal_part(x, y, u, v), math.sqrt(x * x + y * y)
-    change = kick(setup.laws[WALL], abs(normal), length, elastic)
+    change = kick(WALL, abs(normal), length, elastic, setup)
     return change if normal > 0.0 else 2.0 * normal + change
 
 
@@ -126,13 +126,14 @@ def hit_side(i: int, across: bool, state: State, elastic: bool) -> float:
     balls, row = state.balls, U if across else V
     normal = balls[row, i]
     first, second = (LEFT, RIGHT) if across else (BOTTOM, TOP)
-    law = state.setup.laws[second if normal > 0.0 else first]
+    which = second if normal > 0.0 else first
+    law = state.setup.laws[which]
     if law[KIND] == THERMAL:
         ahead = math.copysign(1.0, normal)
         x, y = (ahead, 0.0) if across else (0.0, ahead)
         return leave(i, x, y, law[TEMPERATURE], state)
     elastic = elastic or abs(normal) < state.setup.elastic_below
-    change = kick(law, abs(normal), 1.0, elastic)
+    change = kick(which, abs(normal), 1.0, elastic, state.setup)
     u, v, ahead = balls[U, i], balls[V, i], math.copysign(1.0, normal)
     balls[row, i] -= math.copysign(change, normal)
     impulse = float(state.sizes.mass_of(i) * change)

@@ -22,12 +22,13 @@ from snooker_cli.engine.kernel_state import (
     State,
     UnequalBalls,
 )
-from snooker_cli.engine.restitution import TRAPPING, law_rows
+from snooker_cli.engine.package_laws import package_laws
+from snooker_cli.engine.restitution import TRAPPING, law_rows, laws_of_rows
 from snooker_cli.engine.sliding import SlidingCircle
 from snooker_cli.engine.surfaces import BallSurface, Rough, Smooth, SurfaceNumbers
 from snooker_cli.errors import SceneError
 from snooker_cli.fields import carried_fields
-from snooker_cli.laws import Constant
+from snooker_cli.laws import Constant, PackageLaw
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
 
@@ -85,15 +86,19 @@ def setup_of(scene: Scene) -> Setup:
     law, lasts = scene.wall_law, scene.contact_duration
     traps = scene.container.traps
     no_rule = not lasts and scene.elastic_below == 0.0
-    always_loses = law.cor < 1.0 and not law.adds_energy and no_rule
+    of_package, laws = isinstance(law, PackageLaw), laws_of_rows(scene.pair_law, law)
+    always_loses = (law.cor < 1.0 or of_package) and not law.adds_energy and no_rule
     if traps and always_loses and not isinstance(law, TRAPPING):
         problem = f"a {scene.container.title} may trap balls, and the {law.name} law has no sums"
-        advice = "set another shape or collapse: {tc: 0.01}, or add the law to `bounce_sums`"
-        raise SceneError("container", f"{problem}; {advice} and TRAPPING in engine/restitution.py")
+        advice = "set another shape or collapse: {tc: 0.01}"
+        if not of_package:
+            advice += ", or add the law to `bounce_sums` and TRAPPING in engine/restitution.py"
+        raise SceneError("container", f"{problem}; {advice}")
     masses = [*scene.masses, scene.container_mass] if scene.free else scene.masses
     slow_cor = scene.restitution if isinstance(scene.pair_law, Constant) and no_rule else 1.0
     return Setup(
-        laws=law_rows(scene.pair_law, law),
+        laws=law_rows(laws),
+        package_laws=package_laws(laws, len(laws)),
         contact_path=float(lasts * scene.mean_free_path) if lasts else 0.0,
         elastic_below=float(scene.elastic_below),
         traps=traps and always_loses,

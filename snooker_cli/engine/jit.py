@@ -91,9 +91,7 @@ class Kernel:
     @cached_property
     def compiled(self) -> Any:
         """Numba's dispatcher, or the plain function."""
-        numba = set_up_numba()
-        while _unknown:
-            _unknown.pop()(numba.extending)
+        numba = learn_functions()
         if numba.config.DISABLE_JIT:
             return np.errstate(all="ignore")(self.function)  # without warnings of 0 * inf
         folder, users = cache_folder(), numba.config.CACHE_DIR
@@ -128,6 +126,14 @@ def helper_options(*, inline: bool = False) -> dict[str, Any]:
     compilers = linked_helpers.compilers()
     special = {} if compilers is None else {"pipeline_class": compilers.helper}
     return HELPER_OPTIONS | special | ({"forceinline": True} if inline else {})
+
+
+def learn_functions() -> Any:
+    """Make Numba, which this gives, know all functions that kernels may call."""
+    numba = set_up_numba()
+    while _unknown:
+        _unknown.pop()(numba.extending)
+    return numba
 
 
 def kernel(function: Function) -> Function:

@@ -76,6 +76,7 @@ class Setup(NamedTuple):
     contact_path : m, what a ball flies while a contact lasts in the TC model; zero without it
     elastic_below : m/s, relative normal speed below which collisions are elastic; zero for never
     traps : whether every hit of a circle loses its share, so that infinitely many may follow
+    package_laws : laws of installed packages, a ``package_laws.PackageLaws``
     settling : how many more collisions balls that touch may need in an instant than equal ones, see
         ``clock.has_collapsed``
     """
@@ -84,6 +85,7 @@ class Setup(NamedTuple):
     contact_path: float
     elastic_below: float
     traps: bool
+    package_laws: Any
     settling: float
 
 

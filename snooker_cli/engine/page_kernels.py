@@ -3,7 +3,7 @@
 They simulate many events in a call, and keep of each what the page shows.
 """
 
-from collections.abc import Set
+from collections.abc import Sequence, Set
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,9 +17,11 @@ from snooker_cli.engine.everyone import Everyone
 from snooker_cli.engine.frames import MovingFrame
 from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Records, State, U, V, X, Y
+from snooker_cli.engine.package_laws import package_laws
 from snooker_cli.engine.sliding import SlidingCircle, bounces_to_come
 from snooker_cli.engine.surfaces import Rough, SurfaceNumbers
 from snooker_cli.fields import CARRIED, EVENT_COLUMNS, MOVING, record_type
+from snooker_cli.laws import Law
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SLIDE
 
@@ -109,14 +111,23 @@ def _boundary(name: str, number: int) -> Any:
     return CIRCLES[name](number) if name in CIRCLES else boundaries.BOUNDARIES[name](1.0, 1.0)
 
 
-def example(boundary: str, number: int) -> Page:
+def example(boundary: str, number: int, laws: Sequence[Law] = ()) -> Page:
     """A page with arrays and numbers of the types and shapes of all pages with this boundary.
+
+    laws : of packages, that the page can have
 
     One module has all sizes of balls, all laws, and rough balls, so that there are few. Smooth
     balls have no friction, and between walls nothing is kept in the frame.
     """
     state = State(
-        setup=ks.Setup(np.zeros((restitution.LAWS, restitution.COLUMNS)), 0.0, 0.0, True, 1.0),
+        setup=ks.Setup(
+            laws=np.zeros((restitution.LAWS, restitution.COLUMNS)),
+            contact_path=0.0,
+            elastic_below=0.0,
+            traps=True,
+            package_laws=package_laws(laws, restitution.LAWS),
+            settling=1.0,
+        ),
         balls=np.zeros((ks.BALL_ROWS, number)),
         history=np.zeros((ks.HISTORY_ROWS, number), dtype=np.int32),
         boundary=_boundary(boundary, number),

@@ -5,12 +5,23 @@ one kernel has all laws, and each hit takes one branch, which the processor fore
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from snooker_cli.engine.frames import laboratory_velocity
 from snooker_cli.engine.jit import helper, inlined
-from snooker_cli.engine.kernel_state import KEY, PAIR_EVENTS, WALL_EVENTS, Floats, State, U, V
+from snooker_cli.engine.kernel_state import (
+    KEY,
+    PAIR_EVENTS,
+    WALL_EVENTS,
+    Floats,
+    Setup,
+    State,
+    U,
+    V,
+)
+from snooker_cli.engine.package_laws import FIRST_KIND, kinds_of
 from snooker_cli.laws import Constant, Driven, Law, Thermal, Viscoelastic
 
 # Rows of ``Setup.laws``: the law of two balls, and that of each straight wall. The wall of a circle
@@ -41,31 +52,36 @@ Speeds fall as k^(-4/3) in k hits, and the time that is left only as k^(-1/3).
 """
 
 
-def law_rows(pair: Law, wall: Law) -> Floats:
-    """``Setup.laws``, (LAWS, COLUMNS)."""
+def laws_of_rows(pair: Law, wall: Law) -> list[Law]:
+    """The law of each row of ``Setup.laws``."""
     walls = wall.parts if wall.parts[1:] else [wall] * 4
-    return np.array([_row(law) for law in (pair, *walls)], dtype=np.float64)
+    return [pair, *walls]
 
 
-def _row(law: Law) -> tuple[float, ...]:
-    """A law's number, its CoR and its other number, if it has one."""
-    if law.name not in KINDS:
-        raise ValueError(
-            f"the engine has no {law.name} law; add it to KINDS and `kick` in engine/restitution.py"
-        )
-    others = [value for key, value in vars(law).items() if key != "cor"]
-    return KINDS[law.name], law.cor, *(others or [0.0])
+def law_rows(laws: Sequence[Law]) -> Floats:
+    """``Setup.laws``, (LAWS, COLUMNS). Those of packages have their numbers elsewhere."""
+    kinds = KINDS | kinds_of(laws)
+    rows = np.zeros((LAWS, COLUMNS))
+    for row, law in zip(rows, laws, strict=True):
+        if law.name not in kinds:
+            advice = "add it to KINDS and `kick` in engine/restitution.py"
+            raise ValueError(f"the engine has no {law.name} law; {advice}")
+        row[KIND], row[COR] = kinds[law.name], law.cor
+        if law.name in KINDS:
+            row[SPEED] = sum(value for key, value in vars(law).items() if key != "cor")
+    return rows
 
 
 @inlined
-def kick(law: Floats, normal: float, length: float, elastic: bool) -> float:
+def kick(which: int, normal: float, length: float, elastic: bool, setup: Setup) -> float:
     """The change of the normal speed in a hit, in the unit of ``normal``.
 
-    law : (COLUMNS,), a row of ``Setup.laws``
+    which : the row of ``Setup.laws``
     normal : the speed of approach over ``length``; negative only by rounding
     length : m, of the vector along which it is measured; 1 if ``normal`` is a speed, m/s
     elastic : whether a rule of ``collapse`` makes the hit elastic; walls that give energy need none
     """
+    law = setup.laws[which]
     kind, factor = law[KIND], 1.0 + law[COR]
     if kind == DRIVEN:
         normal += law[SPEED] / length
@@ -74,6 +90,8 @@ def kick(law: Floats, normal: float, length: float, elastic: bool) -> float:
     elif kind == VISCOELASTIC:
         root = math.sqrt(min(abs(normal) * length / law[SPEED], 1.0))
         factor = 2.0 - (1.0 - law[COR]) * (root * math.sqrt(root))
+    elif kind >= FIRST_KIND:
+        factor = 1.0 + setup.package_laws.restitution(kind, which, abs(normal) * length)
     return float(factor * normal)
 
 

@@ -5,11 +5,12 @@ is a module for each boundary. Its functions take one number: the address of a b
 the parts of a ``Page``. ``layout`` says where each part is.
 """
 
+import json
 import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,6 +23,12 @@ from snooker_cli.engine import clock, jit, page_kernels, products, restitution
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import LANES
 from snooker_cli.engine.compilation import COMPILATION, known_functions, watching
+from snooker_cli.engine.package_laws import (
+    hash_of,
+    identity_of,
+    kinds_of,
+    laws_of_packages,
+)
 from snooker_cli.engine.page_kernels import (
     EVENTS,
     KERNELS,
@@ -34,7 +41,7 @@ from snooker_cli.engine.sliding import SETTLES
 from snooker_cli.errors import UserError
 from snooker_cli.fields import CARRIED, EVENT_COLUMNS, MOVING, record_type
 from snooker_cli.files import atomic_write
-from snooker_cli.laws import LAWS
+from snooker_cli.laws import LAWS, MOST_NUMBERS, Law, PackageLaw, law_from
 from snooker_cli.trace import StopReason
 
 # Modules in the cache of kernels
@@ -51,27 +58,36 @@ COMPILED_ONE = "a function is compiled\n"
 NOTICE = "compiling the engine of the live page (first use on this machine)"
 
 
-def modules(boundaries: Iterable[str] | None = None) -> dict[str, bytes]:
-    """The modules of some boundaries, or of all. What the cache of kernels lacks is compiled."""
+def modules(boundaries: Iterable[str] | None = None, laws: Sequence[Law] = ()) -> dict[str, bytes]:
+    """The modules of some boundaries, or of all. What the cache of kernels lacks is compiled.
+
+    laws : that they can have besides those of snooker
+    """
     boundaries = boundary_names() if boundaries is None else boundaries
     folder = jit.cache_folder()
     if folder is not None:
-        return _modules_in(folder, boundaries)
+        return _modules_in(folder, boundaries, laws)
     with TemporaryDirectory() as temporary:
-        return _modules_in(Path(temporary), boundaries)
+        return _modules_in(Path(temporary), boundaries, laws)
 
 
-def _modules_in(folder: Path, boundaries: Iterable[str]) -> dict[str, bytes]:
-    paths = {boundary: folder / f"{boundary}.wasm" for boundary in boundaries}
+def _path(folder: Path, boundary: str, laws: Sequence[Law]) -> Path:
+    """Where a module is in the cache."""
+    return folder / f"{'-'.join(filter(None, [boundary, hash_of(identity_of(laws))]))}.wasm"
+
+
+def _modules_in(folder: Path, boundaries: Iterable[str], laws: Sequence[Law]) -> dict[str, bytes]:
+    paths = {boundary: _path(folder, boundary, laws) for boundary in boundaries}
     missing = [boundary for boundary, path in paths.items() if not path.is_file()]
     if missing:
-        _compile_in_processes(missing, folder)
+        _compile_in_processes(missing, folder, laws)
     return {boundary: path.read_bytes() for boundary, path in paths.items()}
 
 
-def _compile_in_processes(boundaries: list[str], folder: Path) -> None:
+def _compile_in_processes(boundaries: list[str], folder: Path, laws: Sequence[Law]) -> None:
     """Compile in processes of their own, with other settings of Numba than those of this one."""
-    command = [sys.executable, "-P", "-m", __name__, str(folder)]
+    written = json.dumps([law.as_json() for law in laws_of_packages(laws)])
+    command = [sys.executable, "-P", "-m", __name__, str(folder), written]
     paths = os.pathsep.join(path for path in sys.path if path)
     settings = os.environ | SETTINGS | {"PYTHONPATH": paths}
     shares = [boundaries[k::PROCESSES] for k in range(PROCESSES)]
@@ -115,12 +131,12 @@ def _write_function(done: int, _total: int) -> bool:
     return True
 
 
-def write_modules(folder: Path, boundaries: list[str]) -> None:
+def write_modules(folder: Path, laws: Sequence[Law], boundaries: list[str]) -> None:
     """Compile modules into files, in a process that does nothing else."""
     COMPILATION.watchers.append(_write_function)
     for boundary in boundaries:
-        with atomic_write(folder / f"{boundary}.wasm") as part:
-            part.write_bytes(compiled(boundary))
+        with atomic_write(_path(folder, boundary, laws)) as part:
+            part.write_bytes(compiled(boundary, laws))
 
 
 # The layout of a block of memory
@@ -163,10 +179,10 @@ class Part(NamedTuple):
     place: int
 
 
-def layout(boundary: str) -> list[Part]:
+def layout(boundary: str, laws: Sequence[Law] = ()) -> list[Part]:
     """The parts of pages with a boundary, in the order in which Numba passes them."""
     names = {(NUMBER + more) // unit * unit: name for name, (more, unit) in LENGTHS.items()}
-    leaves = {name[1:]: value for name, value in leaves_of("", example(boundary, NUMBER))}
+    leaves = {name[1:]: value for name, value in leaves_of("", example(boundary, NUMBER, laws))}
     # Parts of the boundary are the last in the block, so that the others have one place.
     slots = sorted(leaves, key=is_of_boundary)
     parts = []
@@ -185,9 +201,11 @@ def is_of_boundary(name: str) -> bool:
     return name.startswith("state.boundary.")
 
 
-def description() -> dict[str, Any]:
+def description(laws: Sequence[Law] = ()) -> dict[str, Any]:
     """What the page has to know of the modules, for JSON: layouts, and the names of numbers."""
-    layouts = {boundary: layout(boundary) for boundary in boundary_names()}
+    layouts = {boundary: layout(boundary, laws) for boundary in boundary_names()}
+    kinds = restitution.KINDS | kinds_of(laws)
+    known = LAWS | {law.name: type(law) for law in laws_of_packages(laws)}
     common = next(iter(layouts.values()))
     return {
         "begin": BEGIN,
@@ -211,8 +229,13 @@ def description() -> dict[str, Any]:
             ),
             "law": constants_of(restitution, "KIND", "COR", "SPEED", "COLUMNS"),
             "laws": {
-                name: {"number": restitution.KINDS[name], "addsEnergy": law.adds_energy}
-                for name, law in LAWS.items()
+                name: {
+                    "number": kinds[name],
+                    "addsEnergy": law.adds_energy,
+                    "numbers": law.numbers(),
+                    "ofPackage": issubclass(law, PackageLaw),
+                }
+                for name, law in known.items()
             },
             "shapes": {name: shape_of(shape) for name, shape in SHAPES.items()},
             "answers": constants_of(
@@ -223,6 +246,7 @@ def description() -> dict[str, Any]:
                 *("ENERGY", "SPIN_ENERGY", "CONTAINER_ENERGY"),
                 *("WALL_IMPULSE", "PAIR_VIRIAL", "FOLLOWED_SUMS"),
             ),
+            "MOST_NUMBERS": MOST_NUMBERS,
             "SETTLES": SETTLES,
             "NO_PARTNER": ks.NO_PARTNER,
             "FULL": clock.FULL,
@@ -280,9 +304,9 @@ REPLACED = {r"llvm\.fma\.f64": "fused", "sqrt": "root"}
 """Functions that code for WebAssembly would import, and those that it has instead."""
 
 
-def assembly(boundary: str) -> list[str]:
+def assembly(boundary: str, laws: Sequence[Law] = ()) -> list[str]:
     """Code for LLVM of all kernels of a boundary, and of the functions that call them."""
-    parts, page = layout(boundary), example(boundary, NUMBER)
+    parts, page = layout(boundary, laws), example(boundary, NUMBER, laws)
     codes = {kernel.__name__: jit.code_of(kernel, page) for kernel in kernels_of(boundary)}
     product, fused = jit.code_of(products.fused, 1.0, 1.0, 1.0)
     whole = [text for text, _ in codes.values()]
@@ -387,9 +411,9 @@ class Caller:
 # Code for WebAssembly
 
 
-def compiled(boundary: str) -> bytes:
+def compiled(boundary: str, laws: Sequence[Law] = ()) -> bytes:
     """The module of a boundary. It imports nothing and exports its memory and the kernels."""
-    return module_of(object_of(assembly(boundary)))
+    return module_of(object_of(assembly(boundary, laws)))
 
 
 def object_of(texts: list[str]) -> bytes:
@@ -548,4 +572,5 @@ def text_of(name: str) -> bytes:
 
 
 if __name__ == "__main__":
-    write_modules(Path(sys.argv[1]), sys.argv[2:])
+    own_laws = [law_from(written) for written in json.loads(sys.argv[2])]
+    write_modules(Path(sys.argv[1]), own_laws, sys.argv[3:])

@@ -7,7 +7,7 @@ const phrase = String.raw;
 
 const {
   ball: BALL, history: HISTORY, sums: SUMS, counts: COUNTS, law: LAW, laws: LAWS, shapes: SHAPES, answers: ANSWERS,
-  followed: FOLLOWED, SETTLES, NO_PARTNER, FULL, REASONS, LENGTHS, EVENT_COLUMNS, CARRIED,
+  followed: FOLLOWED, SETTLES, NO_PARTNER, FULL, REASONS, LENGTHS, EVENT_COLUMNS, CARRIED, MOST_NUMBERS,
 } = ENGINE.names;
 const SQUARES = phrase`squares of speeds are no numbers of double precision`;
 const [COLLISIONS, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, REST, FAR] = REASONS;
@@ -83,10 +83,13 @@ class Kernels {
 
 /** The law of collision of a scene, as a row of ``Setup.laws``. */
 function lawRow({ name, cor = 0, ...others }) {
-  const row = new Float64Array(LAW.COLUMNS);
-  row.set([LAWS[name].number, cor, ...Object.values(others)]);
+  const row = new Float64Array(LAW.COLUMNS), { number, ofPackage } = LAWS[name];
+  row.set([number, cor, ...(ofPackage ? [] : Object.values(others))]);
   return row;
 }
+
+/** The numbers of a law of a package, in order; none of one of snooker. */
+const packageNumbers = (law) => (LAWS[law.name].ofPackage ? LAWS[law.name].numbers.map((name) => law[name]) : []);
 
 const SMOOTH = { inertia: 0.5, tangential_cor: -1, friction: 0, wall_tangential_cor: -1, wall_friction: 0 };
 
@@ -105,7 +108,10 @@ function writeSetup(scene, parts) {
   const { pairLaw, wallLaw, contactDuration, elasticBelow, masses, surface } = scene;
   for (const [name, value] of Object.entries(surface ?? SMOOTH)) parts[`state.surface.law.${name}`][0] = value;
   const walls = SIDES.map((side) => wallLaw[side] ?? wallLaw);
-  [pairLaw, ...walls].forEach((law, row) => parts["state.setup.laws"].set(lawRow(law), row * LAW.COLUMNS));
+  [pairLaw, ...walls].forEach((law, row) => {
+    parts["state.setup.laws"].set(lawRow(law), row * LAW.COLUMNS);
+    parts["state.setup.package_laws.numbers"]?.set(packageNumbers(law), row * MOST_NUMBERS);
+  });
   const noRule = !contactDuration && elasticBelow === 0, passive = !givesEnergy(wallLaw);
   const loses = noRule && passive && Math.min(...walls.map(({ cor }) => cor)) < 1;
   const bodies = isFree(scene) ? [...masses, scene.containerMass] : masses;

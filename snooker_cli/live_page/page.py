@@ -17,7 +17,7 @@ from snooker_cli.engine import webassembly
 from snooker_cli.engine.page_kernels import boundaries_of, boundary_names
 from snooker_cli.errors import SceneError, UserError
 from snooker_cli.fields import carried_fields
-from snooker_cli.laws import RULES, as_json, keeps_slip, law_of_pairs, law_of_wall, surface_of
+from snooker_cli.laws import RULES, Law, keeps_slip, law_of_pairs, law_of_wall, surface_of
 from snooker_cli.live_page.javascript import Formulas
 from snooker_cli.live_page.page_theories import theories_source
 from snooker_cli.pages.html_page import (
@@ -92,7 +92,6 @@ def live_page(
         if number > MOST_SEED:
             sentence = f"the live page has {key}s up to {MOST_SEED}; give a smaller one"
             raise loaded.error(key, sentence)
-    _check_law(loaded, experiment)
     number = experiment.number
     if number > MOST_BALLS:
         sentence = f"the live page shows at most {MOST_BALLS:,} balls, not {number:,}; give fewer"
@@ -113,6 +112,7 @@ def live_page(
     scenes = presets()
     is_own = own["config"] != scenes[0]["config"]
     scenes = [own] * is_own + [_translated(scene, words) for scene in scenes]
+    laws = experiment.collision_rules.laws
     data = {
         "start": own_start(experiment),
         "scenes": [scene | {"config": _short(scene["config"])} for scene in scenes],
@@ -123,21 +123,12 @@ def live_page(
     }
     parts = {
         "data": script_data(data),
-        "modules": script_data(packed_modules(_boundaries(scenes))),
-        "engine": translated_script(worker_source(), words),
+        "modules": script_data(packed_modules(_boundaries(scenes), laws)),
+        "engine": translated_script(worker_source(laws), words),
         "script": translated_script(script_of(PAGES, *SHARED) + script_of(LIVE, *SHOWING), words),
     }
     title = own["title"] if is_own else "snooker live"
     return html_page(LIVE, "live", title, parts, simulates=True, language=language, words=words)
-
-
-def _check_law(loaded: Loaded, experiment: Experiment) -> None:
-    """Raise ``ConfigError`` for a law that the functions of ``laws_source`` do not make."""
-    law = experiment.pair_law
-    if law != law_of_pairs(experiment.cor, experiment.cor_speed):
-        key = law.numbers()[-1]
-        sentence = f"the live page has no {law.name} law; remove it, or add it to law_of_pairs in"
-        raise loaded.error(key, f"{sentence} laws.py")
 
 
 def check_shape(container: Container) -> None:
@@ -184,9 +175,12 @@ def _translated(scene: dict[str, Any], words: Words) -> dict[str, Any]:
     return scene | {"title": title, "about": about, "config": scene["config"] | {"title": title}}
 
 
-def engine_source(*more: str) -> str:
-    """The engine and more scripts, in strict mode; not the compiled modules."""
-    layout = script_data(webassembly.description())
+def engine_source(*more: str, laws: Sequence[Law] = ()) -> str:
+    """The engine and more scripts, in strict mode; not the compiled modules.
+
+    laws : of packages, that scenes can have
+    """
+    layout = script_data(webassembly.description(laws))
     code = script_of(LIVE, *ENGINE_SCRIPTS, *more)
     return f'"use strict";\nconst ENGINE = {layout};\n{laws_source()}{code}'
 
@@ -198,20 +192,22 @@ def laws_source() -> str:
     return f"const {{ {names} }} = (() => {{\n{formulas.text}return {{ {names} }};\n}})();\n"
 
 
-def packed_modules(boundaries: Set[str]) -> dict[str, Any]:
+def packed_modules(boundaries: Set[str], laws: Sequence[Law] = ()) -> dict[str, Any]:
     """The compiled engine: the modules of boundaries, deflated, in base64; and their lengths.
+
+    laws : of packages, that scenes can have
 
     They are compiled if the cache of kernels lacks them.
     """
     order = dict.fromkeys((*PACKED, *boundary_names()))
-    codes = webassembly.modules([name for name in order if name in boundaries])
+    codes = webassembly.modules([name for name in order if name in boundaries], laws)
     packed = b64encode(zlib.compress(b"".join(codes.values()), 9)).decode()
     return {"lengths": {name: len(code) for name, code in codes.items()}, "packed": packed}
 
 
-def worker_source() -> str:
+def worker_source(laws: Sequence[Law] = ()) -> str:
     """What simulates and measures without a page: one script for pages, workers and tests."""
-    return engine_source(*STARTING) + measuring_source()
+    return engine_source(*STARTING, laws=laws) + measuring_source()
 
 
 def measuring_source() -> str:
@@ -245,8 +241,8 @@ def stored_start(scene: Scene) -> dict[str, Any]:
         "containerMass": scene.container_mass if scene.free else None,
         "containerPosition": (scene.container_position - centre).tolist(),
         "containerVelocity": scene.container_velocity.tolist(),
-        "pairLaw": as_json(scene.pair_law),
-        "wallLaw": as_json(scene.wall_law),
+        "pairLaw": scene.pair_law.as_json(),
+        "wallLaw": scene.wall_law.as_json(),
         "contactDuration": scene.contact_duration,
         "elasticBelow": scene.elastic_below,
         "slides": scene.slides,

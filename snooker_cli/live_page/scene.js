@@ -32,12 +32,15 @@ function rulesOf(config) {
   const { cor, wall_cor_speed: corSpeed, wall_speed: speed, wall_temperature: temperature } = config;
   const collapse = config.collapse ?? "stop", isBySide = (value) => value !== null && typeof value === "object";
   const at = (value, side) => (isBySide(value) ? value[side] : value) ?? null;
-  const lawAt = (side) => lawOfWall(config.wall_cor ?? cor, corSpeed, at(speed, side), at(temperature, side));
+  const pairLaw = config.law ? { ...config.law, cor } : lawOfPairs(cor, config.cor_speed), wallCor = config.wall_cor ?? cor;
+  const passive = config.wall_law ? { ...config.wall_law, cor: wallCor } : null;
+  const lawAt = (side) => (passive && !at(speed, side) && at(temperature, side) === null
+    ? passive : lawOfWall(wallCor, corSpeed, at(speed, side), at(temperature, side)));
   const bySide = { name: "sides", ...Object.fromEntries(SIDES.map((side) => [side, lawAt(side)])) };
   const { sides } = SHAPES[config.container.shape ?? "circle"];
   const isThermal = (sides.length ? sides : ["left"]).every((side) => lawAt(side).name === "thermal");
   return {
-    pairLaw: lawOfPairs(cor, config.cor_speed),
+    pairLaw,
     wallLaw: isBySide(speed) || isBySide(temperature) ? bySide : lawAt("left"),
     contactDuration: collapse.tc ?? 0,
     elasticBelow: collapse.elastic_below ?? 0,

@@ -17,7 +17,9 @@ function accessible(container, radius) {
 // The traits of a scene that FACTS ask for, see `Traits` of facts.py.
 function traitsOf({ container, radii, masses, velocities, pairLaw, wallLaw, surface }) {
   const walls = hasWalls(container), laws = walls ? lawsOfWall(wallLaw) : [], number = radii.length;
-  const balls = Array.from(radii, (radius, k) => `${radius} ${masses[k]}`), cor = (law) => law.cor ?? 0;
+  // One of a package may take energy at any speed, also with a CoR of 1; see `traits_of_rules`.
+  const cor = (law) => (LAWS[law.name].ofPackage ? Math.min(law.cor, 1 - EPSILON / 2) : law.cor ?? 0);
+  const balls = Array.from(radii, (radius, k) => `${radius} ${masses[k]}`);
   const hot = laws.filter(givesEnergy), changing = laws.filter((law) => givesEnergy(law) || cor(law) < 1);
   const wallKeepsSlip = !walls || !surface || keepsSlip(surface.wall_tangential_cor, surface.wall_friction);
   const temperatures = new Set(wallKeepsSlip ? changing.map(({ temperature = 0 }) => temperature) : []);
@@ -25,7 +27,7 @@ function traitsOf({ container, radii, masses, velocities, pairLaw, wallLaw, surf
   return {
     number, species: new Set(balls).size, masses: new Set(masses).size, walls, keepsDrift: keepsDrift(container),
     ...fullness(packingOf({ container, radii }), sum(Array.from(radii)) / number, container),
-    cor: pairLaw.cor, pairLaw: pairLaw.name, wallCor: walls ? Math.min(...laws.map(cor)) : 1,
+    cor: cor(pairLaw), pairLaw: pairLaw.name, wallCor: walls ? Math.min(...laws.map(cor)) : 1,
     wallLaw: walls ? wallLaw.name : "", hotLaws: new Set(hot.map((law) => JSON.stringify(law))).size,
     wallTemperature: temperatures.size === 1 ? [...temperatures][0] : 0,
     rough: Boolean(surface), pairsKeepSlip: !surface || keepsSlip(surface.tangential_cor, surface.friction), wallKeepsSlip,

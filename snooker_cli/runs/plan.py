@@ -99,7 +99,10 @@ def scene_classes(
         experiment = same[0].experiment
         try:
             repeats, listed = experiment.repeats, "start" if experiment.start else "balls.list"
-            given = isinstance(experiment.balls, BallList) and not experiment.wall_law.is_random
+            given = (
+                isinstance(experiment.balls, BallList)
+                and not experiment.collision_rules.wall_law.is_random
+            )
             if repeats > 1 and given:
                 raise SceneError(
                     "repeats",

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle, Rectangle
-from snooker_cli.laws import Constant, Driven, Law, Viscoelastic
+from snooker_cli.laws import Constant, Driven, Law, PackageLaw, Viscoelastic
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events
 from snooker_cli.validation.methods import events_from_rows
@@ -123,6 +123,8 @@ def unsupported_key(scene: Scene) -> str | None:
     if not isinstance(scene.container, Circle | Rectangle):
         return f"shape: {scene.container.name}"
     for where, law in (("", scene.pair_law), *(("wall_", law) for law in scene.wall_law.parts)):
+        if isinstance(law, PackageLaw):
+            return f"{where}law: {law.name}"
         if not isinstance(law, Constant | Viscoelastic | Driven):
             return f"{where}{law.numbers()[-1]}"
     return None
