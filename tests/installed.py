@@ -16,6 +16,7 @@ EXAMPLES = {
     "velocity-correlation": "snooker_velocity_correlation.py",
     "free-times": "snooker_free_times.py",
     "lammps-dump": "snooker_lammps_dump.py",
+    "yielding": "snooker_yielding.py",
 }
 """The folders of the example packages and the only module of each."""
 

@@ -157,7 +157,7 @@ def test_the_page_is_made_of_the_examples_of_outputs_and_of_docstrings(
     if request.config.getoption("--write-goldens"):
         PAGE.write_text(made, encoding="utf-8")
     assert made == PAGE.read_text("utf-8")
-    assert len(FILE.findall(text)) == 7
+    assert len(FILE.findall(text)) == 9
     assert {*outputs} == {name for name, _ in PRINTED.findall(text)}
     assert {*rows} <= {name for name, _ in TABLE.findall(text)}
 
