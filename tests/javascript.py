@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from py_mini_racer import MiniRacer
 
 from snooker_cli.engine import webassembly
+from snooker_cli.laws import Law
 from snooker_cli.live_page.page import STARTING, engine_source, stored_start
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace, event_hashes
@@ -71,9 +72,9 @@ function simulated(scene, limits) {
 """
 
 
-def modules_source(boundaries: Sequence[str] | None = None) -> str:
+def modules_source(boundaries: Sequence[str] | None = None, laws: Sequence[Law] = ()) -> str:
     """A script that compiles modules of the engine at once, as no page may do."""
-    modules = webassembly.modules(boundaries).items()
+    modules = webassembly.modules(boundaries, laws).items()
     codes = {name: ",".join(map(str, code)) for name, code in modules}
     return "".join(
         f"modules.{name} = new WebAssembly.Module(Uint8Array.of({code}));\n"
@@ -84,11 +85,11 @@ def modules_source(boundaries: Sequence[str] | None = None) -> str:
 class JavaScript:
     """The scripts of the engine and of the start, in V8."""
 
-    def __init__(self, boundaries: Sequence[str] | None = None) -> None:
-        """With the modules of some boundaries, or of all."""
+    def __init__(self, boundaries: Sequence[str] | None = None, laws: Sequence[Law] = ()) -> None:
+        """With the modules of some boundaries, or of all, and with laws of packages."""
         self.context = MiniRacer()
-        self.context.eval(engine_source(*STARTING))
-        self.context.eval(modules_source(boundaries) + "0")
+        self.context.eval(engine_source(*STARTING, laws=laws))
+        self.context.eval(modules_source(boundaries, laws) + "0")
         self.context.eval(HELPERS)
 
     def __enter__(self) -> Self:

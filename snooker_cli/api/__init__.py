@@ -7,6 +7,7 @@ user should know beside files that are written is logged as a warning.
 from snooker_cli.api.analyses import SideBySide
 from snooker_cli.api.configs import (
     check_config,
+    laws_of_packages,
     schema_text,
     template,
     templates,
@@ -45,6 +46,7 @@ __all__ += ["ARGUMENTS", "CHECKPOINT_INTERVAL", "EXAMPLES", "SCHEMA", "Request"]
 __all__ += [
     "export_endings",
     "has_only_states",
+    "laws_of_packages",
     "made_folder",
     "runs_and_figures",
     "schema_text",

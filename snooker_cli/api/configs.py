@@ -8,6 +8,7 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from snooker_cli import laws
 from snooker_cli.api.results import WIDTH, Result
 from snooker_cli.api.wording import LIST_TEMPLATES, in_python
 from snooker_cli.config import SCHEMA_FILE, Experiment, Loaded, Point, template_configs
@@ -148,6 +149,11 @@ def write_template(name: str, out: str | PathLike[str] | None = None) -> list[Pa
     schema = path.with_name(template_configs.SCHEMA)
     write_text(schema, schema_text())
     return [path, schema]
+
+
+def laws_of_packages() -> dict[str, str]:
+    """The laws of installed packages, and the distribution and version of each."""
+    return {name: " ".join(laws.origin_of(name).split()[:2]) for name in laws.laws_of_packages()}
 
 
 def schema_text() -> str:

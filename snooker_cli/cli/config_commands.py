@@ -30,6 +30,9 @@ def init(
             raise UserError(f"--out {out}: give the TEMPLATE to write; `snooker init` lists them")
         purposes = api.templates(examples=list_all)
         print_table(["template", "what it is"], [*map(list, purposes.items())])
+        if laws := api.laws_of_packages():
+            print_line("")
+            print_table(["law", "from"], [[name, source] for name, source in laws.items()])
         return
     if out == Path("-"):
         print_line(api.template(template).rstrip("\n"))

@@ -121,6 +121,7 @@ def __getattr__(name: str) -> Any:
     return _tuples(name, {})
 
 
+@inlined
 def _elastic(_kind: float, _speed: float, _numbers: Floats) -> float:
     return 1.0
 

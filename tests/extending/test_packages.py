@@ -50,6 +50,7 @@ def test_what_is_installed_is_listed_after_what_snooker_has(installed: Installed
     assert rows[: len(own)] == own
     found = [(row["group"], row["name"], row["distribution"], row["version"]) for row in rows]
     assert found[len(own) :] == [
+        ("snooker.laws", "yielding", "snooker-yielding", "0.1"),
         ("snooker.quantities", "mean free time", "snooker-free-times", "0.1"),
         ("snooker.quantities", CORRELATION, "snooker-velocity-correlation", "0.1"),
         (
