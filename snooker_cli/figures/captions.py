@@ -380,7 +380,9 @@ class FigureBuilder:
         mean, errors = rows.mean(axis=0), standard_errors(rows)
         self.lines.append(Points(x, mean, errors, label or "simulation", index))
 
-    def add_residuals(self, index: int, x: Array, y: Array, error: Array, theory: Array) -> None:
+    def add_residuals(
+        self, index: int, x: Array, y: Array, error: Array, theory: Array, *, filled: bool = True
+    ) -> None:
         """Add markers to the panel below: ln(y/theory), where both are known and have one sign.
 
         error : standard error of y, or of its difference from theory
@@ -389,7 +391,7 @@ class FigureBuilder:
             known = np.isfinite(theory) & np.isfinite(y) & (y / theory > 0)
         x, y, error, theory = (column[known] for column in (x, y, error, theory))
         if len(x):
-            self.panel.append(Points(x, np.log(y / theory), error / np.abs(y), None, index))
+            self.panel.append(Points(x, np.log(y / theory), error / np.abs(y), None, index, filled))
 
     @property
     def covers_decades(self) -> bool:

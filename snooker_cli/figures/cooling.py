@@ -153,7 +153,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
         cors = np.array([point.experiment.cor for point in points])
         column = {name: np.array([row[name] for row in records]) for name in records[0]}
         alpha, error = column["alpha"], column["alpha_error"]
-        scene = build.start(points[0])
+        scene, expected = build.start(points[0]), np.full(len(cors), math.nan)
         if theories.theory_of(scene, quantities.HAFF_RATE, model):
             # The logarithm of the source report has no value at CoR 0.
             grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
@@ -162,7 +162,6 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
             y = curve if shared else curve / (1 - grid**2)
             build.lines.append(Line(grid, y, name, index, BY_THEORY))
             build.cite(quantities.HAFF_RATE, model)
-            build.add_residuals(index, cors, alpha, error, expected)
             if len(build.groups) <= MOST_SENTENCES:
                 about = f"{build.label(points[0], names)}: " if several else ""
                 build.beside_theory = True
@@ -173,6 +172,10 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
         scale = 1.0 if shared else 1 / (1 - cors**2)
         early = (column["ended_early"] > 0) & (not build.source)
         build.lines += markers(cors, alpha * scale, error * scale, label, index, early)
+        for kept, filled in ((~early, True), (early, False)):
+            if kept.any():
+                columns = (each[kept] for each in (cors, alpha, error, expected))
+                build.add_residuals(index, *columns, filled=filled)
         any_early |= bool(early.any())
         if build.source:
             series, name = index + len(build.groups), "k by the source report"

@@ -12,6 +12,8 @@ from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.distributions import MOMENTS, MOST_STATES, at_moments, second_half
 from snooker_cli.figures.distributions import times_of_parts as times_of
 from snooker_cli.figures.figure_data import (
+    EXTRAPOLATED,
+    MEASURED,
     Array,
     Band,
     FigureData,
@@ -72,19 +74,19 @@ def against_distance(build: FigureBuilder) -> FigureData:
             labels = [build.label(point) or ""]
         for series, (label, of_repeats) in enumerate(zip(labels, rows, strict=True), index):
             curves = velocity_correlations.correlations(of_repeats)
-            build.add_means(series, label or None, x, curves[0], "solid")
+            build.add_means(series, label or None, x, curves[0], MEASURED)
             across += _mean(series, x, curves[1])
             turning += _mean(series, upper, curves[2])
         expected = build.predicted(scene, quantities.NEIGHBOURS, *MODELS)
         if expected is not None:
             name = None if references else "elastic balls"
-            references.setdefault(expected, Reference("y", expected, name, "dotted"))
+            references.setdefault(expected, Reference("y", expected, name, EXTRAPOLATED))
         build.record(point, nearest=mean_and_error(curves[0][:, 0]), theory=expected)
     build.lines += references.values()
     across += [Reference("y", line.value, None, line.style) for line in references.values()]
     turning.append(Reference("y", 1.0))
     if not references:
-        build.lines.append(Reference("y", 0.0))
+        build.lines.append(Reference("y", 0.0, "independent velocities"))
         across.append(Reference("y", 0.0))
     when = "The last state of repeats that cool; else the mean over the second half."
     if len(cools) == 1:
@@ -104,7 +106,7 @@ def against_distance(build: FigureBuilder) -> FigureData:
 def _mean(series: int, x: Array, rows: Array) -> list[Layer]:
     """The mean over repeats and the band of its error."""
     mean = rows.mean(axis=0)
-    line = Line(x, mean, None, series, "solid")
+    line = Line(x, mean, None, series, MEASURED)
     if len(rows) == 1:
         return [line]
     error = standard_errors(rows)

@@ -131,6 +131,10 @@ def test_points_of_repeats_that_ended_early_are_open(tmp_path: Path) -> None:
     assert early == [True, False]
     markers = {points.filled: points for points in layers(found, Points) if len(points.x)}
     assert (markers[False].x.tolist(), markers[True].x.tolist()) == ([0.8], [0.95])
+    below = {
+        points.filled: points.x.tolist() for points in found.panel if isinstance(points, Points)
+    }
+    assert below == {False: [0.8], True: [0.95]}
     assert "with repeats that ended early" in [layer.label for layer in layers(found, Points)]
 
 
