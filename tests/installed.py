@@ -13,7 +13,7 @@ from typing import Any
 from hatchling.builders.wheel import WheelBuilder
 
 EXAMPLES = {
-    "velocity-correlation": "snooker_velocity_correlation.py",
+    "neighbour-alignment": "snooker_neighbour_alignment.py",
     "free-times": "snooker_free_times.py",
     "lammps-dump": "snooker_lammps_dump.py",
     "yielding": "snooker_yielding.py",

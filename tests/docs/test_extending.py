@@ -128,13 +128,13 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
 def printed(installed: Installed) -> dict[str, str]:
     """What commands print, by the names of the page."""
     lines = installed.snooker("plugins").splitlines()
-    first = next(n for n, line in enumerate(lines) if "snooker-velocity" in line)
+    first = next(n for n, line in enumerate(lines) if "snooker-neighbour" in line)
     own = lines[first : first + 3]
     compared = installed.snooker("compare", "gas").splitlines()
-    (row,) = (line for line in compared if line.startswith("velocity correlation"))
+    (row,) = (line for line in compared if line.startswith("alignment"))
     caption = installed.snooker("plot", "gas", "free-times").splitlines()[3:]
     return {
-        "plugins of velocity-correlation": "\n".join(own) + "\n",
+        "plugins of neighbour-alignment": "\n".join(own) + "\n",
         "row": f"{row}\n",
         "caption": "\n".join(caption) + "\n",
     }

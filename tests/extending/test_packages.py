@@ -19,7 +19,7 @@ from installed import EXAMPLES, PACKAGES, Installed, with_examples
 import snooker_cli
 from snooker_cli import extending
 
-CORRELATION = "velocity correlation of neighbours"
+ALIGNMENT = "alignment of neighbours"
 
 
 @pytest.fixture(scope="module")
@@ -52,10 +52,10 @@ def test_what_is_installed_is_listed_after_what_snooker_has(installed: Installed
     assert found[len(own) :] == [
         ("snooker.laws", "yielding", "snooker-yielding", "0.1"),
         ("snooker.quantities", "mean free time", "snooker-free-times", "0.1"),
-        ("snooker.quantities", CORRELATION, "snooker-velocity-correlation", "0.1"),
+        ("snooker.quantities", ALIGNMENT, "snooker-neighbour-alignment", "0.1"),
         (
-            *("snooker.theories", f"{CORRELATION}: momentum of N balls"),
-            *("snooker-velocity-correlation", "0.1"),
+            *("snooker.theories", f"{ALIGNMENT}: momentum of N balls"),
+            *("snooker-neighbour-alignment", "0.1"),
         ),
         ("snooker.figures", "free-times", "snooker-free-times", "0.1"),
         ("snooker.exports", ".lammpstrj", "snooker-lammps-dump", "0.1"),
@@ -67,7 +67,7 @@ def test_what_is_installed_is_listed_after_what_snooker_has(installed: Installed
 
 
 def test_an_observable_is_compared_with_its_theory(installed: Installed) -> None:
-    found = installed.rows("gas")[CORRELATION, "momentum of N balls"]
+    found = installed.rows("gas")[ALIGNMENT, "momentum of N balls"]
     assert found["predicted"] == pytest.approx(-1 / 19)
     assert 0 < found["difference_error"] < 0.02
     assert abs(found["difference"]) < 4 * found["difference_error"]
@@ -75,21 +75,21 @@ def test_an_observable_is_compared_with_its_theory(installed: Installed) -> None
 
 def test_results_are_kept_for_the_packages_that_made_them(installed: Installed) -> None:
     """Without the package its row is gone; another version of its source makes another row."""
-    module = installed.site / EXAMPLES["velocity-correlation"]
+    module = installed.site / EXAMPLES["neighbour-alignment"]
     source = module.read_text("utf-8")
-    information = installed.site / "snooker_velocity_correlation-0.1.dist-info"
+    information = installed.site / "snooker_neighbour_alignment-0.1.dist-info"
     installed.rows("gas")
     try:
         module.write_text(source.replace("-1 / (gas.number - 1)", "-1 / gas.number"), "utf-8")
-        other = installed.rows("gas")[CORRELATION, "momentum of N balls"]["predicted"]
+        other = installed.rows("gas")[ALIGNMENT, "momentum of N balls"]["predicted"]
         assert other == pytest.approx(-1 / 20)
         information.rename(information.with_name("away"))
-        assert not [key for key in installed.rows("gas") if key[0] == CORRELATION]
+        assert not [key for key in installed.rows("gas") if key[0] == ALIGNMENT]
     finally:
         module.write_text(source, "utf-8")
         if not information.exists():
             information.with_name("away").rename(information)
-    again = installed.rows("gas")[CORRELATION, "momentum of N balls"]["predicted"]
+    again = installed.rows("gas")[ALIGNMENT, "momentum of N balls"]["predicted"]
     assert again == pytest.approx(-1 / 19)
 
 

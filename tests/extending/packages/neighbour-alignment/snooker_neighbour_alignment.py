@@ -7,7 +7,7 @@ from snooker_cli.extending import Quantity, Scene, Theory, near_pairs
 GAP = 0.5  # diameters between the surfaces of neighbours at most
 
 
-def correlation(positions: np.ndarray, velocities: np.ndarray, scene: Scene) -> float:
+def alignment(positions: np.ndarray, velocities: np.ndarray, scene: Scene) -> float:
     """The mean of v₁·v₂ over pairs of neighbours, over the mean of v²; nan without neighbours."""
     gap = GAP * 2 * float(np.mean(scene.radii))
     pairs = near_pairs(positions, scene.radii, gap, scene.container.period)
@@ -17,20 +17,20 @@ def correlation(positions: np.ndarray, velocities: np.ndarray, scene: Scene) -> 
     return float(values.mean() / square) if len(values) and square > 0 else np.nan
 
 
-CORRELATION = Quantity(
-    name="velocity correlation of neighbours",
-    symbol="C",
+ALIGNMENT = Quantity(
+    name="alignment of neighbours",
+    symbol="A",
     unit="1",
-    words="velocity correlation of neighbours",
-    key="velocity_correlation",
+    words="alignment of neighbours",
+    key="neighbour_alignment",
     source="snapshots",
-    of_state=correlation,
+    of_state=alignment,
     unmeasured="it needs `record: events` or `snapshots`",
     alone=("several", "equal_balls", "moves"),
 )
 
 MOMENTUM = Theory(
-    quantity=CORRELATION,
+    quantity=ALIGNMENT,
     model="momentum of N balls",
     source="exact: balls of momentum zero have Σv = 0, and places and velocities are independent",
     needs=("elastic", "several", "equal_balls", "no_walls", "at_rest", "smooth"),
