@@ -13,9 +13,10 @@ import repeating
 
 from snooker_cli import containers, theory
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, FigureData, Line, Reference, Selection
-from snooker_cli.figures.figure_data import MEASURED, NEUTRAL, Band
+from snooker_cli.figures.figure_data import MEASURED, NEUTRAL, Band, FigureData, Line, Reference
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.runs import Run
+from snooker_cli.runs.selection import Selection
 from snooker_cli.trace import Trace
 
 BASE = """\

@@ -22,9 +22,11 @@ from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.profiles import measured_profile
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, FigureData, Selection
+from snooker_cli.figures.figure_data import FigureData
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.laws import Constant
 from snooker_cli.runs import Run
+from snooker_cli.runs.selection import Selection
 from snooker_cli.theory import FINITE, INFINITE
 from snooker_cli.two_temperatures import EQUAL_RATES, MEAN_FIELD
 

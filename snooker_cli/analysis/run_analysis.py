@@ -23,6 +23,7 @@ from snooker_cli.config import Point
 from snooker_cli.errors import RunError, UserError
 from snooker_cli.files import sources_hash
 from snooker_cli.formatting import plain
+from snooker_cli.options import FIT_SINCE, FIT_UNTIL
 from snooker_cli.plugins import origins
 from snooker_cli.results_cache import MEMORY, from_cache
 from snooker_cli.runs import Run
@@ -76,7 +77,7 @@ def fits(
     if not 0 <= since < until:
         raise UserError(
             f"there is no range of times from {since:g} s to {until:g} s",
-            "give seconds from the start, with 0 ≤ --from < --until",
+            f"give seconds from the start, with 0 ≤ {FIT_SINCE} < {FIT_UNTIL}",
         )
     headers = (status.header for point in chosen for status in run.statuses(point.index))
     end = max((header.stop.time for header in headers if header), default=math.inf)
@@ -206,6 +207,7 @@ def _all_results(run: Run, point: Point, counting: Counting) -> dict[str, Any]:
     if not present:
         return {"fits": NOTHING, "comparisons": NOTHING, "table": {}, "state": NO_STATE}
     measurement = measurement_of(run, point, present, _traces(run, point, present, counting))
+
     constants = decays_of(measurement)
     compared, notes = comparisons_of(measurement, constants)
     return {
@@ -236,6 +238,7 @@ def _columns(measurement: Measurement, constants: Sequence[Decay]) -> dict[str, 
         ratio = measurement.last_energy / measurement.first_energy
     begins = np.full_like(whole.length, math.nan)
     is_warm = facts.hold(scene, "warm_walls")
+
     if is_warm and (first := stationary_part_of(measurement).first_window) is not None:
         begins[measurement.complete] = first / WINDOWS * measurement.time[measurement.complete]
     columns = {

@@ -18,7 +18,7 @@ from snooker_cli.formatting import (
     text_table,
     with_error,
 )
-from snooker_cli.runs.side_by_side import RUN
+from snooker_cli.runs.run import RUN
 
 Item = TypeVar("Item")
 
@@ -35,7 +35,7 @@ PAIRED = (
 )
 """What a reader of the errors of comparisons has to know."""
 
-MORE_COMPARED = "--all also has these errors and the formulas of the source report."
+MORE_COMPARED = "also has these errors and the formulas of the source report."
 
 
 def main_rows(rows: Records) -> Records:

@@ -8,9 +8,10 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from snooker_cli import options
 from snooker_cli.api.results import WIDTH, Result
-from snooker_cli.api.wording import LIST_TEMPLATES, in_python
-from snooker_cli.config import SCHEMA_FILE, Experiment, Loaded, Point, template_configs
+from snooker_cli.config import Experiment, Loaded, Point, template_configs
+from snooker_cli.config.template_configs import SCHEMA, SCHEMA_FILE
 from snooker_cli.engine import webassembly
 from snooker_cli.engine.page_kernels import boundaries_of
 from snooker_cli.errors import UserError, check_name
@@ -31,7 +32,6 @@ Overrides: TypeAlias = Mapping[str, Any] | Iterable[str] | None
 """Values of keys, or texts such as ``cor=0.8`` as the option ``-o`` has them."""
 
 
-@in_python()
 def load(config: Config, overrides: Overrides = None) -> Loaded:
     """The experiment of a config, with the document that it comes from. Raises ``ConfigError``."""
     if isinstance(overrides, Mapping):
@@ -59,7 +59,6 @@ def with_scenes(
         return loaded.experiment, *points_and_classes(loaded, show)
 
 
-@in_python()
 def check_config(config: Config, overrides: Overrides = None) -> Result:
     """Check a config, with the starting scene of every point; what ``validate`` prints.
 
@@ -95,7 +94,6 @@ def scale_lines(scales: "TypicalScales") -> list[str]:
     return [""] * bool(lines) + lines
 
 
-@in_python()
 def warm_up(*configs: Config) -> None:
     """Compile what runs of these configs and their analyses and films need.
 
@@ -126,14 +124,12 @@ def _paths(with_examples: bool = True) -> dict[str, Path]:
     return template_configs.templates() | (template_configs.examples() if with_examples else {})
 
 
-@in_python()
 def template(name: str) -> str:
     """The text of a template or an example, for ``yaml.safe_load``. Raises ``UserError``."""
-    check_name(name, _paths(), "template", LIST_TEMPLATES)
+    check_name(name, _paths(), "template", options.TEMPLATE_NAMES)
     return template_configs.template_text(_paths()[name])
 
 
-@in_python()
 def write_template(name: str, out: str | PathLike[str] | None = None) -> list[Path]:
     """Write a template or an example, and the schema for editors beside it; both files.
 
@@ -143,9 +139,9 @@ def write_template(name: str, out: str | PathLike[str] | None = None) -> list[Pa
     """
     text, path = template(name), Path(out or f"{name}.yaml")
     if os.path.lexists(path):
-        raise UserError(f"{path}: exists already", "give --out for another name")
+        raise UserError(f"{path}: exists already", f"give {options.OUT} for another name")
     write_text(path, template_configs.renamed(text, name, path.stem))
-    schema = path.with_name(template_configs.SCHEMA)
+    schema = path.with_name(SCHEMA)
     write_text(schema, schema_text())
     return [path, schema]
 

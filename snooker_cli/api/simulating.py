@@ -10,11 +10,11 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from snooker_cli import runs
+from snooker_cli import options, runs
+from snooker_cli.api.arguments import with_options
 from snooker_cli.api.configs import Config, Overrides, scale_lines, typical_scales, with_scenes
-from snooker_cli.api.results import Outcome, Plan
+from snooker_cli.api.results import Outcome, Plan, first
 from snooker_cli.api.runs import Run
-from snooker_cli.api.wording import first, in_python
 from snooker_cli.errors import RunError, UserError
 from snooker_cli.formatting import (
     counted,
@@ -29,8 +29,9 @@ from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import share_of
 from snooker_cli.runs.plan import LAW, is_excessive, run_plan
 from snooker_cli.runs.processes import processors
-from snooker_cli.runs.progress import execute_watched, run_summary, share_done, showing_notices
+from snooker_cli.runs.progress import showing_notices
 from snooker_cli.runs.status import continuing, ended
+from snooker_cli.runs.watched_execution import execute_watched, run_summary, share_done
 from snooker_cli.trace import StopReason
 
 if TYPE_CHECKING:
@@ -110,7 +111,9 @@ class Request:
             # Stored files are checked only if the whole run would be too much.
             too_much = not yes and is_excessive(self._estimate(True))
             if too_much and is_excessive(left := self._estimate(self.fresh)):
-                ways = "set fewer collisions or repeats, or `record: summary`, or give --yes"
+                ways = (
+                    f"set fewer collisions or repeats, or `record: summary`, or give {options.YES}"
+                )
                 raise UserError(_costs(left), ways)
             results, watcher = execute_watched(
                 run,
@@ -149,7 +152,6 @@ class Request:
         return run_plan(self.run, self.scene_classes, self._threads, fresh=fresh, share=self.share)
 
 
-@in_python()
 def plan(config: Config, overrides: Overrides = None, **how: Any) -> Plan:
     """What ``run`` would do: repeats, the search, time and disk space.
 
@@ -162,7 +164,9 @@ def plan(config: Config, overrides: Overrides = None, **how: Any) -> Plan:
     return Request(config, overrides, **how).plan()
 
 
-@in_python()
+@with_options(
+    *(options.RUN_OUT, options.FRESH, options.JOBS, options.EXECUTOR, options.PART, options.YES)
+)
 def run(
     config: Config,
     overrides: Overrides = None,
@@ -181,18 +185,13 @@ def run(
     config : a YAML file, or the same keys as a dict
     overrides : values of keys; several values, or a range as a text, are a sweep:
         ``{"cor": [0.8, 0.9], "balls.rings": "range(1,4)"}``
-    out : the run's folder [``runs/`` and the file's name; for a dict, eight digits of its hash]
-    fresh : replace the results in the folder
-    jobs : threads [all cores]
-    executor : ``"threads"``, or ``"dask=tcp://HOST:PORT"`` for the workers of a dask scheduler
-    part : ``"3/16"`` for every 16th batch of repeats from the third on, to share the work
     checkpoint : seconds after which unfinished repeats are saved
-    yes : whether it may take over a week, or more than the free disk space
     progress : show a bar in a terminal, or in a notebook that has ipywidgets; a log gets lines
 
-    ``print(run.outcome)`` shows what came out. Ctrl-C stores what is simulated, then raises
-    ``KeyboardInterrupt``; the same call continues. Raises ``ConfigError``, ``RunError`` for a
-    folder with other results, and for repeats that failed when all others are stored.
+    For a dict, the run's folder has eight digits of its hash as a name. ``print(run.outcome)``
+    shows what came out. Ctrl-C stores what is simulated, then raises ``KeyboardInterrupt``; the
+    same call continues. Raises ``ConfigError``, ``RunError`` for a folder with other results, and
+    for repeats that failed when all others are stored.
     """
     source = "{…}" if isinstance(config, Mapping) else repr(str(config))
     with showing_notices():
@@ -220,9 +219,11 @@ def _share(run: Run, part: str, fresh: bool) -> tuple[set[tuple[int, int]], str]
     match = re.fullmatch(r"(\d{1,6})/(\d{1,6})", part)
     k, n = (int(match[1]), int(match[2])) if match else (0, 0)
     if not 1 <= k <= n:
-        raise UserError(f"--part {part}: give K/N with 1 ≤ K ≤ N, as in 3/16")
+        raise UserError(f"{options.PART.of(part)}: give K/N with 1 ≤ K ≤ N, as in 3/16")
     if fresh:
-        raise UserError("--part and --fresh: parts delete nothing; delete the folder first")
+        raise UserError(
+            f"{options.PART} and {options.FRESH}: parts delete nothing; delete the folder first"
+        )
     return share_of(run, k, n)
 
 
@@ -234,7 +235,7 @@ def _cluster(
     if executor == "threads":
         return None
     if name != "dask":
-        raise UserError(f"--executor {executor}: give threads, or dask=tcp://HOST:PORT")
+        raise UserError(f"{options.EXECUTOR.of(executor)}: give threads, or dask=tcp://HOST:PORT")
     from snooker_cli.runs.dask_executor import DaskExecutor
 
     cluster = DaskExecutor(address, at_once, cancelled)

@@ -8,10 +8,9 @@ from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import Any
 
-from snooker_cli import store
+from snooker_cli import options, store
 from snooker_cli.api.output_files import check_free
-from snooker_cli.api.results import Result, Results, Verdicts
-from snooker_cli.api.wording import first, in_python_words
+from snooker_cli.api.results import Result, Results, Verdicts, first
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import UserError, explained, notice
 from snooker_cli.files import write_text
@@ -34,7 +33,6 @@ from snooker_cli.runs.verification import verify
 from snooker_cli.trace import event_hashes
 
 COUNT_HEADINGS = (">done", ">running", ">failed", ">to do", ">collisions")
-AT_COLLAPSE = "Run the config with --fresh to end such repeats at the collapse."
 
 
 def statuses_in(folder: Path) -> Results:
@@ -105,7 +103,9 @@ def status_of(run: Run) -> Result:
         *first(text_table(["point", *COUNT_HEADINGS, "ended"], rows)),
         *first([*remarks], 10, ""),
         *first([_not_listed(point) for point in content["former"]], 10, ""),
-        *[in_python_words(AT_COLLAPSE)][: len(hidden)],
+        *[f"Run the config with {options.FRESH} to end such repeats at the collapse."][
+            : len(hidden)
+        ],
         listed(contents),
     ]
     if content["command"]:
@@ -219,7 +219,9 @@ def proofs(
 
     chosen = [*run.by_number] if point is None else [point]
     if out is not None and len(chosen) > 1:
-        raise UserError("--out writes the certificate of one repeat", "give --point too")
+        raise UserError(
+            f"{options.OUT} writes the certificate of one repeat", f"give {options.POINT} too"
+        )
     if out is not None:
         check_free(out, replace)
     records, lines = [], []

@@ -34,12 +34,11 @@ from snooker_cli.config.problems import (
     in_words,
     key_path,
 )
-from snooker_cli.config.template_configs import EXAMPLES, SCHEMA_FILE
 from snooker_cli.config.yaml_document import Mark, YamlDocument, document, text_of
 from snooker_cli.errors import SceneError
 from snooker_cli.formatting import plain
 
-__all__ = ["EXAMPLES", "LIMITS", "SCHEMA_FILE", "BallCount", "BallList", "Rings"]
+__all__ = ["LIMITS", "BallCount", "BallList", "Rings"]
 __all__ += ["ConfigError", "Experiment", "Loaded", "Point", "Start", "StateReader"]
 __all__ += ["digest", "extends", "load", "parse", "points", "to_json", "unit_of", "validated"]
 __all__ += ["with_values"]

@@ -26,7 +26,7 @@ from snooker_cli.figures.figure_data import (
     courses,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import elastic
+from snooker_cli.figures.series import elastic
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import Trace
 

@@ -50,9 +50,9 @@ from snooker_cli.figures.figure_data import (
     mean_of_remaining,
     places,
 )
-from snooker_cli.figures.selection import Selection
 from snooker_cli.formatting import point_label, short, with_error
 from snooker_cli.laws import Constant
+from snooker_cli.runs.selection import Selection
 from snooker_cli.scene import Scene
 
 RATE = "s⁻¹"

@@ -13,7 +13,7 @@ from snooker_cli.analysis.time_series import Averages, interpolated
 from snooker_cli.config import Point
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import Array
-from snooker_cli.figures.selection import gas_type_of
+from snooker_cli.figures.series import gas_type_of
 from snooker_cli.formatting import counted
 from snooker_cli.trace import Trace
 

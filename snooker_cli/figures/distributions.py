@@ -41,7 +41,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     legend_marker,
 )
-from snooker_cli.figures.selection import elastic, gas_type_of
+from snooker_cli.figures.series import elastic, gas_type_of
 from snooker_cli.formatting import chance, short
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace

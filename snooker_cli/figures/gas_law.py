@@ -34,8 +34,9 @@ from snooker_cli.figures.figure_data import (
     mean_of_remaining,
 )
 from snooker_cli.figures.legends import MOST_ENTRIES
-from snooker_cli.figures.selection import gas_type_of
+from snooker_cli.figures.series import gas_type_of
 from snooker_cli.formatting import chance, short, with_error
+from snooker_cli.options import WHERE
 from snooker_cli.scene import Scene
 
 IDEAL = "ideal gas"
@@ -173,7 +174,7 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     if not any(np.ptp(value) > SAME * np.max(value) for value in (densities, temperatures)):
         raise FigureError("it needs points at two or more areas, numbers or temperatures")
     if any(state.traits.species > 1 or state.radius != radius for state in states):
-        raise FigureError("it needs balls of one radius; choose it by balls.radius with --where")
+        raise FigureError(f"it needs balls of one radius; choose it by balls.radius with {WHERE}")
     ratios, errors = np.array([mean_and_error(state.over_ideal) for state in states]).T
     # A fit weighs by errors, and those of few repeats are poor: pooled, they share a scale.
     walls = facts.hold(first.traits, "walls")

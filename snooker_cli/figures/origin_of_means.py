@@ -26,7 +26,7 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
 )
-from snooker_cli.figures.selection import gas_type_of
+from snooker_cli.figures.series import gas_type_of
 from snooker_cli.theory import FINITE
 from snooker_cli.trace import Trace, even_choice
 

@@ -21,7 +21,7 @@ from snooker_cli.figures.figure_data import (
     Reference,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import gas_type_of
+from snooker_cli.figures.series import gas_type_of
 from snooker_cli.formatting import short
 
 MOST_SUMMED, OF_A_STATE = 4_000_000, 40_000

@@ -24,14 +24,10 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import (
-    axis_label,
-    changing_with,
-    described,
-    value_at,
-)
+from snooker_cli.figures.series import axis_label, changing_with, described
 from snooker_cli.formatting import counted
 from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.runs.selection import value_at
 from snooker_cli.scene import Scene
 
 MOST_NAMED = 3  # points that a caption names

@@ -44,8 +44,10 @@ from snooker_cli.figures.figure_data import (
     mean_of_remaining,
 )
 from snooker_cli.figures.legends import MOST_ENTRIES
-from snooker_cli.figures.selection import along, elastic, gas_type_of, varying
+from snooker_cli.figures.series import along, elastic, gas_type_of
 from snooker_cli.formatting import short
+from snooker_cli.options import WHERE
+from snooker_cli.runs.selection import varying
 from snooker_cli.scene import Scene
 from snooker_cli.trace import even_choice
 
@@ -388,7 +390,7 @@ def cluster_growth(build: FigureBuilder) -> FigureData:
         if (packing := scene.packing_fraction) > DENSEST_CLUSTERS:
             raise FigureError(
                 f"at a packing of {short(packing, 2)} elastic balls are one cluster too; use a "
-                f"packing of {DENSEST_CLUSTERS:g} at most, or choose such points with --where"
+                f"packing of {DENSEST_CLUSTERS:g} at most, or choose such points with {WHERE}"
             )
     without = dict[str, Reference]()  # by the packing
     density, energies = build.for_panel(), build.for_panel()

@@ -45,9 +45,10 @@ from snooker_cli.figures.figure_data import (
     mean_of_remaining,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import axis_label, value_at
+from snooker_cli.figures.series import axis_label
 from snooker_cli.figures.sweeps import places_between, start_with
 from snooker_cli.formatting import counted, listed, short, with_error
+from snooker_cli.runs.selection import value_at
 from snooker_cli.scene import Scene
 
 BINS = 20  # of profiles

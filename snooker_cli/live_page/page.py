@@ -11,6 +11,7 @@ import yaml
 from numpy.typing import NDArray
 
 from snooker_cli import config as configs
+from snooker_cli import options
 from snooker_cli.config import BallList, Experiment, Loaded
 from snooker_cli.containers import Circle, Container, Rectangle
 from snooker_cli.engine import webassembly
@@ -84,7 +85,9 @@ def live_page(
     for name in controls or ():
         if name not in CONTROLS:
             known = ", ".join(CONTROLS)
-            raise UserError(f"--controls: there is no control {name!r}; give some of {known}")
+            raise UserError(
+                f"{options.CONTROLS}: there is no control {name!r}; give some of {known}"
+            )
     words = words_of(language)
     points = loaded.points()
     experiment = points[0].experiment
@@ -156,7 +159,9 @@ def words_of(language: str) -> Words:
     """
     if language not in LANGUAGES:
         known = ", ".join(LANGUAGES)
-        raise UserError(f"--language: there is no language {language!r}; give one of {known}")
+        raise UserError(
+            f"{options.LANGUAGE}: there is no language {language!r}; give one of {known}"
+        )
     if language == "en":
         return {}
     table: Words = yaml.safe_load(text_of(LIVE, f"languages/{language}.yaml"))

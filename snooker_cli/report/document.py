@@ -23,8 +23,8 @@ import yaml
 from snooker_cli.animation import film, page
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError, UserError, install_advice
-from snooker_cli.figures import FigureData
 from snooker_cli.figures.drawing import save
+from snooker_cli.figures.figure_data import FigureData
 from snooker_cli.files import atomic_write, unlinked, write_text
 from snooker_cli.formatting import (
     counted,

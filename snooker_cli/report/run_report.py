@@ -27,15 +27,18 @@ from snooker_cli.analysis.theories import CRITICAL, value_of
 from snooker_cli.analysis.trend import trends
 from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, FigureData, Selection, own_figures, selected
 from snooker_cli.figures.caption_text import setting
-from snooker_cli.figures.selection import gas_type_of, spread, swept_number
+from snooker_cli.figures.figure_data import FigureData
+from snooker_cli.figures.registry import FIGURES, own_figures
+from snooker_cli.figures.series import gas_type_of, spread, swept_number
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label, printable
 from snooker_cli.report.document import Pages, packaged
 from snooker_cli.runs import Run
 from snooker_cli.runs.progress import counting
-from snooker_cli.runs.side_by_side import RUN, RunsSideBySide
+from snooker_cli.runs.run import RUN
+from snooker_cli.runs.selection import Selection, selected
+from snooker_cli.runs.side_by_side import RunsSideBySide
 from snooker_cli.runs.status import early_warning, ended, run_status
 from snooker_cli.scene import Scene
 from snooker_cli.theory import IDEAL

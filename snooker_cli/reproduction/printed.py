@@ -8,8 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from snooker_cli import Circle, theory
-from snooker_cli.figures import FigureData
-from snooker_cli.figures.figure_data import NEUTRAL, Layer, Line, Points, Reference
+from snooker_cli.figures.figure_data import NEUTRAL, FigureData, Layer, Line, Points, Reference
 from snooker_cli.formatting import listed, ratio, short, with_error
 from snooker_cli.reproduction.explanations import FACTOR
 from snooker_cli.reproduction.run_results import SETTLED, Results

@@ -11,7 +11,8 @@ import yaml
 
 import snooker_cli as snooker
 from snooker_cli import Run
-from snooker_cli.figures import FIGURES, FigureData, Selection
+from snooker_cli.figures.figure_data import FigureData
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.files import write_json
 from snooker_cli.formatting import plain, range_held, short, with_error
 from snooker_cli.report.document import Pages
@@ -27,6 +28,7 @@ from snooker_cli.reproduction.printed import (
 )
 from snooker_cli.reproduction.run_results import SETTLED, WINDOWS, Results, results
 from snooker_cli.reproduction.source_values import LORD, TARGETS, TITLE, text_of_file
+from snooker_cli.runs.selection import Selection
 from snooker_cli.validation import accuracy_study
 from snooker_cli.validation.physics_study import walls
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import Repeat, Run, Scene, theory
-from snooker_cli.figures import FigureData
+from snooker_cli.figures.figure_data import FigureData
 from snooker_cli.formatting import plain
 from snooker_cli.reproduction.source_values import COEFFICIENTS
 

@@ -20,6 +20,7 @@ from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import RunError, StoreError, error_text, install_advice
 from snooker_cli.files import discard
 from snooker_cli.formatting import listed
+from snooker_cli.options import EXECUTOR, OUT
 from snooker_cli.runs.batch import (
     Batch,
     Begun,
@@ -143,7 +144,7 @@ def _opened(remote: RemoteRun) -> Run:
         problem = error.problem
     raise RunError(
         f"{problem} as the worker on {platform.node()} sees it",
-        "--out must name a folder on a file system that all workers share",
+        f"{OUT} must name a folder on a file system that all workers share",
     )
 
 
@@ -160,17 +161,17 @@ class DaskExecutor(Executor):
     """
 
     def __init__(self, address: str, at_once: int | None, cancelled: threading.Event) -> None:
-        match = _ADDRESS.fullmatch(address)
+        match, executor = _ADDRESS.fullmatch(address), EXECUTOR.of(f"dask={address}")
         if match is None or not 0 < int(match[1]) < 65536:
             raise RunError(
-                f"--executor dask={address}: no address of a scheduler",
+                f"{executor}: no address of a scheduler",
                 "it looks like dask=tcp://HOST:8786, as `dask scheduler` says when it starts",
             )
         try:
             import distributed
             from distributed.utils import silence_logging_cmgr
         except ImportError:
-            raise RunError("--executor dask needs dask", install_advice("cluster")) from None
+            raise RunError(f"{EXECUTOR} dask needs dask", install_advice("cluster")) from None
         self.address = address
         self._name = secrets.token_hex(8)
         self._lost = False
@@ -183,8 +184,7 @@ class DaskExecutor(Executor):
                 if address.startswith("tls:") and not security.get("ssl_context"):
                     # A client that begins without certificates cannot be closed.
                     raise RunError(
-                        f"--executor dask={address}: dask's configuration names no certificates "
-                        "for TLS",
+                        f"{executor}: dask's configuration names no certificates for TLS",
                         "set distributed.comm.tls as docs/cluster.md shows",
                     )
                 self._client = distributed.Client(

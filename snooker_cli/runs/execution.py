@@ -23,6 +23,7 @@ from snooker_cli import store
 from snooker_cli.errors import DeniedError, RunError
 from snooker_cli.files import discard
 from snooker_cli.formatting import counted
+from snooker_cli.options import JOBS
 from snooker_cli.runs.batch import (
     CHECKPOINT_INTERVAL,
     Batch,
@@ -209,14 +210,14 @@ class ProcessExecutor(Executor):
             self._pool.kill()
             raise RunError(
                 f"{job.run.directory}: no further process can begin ({error.strerror})",
-                "close other programs, or run the same command again with --jobs 1",
+                f"close other programs, or run the same command again with {JOBS} 1",
             ) from None
         except BrokenProcessPool:
             self._pool.kill()
             raise RunError(
                 f"{job.run.directory}: the system ended a process of this run, perhaps for lack of "
                 "memory",
-                "run the same command again, with fewer --jobs",
+                f"run the same command again, with fewer {JOBS}",
             ) from None
 
     def _news(self) -> Iterator[Progress]:

@@ -35,6 +35,7 @@ from snooker_cli.files import (
     write_json,
 )
 from snooker_cli.formatting import counted, listed
+from snooker_cli.options import FRESH, OUT, RUN_CONFIG, RUNS_LISTED
 from snooker_cli.runs import manifest
 from snooker_cli.runs.run import FIGURES, MANIFEST, RepeatState, Run, point_and_repeats
 
@@ -105,7 +106,7 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
         if other and not _is_run(directory):  # another process may just have made the run
             raise RunError(
                 f"{directory}: is not empty and not a run of snooker",
-                "give --out for another folder",
+                f"give {OUT} for another folder",
                 code="not_a_run",
             )
         return ""
@@ -138,7 +139,7 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
     elif earlier and _has_longer_repeat(run):
         code, refusal = "shorter_limits", f"repeats longer than this config asks for ({limits})"
     if refusal:
-        advice = "give --out for another folder, or --fresh, which deletes them"
+        advice = f"give {OUT} for another folder, or {FRESH}, which deletes them"
         raise RunError(f"{directory}: holds {refusal}", advice, code=code)
     if earlier:
         return f"{directory} ends earlier than before: {limits}; no repeat is longer yet"
@@ -242,7 +243,7 @@ def _restored(run: Run) -> str:
         if reason:
             raise RunError(
                 f"{run.directory}: {LOST}, and {path.relative_to(run.directory)} {reason}",
-                "give --fresh to replace the repeats or --out for another folder",
+                f"give {FRESH} to replace the repeats or {OUT} for another folder",
                 code="other_config",
             )
     return f"{run.directory}: {LOST}; it is made again, and the repeats are kept"
@@ -298,14 +299,14 @@ def open_run(name: str | Path) -> Run:
         folder = RUNS if len(Path(name).parts) == 1 else Path(name).parent
         others = [path.parent.name for path in folder.glob(f"*/{MANIFEST}")]
         near = difflib.get_close_matches(Path(name).name, others, n=1)
-        advice = "make one with `snooker run CONFIG`"
+        advice = f"make one with {RUN_CONFIG}"
         if inside := [str(path.parent) for path in sorted(Path(name).glob(f"*/{MANIFEST}"))]:
             more = [f"{len(inside) - MOST_NAMED:,} more"] if len(inside) > MOST_NAMED else []
             advice = f"give one of the runs in it: {listed(inside[:MOST_NAMED] + more)}"
         elif near:
-            advice = f"the nearest is {Path(name).with_name(near[0])}, and `snooker ls` lists all"
+            advice = f"the nearest is {Path(name).with_name(near[0])}, and {RUNS_LISTED} lists all"
         if _repeat_files(lost := Path(name)) or _repeat_files(lost := RUNS / name):
-            advice = f"run its config again with --out {lost}, which keeps the repeats"
+            advice = f"run its config again with {OUT.of(lost)}, which keeps the repeats"
             raise RunError(f"{lost}: {LOST}", advice)
         raise RunError(f"{name}: there is no run here (no {MANIFEST})", advice)
     return manifest.read(directory)
@@ -321,7 +322,7 @@ def runs_in(directory: Path) -> list[Path]:
     if not directory.is_dir():
         raise RunError(
             f"{directory}: there is no such folder",
-            f"`snooker run CONFIG` makes {RUNS}, or name a folder that has runs in it",
+            f"{RUN_CONFIG} makes {RUNS}, or name a folder that has runs in it",
         )
     lost = {path.parents[1] for path in directory.glob("*/point-*/repeats-*-*.h5")}
     return sorted(lost | {path.parent for path in directory.glob(f"*/{MANIFEST}")})
@@ -362,7 +363,7 @@ def locked_for_part(run: Run) -> Iterator[None]:
         if not holds_manifest(run):
             raise RunError(
                 f"{run.directory}: parts of another config are running here",
-                "let them end, or give --out for another folder",
+                f"let them end, or give {OUT} for another folder",
                 code="locked",
             )
         yield
@@ -394,7 +395,8 @@ def writing(directory: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise RunError(
-            f"{directory}: cannot be written ({error.strerror})", "give --out for another folder"
+            f"{directory}: cannot be written ({error.strerror})",
+            f"give {OUT} for another folder",
         ) from None
 
 
@@ -424,7 +426,7 @@ def locked(directory: Path, shared: bool = False) -> Iterator[None]:
         else:
             raise RunError(
                 f"{directory}: another `snooker run` is writing here",
-                "let it end, or give --out for another folder",
+                f"let it end, or give {OUT} for another folder",
                 code="locked",
             )
         # With the lock, no other run of this machine is here: its temporary files are left-overs.

@@ -18,6 +18,7 @@ from snooker_cli.config.problems import in_words, key_path, rendered, value_at
 from snooker_cli.errors import DeniedError, RunError, StoreError, error_text
 from snooker_cli.files import read_text
 from snooker_cli.formatting import listed, plain, printable
+from snooker_cli.options import FRESH, OUT
 from snooker_cli.ranges import Index
 from snooker_cli.runs.run import MANIFEST, Run
 
@@ -101,13 +102,13 @@ def read(directory: Path) -> Run:
         raise StoreError(
             path,
             f"cannot be read ({printable(reason)})",
-            "put a copy of it back, or run the config with --fresh, which replaces the results",
+            f"put a copy of it back, or run the config with {FRESH}, which replaces the results",
         ) from None
     if manifest.schema_version not in store.READABLE:
         raise RunError(
             f"{directory}: its files have version {manifest.schema_version} of the schema, and "
             f"this snooker reads versions {listed([*map(str, store.READABLE)])}",
-            "run its config with --fresh, which replaces the results, or with --out",
+            f"run its config with {FRESH}, which replaces the results, or with {OUT}",
             code="other_schema",
         )
     return run

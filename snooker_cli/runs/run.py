@@ -24,6 +24,7 @@ from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason, Trace
 
 MANIFEST = "run.json"
+RUN = "run"  # of runs side by side, the parameter that names the run of a point
 FIGURES = "figures"  # the folder where ``plot`` saves them
 REMEMBERED_SIZE = 32_000_000  # bytes of a file up to which its repeats stay in memory
 REPLACES = "run the config again, which replaces it"

@@ -10,10 +10,7 @@ from snooker_cli.config import Point
 from snooker_cli.config.points import LIMITS, single_values
 from snooker_cli.errors import RunError
 from snooker_cli.formatting import listed
-from snooker_cli.runs.run import Check, RepeatStatus, Run
-
-RUN = "run"
-"""The parameter that names the run of a point."""
+from snooker_cli.runs.run import RUN, Check, RepeatStatus, Run
 
 NOT_COMPARED = {
     *("title", "repeats", "sweep", "seed", "common_random", "record", "snapshots"),

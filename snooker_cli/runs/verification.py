@@ -16,6 +16,7 @@ from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.engine.simulation import Sink, StateSink, Watch
 from snooker_cli.errors import RunError, StoreError
 from snooker_cli.formatting import listed
+from snooker_cli.options import REPLAY
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import ThreadExecutor
 from snooker_cli.runs.out_of_range import Limits, fault_of
@@ -45,7 +46,7 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
         raise RunError(
             f"{run.directory}: holds results of engine version {run.engine_version}, which this "
             f"snooker, of version {ENGINE_VERSION}, cannot simulate again",
-            "verify it without --replay",
+            f"verify it without {REPLAY}",
         )
     if not replay:
         for point in run.points:

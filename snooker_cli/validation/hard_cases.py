@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from snooker_cli.analysis.observables import losses, total_energy
-from snooker_cli.config import EXAMPLES, load
+from snooker_cli.config import load
+from snooker_cli.config.template_configs import EXAMPLES
 from snooker_cli.engine import States, replay, series, simulate
 from snooker_cli.engine.frames import NEAR
 from snooker_cli.errors import UnsoundError, check_name
@@ -231,7 +232,7 @@ def hard_plan(names: Sequence[str]) -> Record:
     Raises ``UserError`` if there is no such case.
     """
     for name in names:
-        check_name(name, CASES, "hard case", "snooker init --list")
+        check_name(name, CASES, "hard case", "`snooker init --list`")
     of_default = [name for name, known in CASES.items() if not known.get("by_name_only")]
     return {"cases": [*dict.fromkeys(names)] or of_default, "quick": False}
 

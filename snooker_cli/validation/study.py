@@ -21,7 +21,7 @@ from snooker_cli import __version__
 from snooker_cli.config import Experiment, load
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import UserError, install_advice
-from snooker_cli.figures import FigureData
+from snooker_cli.figures.figure_data import FigureData
 from snooker_cli.formatting import plain
 from snooker_cli.runs.processes import processors
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import traceback
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,8 +17,9 @@ from repeating import batches_of, file_of
 
 from snooker_cli.analysis import run_analysis
 from snooker_cli.errors import RunError
-from snooker_cli.figures import FIGURES, Selection
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.runs import Run
+from snooker_cli.runs.selection import Selection
 
 KINDS = {
     "fits": run_analysis.fits,
@@ -122,3 +126,36 @@ def test_few_calls_lead_from_a_command_to_its_analysis(
     assert snooker(*command.split()).code == 0
     assert called[0] == "main"
     assert len(called) <= 15, called
+
+
+FILES_LOADED = """
+import os
+import sys
+
+from snooker_cli.cli import main
+
+
+def notice(frame, event, _):
+    code = frame.f_code
+    place = os.path.basename(code.co_filename), code.co_name
+    if (event, *place) == ("call", "measurement.py", "measure"):
+        files = [name for name in sys.modules if name.partition(".")[0] == "snooker_cli"]
+        print(len(files), *sorted(files), flush=True)
+        os._exit(0)
+
+
+sys.setprofile(notice)
+main()
+"""
+
+
+@pytest.mark.parametrize(("command", "most"), [("fit small", 93), ("plot small energy", 106)])
+def test_a_command_loads_few_files_before_its_analysis(
+    command: str, most: int, finished: Path, tmp_path: Path
+) -> None:
+    """Of figures only those that are drawn, of the engine what replays events."""
+    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path)}  # no kept results
+    call = [sys.executable, "-c", FILES_LOADED, *command.split()]
+    done = subprocess.run(call, env=environment, capture_output=True, text=True, check=True)
+    number, *files = done.stdout.split()
+    assert int(number) <= most, files

@@ -13,7 +13,7 @@ import pytest
 from command_line import Snooker
 from config_texts import BASE
 
-from snooker_cli.api import Run
+from snooker_cli.api.runs import Run
 from snooker_cli.cli import main
 from snooker_cli.cli.app import COMMANDS, HIDDEN, loaded
 from snooker_cli.config import parse

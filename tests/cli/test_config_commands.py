@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from command_line import Snooker
 
-from snooker_cli.config import SCHEMA_FILE, digest, load
-from snooker_cli.config.template_configs import SCHEMA, templates
+from snooker_cli.config import digest, load
+from snooker_cli.config.template_configs import SCHEMA, SCHEMA_FILE, templates
 from snooker_cli.runs import open_run
 from snooker_cli.theory import published_ratio
 

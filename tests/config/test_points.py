@@ -9,7 +9,6 @@ import pytest
 from config_texts import BASE, PAIR, experiment
 
 from snooker_cli.config import (
-    EXAMPLES,
     BallList,
     ConfigError,
     Experiment,
@@ -22,6 +21,7 @@ from snooker_cli.config import (
     unit_of,
 )
 from snooker_cli.config.points import stream_seed
+from snooker_cli.config.template_configs import EXAMPLES
 from snooker_cli.placement.starting_scene import starting_scene
 
 

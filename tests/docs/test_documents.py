@@ -35,7 +35,7 @@ from snooker_cli.config import digest, load, parse
 from snooker_cli.config.template_configs import templates
 from snooker_cli.engine.simulation import simulate_batch
 from snooker_cli.errors import ExitCode
-from snooker_cli.figures import FIGURES
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.formatting import rough, short, with_error
 from snooker_cli.placement.starting_scene import starting_scenes
 from snooker_cli.reproduction.claims import decay_factors

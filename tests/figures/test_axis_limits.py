@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from figure_runs import made, shown
 
-from snooker_cli.figures import FIGURES
 from snooker_cli.figures.axis_limits import beginning_of_decades, outside, reach, visible
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.drawing import draw
@@ -25,8 +24,9 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
 )
-from snooker_cli.figures.selection import Selection
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.runs import Run
+from snooker_cli.runs.selection import Selection
 
 
 def markers(y: Array, error: Array | None = None) -> Points:

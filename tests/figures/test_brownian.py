@@ -11,9 +11,8 @@ import pytest
 from figure_runs import layers, made, shown, traces
 
 from snooker_cli.analysis import diffusion
-from snooker_cli.figures import Line, Points, Reference
 from snooker_cli.figures.drawing import draw
-from snooker_cli.figures.figure_data import BY_THEORY
+from snooker_cli.figures.figure_data import BY_THEORY, Line, Points, Reference
 from snooker_cli.runs import Run
 
 TEXT = """\

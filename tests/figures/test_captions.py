@@ -15,10 +15,13 @@ from repeating import batches_of, file_of, run_of
 from snooker_cli.analysis import quantities, theories
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Points, Selection, registry, selected
-from snooker_cli.figures.caption_text import Caption, unfinished
-from snooker_cli.figures.selection import along, as_series, evenly, matching, value_at
+from snooker_cli.figures import registry
+from snooker_cli.figures.caption_text import Caption
+from snooker_cli.figures.figure_data import Points
+from snooker_cli.figures.registry import FIGURES
+from snooker_cli.figures.series import along, as_series, evenly
 from snooker_cli.runs import Run
+from snooker_cli.runs.selection import Selection, matching, selected, unfinished, value_at
 from snooker_cli.trace import StopReason
 
 

@@ -17,10 +17,9 @@ import pytest
 from figure_runs import shown
 from matplotlib.colors import to_rgb
 
-from snooker_cli.figures import Line
-from snooker_cli.figures.figure_data import NEUTRAL
+from snooker_cli.figures.figure_data import NEUTRAL, Line
 from snooker_cli.figures.legends import _DASHES, _HUES, _MARKERS, MOST_ENTRIES, colour, pattern
-from snooker_cli.figures.selection import MOST_SERIES
+from snooker_cli.figures.series import MOST_SERIES
 from snooker_cli.runs import Run
 
 SEEN = {

@@ -12,9 +12,10 @@ from figure_runs import ROUGH, layers, made, shown, traces, why_not
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.engine import replay, series
-from snooker_cli.figures import FIGURES, Line, Selection
-from snooker_cli.figures.figure_data import Band, Repeats, courses
+from snooker_cli.figures.figure_data import Band, Line, Repeats, courses
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.runs import Run
+from snooker_cli.runs.selection import Selection
 from snooker_cli.scene import EPSILON
 
 

@@ -16,11 +16,20 @@ from snooker_cli.analysis.decay import course, decays
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.engine import series
-from snooker_cli.figures import FIGURES, Line, Points, Reference, Selection
 from snooker_cli.figures.captions import LOG_SPREAD
-from snooker_cli.figures.figure_data import BY_THEORY, EXTRAPOLATED, Band, courses
+from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    EXTRAPOLATED,
+    Band,
+    Line,
+    Points,
+    Reference,
+    courses,
+)
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.formatting import with_error
 from snooker_cli.runs import Run
+from snooker_cli.runs.selection import Selection
 from snooker_cli.trace import Trace
 
 

@@ -17,18 +17,12 @@ from snooker_cli.analysis.measurement import measure, pairs_of
 from snooker_cli.config import parse
 from snooker_cli.engine import replay
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import (
-    FIGURES,
-    FigureData,
-    Line,
-    Points,
-    Reference,
-    Selection,
-    distributions,
-)
+from snooker_cli.figures import distributions
 from snooker_cli.figures.distributions import _reduced_components
-from snooker_cli.figures.figure_data import NEUTRAL, Band
+from snooker_cli.figures.figure_data import NEUTRAL, Band, FigureData, Line, Points, Reference
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.runs import Run
+from snooker_cli.runs.selection import Selection
 from snooker_cli.trace import SPEED_BIN
 
 

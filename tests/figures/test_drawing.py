@@ -18,12 +18,23 @@ from matplotlib.axis import Axis
 from matplotlib.text import Text
 
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, FigureData, Line, Points, Reference, state_pictures
+from snooker_cli.figures import state_pictures
 from snooker_cli.figures.drawing import draw, save, styled, to_json
-from snooker_cli.figures.figure_data import NEUTRAL, Band, Panel, Pictures, with_logarithmic_axes
+from snooker_cli.figures.figure_data import (
+    NEUTRAL,
+    Band,
+    FigureData,
+    Line,
+    Panel,
+    Pictures,
+    Points,
+    Reference,
+    with_logarithmic_axes,
+)
 from snooker_cli.figures.legends import colour, dashes, marker
-from snooker_cli.figures.selection import Selection
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.runs import Run
+from snooker_cli.runs.selection import Selection
 
 pytestmark = pytest.mark.filterwarnings("error")
 X = np.array([0.1, 0.2, 0.3])

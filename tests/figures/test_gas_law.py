@@ -14,8 +14,7 @@ from snooker_cli import theory
 from snooker_cli.analysis.measurement import Array, measure, pairs_of
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.engine import series
-from snooker_cli.figures import Line, Points, Reference
-from snooker_cli.figures.figure_data import BY_THEORY, MEASURED, Band
+from snooker_cli.figures.figure_data import BY_THEORY, MEASURED, Band, Line, Points, Reference
 from snooker_cli.formatting import short
 from snooker_cli.runs import Run
 from snooker_cli.theory import FINITE

@@ -11,8 +11,7 @@ from figure_runs import ELASTIC, layers, made, shown, traces, why_not
 from snooker_cli import theory
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.engine import series
-from snooker_cli.figures import Line, Points, Reference
-from snooker_cli.figures.figure_data import Band
+from snooker_cli.figures.figure_data import Band, Line, Points, Reference
 from snooker_cli.figures.origin_of_means import HITS
 from snooker_cli.runs import Run
 from snooker_cli.trace import even_choice

@@ -13,11 +13,12 @@ import snooker_cli
 from snooker_cli.api.drawings import check_names
 from snooker_cli.config import parse
 from snooker_cli.errors import ArgumentError, FigureError
-from snooker_cli.figures import FIGURES, FigureData, Points, Selection, own_figures
-from snooker_cli.figures.registry import MOST_ALONG, former_names, possible
-from snooker_cli.figures.selection import AXES
+from snooker_cli.figures.figure_data import FigureData, Points
+from snooker_cli.figures.registry import FIGURES, MOST_ALONG, former_names, own_figures, possible
+from snooker_cli.figures.series import AXES
 from snooker_cli.reproduction.reproduce import REPORT_FIGURES
 from snooker_cli.runs import Run
+from snooker_cli.runs.selection import Selection
 
 
 @pytest.mark.parametrize("shape", ["box", "periodic"])

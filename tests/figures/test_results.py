@@ -10,12 +10,12 @@ import pytest
 from figure_runs import ADRIFT, ROUGH, STORED, check_caption, made, shown, unnamed_lines
 
 from snooker_cli.analysis.findings import result_and_theory
-from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.figures.declared_result import Result, deviation_sentence, with_units_of_axes
-from snooker_cli.figures.figure_data import Points
-from snooker_cli.figures.registry import figures_of
-from snooker_cli.figures.selection import described
+from snooker_cli.figures.figure_data import FigureData, Points
+from snooker_cli.figures.registry import FIGURES, figures_of
+from snooker_cli.figures.series import described
 from snooker_cli.runs import Run
+from snooker_cli.runs.selection import Selection
 
 GASES = "decaying", "warm", "box", "periodic", "mixture", "heated", "driven"
 FURTHER = {"rough": ROUGH, "stored": STORED, "adrift": ADRIFT}

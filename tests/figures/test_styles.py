@@ -9,8 +9,15 @@ from typing import get_args
 import pytest
 from figure_runs import layers, shown
 
-from snooker_cli.figures import Line, Reference
-from snooker_cli.figures.figure_data import BY_THEORY, EXTRAPOLATED, MEASURED, SECOND, LineStyle
+from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    EXTRAPOLATED,
+    MEASURED,
+    SECOND,
+    Line,
+    LineStyle,
+    Reference,
+)
 from snooker_cli.figures.legends import _DASHES
 from snooker_cli.runs import Run
 from snooker_cli.theory import FINITE

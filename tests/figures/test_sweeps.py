@@ -16,14 +16,14 @@ from snooker_cli.analysis.gas import finite_haff_rate, late_spins
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.captions import FigureBuilder, theories_once
 from snooker_cli.figures.figure_data import NEUTRAL, Line, Points
 from snooker_cli.figures.legends import PALEST, colour
-from snooker_cli.figures.registry import possible
-from snooker_cli.figures.selection import described, scale
+from snooker_cli.figures.registry import FIGURES, possible
+from snooker_cli.figures.series import described, scale
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import Run
+from snooker_cli.runs.selection import Selection
 from snooker_cli.runs.side_by_side import RunsSideBySide
 
 

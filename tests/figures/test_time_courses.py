@@ -27,21 +27,22 @@ from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.analysis.structure import Array
 from snooker_cli.engine import series
-from snooker_cli.figures import Line, Reference
 from snooker_cli.figures.captions import MOST_SINGLE, FigureBuilder
 from snooker_cli.figures.figure_data import (
     MEASURED,
     Band,
+    Line,
     Points,
+    Reference,
     Repeats,
     at_common_times,
     courses,
     lasting,
     lasting_rows,
 )
-from snooker_cli.figures.selection import Selection
 from snooker_cli.formatting import short
 from snooker_cli.runs import Run
+from snooker_cli.runs.selection import Selection
 from snooker_cli.scene import Scene
 
 

@@ -14,9 +14,11 @@ from snooker_cli.analysis.measurement import Measurement, measure
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.analysis.stationarity import StationaryPart
 from snooker_cli.engine import replay, series
-from snooker_cli.figures import FIGURES, Line, Points, Reference, Selection, counted_parts
-from snooker_cli.figures.figure_data import BY_THEORY, EXTRAPOLATED
+from snooker_cli.figures import counted_parts
+from snooker_cli.figures.figure_data import BY_THEORY, EXTRAPOLATED, Line, Points, Reference
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.runs import Run
+from snooker_cli.runs.selection import Selection
 
 SIGMAS = 4
 ALIKE = {"wall_temperature__right": 50.0}

@@ -17,14 +17,14 @@ from figure_runs import made as made_run
 from gas_kinds import KINDS, scene_of
 from pypdf import PdfReader
 
-from snooker_cli import api
+import snooker_cli as snooker
 from snooker_cli.analysis.comparison import gas_kinds
 from snooker_cli.analysis.decay import NO_LOSSES
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Selection, own_figures
 from snooker_cli.figures.caption_text import setting
 from snooker_cli.figures.drawing import styled
+from snooker_cli.figures.registry import FIGURES, own_figures
 from snooker_cli.formatting import printable
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report import run_report as module
@@ -40,6 +40,7 @@ from snooker_cli.report.run_report import (
     trivial,
 )
 from snooker_cli.runs import Run, open_run
+from snooker_cli.runs.selection import Selection
 
 
 def made(folder: Path, *runs: Run) -> Path:
@@ -214,7 +215,7 @@ def test_a_report_begins_with_a_plain_sentence(small: Path, finished_run: Run) -
 
 
 def test_a_report_has_the_finding_of_its_run(small: Path, finished_run: Run) -> None:
-    found = api.open(finished_run.directory)
+    found = snooker.open(finished_run.directory)
     assert spaced(found.finding().replace("1/s", "s⁻¹")) in words(small)
     lines = found.compare().text(brief=True).splitlines()
     assert [line.partition(":")[0] for line in lines] == ["2 points", "cor=0.85", "cor=1.0"]

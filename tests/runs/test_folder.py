@@ -15,11 +15,11 @@ from repeating import contents, done, made, run_of
 import snooker_cli as snooker
 from snooker_cli import runs
 from snooker_cli.errors import RunError, StoreError
-from snooker_cli.figures.caption_text import unlisted
 from snooker_cli.files import temporary_path, write_json
 from snooker_cli.runs import MANIFEST, Run
 from snooker_cli.runs.folder import FAILURES
 from snooker_cli.runs.run import FIGURE_KEYS
+from snooker_cli.runs.selection import unlisted
 
 
 @pytest.fixture
@@ -257,7 +257,7 @@ def test_a_lost_manifest_is_made_again(
     run = replace(finished_one_each, directory=copied)
     manifest, before = copied / MANIFEST, files(copied)
     manifest.unlink()
-    with pytest.raises(RunError, match=r"run\.json is lost; run its config again with --out"):
+    with pytest.raises(RunError, match=r"run\.json is lost; run its config again with out="):
         runs.open_run(copied)
     assert copied in runs.runs_in(copied.parent)
     assert runs.runs_in(copied) == [copied]

@@ -12,7 +12,7 @@ from snooker_cli.config import parse, points
 from snooker_cli.engine import simulation
 from snooker_cli.runs import progress
 from snooker_cli.runs.batch import Batch, Progress, RepeatResult
-from snooker_cli.runs.progress import RunProgress
+from snooker_cli.runs.watched_execution import RunProgress
 from snooker_cli.trace import Stop, StopReason
 
 BALLS = "container: {radius: 10.0}\nballs: {rings: 1, radius: 1.0, speed: 1.0}\ncor: 0.9\n"

@@ -15,7 +15,7 @@ import pytest
 from command_line import Snooker
 
 import snooker_cli
-from snooker_cli import api
+import snooker_cli as snooker
 from snooker_cli.config import Experiment, Start, digest, to_json
 from snooker_cli.errors import SnookerError
 from snooker_cli.runs.starting_state import load, state_of
@@ -50,7 +50,7 @@ PERIODIC = {
 }
 
 
-def done(config: Any, out: str, **overrides: Any) -> api.Run:
+def done(config: Any, out: str, **overrides: Any) -> snooker.Run:
     return snooker_cli.run(config, overrides, out=f"runs/{out}", progress=False)
 
 

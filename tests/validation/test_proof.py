@@ -19,7 +19,8 @@ from command_line import SMALL, Snooker, output_of
 from scenes import gas, scene_of
 
 from snooker_cli import runs, store
-from snooker_cli.config import EXAMPLES, load
+from snooker_cli.config import load
+from snooker_cli.config.template_configs import EXAMPLES
 from snooker_cli.engine import replay, simulate
 from snooker_cli.laws import Surface
 from snooker_cli.placement.starting_scene import starting_scene
