@@ -37,20 +37,6 @@ MOST_PIXELS = 10_000  # of a side of a PNG, which then takes 400 MB of memory
 _log = logging.getLogger(__name__)
 
 
-def registry() -> list[dict[str, Any]]:
-    """What ``snooker.figure_list`` returns."""
-    return [
-        {
-            "figure": spec.name,
-            "title": spec.title,
-            "needs": spec.needs,
-            "report_figures": list(spec.report_figures),
-            "reproduce_only": spec.reproduce_only,
-        }
-        for spec in FIGURES.values()
-    ]
-
-
 def check_names(names: Iterable[str]) -> None:
     """Raise ``UserError`` for a name that no figure has."""
     former = former_names()

@@ -220,9 +220,18 @@ def figure_list() -> list[dict[str, Any]]:
 
     ``reproduce_only``: it is left out of the figures of a run, unless it is named.
     """
-    from snooker_cli.api.drawings import registry
+    from snooker_cli.figures.registry import FIGURES
 
-    return registry()
+    return [
+        {
+            "figure": spec.name,
+            "title": spec.title,
+            "needs": spec.needs,
+            "report_figures": list(spec.report_figures),
+            "reproduce_only": spec.reproduce_only,
+        }
+        for spec in FIGURES.values()
+    ]
 
 
 def plugin_list() -> list[dict[str, Any]]:

@@ -19,7 +19,7 @@ from matplotlib.text import Text
 
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import state_pictures
-from snooker_cli.figures.drawing import draw, save, styled, to_json
+from snooker_cli.figures.drawing import draw, save, to_json
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
     Band,
@@ -33,6 +33,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.legends import colour, dashes, marker
 from snooker_cli.figures.registry import FIGURES
+from snooker_cli.figures.style import styled
 from snooker_cli.runs import Run
 from snooker_cli.runs.selection import Selection
 
@@ -305,16 +306,22 @@ def test_a_figure_with_logarithmic_axes_is_drawn_legibly(
 @pytest.mark.parametrize(
     ("values", "reason"),
     [
-        ([-0.5, 1.0, 2.0], "--log-y needs positive values of y, and its least is -0.5; leave it"),
-        ([0.0, 0.0, 0.0], "--log-y needs positive values of y, and its least is 0; leave it out"),
-        ([np.nan, np.nan, np.nan], "--log-y needs positive values of y, and there is none"),
+        (
+            [-0.5, 1.0, 2.0],
+            "log_y=True needs positive values of y, and its least is -0.5; leave it",
+        ),
+        (
+            [0.0, 0.0, 0.0],
+            "log_y=True needs positive values of y, and its least is 0; leave it out",
+        ),
+        ([np.nan, np.nan, np.nan], "log_y=True needs positive values of y, and there is none"),
     ],
 )
 def test_what_has_no_logarithm_is_refused_in_one_sentence(values: list[float], reason: str) -> None:
     data = replace(EVERYTHING, layers=(Line(X, np.array(values), "line"),))
     with pytest.raises(FigureError, match=f"^{reason}"):
         with_logarithmic_axes(data, False, True)
-    with pytest.raises(FigureError, match="on axes of one scale; leave out --log-x"):
+    with pytest.raises(FigureError, match="on axes of one scale; leave out log_x=True"):
         with_logarithmic_axes(replace(data, equal_axes=True), True, False)
 
 

@@ -17,10 +17,11 @@ from repeating import done, made
 from snooker_cli.containers import Box, Channel, Container, PeriodicBox
 from snooker_cli.engine import replay
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.drawing import draw, save, styled, to_json
+from snooker_cli.figures.drawing import draw, save, to_json
 from snooker_cli.figures.figure_data import FigureData, Picture, Pictures
 from snooker_cli.figures.registry import FIGURES
 from snooker_cli.figures.state_pictures import raster
+from snooker_cli.figures.style import styled
 from snooker_cli.runs import Run
 from snooker_cli.runs.selection import Selection
 

@@ -23,8 +23,8 @@ from snooker_cli.analysis.decay import NO_LOSSES
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.caption_text import setting
-from snooker_cli.figures.drawing import styled
 from snooker_cli.figures.registry import FIGURES, own_figures
+from snooker_cli.figures.style import styled
 from snooker_cli.formatting import printable
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report import run_report as module
