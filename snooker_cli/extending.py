@@ -14,8 +14,8 @@ from snooker_cli.engine import States, replay
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.export import Columns, Format
 from snooker_cli.facts import FACTS
-from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.declared_result import Result
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import Band, FigureData, Line, Points, Reference
 from snooker_cli.figures.registry import FigureSpec
 from snooker_cli.neighbours import near_pairs

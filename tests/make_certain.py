@@ -43,7 +43,7 @@ def proofs(name: str) -> dict[str, Any]:
     """
     records = []
     for point in load(EXAMPLES / f"{name}.yaml").points():
-        limits = point.experiment
+        limits = point.config
         most = min(limits.collisions or MOST, MOST)
         trace = simulate(starting_scene(limits, 0), collisions=most, time=limits.time)
         records.append(prove(trace, most))

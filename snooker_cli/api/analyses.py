@@ -40,7 +40,7 @@ _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Analyses(runs.Run):
+class AnalysedRun(runs.RunFolder):
     """Points with their repeats, and the analyses and figures that scripts use.
 
     ``run[point, repeat]`` is a repeat, and ``for repeat in run`` gives all of them. One file is in
@@ -48,7 +48,7 @@ class Analyses(runs.Run):
     """
 
     def __repr__(self) -> str:
-        size = f"{counted(len(self.points), 'point')}, {counted(self.experiment.repeats, 'repeat')}"
+        size = f"{counted(len(self.points), 'point')}, {counted(self.config.repeats, 'repeat')}"
         return f"<run {self.name}: {size} each>"
 
     def __getitem__(self, place: tuple[int, int]) -> "Repeat":
@@ -337,7 +337,7 @@ class Analyses(runs.Run):
                     )
                 trace = with_events(trace, since, span[2])
                 run, _ = self.origin(point)
-                films.append(film(trace, run.experiment.title or run.name, subtitle, *span))
+                films.append(film(trace, run.config.title or run.name, subtitle, *span))
             except FigureError as error:
                 raise UserError(f"repeat {number} of {self.name} {error}") from None
         return films

@@ -9,8 +9,8 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from snooker_cli import options
-from snooker_cli.api.results import WIDTH, Result
-from snooker_cli.config import Experiment, Loaded, Point, template_configs
+from snooker_cli.api.results import WIDTH, CommandResult
+from snooker_cli.config import Config, Loaded, Point, template_configs
 from snooker_cli.config.template_configs import SCHEMA, SCHEMA_FILE
 from snooker_cli.engine import webassembly
 from snooker_cli.engine.page_kernels import boundaries_of
@@ -25,14 +25,14 @@ from snooker_cli.runs.warm_up import compiled_steps
 if TYPE_CHECKING:
     from snooker_cli.analysis.typical_scales import TypicalScales
 
-Config: TypeAlias = str | PathLike[str] | Mapping[str, Any]
+ConfigSource: TypeAlias = str | PathLike[str] | Mapping[str, Any]
 """A YAML file, or the same keys as a dict."""
 
 Overrides: TypeAlias = Mapping[str, Any] | Iterable[str] | None
 """Values of keys, or texts such as ``cor=0.8`` as the option ``-o`` has them."""
 
 
-def load(config: Config, overrides: Overrides = None) -> Loaded:
+def load(config: ConfigSource, overrides: Overrides = None) -> Loaded:
     """The experiment of a config, with the document that it comes from. Raises ``ConfigError``."""
     if isinstance(overrides, Mapping):
         overrides = [_override(key, value) for key, value in overrides.items()]
@@ -48,18 +48,18 @@ def _override(key: str, value: Any) -> str:
 
 
 def with_scenes(
-    config: Config, overrides: Overrides
-) -> tuple[Experiment, tuple[Point, ...], list[SceneClass]]:
+    config: ConfigSource, overrides: Overrides
+) -> tuple[Config, tuple[Point, ...], list[SceneClass]]:
     """The experiment of a config, its points, and the classes of their starting scenes.
 
     Raises ``ConfigError``, also for a scene that cannot exist.
     """
     loaded = load(config, overrides)
     with reporting() as show:
-        return loaded.experiment, *points_and_classes(loaded, show)
+        return loaded.config, *points_and_classes(loaded, show)
 
 
-def check_config(config: Config, overrides: Overrides = None) -> Result:
+def check_config(config: ConfigSource, overrides: Overrides = None) -> CommandResult:
     """Check a config, with the starting scene of every point; what ``validate`` prints.
 
     config, overrides : as of ``run``
@@ -68,16 +68,16 @@ def check_config(config: Config, overrides: Overrides = None) -> Result:
     typical ``scales``: of each its ``values`` at the points, and the ``models`` that they are from.
     Raises ``ConfigError``.
     """
-    experiment, points, scene_classes = with_scenes(config, overrides)
+    valid_config, points, scene_classes = with_scenes(config, overrides)
     balls = sorted({number for scenes in scene_classes for number in scenes.balls})
-    number, repeats = len(points), experiment.repeats
+    number, repeats = len(points), valid_config.repeats
     fewest = f"{balls[0]} to " if balls[1:] else ""
     name = "{…}" if isinstance(config, Mapping) else config
     line = f"{name}: valid; points: {number:,}, repeats of each: {repeats}, balls: "
     content = {"points": number, "repeats": repeats, "balls": [balls[0], balls[-1]]}
     scales = typical_scales(points)
     lines = [f"{line}{fewest}{balls[-1]}", *scale_lines(scales)]
-    return Result({**content, "scales": scales.as_json()}, lines)
+    return CommandResult({**content, "scales": scales.as_json()}, lines)
 
 
 def typical_scales(points: Sequence[Point]) -> "TypicalScales":
@@ -94,7 +94,7 @@ def scale_lines(scales: "TypicalScales") -> list[str]:
     return [""] * bool(lines) + lines
 
 
-def warm_up(*configs: Config) -> None:
+def warm_up(*configs: ConfigSource) -> None:
     """Compile what runs of these configs and their analyses and films need.
 
     configs : as of ``run`` [all templates]
@@ -103,9 +103,9 @@ def warm_up(*configs: Config) -> None:
     because processes compile, which import it again. Raises ``ConfigError``, ``UserError`` if
     compiled code cannot be stored, and ``RunError`` if processes cannot work.
     """
-    names: Sequence[Config] = configs or tuple(template_configs.templates().values())
+    names: Sequence[ConfigSource] = configs or tuple(template_configs.templates().values())
     points = [point for config in names for point in with_scenes(config, None)[1]]
-    scenes = [same[0].experiment for same in alike(points).values()]
+    scenes = [same[0].config for same in alike(points).values()]
     steps = compiled_steps(scenes)
     for _ in counting(steps, "compiling, steps:", next(steps)):
         pass

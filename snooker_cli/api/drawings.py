@@ -24,7 +24,7 @@ from snooker_cli.figures.figure_data import FigureData, with_logarithmic_axes
 from snooker_cli.figures.registry import FIGURES, figures_of, former_names, own_figures, possible
 from snooker_cli.figures.series import MOST_SERIES
 from snooker_cli.formatting import listed, point_label, short, text_table, with_error
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.runs.folder import writing
 from snooker_cli.runs.progress import reporting
 from snooker_cli.runs.selection import Selection, begun, matching, selected, unfinished
@@ -46,7 +46,9 @@ def check_names(names: Iterable[str]) -> None:
         check_name(name, FIGURES, "figure", options.FIGURE_NAMES)
 
 
-def possible_figures(run: Run, names: Sequence[str], selection: Selection) -> list[dict[str, Any]]:
+def possible_figures(
+    run: RunFolder, names: Sequence[str], selection: Selection
+) -> list[dict[str, Any]]:
     """What ``Run.possible_figures`` returns."""
     check_names(names)
     points = begun(run, selection)
@@ -62,7 +64,7 @@ def possible_figures(run: Run, names: Sequence[str], selection: Selection) -> li
 
 
 def save_figures(
-    run: Run,
+    run: RunFolder,
     names: Sequence[str],
     out: Path | None,
     selection: Selection,
@@ -134,7 +136,7 @@ def of_states(
 
 
 def _with_progress(
-    run: Run, names: list[str], selection: Selection, most: int | None
+    run: RunFolder, names: list[str], selection: Selection, most: int | None
 ) -> Iterator[tuple[str, str, FigureData | FigureError]]:
     """``figures_of``, while a terminal shows which repeat is read."""
     figures = figures_of(run, names, selection, lambda text: show(text), most)
@@ -169,7 +171,7 @@ def _save(figure: FigureData, stem: Path, *how: Any) -> tuple[Path, ...]:
         return tuple(save(figure, stem, *how))
 
 
-def _warn_of_missing(run: Run, selection: Selection) -> None:
+def _warn_of_missing(run: RunFolder, selection: Selection) -> None:
     """Warn of repeats that are missing or shorter than the extended run, and of early ends."""
     wanted = matching(run, selection)
     with reporting() as show:

@@ -18,7 +18,7 @@ from snooker_cli.config import Point, to_json
 from snooker_cli.engine import nearest_times, replayed, stored_times
 from snooker_cli.errors import UserError
 from snooker_cli.formatting import listed
-from snooker_cli.runs import RepeatStatus, Run
+from snooker_cli.runs import RepeatStatus, RunFolder
 from snooker_cli.runs.progress import counting
 
 Target: TypeAlias = str | PathLike[str] | TextIO
@@ -31,7 +31,7 @@ UNITS |= {"rotational_temperature": "J"}
 """Of the columns of ``Run.table`` that have one."""
 
 
-def table_of(run: Run, points: tuple[Point, ...]) -> dict[str, NDArray[Any]]:
+def table_of(run: RunFolder, points: tuple[Point, ...]) -> dict[str, NDArray[Any]]:
     """What ``Run.table`` gives for points."""
     from snooker_cli.analysis.run_analysis import table_columns
 
@@ -91,15 +91,15 @@ def write(
         out.writelines(export.csv_lines(units, tables))
 
 
-def export_table(run: Run, out: Target, points: tuple[Point, ...], replace: bool) -> None:
+def export_table(run: RunFolder, out: Target, points: tuple[Point, ...], replace: bool) -> None:
     """What ``Run.export`` does."""
     check_target(out, replace)
     rows = table_of(run, points)
     units = {name: UNITS.get(name, "") for name in rows}
-    write(out, units, [rows], {"config": to_json(run.experiment)})
+    write(out, units, [rows], {"config": to_json(run.config)})
 
 
-def export_events(run: Run, out: Target, point: int, repeat: int, replace: bool) -> None:
+def export_events(run: RunFolder, out: Target, point: int, repeat: int, replace: bool) -> None:
     """What ``Run.export_events`` does. Memory stays bounded: the file is read in parts."""
     check_target(out, replace)
     status = _recorded(run, point, repeat, "events")
@@ -110,7 +110,7 @@ def export_events(run: Run, out: Target, point: int, repeat: int, replace: bool)
 
 
 def export_states(
-    run: Run,
+    run: RunFolder,
     out: Target,
     times: ArrayLike | str | None,
     frames: int | None,
@@ -141,13 +141,11 @@ def export_states(
     write(out, export.STATES, map(export.states_table, batches), about)
 
 
-def _recorded(run: Run, point: int, repeat: int, what: str) -> RepeatStatus:
+def _recorded(run: RunFolder, point: int, repeat: int, what: str) -> RepeatStatus:
     """The status of a repeat that has events or states. Raises ``UserError`` or ``StoreError``."""
-    experiment = run.chosen(point, repeat).experiment
-    if not experiment.keeps_events and not (what == "states" and experiment.stored_times):
-        problem = (
-            f"{run.name} was run with `record: {experiment.record}`: it has no {what} to export"
-        )
+    config = run.chosen(point, repeat).config
+    if not config.keeps_events and not (what == "states" and config.stored_times):
+        problem = f"{run.name} was run with `record: {config.record}`: it has no {what} to export"
         raise UserError(problem, f"use {options.TABLE}, or run the config with `record: events`")
     status = run.status_of(point, repeat)
     status.raise_if_unusable()

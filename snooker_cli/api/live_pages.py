@@ -8,7 +8,7 @@ from pathlib import Path
 
 from snooker_cli import options
 from snooker_cli.api.arguments import with_options
-from snooker_cli.api.configs import Config, Overrides, load
+from snooker_cli.api.configs import ConfigSource, Overrides, load
 from snooker_cli.api.output_files import check_free
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label
@@ -49,7 +49,7 @@ class LivePage:
 
 @with_options(options.CONTROLS, options.BEGINNER, options.LANGUAGE)
 def live(
-    config: Config | None = None,
+    config: ConfigSource | None = None,
     overrides: Overrides = None,
     *,
     controls: Sequence[str] | None = None,

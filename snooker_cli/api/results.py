@@ -14,7 +14,7 @@ MOST_LINES = 201  # of a table of points, with its headings
 WIDTH = 100  # characters of a line of text that is wrapped
 
 
-class Result(dict[str, Any]):
+class CommandResult(dict[str, Any]):
     """A result as ``--json`` prints it; ``print`` shows the text of the command.
 
     lines : of this text
@@ -28,7 +28,7 @@ class Result(dict[str, Any]):
         return "\n".join(self.lines)
 
 
-class Plan(Result):
+class Plan(CommandResult):
     """What a run would do, as ``run --dry-run --json`` prints it; ``print`` shows it as a text.
 
     change : how the run would extend or reduce what is stored, as a sentence; empty if it does not
@@ -37,7 +37,7 @@ class Plan(Result):
     change: str
 
 
-class Outcome(Result):
+class Outcome(CommandResult):
     """What a run did, as ``run --json`` prints it; ``print`` shows it as a text.
 
     done : ``3 of 6 repeats done``
@@ -50,7 +50,7 @@ class Outcome(Result):
     interrupted: bool
 
 
-class Verdicts(Result):
+class Verdicts(CommandResult):
     """What a check of repeats found, as ``verify --json`` prints it.
 
     sound : whether nothing is wrong
@@ -61,7 +61,7 @@ class Verdicts(Result):
     interrupted: bool = False
 
 
-class Results(list[dict[str, Any]]):
+class CommandResults(list[dict[str, Any]]):
     """A list of results as ``--json`` prints it; ``print`` shows the text of the command.
 
     lines : of this text

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, TextIO, overload
 from numpy.typing import ArrayLike
 
 from snooker_cli import options, runs
-from snooker_cli.api.analyses import Analyses, several
+from snooker_cli.api.analyses import AnalysedRun, several
 from snooker_cli.api.arguments import with_options
-from snooker_cli.api.results import Outcome, Result, Results, Verdicts
+from snooker_cli.api.results import CommandResult, CommandResults, Outcome, Verdicts
 from snooker_cli.errors import check_name
 from snooker_cli.formatting import point_label
 
@@ -25,10 +25,10 @@ _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Run(Analyses):
+class Run(AnalysedRun):
     """A run's folder: its ``points``, and the repeats that are there.
 
-    This is the ``Run`` of the package ``runs`` with what scripts use. ``run[point, repeat]`` is a
+    This is a ``RunFolder`` with what scripts use. ``run[point, repeat]`` is a
     repeat, and ``for repeat in run`` gives all of them. One file is in memory at a time: a long
     repeat, or a batch of short ones.
 
@@ -39,8 +39,8 @@ class Run(Analyses):
 
     def __dir__(self) -> list[str]:
         """What scripts use, for completion."""
-        own = (name for name in (vars(Analyses) | vars(Run)) if name[0] != "_")
-        return ["directory", "name", "experiment", "points", *own]
+        own = (name for name in (vars(AnalysedRun) | vars(Run)) if name[0] != "_")
+        return ["directory", "name", "config", "points", *own]
 
     def _repr_html_(self) -> str:
         """A table of the points, in a notebook."""
@@ -51,27 +51,27 @@ class Run(Analyses):
             cells = point_label(row["parameters"]), row["done"], ended(row), row["collisions"]
             rows.append([html.escape(str(cell)) for cell in cells])
         table = "".join(f"<tr><td>{'<td>'.join(cells)}" for cells in rows)
-        return f"<p>{html.escape(self.experiment.title or self.name)}</p><table>{table}</table>"
+        return f"<p>{html.escape(self.config.title or self.name)}</p><table>{table}</table>"
 
     # What is there, and whether it is sound.
 
-    def status(self) -> Result:
+    def status(self) -> CommandResult:
         """The state of the run: points, ends of repeats and files, as ``show --json`` prints it.
 
         ``ledger`` has the numbers of each point. Raises ``RunError`` or ``StoreError``.
         """
-        from snooker_cli.api.verdicts import status_of
+        from snooker_cli.api.checks import status_of
 
         return status_of(self)
 
     @with_options(options.HASHES_POINT, options.HASHES_REPEAT)
-    def hashes(self, point: int | None = None, repeat: int | None = None) -> Results:
+    def hashes(self, point: int | None = None, repeat: int | None = None) -> CommandResults:
         """Hashes of the first 1,000, 10,000 … and of all collisions of repeats.
 
         The records have ``point``, ``parameters``, ``repeat`` and ``hashes``, as ``Repeat.hashes``
         gives them. Raises ``UserError`` for summaries.
         """
-        from snooker_cli.api.verdicts import hashes_of
+        from snooker_cli.api.checks import hashes_of
 
         return hashes_of(self, point, repeat)
 
@@ -82,7 +82,7 @@ class Run(Analyses):
         ``verdicts.sound`` is whether no file is bad. The keys are those of ``verify --json``.
         Raises ``RunError`` for a replay of another engine version's results.
         """
-        from snooker_cli.api.verdicts import verified
+        from snooker_cli.api.checks import verified
 
         return verified(self, replay=replay, jobs=jobs)
 
@@ -105,7 +105,7 @@ class Run(Analyses):
 
         Raises ``UserError`` without python-flint, or if the scene has no exact twin.
         """
-        from snooker_cli.api.verdicts import proofs
+        from snooker_cli.api.checks import proofs
 
         path = None if out is None else Path(out)
         return proofs(self, point, repeat, collisions, path, replace)
@@ -205,12 +205,12 @@ def open(name: str | PathLike[str], /, *others: str | PathLike[str]) -> "Run | S
     return Run(*(getattr(run, field.name) for field in fields(run)))
 
 
-def statuses(folder: str | PathLike[str] = "runs") -> Results:
+def statuses(folder: str | PathLike[str] = "runs") -> CommandResults:
     """The state of each run in a folder, as ``ls --json`` prints it; of a bad one its ``error``.
 
     Raises ``RunError`` if there is no such folder.
     """
-    from snooker_cli.api.verdicts import statuses_in
+    from snooker_cli.api.checks import statuses_in
 
     return statuses_in(Path(folder))
 

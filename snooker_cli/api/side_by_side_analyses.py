@@ -3,14 +3,14 @@
 from dataclasses import dataclass
 from typing import Any
 
-from snooker_cli.api.analyses import Analyses
+from snooker_cli.api.analyses import AnalysedRun
 from snooker_cli.formatting import counted
 from snooker_cli.runs.run import RUN
-from snooker_cli.runs.side_by_side import RunsSideBySide
+from snooker_cli.runs.side_by_side import FoldersSideBySide
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SideBySide(RunsSideBySide, Analyses):
+class SideBySide(FoldersSideBySide, AnalysedRun):
     """Runs side by side: their ``points`` as those of one run, whose first key is ``run``.
 
     ``snooker.open("A", "B")`` gives it. Its methods are those of ``Run`` that need no folder of

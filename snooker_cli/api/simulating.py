@@ -12,7 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 from snooker_cli import options, runs
 from snooker_cli.api.arguments import with_options
-from snooker_cli.api.configs import Config, Overrides, scale_lines, typical_scales, with_scenes
+from snooker_cli.api.configs import (
+    ConfigSource,
+    Overrides,
+    scale_lines,
+    typical_scales,
+    with_scenes,
+)
 from snooker_cli.api.results import Outcome, Plan, first
 from snooker_cli.api.runs import Run
 from snooker_cli.errors import RunError, UserError
@@ -40,7 +46,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 
-class Request:
+class PlannedRun:
     """A run that a user wants. Its config is checked; nothing is written yet.
 
     The arguments are those of ``run``.
@@ -51,7 +57,7 @@ class Request:
 
     def __init__(
         self,
-        config: Config,
+        config: ConfigSource,
         overrides: Overrides = None,
         *,
         out: str | PathLike[str] | None = None,
@@ -62,8 +68,8 @@ class Request:
     ) -> None:
         self.fresh, self.jobs, self.part = fresh, jobs, part
         self.cancelled = threading.Event()
-        experiment, points, self.scene_classes = with_scenes(config, overrides)
-        run = Run(Path(), experiment, points)
+        valid_config, points, self.scene_classes = with_scenes(config, overrides)
+        run = Run(Path(), valid_config, points)
         name = run.identity if isinstance(config, Mapping) else Path(config).stem
         run = replace(run, directory=runs.RUNS / name if out is None else Path(out))
         self.run = run if fresh else runs.continued(run)
@@ -134,7 +140,7 @@ class Request:
         outcome = Outcome(
             summary, [self.idle] if self.idle else _outcome_lines(run, results, summary)
         )
-        outcome.done = share_done(results, len(run.points) * run.experiment.repeats)
+        outcome.done = share_done(results, len(run.points) * run.config.repeats)
         outcome.errors = [result.error for result in results if result.error]
         outcome.interrupted = self.cancelled.is_set()
         return outcome
@@ -152,7 +158,7 @@ class Request:
         return run_plan(self.run, self.scene_classes, self._threads, fresh=fresh, share=self.share)
 
 
-def plan(config: Config, overrides: Overrides = None, **how: Any) -> Plan:
+def plan(config: ConfigSource, overrides: Overrides = None, **how: Any) -> Plan:
     """What ``run`` would do: repeats, the search, time and disk space.
 
     how : ``out``, ``fresh``, ``jobs``, ``executor`` and ``part``, as of ``run``
@@ -161,14 +167,14 @@ def plan(config: Config, overrides: Overrides = None, **how: Any) -> Plan:
     ``snooker run --dry-run --json``: ``to_do`` repeats, ``collisions``, ``seconds`` on ``threads``,
     ``bytes``, typical ``scales``, ... Raises as ``run`` does.
     """
-    return Request(config, overrides, **how).plan()
+    return PlannedRun(config, overrides, **how).plan()
 
 
 @with_options(
     *(options.RUN_OUT, options.FRESH, options.JOBS, options.EXECUTOR, options.PART, options.YES)
 )
 def run(
-    config: Config,
+    config: ConfigSource,
     overrides: Overrides = None,
     *,
     out: str | PathLike[str] | None = None,
@@ -195,7 +201,7 @@ def run(
     """
     source = "{…}" if isinstance(config, Mapping) else repr(str(config))
     with showing_notices():
-        request = Request(
+        request = PlannedRun(
             config, overrides, out=out, fresh=fresh, jobs=jobs, executor=executor, part=part
         )
         outcome = request.carry_out(
@@ -290,7 +296,7 @@ def _outcome_lines(
 
     Failed repeats are only counted: their errors were printed as they failed.
     """
-    wanted = run.experiment.repeats
+    wanted = run.config.repeats
     rows = [
         [
             point_label(point["parameters"]),
@@ -335,7 +341,5 @@ def _outcome_lines(
 def _collapse_hints(run: Run, results: Sequence[RepeatResult]) -> list[str]:
     """How the config can be changed so that collapsed repeats continue, each way once."""
     reasons = {(result.point, result.stop.reason) for result in results if result.stop}
-    ways = (
-        continuing(run.by_number[point].experiment, reason) for point, reason in sorted(reasons)
-    )
+    ways = (continuing(run.by_number[point].config, reason) for point, reason in sorted(reasons))
     return [f"To continue such repeats, set {way}." for way in dict.fromkeys(filter(None, ways))]

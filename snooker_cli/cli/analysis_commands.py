@@ -86,7 +86,7 @@ def reproduce(*, runs: Path, out: Path) -> None:
     has the numbers. live.html runs the gas in the browser, see `snooker live`.
     """
     from snooker_cli.api.output_files import made_folder
-    from snooker_cli.api.simulating import Request
+    from snooker_cli.api.simulating import PlannedRun
     from snooker_cli.cli.run_command import finish
     from snooker_cli.config.template_configs import EXAMPLES
     from snooker_cli.report.document import require_libraries
@@ -99,6 +99,6 @@ def reproduce(*, runs: Path, out: Path) -> None:
             with suppress(RunError):
                 state = snooker.open(runs / name).status()["state"]
             if state != "done":
-                finish(Request(EXAMPLES / f"{name}.yaml", out=runs / name))
+                finish(PlannedRun(EXAMPLES / f"{name}.yaml", out=runs / name))
         for path in build(runs, out, notice):
             print_line(str(path))

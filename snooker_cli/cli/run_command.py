@@ -6,7 +6,7 @@ from typing import Any
 import typer
 
 from snooker_cli import options
-from snooker_cli.api.simulating import Request
+from snooker_cli.api.simulating import PlannedRun
 from snooker_cli.cli.output import print_result
 from snooker_cli.cli.parameters import ConfigPath, takes
 from snooker_cli.errors import ExitCode, notice
@@ -38,7 +38,7 @@ def run(
     repeats at a time [1024]. Without a scheduler, --part 1/4 to --part 4/4 on several machines
     share the work and the folder.
     """
-    request = Request(config, **how)
+    request = PlannedRun(config, **how)
     if dry_run:
         plan = request.plan()
         if plan.change:
@@ -49,7 +49,7 @@ def run(
 
 
 def finish(
-    request: Request,
+    request: PlannedRun,
     minutes: float = options.CHECKPOINT.default,
     *,
     yes: bool = False,

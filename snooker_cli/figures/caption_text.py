@@ -12,7 +12,7 @@ from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.declared_result import with_units_of_axes
 from snooker_cli.figures.series import SCENE_WORDS, described
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.runs.selection import Selection, distinct, statuses, unfinished, unlisted, value_at
 
 
@@ -44,7 +44,7 @@ def theory_sentence(sources: Mapping[str, str]) -> str:
     return f"Theory: {'; '.join(named)}." if named else ""
 
 
-def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
+def setting(run: RunFolder, points: Sequence[Point], selection: Selection) -> str:
     """The sentences that end a caption: the scene's constants, the repeats and their endings."""
     ended = [status for point in points for status in statuses(run, point, selection)]
     for status in ended:
@@ -72,12 +72,12 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
 
 
 def _constants(points: Sequence[Point]) -> Iterator[str]:
-    experiment = points[0].experiment
-    if isinstance(experiment.balls, tuple):
-        yield f"N = {experiment.number} of several species"
-    elif balls := getattr(experiment.balls, "list", None):
+    config = points[0].config
+    if isinstance(config.balls, tuple):
+        yield f"N = {config.number} of several species"
+    elif balls := getattr(config.balls, "list", None):
         yield f"N = {len(balls)}"
-    wall = any(facts.hold(point.experiment, "walls") for point in points)
+    wall = any(facts.hold(point.config, "walls") for point in points)
     for key in SCENE_WORDS:
         try:
             first, *others = distinct(points, key)

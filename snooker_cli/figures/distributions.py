@@ -25,7 +25,7 @@ from snooker_cli.analysis.structure import over_time
 from snooker_cli.config import Point
 from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     EXTRAPOLATED,

@@ -15,8 +15,8 @@ from snooker_cli.analysis.profiles import middles
 from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder
-from snooker_cli.figures.counted_parts import CountedParts, gains, measured, window_edges
+from snooker_cli.figures.counted_parts import CountedParts, increments, measured, window_edges
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     EXTRAPOLATED,
@@ -260,7 +260,7 @@ def pressure(build: FigureBuilder) -> FigureData:
         steps = np.diff(curve.time, axis=1) * middles(curve.kinetic_energy)
         energies = np.cumsum(np.pad(steps, ((0, 0), (1, 0))), axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = gains(edges, along, impulses) / gains(edges, along, energies)
+            ratio = increments(edges, along, impulses) / increments(edges, along, energies)
         rows = ratio * scene.container.area
         if not np.any(rows > 0):
             raise FigureError("nothing hits the wall, so there is no pressure; run longer")

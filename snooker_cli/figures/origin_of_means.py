@@ -11,9 +11,9 @@ from snooker_cli.analysis.observables import mean_and_error
 from snooker_cli.analysis.quantities import Quantity, main_quantities
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.counted_parts import CountedParts, measured
 from snooker_cli.figures.declared_result import Result
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     MEASURED,

@@ -17,8 +17,8 @@ from snooker_cli.analysis.comparison import gas_kinds
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity, main_quantities
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder, Reading, silent
 from snooker_cli.figures.declared_result import Result
+from snooker_cli.figures.figure_builder import FigureBuilder, Reading, silent
 from snooker_cli.figures.figure_data import FigureData
 from snooker_cli.figures.series import (
     MOST_SERIES,
@@ -33,7 +33,7 @@ from snooker_cli.figures.series import (
 from snooker_cli.formatting import listed
 from snooker_cli.options import WHERE
 from snooker_cli.plugins import PluginError, Table
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.runs.run import RUN
 from snooker_cli.runs.selection import Selection, distinct, file_stem, selected, varying, with_runs
 
@@ -91,7 +91,7 @@ class FigureSpec:
         It may still lack collisions. The reasons count the points; the last one is that of the
         points that nearly fit.
         """
-        fitting = [(point, facts.traits_of(point.experiment)) for point in points]
+        fitting = [(point, facts.traits_of(point.config)) for point in points]
         reasons = Counter[str]()
         for name in self.requires:
             fact = facts.FACTS[name]
@@ -116,7 +116,7 @@ class FigureSpec:
 
     def make(
         self,
-        run: Run,
+        run: RunFolder,
         selection: Selection,
         *,
         first: bool = False,
@@ -163,7 +163,7 @@ def _key_alone(points: Sequence[Point]) -> str:
     """
 
     swept_number(points)
-    kinds = gas_kinds(facts.traits_of(points[0].experiment))
+    kinds = gas_kinds(facts.traits_of(points[0].config))
     main = next(quantity for quantity in main_quantities(*kinds) if quantity.has_values)
     shown = {key: _name_along(points, key, main) for key in swept_numbers(points)}
     alone = [key for key, name in shown.items() if name is None]
@@ -240,7 +240,7 @@ def former_names() -> dict[str, str]:
 
 
 def figures_of(
-    run: Run,
+    run: RunFolder,
     names: Iterable[str],
     selection: Selection,
     reading: Reading = silent,

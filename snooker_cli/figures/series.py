@@ -211,7 +211,7 @@ def along(
 
 def gas_type_of(point: Point) -> GasType:
     """Whether walls give energy to a point's gas; else whether collisions take some."""
-    return gas_type(traits_of(point.experiment))
+    return gas_type(traits_of(point.config))
 
 
 def elastic(point: Point) -> bool:
@@ -278,7 +278,7 @@ def described(point: Point, key: str) -> str:
     if key == RUN:
         return str(value)
     if key in _ABSENT and value in (None, math.inf):
-        return _ABSENT[key] if facts.hold(point.experiment, "walls") else "no wall"
+        return _ABSENT[key] if facts.hold(point.config, "walls") else "no wall"
     if value is None:
         return "" if RUN in dict(point.parameters) else f"no {_name(key)}"
     return _words(point, key).format(_shown(point, key))
@@ -302,7 +302,7 @@ def scale(points: Sequence[Point]) -> tuple[str, tuple[str, ...]]:
 
 def axis_label(point: Point, key: str) -> str:
     """The label of an axis of a swept key, with its unit: ``ball radius (m)``."""
-    unit = unit_of(point.experiment, key)
+    unit = unit_of(point.config, key)
     return AXES.get(key) or (f"{_name(key)} ({unit})" if unit else _name(key))
 
 
@@ -311,7 +311,7 @@ def _words(point: Point, key: str) -> str:
     wall, _, side = key.rpartition(".")
     if side in SIDES:
         return f"{side} {_WORDS[wall]}"
-    return _WORDS.get(key) or f"{_name(key)} = {{}} {unit_of(point.experiment, key)}".rstrip()
+    return _WORDS.get(key) or f"{_name(key)} = {{}} {unit_of(point.config, key)}".rstrip()
 
 
 def _name(key: str) -> str:

@@ -23,18 +23,18 @@ from snooker_cli.formatting import listed
 from snooker_cli.options import EXECUTOR, OUT
 from snooker_cli.runs.batch import (
     Batch,
+    BatchResults,
     Begun,
     Job,
     Progress,
     RepeatResult,
-    Results,
     simulate_and_store,
     stored_result,
     unexpected,
 )
 from snooker_cli.runs.execution import Executor, Watcher, asking
 from snooker_cli.runs.folder import open_run
-from snooker_cli.runs.run import Run
+from snooker_cli.runs.run import RunFolder
 from snooker_cli.runs.status import target_of
 from snooker_cli.runs.warm_up import compile_for
 from snooker_cli.store import SCHEMA_VERSION
@@ -99,7 +99,7 @@ def reached(name: str) -> list[Progress]:
     return list(_reached.get(name, {}).values())
 
 
-def simulate_remotely(remote: RemoteRun, batch: Batch) -> Results:
+def simulate_remotely(remote: RemoteRun, batch: Batch) -> BatchResults:
     """Simulate and store a batch; None if its run was interrupted before that.
 
     A batch is not simulated again if a worker stored it and died before it could report.
@@ -114,7 +114,7 @@ def simulate_remotely(remote: RemoteRun, batch: Batch) -> Results:
         stored = list(map(stored_result, run.file_statuses(run.path(*batch), check=store.check)))
         if len(stored) == len(batch.repeats) and all(stored):
             return [replace(result, cached=False) for result in stored if result]
-        compile_for(run.by_number[batch.point].experiment)
+        compile_for(run.by_number[batch.point].config)
         job = Job(run, remote.command, remote.interval)
         return simulate_and_store(job, batch, mine, partial(news.__setitem__, batch))
     except RunError as error:
@@ -133,7 +133,7 @@ def _other_software(worker: str, theirs: object, mine: str) -> RunError:
 
 
 @lru_cache(maxsize=1)
-def _opened(remote: RemoteRun) -> Run:
+def _opened(remote: RemoteRun) -> RunFolder:
     """The run in a folder as this machine sees it. Raises ``RunError`` for another one."""
     try:
         run = open_run(remote.directory)
@@ -210,7 +210,9 @@ class DaskExecutor(Executor):
         with suppress(Exception):  # of a scheduler that is gone
             self._exits.close()
 
-    def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
+    def simulate(
+        self, job: Job, missing: Sequence[Batch], watcher: Watcher
+    ) -> Iterator[BatchResults]:
         watcher.simulating(0.0)  # each worker compiles what it needs
         run, folder = job.run, job.run.directory.absolute()
         remote = RemoteRun(self._name, software(), folder, run.identity, job.command, job.interval)

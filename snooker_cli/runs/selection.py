@@ -16,7 +16,7 @@ from snooker_cli.config.problems import PathError
 from snooker_cli.errors import ArgumentError, FigureError, KeyAbsentError
 from snooker_cli.formatting import listed, value_text
 from snooker_cli.options import WHERE, Wording
-from snooker_cli.runs.run import RUN, RepeatState, RepeatStatus, Run, point_and_repeats
+from snooker_cli.runs.run import RUN, RepeatState, RepeatStatus, RunFolder, point_and_repeats
 
 FEWEST_DIGITS = 3  # of a value that may stand for one with more
 
@@ -63,12 +63,14 @@ def with_runs(where: Mapping[str, Any], points: Sequence[Point]) -> dict[str, An
     return {RUN: tuple(distinct(points, RUN)), **where}
 
 
-def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
+def selected(run: RunFolder, selection: Selection) -> tuple[Point, ...]:
     """The selected points that have a repeat, at least one. Raises ``FigureError``."""
     return _some(run, selection, lambda point: bool(statuses(run, point, selection)))
 
 
-def _some(run: Run, selection: Selection, is_there: Callable[[Point], bool]) -> tuple[Point, ...]:
+def _some(
+    run: RunFolder, selection: Selection, is_there: Callable[[Point], bool]
+) -> tuple[Point, ...]:
     """The selected points that something is true of, at least one. Raises ``FigureError``."""
     points = tuple(filter(is_there, matching(run, selection)))
     if not points:
@@ -77,7 +79,7 @@ def _some(run: Run, selection: Selection, is_there: Callable[[Point], bool]) -> 
     return points
 
 
-def begun(run: Run, selection: Selection) -> tuple[Point, ...]:
+def begun(run: RunFolder, selection: Selection) -> tuple[Point, ...]:
     """`selected` by the names of files alone, which are not opened. Raises ``FigureError``."""
 
     def is_there(point: Point) -> bool:
@@ -91,7 +93,7 @@ def begun(run: Run, selection: Selection) -> tuple[Point, ...]:
     return _some(run, selection, is_there)
 
 
-def matching(run: Run, selection: Selection) -> tuple[Point, ...]:
+def matching(run: RunFolder, selection: Selection) -> tuple[Point, ...]:
     """The points that are selected, simulated or not, at least one. Raises ``FigureError``."""
     repeats = max(run.requested(point) for point in run.points)
     if selection.repeat is not None and not 0 <= selection.repeat < repeats:
@@ -131,10 +133,10 @@ def value_at(point: Point, key: str) -> Any:
     parameters = dict(point.parameters)
     if key in parameters:
         return parameters[key]
-    value: Any = point.experiment
+    value: Any = point.config
     for name in key.split("."):
         if name not in getattr(type(value), "model_fields", ()):
-            keys = [*parameters, *single_values(point.experiment)]
+            keys = [*parameters, *single_values(point.config)]
             longer = [swept for swept in parameters if swept.endswith(f".{key}")]
             meant = longer or difflib.get_close_matches(key, keys, n=1)
             advice = f"did you mean {meant[0]}?" if meant else "name one that its config has"
@@ -153,7 +155,7 @@ def varying(points: Sequence[Point]) -> list[str]:
     return [key for key, _ in points[0].parameters if len(distinct(points, key)) > 1]
 
 
-def statuses(run: Run, point: Point, selection: Selection) -> list[RepeatStatus]:
+def statuses(run: RunFolder, point: Point, selection: Selection) -> list[RepeatStatus]:
     """The selected repeats of a point that have a file; all of them if none is chosen."""
     return [
         status
@@ -162,7 +164,7 @@ def statuses(run: Run, point: Point, selection: Selection) -> list[RepeatStatus]
     ]
 
 
-def chosen_values(run: Run, conditions: Sequence[str]) -> dict[str, Any]:
+def chosen_values(run: RunFolder, conditions: Sequence[str]) -> dict[str, Any]:
     """Conditions such as ``cor>0.8`` as a value of each key, or a tuple of several of the run's.
 
     Keys are those of the config, so that they are no other arguments of the methods of ``Run``.
@@ -193,7 +195,7 @@ def chosen_values(run: Run, conditions: Sequence[str]) -> dict[str, Any]:
     return values_of_key
 
 
-def unfinished(run: Run, selection: Selection) -> str:
+def unfinished(run: RunFolder, selection: Selection) -> str:
     """How many of the requested repeats an unfinished run has; empty for a finished one."""
     points = matching(run, selection)
     single = selection.repeat is not None
@@ -206,7 +208,7 @@ def unfinished(run: Run, selection: Selection) -> str:
     return f"the run is unfinished: {there} of {wanted} repeats are there{of_points}"
 
 
-def unlisted(run: Run) -> str:
+def unlisted(run: RunFolder) -> str:
     """How many of the points in a run's folder its sweep lists; empty if it lists all of them."""
     listed = len(run.points)
     if not run.unlisted:

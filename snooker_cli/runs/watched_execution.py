@@ -16,7 +16,7 @@ from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.folder import create, locked, locked_for_part
 from snooker_cli.runs.plan import batch_size
 from snooker_cli.runs.progress import SOON, Bar
-from snooker_cli.runs.run import Run
+from snooker_cli.runs.run import RunFolder
 from snooker_cli.signals import STOPPING, handling
 from snooker_cli.trace import StopReason
 
@@ -154,7 +154,7 @@ class RunProgress(Watcher):
 
 def _measure(points: Iterable[Point]) -> tuple[str, dict[int, float]]:
     """What the progress of a run counts, and how much of it a repeat of each point has at most."""
-    limits = [(point.index, point.experiment.collisions, point.experiment.time) for point in points]
+    limits = [(point.index, point.config.collisions, point.config.time) for point in points]
     if all(time is None and collisions for _, collisions, time in limits):
         return "collisions", {index: float(collisions or 0) for index, collisions, _ in limits}
     if all(collisions is None and time for _, collisions, time in limits):
@@ -169,7 +169,9 @@ def share_done(outcomes: Sequence[RepeatResult], wanted: int) -> str:
     return f"{number:,} of {counted(wanted, 'repeat')} done"
 
 
-def run_summary(run: Run, results: Sequence[RepeatResult], progress: RunProgress) -> dict[str, Any]:
+def run_summary(
+    run: RunFolder, results: Sequence[RepeatResult], progress: RunProgress
+) -> dict[str, Any]:
     """What ``run --json`` prints: of each point the repeats, how they ended, and the time."""
     by_point: dict[int, list[RepeatResult]] = {point.index: [] for point in run.points}
     for result in results:
@@ -205,7 +207,7 @@ def run_summary(run: Run, results: Sequence[RepeatResult], progress: RunProgress
 
 
 def execute_watched(
-    run: Run,
+    run: RunFolder,
     *,
     fresh: bool,
     bar: bool,
@@ -225,7 +227,7 @@ def execute_watched(
     """
     check_current_folder()  # before a folder is deleted or made
     saving = "saving the current repeats"
-    if run.experiment.repeats > 1 and batch_size(run.points[0].experiment) > 1:
+    if run.config.repeats > 1 and batch_size(run.points[0].config) > 1:
         saving = "unfinished batches of short repeats are not saved"
 
     def stop(_number: int, _frame: object) -> None:
@@ -238,7 +240,7 @@ def execute_watched(
     with handling(stop, STOPPING if main else ()), lock:
         if change := create(run, fresh=fresh) if part is None else "":
             notice(change)
-        wanted = Counter({point.index: run.experiment.repeats for point in run.points})
+        wanted = Counter({point.index: run.config.repeats for point in run.points})
         if part is not None:
             wanted = Counter(index for index, _ in part)
         watcher = RunProgress(run.points, wanted, bar)

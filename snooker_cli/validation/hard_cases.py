@@ -259,15 +259,15 @@ def verdict(name: str) -> Iterator[Record]:
     events, faults = 0, []
     points, _ = points_and_classes(loaded)
     for point in points:
-        experiment = point.experiment
-        scene = starting_scene(experiment, 0)
-        limit = experiment.collisions
+        config = point.config
+        scene = starting_scene(config, 0)
+        limit = config.collisions
         deadline = time.monotonic() + LONGEST + (limit or 0) / SLOWEST
         trace = simulate(
             scene,
             collisions=limit,
-            time=experiment.time,
-            summary=not experiment.keeps_events,
+            time=config.time,
+            summary=not config.keeps_events,
             watch=lambda *_, deadline=deadline: time.monotonic() > deadline,
         )
         results, wrong = judged(trace, CASES[name])
@@ -280,7 +280,7 @@ def verdict(name: str) -> Iterator[Record]:
         faults += [f"{label}: {fault}" if label else fault for fault in wrong]
     yield {
         "name": name,
-        "why": str(loaded.experiment.title),
+        "why": str(loaded.config.title),
         "events": events,
         "runs": endings.total(),
         "endings": [{"reason": reason, "runs": runs} for reason, runs in endings.items()],

@@ -20,7 +20,7 @@ BALLS = "container: {radius: 10.0}\nballs: {rings: 1, radius: 1.0, speed: 1.0}\n
 
 def watcher(limits: str, repeats: int = 2, shown: bool = False) -> RunProgress:
     """The progress of a run of points with limits, and how many repeats each has."""
-    of_run = points(parse(BALLS + limits).experiment)
+    of_run = points(parse(BALLS + limits).config)
     return RunProgress(of_run, {point.index: repeats for point in of_run}, shown)
 
 

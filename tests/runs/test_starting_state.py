@@ -16,7 +16,7 @@ from command_line import Snooker
 
 import snooker_cli
 import snooker_cli as snooker
-from snooker_cli.config import Experiment, Start, digest, to_json
+from snooker_cli.config import Config, Start, digest, to_json
 from snooker_cli.errors import SnookerError
 from snooker_cli.runs.starting_state import load, state_of
 
@@ -54,9 +54,9 @@ def done(config: Any, out: str, **overrides: Any) -> snooker.Run:
     return snooker_cli.run(config, overrides, out=f"runs/{out}", progress=False)
 
 
-def of_state(config: Any, *overrides: str) -> Experiment:
+def of_state(config: Any, *overrides: str) -> Config:
     """The experiment of a config that starts from a state."""
-    return load(config, overrides).experiment
+    return load(config, overrides).config
 
 
 def test_an_exported_state_is_a_start(here: Path, snooker: Snooker) -> None:

@@ -49,7 +49,7 @@ from snooker_cli.figures.figure_data import (
 from snooker_cli.figures.series import described, of_label, ranks, scale, spread, two_keys
 from snooker_cli.formatting import counted, short
 from snooker_cli.options import WHERE
-from snooker_cli.runs import RepeatStatus, Run
+from snooker_cli.runs import RepeatStatus, RunFolder
 from snooker_cli.runs.selection import Selection, statuses, varying
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace, even_choice
@@ -101,7 +101,7 @@ class FigureBuilder:
     reading : is called for each repeat that is read
     """
 
-    run: Run
+    run: RunFolder
     selection: Selection
     groups: Sequence[Sequence[Point]]
     fields: Mapping[str, Any]
