@@ -2,33 +2,15 @@
 
 TYPE_CHECKING = False  # type checkers take it as true; typing takes 10 ms to load
 if TYPE_CHECKING:
-    from snooker_cli.api import (
-        LivePage,
-        Outcome,
-        Plan,
-        Records,
-        Repeat,
-        Run,
-        SavedFigure,
-        SideBySide,
-        Verdicts,
-        check_config,
-        figure_list,
-        live,
-        new_scene,
-        open,
-        plan,
-        plugin_list,
-        run,
-        simulate,
-        statuses,
-        template,
-        templates,
-        warm_up,
-        write_report,
-        write_template,
-    )
-    from snooker_cli.config import ConfigError
+    from snooker_cli.api.configs import check_config, template, templates, warm_up, write_template
+    from snooker_cli.api.live_pages import LivePage, live
+    from snooker_cli.api.repeats import Repeat
+    from snooker_cli.api.results import Outcome, Plan, Records, SavedFigure, Verdicts
+    from snooker_cli.api.runs import Run, figure_list, open, plugin_list, statuses, write_report
+    from snooker_cli.api.scenes import new_scene, simulate
+    from snooker_cli.api.side_by_side_analyses import SideBySide
+    from snooker_cli.api.simulating import plan, run
+    from snooker_cli.config.problems import ConfigError
     from snooker_cli.containers import Box, Channel, Circle, PeriodicBox
     from snooker_cli.errors import (
         FigureError,
@@ -52,17 +34,32 @@ __all__ += ["Box", "Channel", "Circle", "PeriodicBox", "Scene", "Trace"]
 __all__ += ["ConfigError", "FigureError", "RunError", "SceneError", "SnookerError"]
 __all__ += ["StoreError", "UserError"]
 
-_HOMES = ("errors", "containers", "scene", "trace", "config", "api")
+_NAMES = {
+    "api.side_by_side_analyses": "SideBySide",
+    "api.configs": "check_config template templates warm_up write_template",
+    "api.live_pages": "LivePage live",
+    "api.repeats": "Repeat",
+    "api.results": "Outcome Plan Records SavedFigure Verdicts",
+    "api.runs": "Run figure_list open plugin_list statuses write_report",
+    "api.scenes": "new_scene simulate",
+    "api.simulating": "plan run",
+    "config.problems": "ConfigError",
+    "containers": "Box Channel Circle PeriodicBox",
+    "errors": "FigureError RunError SceneError SnookerError StoreError UserError",
+    "scene": "Scene",
+    "trace": "Trace",
+}
+"""The names by their modules."""
+
+_HOMES = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 
 def __getattr__(name: str) -> object:
     """A name of ``__all__``, whose module is loaded now: ``import snooker_cli`` takes no time."""
-    if name in __all__:
+    if name in _HOMES:
         from importlib import import_module  # here, so that `snooker` begins sooner
 
-        for home in _HOMES:
-            if hasattr(module := import_module(f"{__name__}.{home}"), name):
-                return getattr(module, name)
+        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

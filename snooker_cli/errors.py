@@ -9,18 +9,15 @@ import sys
 import traceback
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from contextvars import ContextVar
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, ClassVar, TextIO
 
 from snooker_cli.formatting import printable
+from snooker_cli.options import Wording, in_command
 from snooker_cli.signals import INTERRUPTED, end_interrupted, raising
 
 ROOM = 1 << 28  # bytes without which a command can hardly do anything
-
-IN_COMMAND: ContextVar[bool] = ContextVar("in_command", default=False)
-"""Whether a command runs, so that errors name its options, and not the arguments of Python."""
 
 LOADING = ", in <module>\n"  # of a traceback: a module was being loaded
 
@@ -195,16 +192,16 @@ class KeywordError(KeyAbsentError, TypeError):
         self.args = (f"{function}() got an unexpected keyword argument '{self.key}'; {advice}",)
 
 
-def check_name(name: str, names: Iterable[str], noun: str, command: str) -> None:
+def check_name(name: str, names: Iterable[str], noun: str, where: Wording | str) -> None:
     """Raise ``ArgumentError``, with a similar name if there is one, if a name is unknown.
 
-    command : lists all names
+    where : lists all names
     """
     names = list(names)
     if name not in names:
         near = difflib.get_close_matches(str(name), names, n=1)
         nearest = f"the nearest is {near[0]}, and " if near else ""
-        raise ArgumentError(f"there is no {noun} {name}; {nearest}`{command}` lists all")
+        raise ArgumentError(f"there is no {noun} {name}; {nearest}{where} lists all")
 
 
 # How a command ends.
@@ -284,9 +281,8 @@ def explained(error: BaseException) -> tuple[ExitCode, str]:
 
 def guarded(app: Callable[..., Any]) -> None:
     """Run the application; print its errors as sentences and end with their exit codes."""
-    before = IN_COMMAND.set(True)
     try:
-        with raising() as interrupts:
+        with in_command(), raising() as interrupts:
             app()
     except (KeyboardInterrupt, SystemExit, Exception) as end:
         # Typer makes a SystemExit of a KeyboardInterrupt, and libraries make other errors of it.
@@ -298,5 +294,3 @@ def guarded(app: Callable[..., Any]) -> None:
         code, message = explained(end)
         notice(message)
         raise SystemExit(int(code)) from None
-    finally:
-        IN_COMMAND.reset(before)

@@ -19,10 +19,9 @@ if TYPE_CHECKING:
     from snooker_cli.errors import FigureError, UserError
     from snooker_cli.export import Columns, Format
     from snooker_cli.facts import FACTS
-    from snooker_cli.figures import FigureData, Line, Points, Reference
-    from snooker_cli.figures.captions import FigureBuilder
     from snooker_cli.figures.declared_result import Result
-    from snooker_cli.figures.figure_data import Band
+    from snooker_cli.figures.figure_builder import FigureBuilder
+    from snooker_cli.figures.figure_data import Band, FigureData, Line, Points, Reference
     from snooker_cli.figures.registry import FigureSpec
     from snooker_cli.laws import PackageLaw, law
     from snooker_cli.neighbours import near_pairs
@@ -72,20 +71,20 @@ _HOMES = {
     "Band": "snooker_cli.figures.figure_data",
     "Columns": "snooker_cli.export",
     "Events": "snooker_cli.trace",
-    "FigureBuilder": "snooker_cli.figures.captions",
-    "FigureData": "snooker_cli.figures",
+    "FigureBuilder": "snooker_cli.figures.figure_builder",
+    "FigureData": "snooker_cli.figures.figure_data",
     "FigureError": "snooker_cli.errors",
     "FigureSpec": "snooker_cli.figures.registry",
     "Format": "snooker_cli.export",
     "Gas": "snooker_cli.analysis.gas",
     "LawSpeed": "snooker_cli.ranges",
-    "Line": "snooker_cli.figures",
+    "Line": "snooker_cli.figures.figure_data",
     "Measurement": "snooker_cli.analysis.measurement",
     "PackageLaw": "snooker_cli.laws",
     "Point": "snooker_cli.config",
-    "Points": "snooker_cli.figures",
+    "Points": "snooker_cli.figures.figure_data",
     "Quantity": "snooker_cli.analysis.quantities",
-    "Reference": "snooker_cli.figures",
+    "Reference": "snooker_cli.figures.figure_data",
     "RepeatHeader": "snooker_cli.store",
     "Restitution": "snooker_cli.ranges",
     "Result": "snooker_cli.figures.declared_result",

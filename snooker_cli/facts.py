@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.config import Experiment
+from snooker_cli.config import Config
 from snooker_cli.containers import ENDS, Container
 from snooker_cli.laws import CollisionRules, Law, PackageLaw, Sides, Thermal
 from snooker_cli.scene import Scene
@@ -91,9 +91,9 @@ class Traits(NamedTuple):
     states: bool
 
 
-def traits_of(gas: Scene | Experiment) -> Traits:
+def traits_of(gas: Scene | Config) -> Traits:
     """The traits of a scene, as if a run stored everything that it can store; or of a config."""
-    return _of_config(gas) if isinstance(gas, Experiment) else _of_scene(gas)
+    return _of_config(gas) if isinstance(gas, Config) else _of_scene(gas)
 
 
 def _of_scene(scene: Scene) -> Traits:
@@ -115,24 +115,24 @@ def _of_scene(scene: Scene) -> Traits:
     )
 
 
-def _of_config(experiment: Experiment) -> Traits:
+def _of_config(config: Config) -> Traits:
     """What a config says about its gas: the packing is not known."""
-    groups: Any = experiment.balls
+    groups: Any = config.balls
     groups = groups if isinstance(groups, tuple) else getattr(groups, "list", [groups])
     moves = (getattr(group, "speed", 0) or any(getattr(group, "velocity", ())) for group in groups)
     return Traits(
-        number=experiment.number,
+        number=config.number,
         species=len({(group.radius, group.mass) for group in groups}),
         masses=len({group.mass for group in groups}),
         packing=math.nan,
         crowding=math.nan,
         published="",
-        free=math.isfinite(experiment.container.mass),
+        free=math.isfinite(config.container.mass),
         moves=any(moves),
-        at_rest=bool(experiment.species and not experiment.placed),
-        events=experiment.keeps_events,
-        states=bool(experiment.keeps_events or experiment.stored_times),
-        **traits_of_rules(experiment.container.shape_class, experiment.collision_rules),
+        at_rest=bool(config.species and not config.placed),
+        events=config.keeps_events,
+        states=bool(config.keeps_events or config.stored_times),
+        **traits_of_rules(config.container.shape_class, config.collision_rules),
     )
 
 
@@ -242,7 +242,7 @@ def missing(traits: Traits, needs: Iterable[str]) -> Fact | None:
     return next((FACTS[name] for name in needs if not FACTS[name].holds(traits)), None)
 
 
-def hold(gas: Traits | Scene | Experiment, *needs: str) -> bool:
+def hold(gas: Traits | Scene | Config, *needs: str) -> bool:
     """Whether all these facts are true of a gas."""
     return missing(gas if isinstance(gas, Traits) else traits_of(gas), needs) is None
 

@@ -1,6 +1,6 @@
 """Two configs that several tests of configs begin with."""
 
-from snooker_cli.config import Experiment, parse
+from snooker_cli.config import Config, parse
 
 BASE = """\
 # 37 balls
@@ -24,5 +24,5 @@ time: 2.5
 """
 
 
-def experiment(text: str = BASE, *overrides: str) -> Experiment:
-    return parse(text, "run.yaml", overrides).experiment
+def config(text: str = BASE, *overrides: str) -> Config:
+    return parse(text, "run.yaml", overrides).config

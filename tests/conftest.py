@@ -29,7 +29,7 @@ from snooker_cli.cli import COLLECT_AFTER, main
 from snooker_cli.config import parse
 from snooker_cli.engine import jit, simulate
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.runs import Run, warm_up
+from snooker_cli.runs import RunFolder, warm_up
 from snooker_cli.signals import end_interrupted, handling
 from snooker_cli.store import Provenance
 from snooker_cli.trace import Trace
@@ -140,13 +140,13 @@ def one_point() -> str:
 
 
 @pytest.fixture(scope="session")
-def finished_run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def finished_run(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     """That config, run. Copy it before changing it."""
     return figure_runs.made(tmp_path_factory.mktemp("finished") / "small", text=SMALL)
 
 
 @pytest.fixture(scope="session")
-def finished_one_each(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def finished_one_each(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     """The same run in batches of one repeat: one file for each. Copy it before changing it."""
     with repeating.batches_of(1):
         return figure_runs.made(tmp_path_factory.mktemp("one-each") / "small", text=SMALL)
@@ -160,13 +160,13 @@ def one_each() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session")
-def decaying(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def decaying(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     """Nineteen balls at three CoR, every collision recorded. Copy it before changing it."""
     return figure_runs.made(tmp_path_factory.mktemp("decaying") / "run", *figure_runs.DECAYING)
 
 
 @pytest.fixture(scope="session")
-def warm(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def warm(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     """Elastic balls of two sizes at three speeds, as summaries. Copy it before changing it."""
     return figure_runs.made(tmp_path_factory.mktemp("warm") / "run", *figure_runs.WARM)
 
@@ -186,7 +186,7 @@ def films() -> dict[str, Film]:
 @pytest.fixture(scope="session")
 def traces() -> dict[str, Trace]:
     """Three hundred collisions of nineteen balls, recorded both ways; as files have them."""
-    scene = starting_scene(parse(SMALL, overrides=["balls.rings=2", "cor=0.95"]).experiment, 0)
+    scene = starting_scene(parse(SMALL, overrides=["balls.rings=2", "cor=0.95"]).config, 0)
     return {
         kind: simulate(scene, collisions=300, summary=kind == "summary")
         for kind in ("events", "summary")
@@ -220,13 +220,13 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def finished(here: Path, finished_run: Run) -> Path:
+def finished(here: Path, finished_run: RunFolder) -> Path:
     """That directory with the config's run in it, ``runs/small``."""
     return Path(shutil.copytree(finished_run.directory, here / "runs" / "small"))
 
 
 @pytest.fixture
-def separate(here: Path, finished_one_each: Run) -> Path:
+def separate(here: Path, finished_one_each: RunFolder) -> Path:
     """The same, with one file for each repeat."""
     return Path(shutil.copytree(finished_one_each.directory, here / "runs" / "small"))
 

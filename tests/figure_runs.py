@@ -13,9 +13,10 @@ import repeating
 
 from snooker_cli import containers, theory
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, FigureData, Line, Reference, Selection
-from snooker_cli.figures.figure_data import MEASURED, NEUTRAL, Band
-from snooker_cli.runs import Run
+from snooker_cli.figures.figure_data import MEASURED, NEUTRAL, Band, FigureData, Line, Reference
+from snooker_cli.figures.registry import FIGURES
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection
 from snooker_cli.trace import Trace
 
 BASE = """\
@@ -112,14 +113,14 @@ collisions: 60
 """
 
 
-def made(directory: Path, *overrides: str, text: str = BASE) -> Run:
+def made(directory: Path, *overrides: str, text: str = BASE) -> RunFolder:
     """A finished run of a config."""
     run = repeating.made(directory, text, *overrides)
     assert not any(result.error for result in repeating.done(run))
     return run
 
 
-def traces(run: Run, index: int) -> list[Trace]:
+def traces(run: RunFolder, index: int) -> list[Trace]:
     return list(run.traces(run.points[index]))
 
 
@@ -131,7 +132,7 @@ MADE: dict[str, FigureData] = {}
 """Figures of this session's runs, which do not change."""
 
 
-def shown(run: Run, name: str, repeat: int | None = None, **where: Any) -> FigureData:
+def shown(run: RunFolder, name: str, repeat: int | None = None, **where: Any) -> FigureData:
     """A figure of a run, made once."""
     keys = {key.replace("__", "."): value for key, value in where.items()}
     selection = Selection(keys, repeat)
@@ -141,7 +142,7 @@ def shown(run: Run, name: str, repeat: int | None = None, **where: Any) -> Figur
     return MADE[called]
 
 
-def why_not(run: Run, name: str, repeat: int | None = None, **where: Any) -> str:
+def why_not(run: RunFolder, name: str, repeat: int | None = None, **where: Any) -> str:
     with pytest.raises(FigureError) as caught:
         shown(run, name, repeat, **where)
     return str(caught.value)

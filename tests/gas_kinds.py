@@ -61,4 +61,4 @@ def text_of(kind: str) -> str:
 
 def scene_of(kind: str) -> Scene:
     """Its first start."""
-    return starting_scene(parse(text_of(kind)).experiment, 0)
+    return starting_scene(parse(text_of(kind)).config, 0)

@@ -29,7 +29,7 @@ class LiveScripts(JavaScript):
         self.context.eval(f'"use strict"; {scripts}')
         scenes = json.dumps({scene["name"]: scene["config"] for scene in presets()})
         self.context.eval(f"const configOf = (name) => ({scenes})[name];")
-        start = json.dumps(own_start(configs.load(report_scene()).experiment))
+        start = json.dumps(own_start(configs.load(report_scene()).config))
         self.context.eval(f"const own = ownStart({start}, configOf('report'));")
 
     def value(self, expression: str, **given: Any) -> Any:

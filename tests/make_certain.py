@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import snooker_cli
-from snooker_cli.config import EXAMPLES, load
+from snooker_cli.config import load
+from snooker_cli.config.template_configs import EXAMPLES
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.formatting import plain
 from snooker_cli.placement.starting_scene import starting_scene
@@ -42,7 +43,7 @@ def proofs(name: str) -> dict[str, Any]:
     """
     records = []
     for point in load(EXAMPLES / f"{name}.yaml").points():
-        limits = point.experiment
+        limits = point.config
         most = min(limits.collisions or MOST, MOST)
         trace = simulate(starting_scene(limits, 0), collisions=most, time=limits.time)
         records.append(prove(trace, most))

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema
 
 from snooker_cli.config.axes import WHOLE_RUN, ZIP
-from snooker_cli.config.models import Experiment
+from snooker_cli.config.models import Config
 
 FILE = Path(__file__).parents[1] / "configs" / "schema.json"
 
@@ -38,7 +38,7 @@ _SEVERAL = {
 
 def made_schema() -> dict[str, Any]:
     """The schema (draft 2020-12); `sweep` lists what can be swept."""
-    document = Experiment.model_json_schema(schema_generator=_Generator)
+    document = Config.model_json_schema(schema_generator=_Generator)
     properties, definitions = document["properties"], document["$defs"]
     swept: dict[str, tuple[str, dict[str, Any]]] = {}
     for key, entry in properties.items():

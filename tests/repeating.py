@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from snooker_cli import runs, store
-from snooker_cli.config import Experiment, parse, points
-from snooker_cli.runs import Run, execution
+from snooker_cli.config import Config, parse, points
+from snooker_cli.runs import RunFolder, execution
 from snooker_cli.runs.batch import Batch, Progress, RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.store import Fingerprint
@@ -54,34 +54,34 @@ def batches_of(repeats: int) -> Iterator[None]:
 
 
 def done(
-    run: Run, *, workers: int = 1, watcher: Watcher | None = None, **how: Any
+    run: RunFolder, *, workers: int = 1, watcher: Watcher | None = None, **how: Any
 ) -> list[RepeatResult]:
     """The outcomes of doing what is missing of a run."""
     cancelled = watcher.cancelled if isinstance(watcher, StopsAfter) else threading.Event()
     return execute(run, workers=workers, watcher=watcher or Watcher(), cancelled=cancelled, **how)
 
 
-def stopped(run: Run, collisions: int, **how: Any) -> list[RepeatResult]:
+def stopped(run: RunFolder, collisions: int, **how: Any) -> list[RepeatResult]:
     """The outcomes of a run that is interrupted after this many collisions."""
     return done(run, watcher=StopsAfter(collisions), **how)
 
 
-def run_of(directory: Path, text: str, *overrides: str) -> Run:
+def run_of(directory: Path, text: str, *overrides: str) -> RunFolder:
     """The run of a config in a folder, which is left as it is."""
-    experiment = parse(text, overrides=overrides).experiment
-    return Run(directory, experiment, points(experiment))
+    config = parse(text, overrides=overrides).config
+    return RunFolder(directory, config, points(config))
 
 
-def created(directory: Path, experiment: Experiment) -> Run:
+def created(directory: Path, config: Config) -> RunFolder:
     """A run's folder for an experiment."""
-    run = Run(directory, experiment, points(experiment))
+    run = RunFolder(directory, config, points(config))
     runs.create(run)
     return run
 
 
-def made(directory: Path, text: str, *overrides: str) -> Run:
+def made(directory: Path, text: str, *overrides: str) -> RunFolder:
     """A run's folder for a config."""
-    return created(directory, parse(text, overrides=overrides).experiment)
+    return created(directory, parse(text, overrides=overrides).config)
 
 
 def content_hash(trace: Trace) -> str:
@@ -92,7 +92,7 @@ def content_hash(trace: Trace) -> str:
     return fingerprint.content(trace)
 
 
-def contents(run: Run) -> dict[tuple[int, int], str]:
+def contents(run: RunFolder) -> dict[tuple[int, int], str]:
     """The content hash of every repeat, each read and checked. Raises ``StoreError``."""
     return {
         (status.point, status.repeat): content_hash(trace)
@@ -102,7 +102,7 @@ def contents(run: Run) -> dict[tuple[int, int], str]:
     }
 
 
-def file_of(run: Run, point: int, repeat: int) -> Path:
+def file_of(run: RunFolder, point: int, repeat: int) -> Path:
     """The file that has a repeat, or would have it alone."""
     return run.status_of(point, repeat).path
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from snooker_cli.config import Experiment
+from snooker_cli.config import Config
 from snooker_cli.containers import SHAPES, Circle, Container
 from snooker_cli.engine import simulation
 from snooker_cli.laws import Constant, Surface
@@ -157,7 +157,7 @@ def lattice(number: int, width: float, height: float, largest: float | None) -> 
         cells += 1
 
 
-def experiment(
+def config(
     *,
     radius: float = 1.0,
     cor: float = 1.0,
@@ -166,12 +166,12 @@ def experiment(
     ring_extent: float = 0.8,
     rings: int = 3,
     seed: int = 1,
-) -> Experiment:
+) -> Config:
     """The source report's experiment: 37 balls at 10 m/s in a circle of radius 10 m.
 
     Its random numbers are common, because golden files hold results of these starts.
     """
-    return Experiment.model_validate(
+    return Config.model_validate(
         {
             "container": {"radius": 10.0, "mass": container_mass},
             "balls": {"rings": rings, "radius": radius, "speed": 10.0, "ring_extent": ring_extent},
@@ -186,7 +186,7 @@ def experiment(
 
 def report_scene(repeat: int = 0, **changes: float) -> Scene:
     """A start of ``experiment``."""
-    return starting_scene(experiment(**changes), repeat)
+    return starting_scene(config(**changes), repeat)
 
 
 def mixed_scene(container_mass: float = math.inf, restitution: float = 1.0) -> Scene:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import ast
 import csv
 import dataclasses
+import inspect
 import io
 import json
 import re
 import shutil
 import signal
 from collections.abc import Callable
+from importlib import import_module
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +24,13 @@ from matplotlib.figure import Figure
 from repeating import content_hash
 
 import snooker_cli as snooker
-from snooker_cli import api
+from snooker_cli import api, options
 from snooker_cli.analysis.decay import decays
+from snooker_cli.api.arguments import OPTIONS_OF
 from snooker_cli.config.yaml_document import document
 from snooker_cli.laws import Constant
-from snooker_cli.runs import progress
 from snooker_cli.runs.batch import RepeatResult
+from snooker_cli.runs.watched_execution import RunProgress
 
 CONFIG: dict[str, Any] = document(SMALL, "small.yaml").data
 
@@ -89,15 +93,15 @@ def test_the_same_call_finds_the_repeats_and_fresh_replaces_them(here: Path) -> 
 
 
 def test_an_interrupt_keeps_what_is_done(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    finish = progress.RunProgress.finished
+    finish = RunProgress.finished
 
-    def finished(self: progress.RunProgress, result: RepeatResult) -> None:
+    def finished(self: RunProgress, result: RepeatResult) -> None:
         finish(self, result)
         signal.raise_signal(signal.SIGINT)
 
     before = signal.getsignal(signal.SIGINT)
     with monkeypatch.context() as patched:
-        patched.setattr(progress.RunProgress, "finished", finished)
+        patched.setattr(RunProgress, "finished", finished)
         with pytest.raises(KeyboardInterrupt, match=r"of 400 repeats done; call run again"):
             snooker.run("small.yaml", {"repeats": 200}, jobs=1)
     assert signal.getsignal(signal.SIGINT) is before
@@ -328,7 +332,7 @@ def test_conditions_are_no_other_arguments(key: str, run: snooker.Run, command: 
         (lambda run: run[0, 0].measure(energy, 1e9), "times must ascend within 0 and"),
         (lambda run: run.plot("energy", cor=0.1), "no point has cor = 0.1"),
         (lambda run: snooker.open("smal"), "the nearest is smal"),
-        (lambda run: snooker.plan(CONFIG, part="3/2"), "^part 3/2: give K/N"),
+        (lambda run: snooker.plan(CONFIG, part="3/2"), "^part='3/2': give K/N"),
     ],
 )
 def test_what_a_user_gets_wrong_is_a_sentence(
@@ -459,8 +463,12 @@ def test_wrong_arguments_are_errors_of_python(run: snooker.Run) -> None:
             r"fit\(\) got .* did you mean quantity\?",
         ),
         (lambda: run.compare(core=0.8), TypeError, r"compare\(\) got .*did you mean cor\?"),
-        (lambda: run.fit(quantity="nope"), ValueError, "quantity nope: no quantity contains this"),
-        (lambda: run.plot("snapshot", colour="red"), ValueError, "colour red: give speed or"),
+        (
+            lambda: run.fit(quantity="nope"),
+            ValueError,
+            "quantity='nope': no quantity contains",
+        ),
+        (lambda: run.plot("snapshot", colour="red"), ValueError, "colour='red': give speed or"),
         (lambda: run.plot("snapshot", times=["a"]), TypeError, "times: give a number or a list"),
         (lambda: repeat.states("a"), TypeError, "times: give a number or a list of numbers, s"),
         (lambda: repeat.states([2.0, 1.0]), ValueError, "times must ascend"),
@@ -475,27 +483,36 @@ def test_wrong_arguments_are_errors_of_python(run: snooker.Run) -> None:
     assert len(run) == len(list(run)) == 6
 
 
-def test_all_options_that_errors_name_have_an_argument() -> None:
-    """But for what only commands do, and for commands in backticks."""
+def test_sentences_name_options_by_their_table() -> None:
+    """So a script gets an argument; but for what only commands do, and commands in backticks."""
     package = Path(api.__file__).parents[1]
-    of_commands = (
-        "api/wording.py",
-        "cli",
-        "validation",
-        "runs/dask_executor.py",
-        "runs/verification.py",
-    )
-    named = set()
+    named = []
     for path in package.rglob("*.py"):
-        if path.relative_to(package).as_posix().startswith(of_commands):
+        if path.relative_to(package).as_posix().startswith(("options.py", "cli", "validation")):
             continue
         nodes = list(ast.walk(ast.parse(path.read_text("utf-8"))))
         documents = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
         for node in nodes:
             text = node.value if isinstance(node, ast.Constant) else None
             if isinstance(text, str) and id(node) not in documents:
-                named |= set(re.findall("--[a-z]+(?:-[a-z]+)*", re.sub("`[^`]*`", "", text)))
-    assert named == api.ARGUMENTS.keys()
+                named += re.findall("--[a-z]+(?:-[a-z]+)*", re.sub("`[^`]*`", "", text))
+    assert named == []
+
+
+@pytest.mark.parametrize("name", OPTIONS_OF)
+def test_methods_have_the_words_and_defaults_of_options(name: str) -> None:
+    module, _, function = name.removeprefix("snooker_cli.api.").partition(".")
+    method = attrgetter(function)(import_module(f"snooker_cli.api.{module}"))
+    arguments = inspect.signature(method).parameters
+    for option in OPTIONS_OF[name]:
+        assert arguments[option.word].default == option.default_in_python
+        assert f"{option.word} : {option.help}" in method.__doc__
+
+
+def test_an_option_is_named_as_its_user_gives_it() -> None:
+    assert [str(options.FIT_SINCE), options.SIZE.of("3x3")] == ["since", "size='3x3'"]
+    with options.in_command():
+        assert [str(options.FIT_SINCE), options.SIZE.of("3x3")] == ["--from", "--size 3x3"]
 
 
 def test_repeats_have_their_numbers_where_some_are_missing(separate: Path) -> None:

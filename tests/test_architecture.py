@@ -32,8 +32,18 @@ SIMULATING = (
     "trace",
 )
 RUNNING = (
-    *("config", "engine", "facts", "formatting", "placement", "runs", "signals", "store", "theory"),
-    *("two_temperatures", *SIMULATING),
+    *(
+        "config",
+        "engine",
+        "facts",
+        "formatting",
+        "options",
+        "placement",
+        "runs",
+        "signals",
+        "store",
+    ),
+    *("theory", "two_temperatures", *SIMULATING),
 )
 PARTS: dict[str, tuple[str, ...]] = {
     # Nothing of ours below
@@ -42,7 +52,8 @@ PARTS: dict[str, tuple[str, ...]] = {
     "neighbours": (),
     "signals": (),
     "fields": (),
-    "errors": ("formatting", "signals"),
+    "options": (),
+    "errors": ("formatting", "options", "signals"),
     "plugins": ("errors",),
     "results_cache": ("errors", "files"),
     "region_integrals": ("neighbours",),
@@ -69,11 +80,20 @@ PARTS: dict[str, tuple[str, ...]] = {
     # Pages
     "pages": (),
     "live_page": (
-        *("analysis", "config", "containers", "engine", "errors", "facts", "laws", "pages"),
-        *("placement", "scene", "theory"),
+        *("analysis", "config", "containers", "engine", "errors", "facts", "fields", "laws"),
+        *("options", "pages", "placement", "scene", "theory"),
     ),
     "animation": (
-        *(*SIMULATING, "analysis", "engine", "figures", "formatting", "live_page", "pages"),
+        *(
+            *SIMULATING,
+            "analysis",
+            "engine",
+            "figures",
+            "formatting",
+            "live_page",
+            "options",
+            "pages",
+        ),
     ),
     "validation": (*RUNNING, "analysis", "figures"),
 }
@@ -84,12 +104,14 @@ PARTS["api"] = tuple(PARTS)
 # this module of a part alone.
 PARTS["reproduction"] = (
     *("api", "errors", "figures", "files", "formatting", "report.document", "theory"),
+    "runs.selection",
     *("validation.accuracy_study", "validation.physics_study"),  # figures of saved measurements
 )
 PARTS["__init__"] = ("api", "config", "containers", "errors", "scene", "trace")
 # A command reads options, calls the API and prints. `reproduce` and `bench` have their own parts.
 PARTS["cli"] = (
-    *("api", "errors", "formatting", "report.document", "reproduction", "signals", "validation"),
+    *("api", "errors", "formatting", "options", "report.document", "reproduction", "signals"),
+    *("validation", "config.template_configs", "export", "runs.progress"),
 )
 PARTS["__main__"] = ("cli",)
 

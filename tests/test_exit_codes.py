@@ -83,7 +83,7 @@ def test_an_unexpected_error_is_a_sentence_and_a_traceback_on_request(
     wanted: str, finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SNOOKER_TRACEBACK", wanted)
-    monkeypatch.setattr("snooker_cli.api.open", lost)
+    monkeypatch.setattr("snooker_cli.open", lost)
     ended = snooker("export", "small")
     assert (ended.code, ended.out) == (1, "")
     assert ("Traceback" in ended.err) == ("in lost" in ended.err) == (wanted == "1")
@@ -106,7 +106,7 @@ def test_too_little_memory_for_a_run_names_its_jobs(
     ended = snooker("run", "small.yaml", "--no-progress", "-j", "1", "--fresh")
     assert "there is too little memory (" in ended.err
     assert "use fewer balls, or a smaller --jobs" in ended.err
-    monkeypatch.setattr("snooker_cli.api.open", lambda _: np.empty(2**56))
+    monkeypatch.setattr("snooker_cli.open", lambda _: np.empty(2**56))
     assert "--jobs" not in snooker("export", "small").err
 
 

@@ -15,7 +15,7 @@ from command_line import Snooker
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from snooker_cli.config import SCHEMA_FILE
+from snooker_cli.config.template_configs import SCHEMA_FILE
 
 pytestmark = pytest.mark.filterwarnings("error")
 

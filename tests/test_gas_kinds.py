@@ -22,9 +22,11 @@ from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.profiles import measured_profile
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, FigureData, Selection
+from snooker_cli.figures.figure_data import FigureData
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.laws import Constant
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection
 from snooker_cli.theory import FINITE, INFINITE
 from snooker_cli.two_temperatures import EQUAL_RATES, MEAN_FIELD
 
@@ -89,7 +91,7 @@ def test_a_config_says_of_a_gas_what_its_scene_says(kind: str) -> None:
     (point,) = parse(text_of(kind)).points()
     scene = facts.traits_of(scene_of(kind))
     unknown = {name: getattr(scene, name) for name in ("packing", "crowding", "published")}
-    config = facts.traits_of(point.experiment)._replace(**unknown)
+    config = facts.traits_of(point.config)._replace(**unknown)
     if config.walls:
         config = config._replace(at_rest=scene.at_rest)
     assert config == scene
@@ -108,7 +110,7 @@ def test_no_theory_of_smooth_balls_is_that_of_rough_ones(kind: str) -> None:
     assert not models & of_smooth
 
 
-def test_theories_have_a_value_wherever_their_needs_hold(finished: tuple[str, Run]) -> None:
+def test_theories_have_a_value_wherever_their_needs_hold(finished: tuple[str, RunFolder]) -> None:
     _, run = finished
     (point,) = run.points
     measurement = measure(run.traces(point))
@@ -141,11 +143,11 @@ def test_a_theory_that_is_missing_has_a_reason() -> None:
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_figures_show_theory_only_where_its_needs_hold(
-    name: str, finished: tuple[str, Run]
+    name: str, finished: tuple[str, RunFolder]
 ) -> None:
     _, run = finished
     spec, (point,) = FIGURES[name], run.points
-    absent = facts.missing(facts.traits_of(point.experiment), spec.requires)
+    absent = facts.missing(facts.traits_of(point.config), spec.requires)
     found, why = None, ""
     try:
         found = spec.make(run, Selection())
@@ -154,7 +156,7 @@ def test_figures_show_theory_only_where_its_needs_hold(
     if found is not None:
         check_caption(found)
     if absent is not None:
-        assert why == absent.reason(facts.traits_of(point.experiment))
+        assert why == absent.reason(facts.traits_of(point.config))
     elif found is not None and name in OF_FIGURES:
         scene = next(run.traces(point)).start
         holds = any(theories.theory_of(scene, *about) for about in OF_FIGURES[name])

@@ -21,7 +21,7 @@ from snooker_cli.config import to_json
 from snooker_cli.engine import simulation
 from snooker_cli.errors import StoreError
 from snooker_cli.files import temporary_path
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")  # NumPy's, which a user would see
 
@@ -104,7 +104,7 @@ def refuse(path: Path, reasons: dict[str, dict[str, hostile.Damage]]) -> None:
             assert reason in refused.value.reason, name
 
 
-def test_reading_refuses_a_summary_for_what_is_wrong(warm: Run, tmp_path: Path) -> None:
+def test_reading_refuses_a_summary_for_what_is_wrong(warm: RunFolder, tmp_path: Path) -> None:
     """The reason has the name of the wrong column."""
     names = [*hostile.COLUMNS, "speed_histogram"]
     columns = {key: d for key, d in hostile.KINDS["summary"].items() if key.split(": ")[0] in names}
@@ -135,7 +135,7 @@ KINDS = {
 def test_hostile_repeats(kind: str, share: int, here: Path, snooker: Snooker) -> None:
     """Each command on some files, or on all."""
     run = repeating.made(here / "runs" / "small", SMALL, *KINDS[kind])
-    (here / "small.yaml").write_text(to_json(run.experiment))
+    (here / "small.yaml").write_text(to_json(run.config))
     repeating.done(run)
     path = here / "runs" / "small" / REPEATS
     for number, command in enumerate([*COMMANDS, "report small"]):

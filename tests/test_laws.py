@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from config_texts import experiment
+from config_texts import config
 from hostile import with_traces
 from pydantic.dataclasses import dataclass
 from scenes import gas, scene_of
@@ -34,7 +34,7 @@ from snooker_cli.laws import (
     Viscoelastic,
 )
 from snooker_cli.ranges import STRICT, Restitution
-from snooker_cli.runs import Run, open_run
+from snooker_cli.runs import RunFolder, open_run
 from snooker_cli.runs.run import RepeatState
 from snooker_cli.runs.verification import verify
 from snooker_cli.theory import mean_loss
@@ -154,23 +154,23 @@ def test_the_engine_refuses_a_law_that_it_does_not_know(damped) -> None:
 
 def test_the_keys_of_a_config_choose_the_law() -> None:
     assert laws.law_of_pairs(0.5, 2.0) == Viscoelastic(0.5, 2.0)
-    still = experiment(WARM, "wall_speed=0", "wall_temperature=null")
+    still = config(WARM, "wall_speed=0", "wall_temperature=null")
     assert still.wall_law == Constant(0.9)
-    assert experiment(WARM).wall_law == Sides(
+    assert config(WARM).wall_law == Sides(
         Driven(0.9, 1.0), Thermal(80.0), Constant(0.9), Constant(0.9)
     )
 
 
 def test_a_warm_run_is_stored_and_verified(tmp_path: Path) -> None:
     """Two batches, each repeat with a key of its own, which a longer run keeps."""
-    config = tmp_path / "warm.yaml"
-    config.write_text(WARM)
-    run = snooker_cli.run(config, out=tmp_path / "warm", progress=False)
+    data = tmp_path / "warm.yaml"
+    data.write_text(WARM)
+    run = snooker_cli.run(data, out=tmp_path / "warm", progress=False)
     assert {status.state for status in verify(run, replay=True, workers=1)} == {RepeatState.DONE}
     traces = [trace for trace, _ in store.read(run.batches(0)[0])]
     assert len({trace.start.wall_key for trace in traces}) == 3
-    assert traces[0].start.wall_law == experiment(WARM).wall_law
-    longer = snooker_cli.run(config, {"collisions": 500}, out=tmp_path / "warm", progress=False)
+    assert traces[0].start.wall_law == config(WARM).wall_law
+    longer = snooker_cli.run(data, {"collisions": 500}, out=tmp_path / "warm", progress=False)
     for before, (after, _) in zip(traces, store.read(longer.batches(0)[0]), strict=True):
         assert after.start.wall_key == before.start.wall_key
         assert np.array_equal(after.events.time[:300], before.events.time)
@@ -182,7 +182,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize("changes", WRONG)
-def test_a_file_with_a_law_that_no_config_gives_is_refused(changes, copy: Run) -> None:
+def test_a_file_with_a_law_that_no_config_gives_is_refused(changes, copy: RunFolder) -> None:
     path = copy.batches(0)[0]
     with_traces(
         lambda trace: replace(
@@ -205,13 +205,13 @@ def test_each_place_of_contact_has_its_law() -> None:
 
 
 @pytest.fixture
-def copy(finished_run: Run, tmp_path: Path) -> Run:
+def copy(finished_run: RunFolder, tmp_path: Path) -> RunFolder:
     """A run that a test can change."""
     shutil.copytree(finished_run.directory, tmp_path / "small")
     return open_run(tmp_path / "small")
 
 
-def test_a_file_keeps_the_law(copy: Run, damped: Damped) -> None:
+def test_a_file_keeps_the_law(copy: RunFolder, damped: Damped) -> None:
     """Also at the wall; another law has another hash, and the same law that of earlier files."""
     path = copy.batches(0)[0]
     hashes = [header.fingerprint for header in store.check(path)]
@@ -233,7 +233,7 @@ def test_a_file_keeps_the_law(copy: Run, damped: Damped) -> None:
             assert header.fingerprint not in hashes
 
 
-def test_verification_finds_a_file_of_other_rules(copy: Run) -> None:
+def test_verification_finds_a_file_of_other_rules(copy: RunFolder) -> None:
     """Though its hashes are right, and its config is that of the run."""
     changes = {"elastic_below": 0.5}
     assert {status.state for status in verify(copy, replay=False, workers=1)} == {RepeatState.DONE}

@@ -5,6 +5,9 @@ from typing import Any
 
 from griffe import Extension, Object
 
+import snooker_cli.api  # noqa: F401  (its functions note their options)
+from snooker_cli.api.arguments import OPTIONS_OF
+
 PARAMETER = re.compile(r"^(\w[\w, ]*) : (.*(?:\n {4}.*)*)", re.MULTILINE)
 
 
@@ -13,6 +16,9 @@ class Lists(Extension):
 
     def on_object(self, *, obj: Object, **_: Any) -> None:
         if obj.docstring:
-            text = re.sub(r"<(?=[\w/])", "&lt;", obj.docstring.value)  # no HTML
+            options = OPTIONS_OF.get(obj.canonical_path, ())
+            lines = "".join(f"{option.word} : {option.help}\n" for option in options)
+            text = f"{obj.docstring.value}\n\n{lines}".rstrip()
+            text = re.sub(r"<(?=[\w/])", "&lt;", text)  # no HTML
             text = PARAMETER.sub(r"- **\1**: \2", text)
             obj.docstring.value = re.sub(r"\n(- (?:.|\n(?! *\n))*)", r"\n\n\1\n", text)

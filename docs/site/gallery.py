@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import snooker_cli as snooker
-from snooker_cli.figures import FIGURES
+from snooker_cli.figures.registry import FIGURES
 
 DOCS = Path(__file__).parents[1]
 ROOT = DOCS.parent

@@ -37,7 +37,7 @@ from snooker_cli.analysis.quantities import (
 )
 from snooker_cli.analysis.stationarity import Change, change_of, stationary_part_of
 from snooker_cli.analysis.steady_means import steady_means
-from snooker_cli.analysis.theories import NO_THEORY, Row
+from snooker_cli.analysis.theories import NO_THEORY, TheoryRow
 from snooker_cli.formatting import plain
 from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
@@ -237,7 +237,7 @@ def _of_repeats(comparisons: Iterable[Comparison], measurement: Measurement) -> 
     return [replace(row, complete=complete, simulated=total) for row in comparisons]
 
 
-def _compared(rows: Iterable[Row], repeats: int, notes: list[Note]) -> Iterator[Comparison]:
+def _compared(rows: Iterable[TheoryRow], repeats: int, notes: list[Note]) -> Iterator[Comparison]:
     """The rows that have a value; ``notes`` gets a sentence for each of the others."""
     for quantity, model, *columns in rows:
         values = np.array([np.broadcast_to(column, repeats) for column in columns])

@@ -22,7 +22,7 @@ from snooker_cli.analysis.goodness import (
     verdict,
 )
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity, main_quantities
-from snooker_cli.analysis.run_analysis import Records
+from snooker_cli.analysis.run_analysis import JsonRows
 from snooker_cli.analysis.theories import (
     ABOVE_DRIFT,
     ABOVE_ROTATION,
@@ -54,18 +54,18 @@ RATIOS = (quantities.SPECIES_RATIO.name, quantities.SPIN_RATIO.name)
 CHECKS = (quantities.GIVEN, quantities.ENERGY_LEFT)
 """Quantities that a finding has only where they differ from theory."""
 
-Row = Mapping[str, Any]
+JsonRow = Mapping[str, Any]
 
 
 # A row as words.
 
 
-def has_theory(row: Row) -> bool:
+def has_theory(row: JsonRow) -> bool:
     """Whether a row of ``compare`` has a theory. The ideal gas law does not count."""
     return row["model"] != NO_THEORY and not row["model"].startswith(IDEAL)
 
 
-def theory_name(row: Row) -> str:
+def theory_name(row: JsonRow) -> str:
     """The name of a model as a theory: ``Enskog``, ``theory for hard disks, finite N``."""
     return _THEORIES.get(row["model"], f"theory for {row['model']}")
 
@@ -83,12 +83,12 @@ _THEORIES = {
 } | {known.source: f"the simulations of {known.source}" for known in PUBLISHED_RATIOS}
 
 
-def errors_from_theory(row: Row) -> float | None:
+def errors_from_theory(row: JsonRow) -> float | None:
     """The difference from theory in errors; ``None`` if too few repeats have one."""
     return row["difference_in_errors"] if row["repeats"] >= FEWEST_TESTED else None
 
 
-def distance(row: Row) -> str:
+def distance(row: JsonRow) -> str:
     """How far a result is from its prediction: ``4.0 ± 1.9 % below``, ``43 ± 21 times``.
 
     The error is that of the difference, which is taken in each repeat.
@@ -111,14 +111,14 @@ def _with_known_error(value: float, error: float | None) -> str:
     return with_error(value, error) if error else ratio(value)
 
 
-def result_text(row: Row) -> str:
+def result_text(row: JsonRow) -> str:
     """``α = 0.697 ± 0.021 1/s``."""
     quantity = QUANTITIES[row["quantity"]]
     value = with_error(row["measured"], row["error"], quantity.unit_text)
     return f"{quantity.symbol} = {value}"
 
 
-def result_and_theory(row: Row) -> str:
+def result_and_theory(row: JsonRow) -> str:
     """A result with its theory: ``PV/NT = 2.9 ± 0.1 agrees with … (1 % above, 0.3 errors)``."""
     if row["model"] == NO_THEORY:
         return f"{result_text(row)} (there is no theory of it here)"
@@ -134,7 +134,7 @@ def result_and_theory(row: Row) -> str:
     return f"{result_text(row)} is {distance(row)} {theory} ({number})"
 
 
-def _distance_part(row: Row) -> str:
+def _distance_part(row: JsonRow) -> str:
     """How far a result that agrees is from theory: ``1 % above, ``; empty without a difference."""
     return "" if row["difference"] == 0 else f"{distance(row)}, "
 
@@ -142,7 +142,7 @@ def _distance_part(row: Row) -> str:
 # One theory for a quantity.
 
 
-def chosen_theories(compared: Iterable[Row]) -> dict[str, str]:
+def chosen_theories(compared: Iterable[JsonRow]) -> dict[str, str]:
     """One theory for each main quantity: that of most points; of equally many the later one.
 
     The rows of a point go from simple theories to better ones. A quantity without a theory has the
@@ -162,7 +162,9 @@ def chosen_theories(compared: Iterable[Row]) -> dict[str, str]:
     return theories
 
 
-def main_quantity_rows(compared: Sequence[Row], chosen: Mapping[str, str] | None = None) -> Records:
+def main_quantity_rows(
+    compared: Sequence[JsonRow], chosen: Mapping[str, str] | None = None
+) -> JsonRows:
     """The rows of main quantities with their chosen theories, in the order of the sentences.
 
     chosen : the theory of each quantity; without it those of `chosen_theories`
@@ -176,7 +178,7 @@ def main_quantity_rows(compared: Sequence[Row], chosen: Mapping[str, str] | None
     ]
 
 
-def main_result(compared: Sequence[Row]) -> Records:
+def main_result(compared: Sequence[JsonRow]) -> JsonRows:
     """The rows of the first main quantity that half of the points have, or else of most of them.
 
     A row with a theory goes before others. A trend is about these rows.
@@ -193,12 +195,12 @@ def main_result(compared: Sequence[Row]) -> Records:
 # Laws of decay.
 
 
-def cools(fit: Row) -> bool:
+def cools(fit: JsonRow) -> bool:
     """Whether a fit is that of the energy of a gas that loses energy."""
     return bool(fit["quantity"] == "kinetic_energy" and not fit["elastic"])
 
 
-def few_repeats(fits: Sequence[Row]) -> list[str]:
+def few_repeats(fits: Sequence[JsonRow]) -> list[str]:
     """``FEW_REPEATS`` if few repeats do not refuse one of these laws, up to some time.
 
     A verdict that they cannot test a law says it already.
@@ -209,7 +211,7 @@ def few_repeats(fits: Sequence[Row]) -> list[str]:
     return [FEW_REPEATS] if any(row["holds_to"] > row["judged_from"] for row in few) else []
 
 
-def _is_refused(law: Row) -> bool:
+def _is_refused(law: JsonRow) -> bool:
     return bool(law["holds_to"] < law["judged_to"])
 
 
@@ -222,7 +224,7 @@ class Findings:
     """
 
     def __init__(
-        self, fits: Sequence[Row], compared: Sequence[Row], states: Sequence[Row] = ()
+        self, fits: Sequence[JsonRow], compared: Sequence[JsonRow], states: Sequence[JsonRow] = ()
     ) -> None:
         self.fits, self.compared = list(fits), list(compared)
         self.theories = chosen_theories(self.compared)
@@ -260,7 +262,7 @@ class Findings:
         together = [f"{counted(len(self.labels), 'point')}: {self.overview}"] * bool(self.overview)
         return together * (len(self.labels) > 1) + singly
 
-    def _rows(self, label: str) -> Records:
+    def _rows(self, label: str) -> JsonRows:
         """The main rows of a point with the theory of all points, or else without a theory."""
         compared = [row for row in self.compared if _label(row) == label]
         rows = main_quantity_rows(compared, self.theories)
@@ -269,12 +271,12 @@ class Findings:
         rows += [row for row in others if not has_theory(row)]
         return sorted(rows, key=lambda row: main_quantities().index(QUANTITIES[row["quantity"]]))
 
-    def _laws(self, label: str) -> Records:
+    def _laws(self, label: str) -> JsonRows:
         """Fits to the energy of a point, that of the law which holds longest first."""
         laws = [dict(row) for row in self.fits if cools(row) and _label(row) == label]
         return sorted(laws, key=lambda row: (-(row["holds_to"] or 0.0), row["model"] != "haff"))
 
-    def _law_of_decay(self, laws: Records, compared: set[str]) -> Iterator[str]:
+    def _law_of_decay(self, laws: JsonRows, compared: set[str]) -> Iterator[str]:
         """The law that holds longest with its constant; α follows beside its theory."""
         if not laws:
             return
@@ -286,7 +288,7 @@ class Findings:
         if law["model"] != "haff" or quantities.HAFF_RATE.name not in compared:
             yield f"{LAWS[law['model']].symbol} = {with_error(law['value'], law['error'], '1/s')}"
 
-    def _uneven(self, rows: Records, kinds: Sequence[str]) -> Iterator[str]:
+    def _uneven(self, rows: JsonRows, kinds: Sequence[str]) -> Iterator[str]:
         """A remark on the theory of PV/NT in a gas that walls make uneven."""
         is_ratio = (row["quantity"] == quantities.RATIO.name and has_theory(row) for row in rows)
         if "uneven" in kinds and any(is_ratio):
@@ -314,13 +316,13 @@ class Findings:
         """The kinds of gas of a point, which decide its main quantities; empty if not known."""
         return list(self.states.get(label, {}).get("kinds", ()))
 
-    def _change(self, label: str, row: Row) -> Iterator[str]:
+    def _change(self, label: str, row: JsonRow) -> Iterator[str]:
         """A remark on a ratio of temperatures: whether it is steady, or was not tested."""
         change = self.states.get(label, {}).get("changes", {}).get(row["quantity"])
         if change:
             yield change["sentence"]
 
-    def _says_enough(self, row: Row, rows: Records) -> bool:
+    def _says_enough(self, row: JsonRow, rows: JsonRows) -> bool:
         """Whether a sentence mentions a row; PV/NT of an ideal gas says little beside a theory."""
         return has_theory(row) or row["model"] == NO_THEORY or len(rows) == 1
 
@@ -331,7 +333,7 @@ class Findings:
                 if _label(row) == label and _differs(row):
                     yield _differing(row)
 
-    def _rows_of(self, quantity: Quantity) -> Records:
+    def _rows_of(self, quantity: Quantity) -> JsonRows:
         """The rows of a quantity with its chosen theory."""
         return [
             dict(row)
@@ -370,7 +372,7 @@ class Findings:
                 return self._plainly(quantity, rows)
         return ""
 
-    def _plainly(self, quantity: Quantity, rows: Records) -> str:
+    def _plainly(self, quantity: Quantity, rows: JsonRows) -> str:
         """Whether a quantity agrees with its theory; without a theory or a test its values."""
         known = [row for row in rows if errors_from_theory(row) is not None]
         if not known or not has_theory(rows[0]):
@@ -416,7 +418,7 @@ class Findings:
         if lacking:
             yield f"left out: {_labels(lacking)} ({_reason(lacking)})"
 
-    def _quantity_together(self, quantity: Quantity, rows: Records) -> Iterator[str]:
+    def _quantity_together(self, quantity: Quantity, rows: JsonRows) -> Iterator[str]:
         """A quantity at all points: the worst disagreement with theory, and what is left out."""
         if not has_theory(rows[0]):
             names = {row["quantity"] for row in main_quantity_rows(self.compared)}
@@ -448,10 +450,10 @@ class Findings:
             yield from _jointly(known, theory)
         yield from self._left_out(quantity, known)
 
-    def _left_out(self, quantity: Quantity, known: Records) -> Iterator[str]:
+    def _left_out(self, quantity: Quantity, known: JsonRows) -> Iterator[str]:
         """The points that have no value of this quantity with its theory, and why."""
         with_value = {_label(row) for row in known}
-        reasons: dict[str, list[Row]] = {}
+        reasons: dict[str, list[JsonRow]] = {}
         for label, state in self.states.items():
             if label in with_value or not {*quantity.main_of} & {*state["kinds"]}:
                 continue
@@ -461,7 +463,7 @@ class Findings:
         for why, states in reasons.items():
             yield f"{quantity.symbol} is left out at {_labels(states)} ({why})"
 
-    def _absence(self, quantity: Quantity, label: str, state: Row) -> str:
+    def _absence(self, quantity: Quantity, label: str, state: JsonRow) -> str:
         """Why a point has no value of this quantity with its theory."""
         compared = [row for row in self.compared if _label(row) == label]
         models = {row["model"] for row in compared if row["quantity"] == quantity.name}
@@ -496,18 +498,18 @@ def _about_the_gas(sentence: str) -> str:
     return f"the gas is {sentence}" if sentence.startswith("not ") else sentence
 
 
-def _differs(row: Row) -> bool:
+def _differs(row: JsonRow) -> bool:
     errors = errors_from_theory(row)
     return errors is not None and abs(errors) > MOST_ERRORS
 
 
-def _differing(row: Row) -> str:
+def _differing(row: JsonRow) -> str:
     """``the energy from the walls is 5 % above what collisions take (4.0 errors)``."""
     number = f"{abs(row['difference_in_errors']):.1f} errors"
     return f"the {row['quantity']} is {distance(row)} {theory_name(row)} ({number})"
 
 
-def _at_points(some: Sequence[Row], every: Sequence[Row], named: bool = True) -> str:
+def _at_points(some: Sequence[JsonRow], every: Sequence[JsonRow], named: bool = True) -> str:
     """``at all 4 points``, ``at 2 of 4 points (cor=0.6 and cor=0.7)``, ``at any of 4 points``."""
     if not some:
         return f"at any of {len(every)} points" if every[1:] else f"at {_label(every[0])}"
@@ -517,11 +519,11 @@ def _at_points(some: Sequence[Row], every: Sequence[Row], named: bool = True) ->
     return f"at {len(some)} of {len(every)} points{f' ({_labels(some)})' * named}"
 
 
-def _label(row: Row) -> str:
+def _label(row: JsonRow) -> str:
     return point_label(row["parameters"])
 
 
-def _labels(rows: Sequence[Row]) -> str:
+def _labels(rows: Sequence[JsonRow]) -> str:
     """The labels of points; of many points the first ones, and how many more there are."""
     labels = list(dict.fromkeys(map(_label, rows)))
     if len(labels) > MOST_NAMED:
@@ -529,13 +531,13 @@ def _labels(rows: Sequence[Row]) -> str:
     return "; ".join(labels) if any(", " in label for label in labels) else listed(labels)
 
 
-def _reason(states: Sequence[Row]) -> str:
+def _reason(states: Sequence[JsonRow]) -> str:
     """Why points have no stationary part; a short reason if they have different ones."""
     sentences = dict.fromkeys(state["stationary"]["sentence"] for state in states)
     return next(iter(sentences)) if len(sentences) == 1 else "not stationary, or too few repeats"
 
 
-def _range_of(quantity: Quantity, rows: Records) -> str:
+def _range_of(quantity: Quantity, rows: JsonRows) -> str:
     """The least and the largest value, of a quantity without a theory of it."""
     ends = [pick(rows, key=lambda row: row["measured"]) for pick in (min, max)]
     values = [with_error(row["measured"], row["error"], quantity.unit_text) for row in ends]
@@ -546,7 +548,7 @@ def _range_of(quantity: Quantity, rows: Records) -> str:
     return f"{quantity.symbol} is from {least} to {largest}{ideal}"
 
 
-def _jointly(known: Records, theory: str) -> Iterator[str]:
+def _jointly(known: JsonRows, theory: str) -> Iterator[str]:
     """Whether all points together agree with theory, by χ² of enough repeats at each."""
     enough = all(row["repeats"] >= ENOUGH_REPEATS for row in known)
     if len(known) > 1 and enough:
@@ -555,7 +557,7 @@ def _jointly(known: Records, theory: str) -> Iterator[str]:
         yield f"the {len(known)} points together {outcome} (χ², {chance(p)})"
 
 
-def _reservations(rows: Sequence[Row]) -> Iterator[str]:
+def _reservations(rows: Sequence[JsonRow]) -> Iterator[str]:
     """How many repeats of the rows ended early or are missing; each point counts once."""
     points = {_label(row): row for row in rows}.values()
     total, early, requested = 0, 0, 0

@@ -30,7 +30,6 @@ from snooker_cli.analysis.time_series import (
 )
 from snooker_cli.engine import batch_series, is_short, stored_times
 from snooker_cli.laws import Sides
-from snooker_cli.runs.processes import processors
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BINS, StopReason, Trace, even_choice
 
@@ -217,6 +216,8 @@ def measure(
     """
     parts: list[Measurement] = []
     waiting: deque[Any] = deque()
+    from snooker_cli.runs.processes import processors  # loads multiprocessing
+
     most = processors()
     with ThreadPoolExecutor(most) as pool:
         for together in _together(traces):

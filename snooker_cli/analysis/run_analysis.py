@@ -23,9 +23,10 @@ from snooker_cli.config import Point
 from snooker_cli.errors import RunError, UserError
 from snooker_cli.files import sources_hash
 from snooker_cli.formatting import plain
+from snooker_cli.options import FIT_SINCE, FIT_UNTIL
 from snooker_cli.plugins import origins
 from snooker_cli.results_cache import MEMORY, from_cache
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.runs.run import RepeatState, RepeatStatus
 from snooker_cli.runs.status import ending
 from snooker_cli.trace import StopReason, Trace
@@ -33,12 +34,12 @@ from snooker_cli.trace import StopReason, Trace
 Counting = Callable[[Iterator[Trace], str, int], Iterator[Trace]]
 """Repeats, a label and their number -> the repeats, while something shows how many were read."""
 
-Records: TypeAlias = list[dict[str, Any]]
+JsonRows: TypeAlias = list[dict[str, Any]]
 
 SOURCES = ("analysis/*.py", "engine/*.py", "runs/*.py", "*.py")
 """Whatever decides what an analysis finds."""
 
-NOTHING: dict[str, Records] = {"rows": [], "notes": []}
+NOTHING: dict[str, JsonRows] = {"rows": [], "notes": []}
 NO_STATE: dict[str, Any] = {"kinds": [], "stationary": None, "changes": {}}
 
 
@@ -53,13 +54,13 @@ class RunAnalysis(NamedTuple):
     states : of each point, what findings need of it besides its rows
     """
 
-    rows: Records
-    notes: Records
-    states: Records
+    rows: JsonRows
+    notes: JsonRows
+    states: JsonRows
 
 
 def fits(
-    run: Run,
+    run: RunFolder,
     since: float = 0.0,
     until: float = math.inf,
     points: Iterable[Point] | None = None,
@@ -76,7 +77,7 @@ def fits(
     if not 0 <= since < until:
         raise UserError(
             f"there is no range of times from {since:g} s to {until:g} s",
-            "give seconds from the start, with 0 ≤ --from < --until",
+            f"give seconds from the start, with 0 ≤ {FIT_SINCE} < {FIT_UNTIL}",
         )
     headers = (status.header for point in chosen for status in run.statuses(point.index))
     end = max((header.stop.time for header in headers if header), default=math.inf)
@@ -95,7 +96,7 @@ def fits(
 
 
 def comparisons(
-    run: Run, points: Iterable[Point] | None = None, counting: Counting = uncounted
+    run: RunFolder, points: Iterable[Point] | None = None, counting: Counting = uncounted
 ) -> RunAnalysis:
     """Rows of ``Comparison.as_json``; raises ``RunError`` if the points have no repeat."""
     chosen = tuple(points or run.points)
@@ -103,7 +104,7 @@ def comparisons(
 
 
 def table_columns(
-    run: Run, points: Sequence[Point], counting: Counting = uncounted
+    run: RunFolder, points: Sequence[Point], counting: Counting = uncounted
 ) -> list[dict[str, list[Any]]]:
     """The columns of ``Run.table`` of ``api`` by point, with a value for each repeat that is there.
 
@@ -120,10 +121,10 @@ def shorter_note(shorter: int, present: int) -> str:
 
 
 def _joined(
-    run: Run, points: Sequence[Point], entries: Sequence[dict[str, Any]], name: str
+    run: RunFolder, points: Sequence[Point], entries: Sequence[dict[str, Any]], name: str
 ) -> RunAnalysis:
     """The rows and notes of all points, and notes on the repeats that a run should have."""
-    rows, notes, states = Records(), Records(), Records()
+    rows, notes, states = JsonRows(), JsonRows(), JsonRows()
     for point, entry in zip(points, entries, strict=True):
         parameters, wanted = {"parameters": point.as_json()}, run.requested(point)
         there = len(run.present(point))
@@ -138,7 +139,7 @@ def _joined(
     return RunAnalysis(rows, notes, states)
 
 
-def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict[str, Any]]:
+def _entries(run: RunFolder, points: Sequence[Point], counting: Counting) -> list[dict[str, Any]]:
     """All results of points, from their runs: those that were made from these very repeats, or new.
 
     Raises ``RunError`` if no repeat is there.
@@ -155,7 +156,7 @@ def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict
 
 
 def measurement_of(
-    run: Run, point: Point, repeats: Sequence[int], traces: Callable[[], Iterator[Trace]]
+    run: RunFolder, point: Point, repeats: Sequence[int], traces: Callable[[], Iterator[Trace]]
 ) -> Measurement:
     """The measurement of some repeats of a point, which stays in memory for the next analysis.
 
@@ -194,18 +195,19 @@ def _pair_counts(statuses: Sequence[RepeatStatus]) -> Iterator[tuple[int, bool]]
 
 
 def _traces(
-    run: Run, point: Point, present: Sequence[int], counting: Counting
+    run: RunFolder, point: Point, present: Sequence[int], counting: Counting
 ) -> Callable[[], Iterator[Trace]]:
     """Gives the repeats of a point, while something shows how many were read."""
     return lambda: counting(run.traces(point, present), run.place(point), len(present))
 
 
-def _all_results(run: Run, point: Point, counting: Counting) -> dict[str, Any]:
+def _all_results(run: RunFolder, point: Point, counting: Counting) -> dict[str, Any]:
     """Fits, comparisons and table of a point; of an unfinished run, of the repeats that it has."""
     present = run.present(point)
     if not present:
         return {"fits": NOTHING, "comparisons": NOTHING, "table": {}, "state": NO_STATE}
     measurement = measurement_of(run, point, present, _traces(run, point, present, counting))
+
     constants = decays_of(measurement)
     compared, notes = comparisons_of(measurement, constants)
     return {
@@ -219,7 +221,7 @@ def _all_results(run: Run, point: Point, counting: Counting) -> dict[str, Any]:
     }
 
 
-def _fit_records(constants: Sequence[Decay]) -> dict[str, Records]:
+def _fit_records(constants: Sequence[Decay]) -> dict[str, JsonRows]:
     rows = [decay.as_json() for decay in constants if not decay.warm]
     return {"rows": rows, "notes": [note._asdict() for note in fit_notes(constants)]}
 
@@ -236,6 +238,7 @@ def _columns(measurement: Measurement, constants: Sequence[Decay]) -> dict[str, 
         ratio = measurement.last_energy / measurement.first_energy
     begins = np.full_like(whole.length, math.nan)
     is_warm = facts.hold(scene, "warm_walls")
+
     if is_warm and (first := stationary_part_of(measurement).first_window) is not None:
         begins[measurement.complete] = first / WINDOWS * measurement.time[measurement.complete]
     columns = {

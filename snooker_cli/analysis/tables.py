@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 from snooker_cli.analysis.decay import FURTHER
 from snooker_cli.analysis.findings import FEWEST_TESTED, Findings, few_repeats
 from snooker_cli.analysis.quantities import QUANTITIES
-from snooker_cli.analysis.run_analysis import Records
+from snooker_cli.analysis.run_analysis import JsonRows
 from snooker_cli.analysis.theories import SOURCE_REPORT
 from snooker_cli.formatting import (
     point_label,
@@ -18,7 +18,7 @@ from snooker_cli.formatting import (
     text_table,
     with_error,
 )
-from snooker_cli.runs.side_by_side import RUN
+from snooker_cli.runs.run import RUN
 
 Item = TypeVar("Item")
 
@@ -35,16 +35,16 @@ PAIRED = (
 )
 """What a reader of the errors of comparisons has to know."""
 
-MORE_COMPARED = "--all also has these errors and the formulas of the source report."
+MORE_COMPARED = "also has these errors and the formulas of the source report."
 
 
-def main_rows(rows: Records) -> Records:
+def main_rows(rows: JsonRows) -> JsonRows:
     """Rows or notes that are printed without ``--all``."""
     known = [row for row in rows if not row["model"].startswith(SOURCE_REPORT)]
     return [row for row in known if row["quantity"] not in FURTHER or "amplitude" not in row]
 
 
-def rows_with(rows: Records, field: str, parts: Sequence[str]) -> Records:
+def rows_with(rows: JsonRows, field: str, parts: Sequence[str]) -> JsonRows:
     """Rows or notes with one of these parts in a name of files or tables, or without a name."""
 
     def has_part(row: Mapping[str, Any]) -> bool:
@@ -64,7 +64,7 @@ def short_name(name: str) -> str:
 
 
 def table_lines(
-    rows: Records, every: bool, brief: bool = False, states: Records | None = None
+    rows: JsonRows, every: bool, brief: bool = False, states: JsonRows | None = None
 ) -> list[str]:
     """What holds for each point, and unless `brief` is wanted tables; `every` adds errors.
 
@@ -111,7 +111,7 @@ def _words(headings: Sequence[str], cells: Sequence[str]) -> Iterator[str]:
         yield f"A {cell}" if heading == "A" else cell
 
 
-def _place(row: Mapping[str, Any], rows: Records) -> str:
+def _place(row: Mapping[str, Any], rows: JsonRows) -> str:
     """The run and the keys that vary among rows: ``B, cor=0.8``."""
     parameters = dict(row["parameters"])
     run = parameters.pop(RUN)
@@ -166,7 +166,7 @@ def compare_cells(row: dict[str, Any], every: bool = False) -> list[str]:
     ]
 
 
-def note_lines(notes: Records, points: int) -> Iterator[str]:
+def note_lines(notes: JsonRows, points: int) -> Iterator[str]:
     """Each note once, with the points that it is about if those are not all.
 
     Notes of more than ``MOST_POINTS`` points that differ in numbers alone are one line.

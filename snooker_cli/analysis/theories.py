@@ -29,7 +29,7 @@ from snooker_cli.theory import FINITE, IDEAL, INFINITE
 
 Value: TypeAlias = Callable[[Gas], Array | float]
 
-Row: TypeAlias = tuple[Quantity, str, Array, Array | float]
+TheoryRow: TypeAlias = tuple[Quantity, str, Array, Array | float]
 """A quantity and a model; the measured and the predicted values of the repeats, or of all alike."""
 
 
@@ -503,7 +503,7 @@ def known_models(gas: Traits | Scene, quantity: Quantity) -> list[str]:
     return [entry.model for entry in entries if entry.model != NO_THEORY]
 
 
-def rows(gas: Gas, *sources: Source) -> Iterator[Row]:
+def rows(gas: Gas, *sources: Source) -> Iterator[TheoryRow]:
     """The rows of quantities that are measured from one of these."""
     for entry in holding(gas.scene):
         if entry.quantity.has_values and entry.quantity.source in sources:

@@ -16,7 +16,7 @@ from snooker_cli.analysis.findings import (
     theory_name,
 )
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity
-from snooker_cli.analysis.run_analysis import Records
+from snooker_cli.analysis.run_analysis import JsonRows
 from snooker_cli.formatting import point_label, value_text, with_error
 
 Array = NDArray[np.float64]
@@ -132,7 +132,7 @@ def trends(compared: Sequence[Mapping[str, Any]], key: str, unit: str = "") -> d
     compared : rows of ``comparisons``
     unit : of the key
     """
-    groups: dict[str, Records] = {}
+    groups: dict[str, JsonRows] = {}
     for row in main_result(compared):
         others = dict(row["parameters"])
         value = others.pop(key, None)
@@ -143,7 +143,7 @@ def trends(compared: Sequence[Mapping[str, Any]], key: str, unit: str = "") -> d
 
 
 def trend_of(
-    compared: Records, key: str, unit: str = "", words: Mapping[float, str] | None = None
+    compared: JsonRows, key: str, unit: str = "", words: Mapping[float, str] | None = None
 ) -> Trend | None:
     """The trend of points with a number of this key each; ``None`` of fewer than two.
 

@@ -12,6 +12,7 @@ from snooker_cli.analysis.time_series import series
 from snooker_cli.engine import replay, replayed, simulate
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import printable, short
+from snooker_cli.options import SINCE
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, SLIDE, Events, Trace
 
@@ -210,7 +211,7 @@ def with_events(trace: Trace, since: float, most: int) -> Trace:
     number = min(int(before[np.searchsorted(grid.time, since)]) + most + 1, trace.collisions)
     if number > MOST_AGAIN:
         needed = f"needs {number:,} collisions simulated again, {MOST_AGAIN:,} at most"
-        raise FigureError(f"is a summary, and the film {needed}; choose an earlier --from")
+        raise FigureError(f"is a summary, and the film {needed}; choose an earlier {SINCE}")
     return replace(trace, events=simulate(trace.start, collisions=number).events)
 
 

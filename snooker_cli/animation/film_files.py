@@ -16,6 +16,7 @@ from snooker_cli.live_page.page import (
     packed_modules,
     stored_start,
 )
+from snooker_cli.options import OUT
 from snooker_cli.pages.html_page import (
     PAGES,
     SHARED,
@@ -86,7 +87,7 @@ def check_film_file(path: Path, number: int) -> None:
     """Raise ``UserError`` unless films of a number of repeats can be saved under a name."""
     ending = path.suffix.lower()
     if ending not in (".html", ".gif", ".mp4"):
-        raise UserError(f"--out {path}: give a name that ends in .html, .gif or .mp4")
+        raise UserError(f"{OUT.of(path)}: give a name that ends in .html, .gif or .mp4")
     most = MOST_FILMS if ending == ".html" else 1
     if number > most:
         few = f"shows at most {counted(most, 'repeat')}, not {number}"

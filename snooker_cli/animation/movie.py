@@ -14,8 +14,8 @@ from PIL import Image
 from snooker_cli.animation.film import BATCH, Film, Pace, turned_by
 from snooker_cli.engine import replayed
 from snooker_cli.errors import UserError
-from snooker_cli.figures.drawing import styled
 from snooker_cli.figures.legends import colour
+from snooker_cli.figures.style import styled
 from snooker_cli.files import atomic_write, out_of_sight
 from snooker_cli.formatting import short
 from snooker_cli.pages.html_page import SPEED_COLOURS

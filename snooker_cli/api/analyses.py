@@ -11,18 +11,22 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
-from snooker_cli import runs
-from snooker_cli.api import exports
-from snooker_cli.api.output_files import check_free
-from snooker_cli.api.repeats import Repeat
+from snooker_cli import options, runs
+from snooker_cli.api.arguments import with_options
 from snooker_cli.api.results import Records, SavedFigure
-from snooker_cli.api.wording import LIST_FIGURES, in_python, in_python_words
 from snooker_cli.config import Point
 from snooker_cli.errors import ArgumentTypeError, FigureError, UserError, check_name
 from snooker_cli.formatting import counted, point_label
 from snooker_cli.runs.progress import counting
-from snooker_cli.runs.side_by_side import RUN, RunsSideBySide
-from snooker_cli.runs.status import early_warning
+from snooker_cli.runs.selection import (
+    Selection,
+    chosen_values,
+    file_stem,
+    matching,
+    unfinished,
+    unlisted,
+    with_runs,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure  # loaded only if it is needed
@@ -30,12 +34,13 @@ if TYPE_CHECKING:
     from snooker_cli.analysis.run_analysis import RunAnalysis
     from snooker_cli.animation import Film
     from snooker_cli.animation.film import Pace
+    from snooker_cli.api.repeats import Repeat
 
 _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Analyses(runs.Run):
+class AnalysedRun(runs.RunFolder):
     """Points with their repeats, and the analyses and figures that scripts use.
 
     ``run[point, repeat]`` is a repeat, and ``for repeat in run`` gives all of them. One file is in
@@ -43,17 +48,19 @@ class Analyses(runs.Run):
     """
 
     def __repr__(self) -> str:
-        size = f"{counted(len(self.points), 'point')}, {counted(self.experiment.repeats, 'repeat')}"
+        size = f"{counted(len(self.points), 'point')}, {counted(self.config.repeats, 'repeat')}"
         return f"<run {self.name}: {size} each>"
 
-    def __getitem__(self, place: tuple[int, int]) -> Repeat:
+    def __getitem__(self, place: tuple[int, int]) -> "Repeat":
         """A repeat, by its point and number. Raises ``PlaceError`` or ``StoreError``."""
         if not isinstance(place, tuple) or len(place) != 2:
             raise ArgumentTypeError(f"run[{place!r}]: give a point and a repeat, as in run[0, 3]")
+        from snooker_cli.api.repeats import Repeat
+
         point = self.chosen(*place)
         return Repeat(self.read(point, place[1]), point, place[1])
 
-    def __iter__(self) -> Iterator[Repeat]:
+    def __iter__(self) -> "Iterator[Repeat]":
         """All repeats that are there, point after point. Raises ``StoreError``."""
         return chain.from_iterable(self.repeats(point.index) for point in self.points)
 
@@ -65,8 +72,10 @@ class Analyses(runs.Run):
         """True: a run without repeats is a run."""
         return True
 
-    def repeats(self, point: int) -> Iterator[Repeat]:
+    def repeats(self, point: int) -> "Iterator[Repeat]":
         """The repeats of a point that are there. Raises ``UserError`` or ``StoreError``."""
+        from snooker_cli.api.repeats import Repeat
+
         chosen = self.chosen(point, 0)
         numbers = self.present(chosen)
         traces = self.traces(chosen, numbers) if numbers else ()
@@ -74,30 +83,25 @@ class Analyses(runs.Run):
 
     # Which points.
 
-    @in_python()
     def where(self, *conditions: str) -> dict[str, Any]:
         """Keywords for ``matching`` from texts: ``"cor>0.8"``, ``"cor=0.7:0.9"``, ``"cor=0.8,1"``.
 
         ``run.table(**run.where("cor>0.8"))`` has the points with these values. Raises
         ``UserError``, and ``FigureError`` for a key that the config does not have.
         """
-        from snooker_cli.api.where import chosen_values
-
         return chosen_values(self, conditions)
 
-    @in_python()
+    @with_options()
     def matching(self, **where: Any) -> tuple[Point, ...]:
         """The points with these values: ``cor=0.8``, ``cor=[0.8, 0.9]``, ``**{"balls.radius": 1}``.
 
         Raises ``FigureError`` if there is none.
         """
-        from snooker_cli.figures.selection import Selection, matching
-
         return matching(self, Selection(_alternatives(where)))
 
     # Numbers.
 
-    @in_python()
+    @with_options()
     def table(self, **where: Any) -> dict[str, NDArray[Any]]:
         """Columns with a row for each repeat that is there: ``pandas.DataFrame(run.table())``.
 
@@ -116,21 +120,22 @@ class Analyses(runs.Run):
         name of another column gets the prefix ``config.``. Raises ``FigureError``,
         ``StoreError``, and ``RunError`` if no repeat is there.
         """
-        return exports.table_of(self, self.matching(**where))
+        from snooker_cli.api.exports import table_of
 
-    @in_python()
+        return table_of(self, self.matching(**where))
+
+    @with_options(options.FIT_SINCE, options.FIT_UNTIL, options.QUANTITY, options.MODEL)
     def fit(
         self,
         since: float = 0.0,
-        until: float = math.inf,
+        until: float | None = None,
         *,
         quantity: str | Sequence[str] = (),
         model: str | Sequence[str] = (),
         **where: Any,
     ) -> Records:
-        """The records of ``snooker fit --json``, of the times from ``since`` to ``until`` (s).
+        """The records of ``snooker fit --json``.
 
-        quantity, model : only rows with this, or one of these, in the name [all]
         where : only points with these values, as in ``matching``
 
         ``print`` shows them as tables. Raises ``RunError``, ``FigureError`` or ``UserError``.
@@ -139,10 +144,11 @@ class Analyses(runs.Run):
         from snooker_cli.analysis.run_analysis import fits
 
         points = self.matching(**where)
-        analysis = fits(self, since, until, points, counting)
+        end = math.inf if until is None else until
+        analysis = fits(self, since, end, points, counting)
         return self._records(analysis, (SAMPLING, JUDGEMENT), quantity, model, where)
 
-    @in_python()
+    @with_options(options.QUANTITY, options.MODEL)
     def compare(
         self,
         *,
@@ -150,7 +156,9 @@ class Analyses(runs.Run):
         model: str | Sequence[str] = (),
         **where: Any,
     ) -> Records:
-        """The records of ``snooker compare --json``; the arguments are those of ``fit``.
+        """The records of ``snooker compare --json``.
+
+        where : only points with these values, as in ``matching``
 
         ``print`` shows them as tables. Raises ``RunError``, ``FigureError`` or ``UserError``.
         """
@@ -158,10 +166,10 @@ class Analyses(runs.Run):
         from snooker_cli.analysis.tables import MORE_COMPARED, PAIRED
 
         analysis = comparisons(self, self.matching(**where), counting)
-        footer, states = (f"{PAIRED} {MORE_COMPARED}",), analysis.states
+        footer, states = (f"{PAIRED} {options.ALL} {MORE_COMPARED}",), analysis.states
         return self._records(analysis, footer, quantity, model, where, states)
 
-    @in_python()
+    @with_options()
     def finding(self, **where: Any) -> str:
         """What holds, in sentences: the main results beside theory, as reports begin.
 
@@ -189,8 +197,7 @@ class Analyses(runs.Run):
         states: Sequence[dict[str, Any]] = (),
     ) -> Records:
         """An analysis of the points with some values, and of quantities and models by name."""
-        from snooker_cli.figures.caption_text import unfinished, unlisted
-        from snooker_cli.figures.selection import Selection
+        from snooker_cli.runs.status import early_warning
 
         points = self.matching(**where)
         others = [f"T{text[1:]}." for text in [unlisted(self)] if text]
@@ -207,13 +214,15 @@ class Analyses(runs.Run):
 
     # Figures, films and pages.
 
-    @in_python()
+    @with_options(
+        *(options.REPEAT, options.TIMES, options.COLOUR, options.LOG_X, options.LOG_Y),
+    )
     def plot(
         self,
         name: str,
         *,
         repeat: int | None = None,
-        times: str | Sequence[float] = (),
+        times: str | Sequence[float] | None = None,
         colour: str | None = None,
         log_x: bool = False,
         log_y: bool = False,
@@ -221,44 +230,42 @@ class Analyses(runs.Run):
     ) -> "Figure":
         """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.
 
-        repeat : only this repeat
-        times : of the states in "snapshot", s [start, middle and end; four where clusters grow]
-        colour : what "snapshot" shows by colours: "speed", "species" or "density", the
-            packing around [density where clusters grow, else speed]
-        log_x, log_y : make this axis logarithmic; zeros are then not shown
         where : only points with these values, as in ``matching``; a figure of one point, such as
             "snapshot", shows the first of them and names it in its title
 
+        ``colour="density"`` shows the packing around each ball. A logarithmic axis has no zeros.
         Raises ``FigureError`` if the run cannot give it.
         """
         from snooker_cli.api.drawings import of_states
-        from snooker_cli.figures import FIGURES, Selection
         from snooker_cli.figures.drawing import draw
         from snooker_cli.figures.figure_data import with_logarithmic_axes
+        from snooker_cli.figures.registry import FIGURES
 
-        check_name(name, FIGURES, "figure", LIST_FIGURES)
+        check_name(name, FIGURES, "figure", options.FIGURE_NAMES)
         chosen = Selection(_alternatives(where), repeat, *of_states([name], times, colour))
         made = FIGURES[name].make(self, chosen, first=True)
         return draw(with_logarithmic_axes(made, log_x, log_y))
 
-    @in_python()
+    @with_options(options.REPEAT)
     def possible_figures(
         self, *names: str, repeat: int | None = None, **where: Any
     ) -> list[dict[str, Any]]:
         """Which figures the config allows: ``figure``, ``title``, ``possible``, ``left_out``.
 
         names : of ``snooker.figure_list``; all by default
-        repeat, where : as of ``plot``
+        where : as of ``plot``
 
         ``left_out`` has the reasons, as sentences. No repeat is read: a figure may still need more
         collisions than there are. Raises ``FigureError`` if no repeat is there.
         """
         from snooker_cli.api.drawings import possible_figures
-        from snooker_cli.figures import Selection
 
         return possible_figures(self, names, Selection(_alternatives(where), repeat))
 
-    @in_python()
+    @with_options(
+        *(options.FIGURES_OUT, options.SIZE, options.DPI, options.LOG_X, options.LOG_Y),
+        *(options.REPEAT, options.TIMES, options.COLOUR),
+    )
     def save_figures(
         self,
         *names: str,
@@ -269,7 +276,7 @@ class Analyses(runs.Run):
         log_x: bool = False,
         log_y: bool = False,
         repeat: int | None = None,
-        times: str | Sequence[float] = (),
+        times: str | Sequence[float] | None = None,
         colour: str | None = None,
         saved: Callable[[SavedFigure], None] = lambda _: None,
         **where: Any,
@@ -277,18 +284,13 @@ class Analyses(runs.Run):
         """Draw figures, and save them with their numbers as JSON; what was saved.
 
         names : of ``snooker.figure_list``; by default all that are possible
-        out : the folder [``figures`` in that of the run]
         formats : of ``"svg"``, ``"png"`` and ``"pdf"``
-        size : width and height in inches, such as (6, 4) [a column of a page]
-        dpi : pixels per inch of a PNG [200]
-        log_x, log_y : as of ``plot``
-        repeat, times, colour, where : as of ``plot``; figures of one point are drawn for each
+        where : as of ``plot``; figures of one point are drawn for each
         saved : is called after each figure
 
         Raises ``UserError`` for a figure that was named and cannot be drawn, after all others.
         """
         from snooker_cli.api.drawings import of_states, save_figures
-        from snooker_cli.figures import Selection
 
         return save_figures(
             self,
@@ -302,7 +304,7 @@ class Analyses(runs.Run):
             saved=saved,
         )
 
-    @in_python()
+    @with_options(options.SINCE, options.UNTIL, options.COLLISIONS)
     def films(
         self,
         repeats: Sequence[int] = (0,),
@@ -314,7 +316,6 @@ class Analyses(runs.Run):
     ) -> "list[Film]":
         """Films of repeats of the points with these values, for ``animation.save_films``.
 
-        since, until, most : as of ``animation.film``
         where : as in ``matching``
 
         A summary is simulated again. Raises ``FigureError``, and ``UserError`` for a repeat that
@@ -336,7 +337,7 @@ class Analyses(runs.Run):
                     )
                 trace = with_events(trace, since, span[2])
                 run, _ = self.origin(point)
-                films.append(film(trace, run.experiment.title or run.name, subtitle, *span))
+                films.append(film(trace, run.config.title or run.name, subtitle, *span))
             except FigureError as error:
                 raise UserError(f"repeat {number} of {self.name} {error}") from None
         return films
@@ -346,7 +347,10 @@ class Analyses(runs.Run):
         """What chooses the first point; of runs side by side that of each run."""
         return dict(self.points[0].parameters)
 
-    @in_python()
+    @with_options(
+        *(options.FILM_OUT, options.SINCE, options.UNTIL, options.COLLISIONS, options.PACE),
+        *(options.SECONDS, options.FPS),
+    )
     def animate(
         self,
         out: str | PathLike[str] | None = None,
@@ -364,20 +368,14 @@ class Analyses(runs.Run):
     ) -> Path:
         """Write a film of repeats: a page, a GIF or an MP4; its file.
 
-        out : ends in .html, .gif or .mp4 [film….html in the run's folder]
         repeats : their numbers [the first]; a page shows up to 4 films
-        since, until, most : as of ``films``
-        pace : whether ``"time"`` or ``"events"`` pass evenly
-        seconds : length [12; a page: by its content]
-        fps : frames per second of a GIF or MP4 [20]
         replace : also a file that is not a page of snooker; else such a file raises ``UserError``
         where : as in ``matching`` [the first point]
 
         Raises as ``films``, and ``UserError`` if no such file can be written.
         """
         from snooker_cli.animation import MOST_COLLISIONS, check_film_file, save_films
-        from snooker_cli.figures import Selection
-        from snooker_cli.figures.selection import file_stem, with_runs
+        from snooker_cli.api.output_files import check_free
 
         numbers = sorted(set(repeats or [0]))
         self.chosen(None, numbers[-1])  # raises for a repeat that cannot be
@@ -386,7 +384,9 @@ class Analyses(runs.Run):
         path = Path(out or self.directory / f"{file_stem('film', Selection(parts))}.html")
         is_page = path.suffix.lower() == ".html"
         if fps is not None and is_page:
-            raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
+            raise UserError(
+                f"{options.FPS} is for a GIF or an MP4", "the browser chooses it for a page"
+            )
         check_film_file(path, len(self.matching(**chosen)) * len(numbers))
         if is_page and not self.can_be_replayed:
             raise UserError(
@@ -399,34 +399,16 @@ class Analyses(runs.Run):
         films = self.films(numbers, since=since, until=until, most=limit, **chosen)
         for film in films if most is None else ():
             if film.left_out:
-                ways = in_python_words("--from, --until and --collisions choose others")
+                ways = f"{options.SINCE}, {options.UNTIL} and {options.COLLISIONS} choose others"
                 span = f"{len(film):,} collisions, at {film.end:.6g} s"
                 _log.warning("the film of %s ends after %s; %s", film.subtitle, span, ways)
         save_films(path, films, given=out is not None, pace=pace, seconds=seconds, rate=fps or 20)
         return path
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SideBySide(RunsSideBySide, Analyses):
-    """Runs side by side: their ``points`` as those of one run, whose first key is ``run``.
-
-    ``snooker.open("A", "B")`` gives it. Its methods are those of ``Run`` that need no folder of
-    their own: ``fit``, ``compare``, ``finding``, ``table``, ``plot``, ``save_figures``, ``films``
-    and ``animate``.
-    """
-
-    def __repr__(self) -> str:
-        return f"<runs {self.name}: {counted(len(self.points), 'point')}>"
-
-    @property
-    def _first(self) -> dict[str, Any]:
-        """The names of all runs, which choose all points: a page refuses more than four films."""
-        return {RUN: tuple(dict.fromkeys(dict(point.parameters)[RUN] for point in self.points))}
-
-
 def several(names: str | Sequence[str]) -> Sequence[str]:
     """One name or several, as several."""
-    return [names] if isinstance(names, str) else names
+    return [names] if isinstance(names, str) and names else names
 
 
 def _alternatives(where: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,10 +8,10 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from snooker_cli import laws
-from snooker_cli.api.results import WIDTH, Result
-from snooker_cli.api.wording import LIST_TEMPLATES, in_python
-from snooker_cli.config import SCHEMA_FILE, Experiment, Loaded, Point, template_configs
+from snooker_cli import laws, options
+from snooker_cli.api.results import WIDTH, CommandResult
+from snooker_cli.config import Config, Loaded, Point, template_configs
+from snooker_cli.config.template_configs import SCHEMA, SCHEMA_FILE
 from snooker_cli.engine import webassembly
 from snooker_cli.engine.page_kernels import boundaries_of
 from snooker_cli.errors import UserError, check_name
@@ -25,15 +25,14 @@ from snooker_cli.runs.warm_up import compiled_steps
 if TYPE_CHECKING:
     from snooker_cli.analysis.typical_scales import TypicalScales
 
-Config: TypeAlias = str | PathLike[str] | Mapping[str, Any]
+ConfigSource: TypeAlias = str | PathLike[str] | Mapping[str, Any]
 """A YAML file, or the same keys as a dict."""
 
 Overrides: TypeAlias = Mapping[str, Any] | Iterable[str] | None
 """Values of keys, or texts such as ``cor=0.8`` as the option ``-o`` has them."""
 
 
-@in_python()
-def load(config: Config, overrides: Overrides = None) -> Loaded:
+def load(config: ConfigSource, overrides: Overrides = None) -> Loaded:
     """The experiment of a config, with the document that it comes from. Raises ``ConfigError``."""
     if isinstance(overrides, Mapping):
         overrides = [_override(key, value) for key, value in overrides.items()]
@@ -49,19 +48,18 @@ def _override(key: str, value: Any) -> str:
 
 
 def with_scenes(
-    config: Config, overrides: Overrides
-) -> tuple[Experiment, tuple[Point, ...], list[SceneClass]]:
+    config: ConfigSource, overrides: Overrides
+) -> tuple[Config, tuple[Point, ...], list[SceneClass]]:
     """The experiment of a config, its points, and the classes of their starting scenes.
 
     Raises ``ConfigError``, also for a scene that cannot exist.
     """
     loaded = load(config, overrides)
     with reporting() as show:
-        return loaded.experiment, *points_and_classes(loaded, show)
+        return loaded.config, *points_and_classes(loaded, show)
 
 
-@in_python()
-def check_config(config: Config, overrides: Overrides = None) -> Result:
+def check_config(config: ConfigSource, overrides: Overrides = None) -> CommandResult:
     """Check a config, with the starting scene of every point; what ``validate`` prints.
 
     config, overrides : as of ``run``
@@ -70,16 +68,16 @@ def check_config(config: Config, overrides: Overrides = None) -> Result:
     typical ``scales``: of each its ``values`` at the points, and the ``models`` that they are from.
     Raises ``ConfigError``.
     """
-    experiment, points, scene_classes = with_scenes(config, overrides)
+    valid_config, points, scene_classes = with_scenes(config, overrides)
     balls = sorted({number for scenes in scene_classes for number in scenes.balls})
-    number, repeats = len(points), experiment.repeats
+    number, repeats = len(points), valid_config.repeats
     fewest = f"{balls[0]} to " if balls[1:] else ""
     name = "{…}" if isinstance(config, Mapping) else config
     line = f"{name}: valid; points: {number:,}, repeats of each: {repeats}, balls: "
     content = {"points": number, "repeats": repeats, "balls": [balls[0], balls[-1]]}
     scales = typical_scales(points)
     lines = [f"{line}{fewest}{balls[-1]}", *scale_lines(scales)]
-    return Result({**content, "scales": scales.as_json()}, lines)
+    return CommandResult({**content, "scales": scales.as_json()}, lines)
 
 
 def typical_scales(points: Sequence[Point]) -> "TypicalScales":
@@ -96,8 +94,7 @@ def scale_lines(scales: "TypicalScales") -> list[str]:
     return [""] * bool(lines) + lines
 
 
-@in_python()
-def warm_up(*configs: Config) -> None:
+def warm_up(*configs: ConfigSource) -> None:
     """Compile what runs of these configs and their analyses and films need.
 
     configs : as of ``run`` [all templates]
@@ -106,9 +103,9 @@ def warm_up(*configs: Config) -> None:
     because processes compile, which import it again. Raises ``ConfigError``, ``UserError`` if
     compiled code cannot be stored, and ``RunError`` if processes cannot work.
     """
-    names: Sequence[Config] = configs or tuple(template_configs.templates().values())
+    names: Sequence[ConfigSource] = configs or tuple(template_configs.templates().values())
     points = [point for config in names for point in with_scenes(config, None)[1]]
-    scenes = [same[0].experiment for same in alike(points).values()]
+    scenes = [same[0].config for same in alike(points).values()]
     steps = compiled_steps(scenes)
     for _ in counting(steps, "compiling, steps:", next(steps)):
         pass
@@ -127,14 +124,12 @@ def _paths(with_examples: bool = True) -> dict[str, Path]:
     return template_configs.templates() | (template_configs.examples() if with_examples else {})
 
 
-@in_python()
 def template(name: str) -> str:
     """The text of a template or an example, for ``yaml.safe_load``. Raises ``UserError``."""
-    check_name(name, _paths(), "template", LIST_TEMPLATES)
+    check_name(name, _paths(), "template", options.TEMPLATE_NAMES)
     return template_configs.template_text(_paths()[name])
 
 
-@in_python()
 def write_template(name: str, out: str | PathLike[str] | None = None) -> list[Path]:
     """Write a template or an example, and the schema for editors beside it; both files.
 
@@ -144,9 +139,9 @@ def write_template(name: str, out: str | PathLike[str] | None = None) -> list[Pa
     """
     text, path = template(name), Path(out or f"{name}.yaml")
     if os.path.lexists(path):
-        raise UserError(f"{path}: exists already", "give --out for another name")
+        raise UserError(f"{path}: exists already", f"give {options.OUT} for another name")
     write_text(path, template_configs.renamed(text, name, path.stem))
-    schema = path.with_name(template_configs.SCHEMA)
+    schema = path.with_name(SCHEMA)
     write_text(schema, schema_text())
     return [path, schema]
 

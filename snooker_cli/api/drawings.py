@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from snooker_cli import options
 from snooker_cli.analysis.quantities import QUANTITIES
 from snooker_cli.analysis.run_analysis import shorter_note
-from snooker_cli.api.exports import times_given
+from snooker_cli.api.arguments import TIMES_NEEDED, times_given
 from snooker_cli.api.output_files import own_output
-from snooker_cli.api.results import SavedFigure
-from snooker_cli.api.wording import LIST_FIGURES, TIMES_NEEDED, first, in_python_words
+from snooker_cli.api.results import SavedFigure, first
 from snooker_cli.errors import (
     ArgumentError,
     ArgumentTypeError,
@@ -20,16 +20,14 @@ from snooker_cli.errors import (
     UserError,
     check_name,
 )
-from snooker_cli.figures import FIGURES, FigureData, Selection, own_figures, selected
-from snooker_cli.figures.caption_text import unfinished
-from snooker_cli.figures.figure_data import with_logarithmic_axes
-from snooker_cli.figures.registry import figures_of, former_names, possible
-from snooker_cli.figures.selection import MOST_SERIES, begun, matching
-from snooker_cli.figures.snapshot import COLOURS
+from snooker_cli.figures.figure_data import FigureData, with_logarithmic_axes
+from snooker_cli.figures.registry import FIGURES, figures_of, former_names, own_figures, possible
+from snooker_cli.figures.series import MOST_SERIES
 from snooker_cli.formatting import listed, point_label, short, text_table, with_error
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.runs.folder import writing
 from snooker_cli.runs.progress import reporting
+from snooker_cli.runs.selection import Selection, begun, matching, selected, unfinished
 from snooker_cli.runs.status import early_warning
 
 FORMATS = ("svg", "png", "pdf")
@@ -39,30 +37,18 @@ MOST_PIXELS = 10_000  # of a side of a PNG, which then takes 400 MB of memory
 _log = logging.getLogger(__name__)
 
 
-def registry() -> list[dict[str, Any]]:
-    """What ``snooker.figure_list`` returns."""
-    return [
-        {
-            "figure": spec.name,
-            "title": spec.title,
-            "needs": spec.needs,
-            "report_figures": list(spec.report_figures),
-            "reproduce_only": spec.reproduce_only,
-        }
-        for spec in FIGURES.values()
-    ]
-
-
 def check_names(names: Iterable[str]) -> None:
     """Raise ``UserError`` for a name that no figure has."""
     former = former_names()
     for name in names:
         if name in former:
             raise ArgumentError(f"the figure {name} is now part of {former[name]}; give that name")
-        check_name(name, FIGURES, "figure", LIST_FIGURES)
+        check_name(name, FIGURES, "figure", options.FIGURE_NAMES)
 
 
-def possible_figures(run: Run, names: Sequence[str], selection: Selection) -> list[dict[str, Any]]:
+def possible_figures(
+    run: RunFolder, names: Sequence[str], selection: Selection
+) -> list[dict[str, Any]]:
     """What ``Run.possible_figures`` returns."""
     check_names(names)
     points = begun(run, selection)
@@ -78,7 +64,7 @@ def possible_figures(run: Run, names: Sequence[str], selection: Selection) -> li
 
 
 def save_figures(
-    run: Run,
+    run: RunFolder,
     names: Sequence[str],
     out: Path | None,
     selection: Selection,
@@ -93,7 +79,7 @@ def save_figures(
     check_names(names)
     if not set(formats) <= set(FORMATS):
         raise ArgumentError(
-            f"--format {','.join(formats)}: give svg, png or pdf, or several with commas"
+            f"{options.FORMATS.of(','.join(formats))}: give svg, png or pdf, or several with commas"
         )
     how = formats, _inches(size, dpi), dpi
     wanted = list(dict.fromkeys(names or own_figures()))
@@ -113,7 +99,7 @@ def save_figures(
     names_drawn = list(dict.fromkeys(figure.name for figure in drawn))
     single = [name for name in names_drawn if FIGURES[name].each_point]
     if most and single and len(run.points) > most:
-        rest = in_python_words("--where or names of figures draw the others")
+        rest = f"{options.WHERE} or names of figures draw the others"
         few = f"{listed(single)}: drawn for {most} of {len(run.points):,} points, evenly chosen"
         _log.warning("%s; %s", few, rest)
     if names or not drawn:
@@ -127,24 +113,30 @@ def save_figures(
 
 
 def of_states(
-    names: Sequence[str], times: str | Sequence[float], colour: str | None
+    names: Sequence[str], times: str | Sequence[float] | None, colour: str | None
 ) -> tuple[tuple[float, ...], str | None]:
     """The times (s) and the colours of a figure of states. Raises ``UserError``."""
-    for option, given in (("--time", len(times) > 0), ("--colour", colour is not None)):
+    for option, given in (
+        (options.TIMES, times is not None and len(times) > 0),
+        (options.COLOUR, colour is not None),
+    ):
         if given and SNAPSHOT not in names:
             raise UserError(f"{option} is for the figure {SNAPSHOT}; name it, or leave this out")
-    if colour is not None and colour not in COLOURS:
-        raise ArgumentError(f"--colour {colour}: give {' or '.join(COLOURS)}")
+    if colour is not None:
+        from snooker_cli.figures.snapshot import COLOURS
+
+        if colour not in COLOURS:
+            raise ArgumentError(f"{options.COLOUR.of(colour)}: give {' or '.join(COLOURS)}")
     if isinstance(times, str):
-        times = times_given(times, "--time").tolist()
+        times = times_given(times, options.TIMES).tolist()
     try:
-        return tuple(map(float, times)), colour
+        return tuple(map(float, () if times is None else times)), colour
     except (TypeError, ValueError):
-        raise ArgumentTypeError(f"--time: {TIMES_NEEDED}") from None
+        raise ArgumentTypeError(f"{options.TIMES}: {TIMES_NEEDED}") from None
 
 
 def _with_progress(
-    run: Run, names: list[str], selection: Selection, most: int | None
+    run: RunFolder, names: list[str], selection: Selection, most: int | None
 ) -> Iterator[tuple[str, str, FigureData | FigureError]]:
     """``figures_of``, while a terminal shows which repeat is read."""
     figures = figures_of(run, names, selection, lambda text: show(text), most)
@@ -169,7 +161,7 @@ def _with_axes(figure: FigureData | FigureError, x: bool, y: bool) -> FigureData
 def _left_out(name: str, reason: str, times: int, total: int, others: bool) -> str:
     """Why a figure is missing; ``others`` if it is there for other points."""
     where = f" at {times:,} of {total:,} points" if others else ""
-    return f"{name} left out{where}: {in_python_words(reason)}"
+    return f"{name} left out{where}: {reason}"
 
 
 def _save(figure: FigureData, stem: Path, *how: Any) -> tuple[Path, ...]:
@@ -179,7 +171,7 @@ def _save(figure: FigureData, stem: Path, *how: Any) -> tuple[Path, ...]:
         return tuple(save(figure, stem, *how))
 
 
-def _warn_of_missing(run: Run, selection: Selection) -> None:
+def _warn_of_missing(run: RunFolder, selection: Selection) -> None:
     """Warn of repeats that are missing or shorter than the extended run, and of early ends."""
     wanted = matching(run, selection)
     with reporting() as show:
@@ -242,10 +234,11 @@ def _inches(size: str | Sequence[float] | None, dpi: int | None) -> tuple[float,
     sides = (float(match[1]), float(match[2])) if match else None
     if sides is None or not all(1.5 <= side <= 50 for side in sides):
         raise ArgumentError(
-            f"--size {text}: give width and height from 1.5 to 50 inches, as in 6x4"
+            f"{options.SIZE.of(text)}: give width and height from 1.5 to 50 inches, as in 6x4"
         )
     if dpi and max(sides) * dpi > MOST_PIXELS:
         raise ArgumentError(
-            f"--size {text} --dpi {dpi}: give at most {MOST_PIXELS:,} pixels a side"
+            f"{options.SIZE.of(text)} {options.DPI.of(dpi)}: "
+            f"give at most {MOST_PIXELS:,} pixels a side"
         )
     return sides

@@ -3,7 +3,6 @@
 import json
 import math
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from itertools import chain
 from os import PathLike
 from pathlib import Path
@@ -12,15 +11,14 @@ from typing import Any, TextIO, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from snooker_cli import export, store
+from snooker_cli import export, options, store
+from snooker_cli.api.arguments import times_given
 from snooker_cli.api.output_files import check_free, check_no_results
 from snooker_cli.config import Point, to_json
-from snooker_cli.config.axes import MAX_POINTS, option_values
-from snooker_cli.config.problems import PathError
 from snooker_cli.engine import nearest_times, replayed, stored_times
-from snooker_cli.errors import ArgumentError, UserError
+from snooker_cli.errors import UserError
 from snooker_cli.formatting import listed
-from snooker_cli.runs import RepeatStatus, Run
+from snooker_cli.runs import RepeatStatus, RunFolder
 from snooker_cli.runs.progress import counting
 
 Target: TypeAlias = str | PathLike[str] | TextIO
@@ -33,7 +31,7 @@ UNITS |= {"rotational_temperature": "J"}
 """Of the columns of ``Run.table`` that have one."""
 
 
-def table_of(run: Run, points: tuple[Point, ...]) -> dict[str, NDArray[Any]]:
+def table_of(run: RunFolder, points: tuple[Point, ...]) -> dict[str, NDArray[Any]]:
     """What ``Run.table`` gives for points."""
     from snooker_cli.analysis.run_analysis import table_columns
 
@@ -75,7 +73,8 @@ def check_target(out: Target, replace: bool, *, states: bool = False) -> None:
     check_no_results(path)
     known = export.format_of(path)
     if known is None or not (known.write_tables or (states and known.write_states)):
-        raise UserError(f"--out {path}: give a name in {listed(export.export_endings(), 'or')}")
+        endings = listed(export.export_endings(), "or")
+        raise UserError(f"{options.OUT.of(path)}: give a name in {endings}")
     check_free(path, replace)
 
 
@@ -92,15 +91,15 @@ def write(
         out.writelines(export.csv_lines(units, tables))
 
 
-def export_table(run: Run, out: Target, points: tuple[Point, ...], replace: bool) -> None:
+def export_table(run: RunFolder, out: Target, points: tuple[Point, ...], replace: bool) -> None:
     """What ``Run.export`` does."""
     check_target(out, replace)
     rows = table_of(run, points)
     units = {name: UNITS.get(name, "") for name in rows}
-    write(out, units, [rows], {"config": to_json(run.experiment)})
+    write(out, units, [rows], {"config": to_json(run.config)})
 
 
-def export_events(run: Run, out: Target, point: int, repeat: int, replace: bool) -> None:
+def export_events(run: RunFolder, out: Target, point: int, repeat: int, replace: bool) -> None:
     """What ``Run.export_events`` does. Memory stays bounded: the file is read in parts."""
     check_target(out, replace)
     status = _recorded(run, point, repeat, "events")
@@ -111,7 +110,7 @@ def export_events(run: Run, out: Target, point: int, repeat: int, replace: bool)
 
 
 def export_states(
-    run: Run,
+    run: RunFolder,
     out: Target,
     times: ArrayLike | str | None,
     frames: int | None,
@@ -122,7 +121,8 @@ def export_states(
     """What ``Run.export_states`` does."""
     check_target(out, replace, states=True)
     if times is not None and frames is not None:
-        raise UserError("--times and --frames both choose times", "give one of them")
+        both = f"{options.STATE_TIMES} and {options.FRAMES} both choose times"
+        raise UserError(both, "give one of them")
     status = _recorded(run, point, repeat, "states")
     ((trace, header),) = store.read(status.path, [repeat])
     moments = _times(times, frames, trace.stop.time)
@@ -132,7 +132,7 @@ def export_states(
         moments = nearest_times(trace, moments)
         batches = replayed(trace, moments)
     except ValueError as error:
-        raise UserError(f"--times: {error}") from None
+        raise UserError(f"{options.STATE_TIMES}: {error}") from None
     path = Path(out) if isinstance(out, str | PathLike) else None
     if path is not None and (known := export.format_of(path)) and known.write_states:
         export.write_states(path, trace.start, header, moments, batches)
@@ -141,14 +141,12 @@ def export_states(
     write(out, export.STATES, map(export.states_table, batches), about)
 
 
-def _recorded(run: Run, point: int, repeat: int, what: str) -> RepeatStatus:
+def _recorded(run: RunFolder, point: int, repeat: int, what: str) -> RepeatStatus:
     """The status of a repeat that has events or states. Raises ``UserError`` or ``StoreError``."""
-    experiment = run.chosen(point, repeat).experiment
-    if not experiment.keeps_events and not (what == "states" and experiment.stored_times):
-        problem = (
-            f"{run.name} was run with `record: {experiment.record}`: it has no {what} to export"
-        )
-        raise UserError(problem, "give --table, or run the config with `record: events`")
+    config = run.chosen(point, repeat).config
+    if not config.keeps_events and not (what == "states" and config.stored_times):
+        problem = f"{run.name} was run with `record: {config.record}`: it has no {what} to export"
+        raise UserError(problem, f"use {options.TABLE}, or run the config with `record: events`")
     status = run.status_of(point, repeat)
     status.raise_if_unusable()
     return status
@@ -160,13 +158,4 @@ def _times(times: ArrayLike | str | None, frames: int | None, end: float) -> NDA
         return np.linspace(0.0, end, frames or 2)
     if not isinstance(times, str):
         return np.atleast_1d(np.asarray(times, dtype=np.float64))
-    return times_given(times, "--times")
-
-
-def times_given(text: str, option: str) -> NDArray[np.float64]:
-    """The times of an option, s. Raises ``UserError``."""
-    with suppress(PathError, TypeError, ValueError):
-        if values := option_values(text, f"{option} {text}"):
-            return np.array([float(value) for value in values])  # type: ignore[arg-type]
-    ways = f"give times in s as 0,0.5,1 or as start:stop:count, at most {MAX_POINTS:,}"
-    raise ArgumentError(f"{option} {text}: {ways}")
+    return times_given(times, options.STATE_TIMES)

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
-from snooker_cli.api.configs import Config, Overrides, load
+from snooker_cli import options
+from snooker_cli.api.arguments import with_options
+from snooker_cli.api.configs import ConfigSource, Overrides, load
 from snooker_cli.api.output_files import check_free
-from snooker_cli.api.wording import in_python
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label
 from snooker_cli.pages.html_page import in_notebook
@@ -35,7 +36,6 @@ class LivePage:
         rights = "allow-scripts allow-downloads"
         return in_notebook(self.html, "Live page of a gas", 62, rights)
 
-    @in_python()
     def save(self, out: str | PathLike[str] | None = None, *, replace: bool = True) -> Path:
         """Write the page, by default gas.html; its file.
 
@@ -47,9 +47,9 @@ class LivePage:
         return path
 
 
-@in_python()
+@with_options(options.CONTROLS, options.BEGINNER, options.LANGUAGE)
 def live(
-    config: Config | None = None,
+    config: ConfigSource | None = None,
     overrides: Overrides = None,
     *,
     controls: Sequence[str] | None = None,
@@ -59,9 +59,6 @@ def live(
     """The page of ``snooker live``, which simulates the first point of a config.
 
     config, overrides : as of ``run``; without a config the source report's scene
-    controls : names of the sliders and menus that it shows, as ``["cor", "radius"]``; None for all
-    beginner : whether it leaves out virial, momentum, config and hashes
-    language : ``"en"`` or ``"de"``
 
     Raises ``ConfigError``, also for what the page cannot show, such as more than 2,000 balls, and
     ``UserError`` for a name that no control or language has.

@@ -6,22 +6,30 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryFile
 
+from snooker_cli import options
 from snooker_cli.errors import UserError
 from snooker_cli.files import new_folder, unlinked
-from snooker_cli.pages.html_page import is_page
 from snooker_cli.runs.folder import holds_results, writing
 
 
 def check_free(out: Path, replace: bool) -> None:
     """Raise ``UserError`` if writing a file would replace one that is not a page of snooker."""
-    if os.path.lexists(out) and not replace and not is_page(out):
-        raise UserError(f"{out}: exists already", "give --replace, or --out for another name")
+    if replace or not os.path.lexists(out):
+        return
+    from snooker_cli.pages.html_page import is_page
+
+    if not is_page(out):
+        raise UserError(
+            f"{out}: exists already", f"give {options.REPLACE}, or {options.OUT} for another name"
+        )
 
 
 def check_no_results(out: Path) -> None:
     """Raise ``UserError`` if a file holds results of a run, which nothing else may replace."""
     if holds_results(out):
-        raise UserError(f"--out {out}: this file holds results of a run", "give another name")
+        raise UserError(
+            f"{options.OUT.of(out)}: this file holds results of a run", "give another name"
+        )
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from snooker_cli import __version__, plugins
 from snooker_cli.analysis.quantities import QUANTITIES
 from snooker_cli.analysis.theories import THEORIES
 from snooker_cli.export import FORMATS
-from snooker_cli.figures import FIGURES
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.laws import EVERY_LAW
 
 TABLES = (EVERY_LAW, QUANTITIES, THEORIES, FIGURES, FORMATS)

@@ -12,8 +12,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from snooker_cli import engine, export
-from snooker_cli.api.wording import TIMES_NEEDED, in_python
+from snooker_cli import engine, export, options
+from snooker_cli.api.arguments import TIMES_NEEDED
 from snooker_cli.config import Point
 from snooker_cli.engine import States
 from snooker_cli.errors import ArgumentError, ArgumentTypeError, FigureError, UserError
@@ -175,7 +175,6 @@ class Repeat:
         scene = self.state(time)
         return structure.density_fluctuation(*_moving(scene), scene, balls_in_cell)
 
-    @in_python()
     def animate(self, out: str | PathLike[str], **span: Any) -> Path:
         """Write an HTML page that plays the repeat; its file.
 
@@ -222,7 +221,7 @@ def _times(given: ArrayLike) -> NDArray[np.float64]:
     try:
         return np.atleast_1d(np.asarray(given, dtype=np.float64))
     except (TypeError, ValueError):
-        raise ArgumentTypeError(f"times: {TIMES_NEEDED}") from None
+        raise ArgumentTypeError(f"{options.STATE_TIMES}: {TIMES_NEEDED}") from None
 
 
 def _moving(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

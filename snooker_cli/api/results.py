@@ -6,14 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from snooker_cli.api.wording import in_python_words
+from snooker_cli import options
 from snooker_cli.errors import ArgumentError
 from snooker_cli.formatting import listed
 
+MOST_LINES = 201  # of a table of points, with its headings
 WIDTH = 100  # characters of a line of text that is wrapped
 
 
-class Result(dict[str, Any]):
+class CommandResult(dict[str, Any]):
     """A result as ``--json`` prints it; ``print`` shows the text of the command.
 
     lines : of this text
@@ -27,7 +28,7 @@ class Result(dict[str, Any]):
         return "\n".join(self.lines)
 
 
-class Plan(Result):
+class Plan(CommandResult):
     """What a run would do, as ``run --dry-run --json`` prints it; ``print`` shows it as a text.
 
     change : how the run would extend or reduce what is stored, as a sentence; empty if it does not
@@ -36,7 +37,7 @@ class Plan(Result):
     change: str
 
 
-class Outcome(Result):
+class Outcome(CommandResult):
     """What a run did, as ``run --json`` prints it; ``print`` shows it as a text.
 
     done : ``3 of 6 repeats done``
@@ -49,7 +50,7 @@ class Outcome(Result):
     interrupted: bool
 
 
-class Verdicts(Result):
+class Verdicts(CommandResult):
     """What a check of repeats found, as ``verify --json`` prints it.
 
     sound : whether nothing is wrong
@@ -60,7 +61,7 @@ class Verdicts(Result):
     interrupted: bool = False
 
 
-class Results(list[dict[str, Any]]):
+class CommandResults(list[dict[str, Any]]):
     """A list of results as ``--json`` prints it; ``print`` shows the text of the command.
 
     lines : of this text
@@ -109,12 +110,12 @@ class Records(list[dict[str, Any]]):
         from snooker_cli.analysis.tables import rows_with, short_name
 
         rows, notes = list(self), self.notes
-        wanted = ("quantity", "--quantity", quantity), ("model", "--model", model)
+        wanted = ("quantity", options.QUANTITY, quantity), ("model", options.MODEL, model)
         for field, option, parts in wanted:
             names = dict.fromkeys(f"'{short_name(row[field])}'" for row in rows)  # some have commas
             for part in parts or [""]:
                 if names and not rows_with(rows, field, [part]):
-                    problem = f"{option} {part}: no {field} contains this"
+                    problem = f"{option.of(part)}: no {field} contains this"
                     raise ArgumentError(f"{problem}; there are {listed([*names])}")
             rows = rows_with(rows, field, parts or [""])
             notes = rows_with(notes, field, parts or [""])
@@ -140,7 +141,7 @@ class Records(list[dict[str, Any]]):
         notes = note_lines(self.notes if every else main_rows(self.notes), self._points)
         has_table = any(not row.get("elastic") for row in self._rows(every))
         footer = self._footer if has_table else ()
-        return [in_python_words(line) for line in (*footer, *notes)]
+        return [*footer, *notes]
 
     def _rows(self, every: bool) -> list[dict[str, Any]]:
         """The rows for most readers; all of them if there are no others."""
@@ -174,3 +175,17 @@ class SavedFigure:
     files: tuple[Path, ...]
     caption: str
     table: tuple[str, ...]
+
+
+def first(
+    lines: Sequence[str],
+    most: int = MOST_LINES,
+    noun: str = " points",
+    rest: object = options.JSON_HAS_ALL,
+) -> list[str]:
+    """The first lines, and how many more there are; by default of a table of points.
+
+    rest : what prints all
+    """
+    more = len(lines) - most
+    return [*lines[:most], *([f"... and {more:,} more{noun}{rest}"] if more > 0 else [])]

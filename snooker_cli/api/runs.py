@@ -6,28 +6,29 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from os import PathLike
 from pathlib import Path
-from typing import Any, TextIO, overload
+from typing import TYPE_CHECKING, Any, TextIO, overload
 
 from numpy.typing import ArrayLike
 
-from snooker_cli import runs
-from snooker_cli.api import exports
-from snooker_cli.api.analyses import Analyses, SideBySide, several
-from snooker_cli.api.output_files import made_folder, own_output
-from snooker_cli.api.results import Outcome, Result, Results, Verdicts
-from snooker_cli.api.wording import LIST_FIGURES, in_python
+from snooker_cli import options, runs
+from snooker_cli.api.analyses import AnalysedRun, several
+from snooker_cli.api.arguments import with_options
+from snooker_cli.api.results import CommandResult, CommandResults, Outcome, Verdicts
 from snooker_cli.errors import check_name
 from snooker_cli.formatting import point_label
-from snooker_cli.runs.status import ended, run_status
+
+if TYPE_CHECKING:
+    from snooker_cli.api.exports import Target
+    from snooker_cli.api.side_by_side_analyses import SideBySide
 
 _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Run(Analyses):
+class Run(AnalysedRun):
     """A run's folder: its ``points``, and the repeats that are there.
 
-    This is the ``Run`` of the package ``runs`` with what scripts use. ``run[point, repeat]`` is a
+    This is a ``RunFolder`` with what scripts use. ``run[point, repeat]`` is a
     repeat, and ``for repeat in run`` gives all of them. One file is in memory at a time: a long
     repeat, or a batch of short ones.
 
@@ -38,58 +39,57 @@ class Run(Analyses):
 
     def __dir__(self) -> list[str]:
         """What scripts use, for completion."""
-        own = (name for name in (vars(Analyses) | vars(Run)) if name[0] != "_")
-        return ["directory", "name", "experiment", "points", *own]
+        own = (name for name in (vars(AnalysedRun) | vars(Run)) if name[0] != "_")
+        return ["directory", "name", "config", "points", *own]
 
     def _repr_html_(self) -> str:
         """A table of the points, in a notebook."""
+        from snooker_cli.runs.status import ended, run_status
+
         rows = [["point", "repeats", "ended", "collisions"]]
         for row in run_status(self)["ledger"]:
             cells = point_label(row["parameters"]), row["done"], ended(row), row["collisions"]
             rows.append([html.escape(str(cell)) for cell in cells])
         table = "".join(f"<tr><td>{'<td>'.join(cells)}" for cells in rows)
-        return f"<p>{html.escape(self.experiment.title or self.name)}</p><table>{table}</table>"
+        return f"<p>{html.escape(self.config.title or self.name)}</p><table>{table}</table>"
 
     # What is there, and whether it is sound.
 
-    @in_python()
-    def status(self) -> Result:
+    def status(self) -> CommandResult:
         """The state of the run: points, ends of repeats and files, as ``show --json`` prints it.
 
         ``ledger`` has the numbers of each point. Raises ``RunError`` or ``StoreError``.
         """
-        from snooker_cli.api.verdicts import status_of
+        from snooker_cli.api.checks import status_of
 
         return status_of(self)
 
-    @in_python()
-    def hashes(self, point: int | None = None, repeat: int | None = None) -> Results:
+    @with_options(options.HASHES_POINT, options.HASHES_REPEAT)
+    def hashes(self, point: int | None = None, repeat: int | None = None) -> CommandResults:
         """Hashes of the first 1,000, 10,000 … and of all collisions of repeats.
-
-        point, repeat : only of this point, and of this repeat of each point
 
         The records have ``point``, ``parameters``, ``repeat`` and ``hashes``, as ``Repeat.hashes``
         gives them. Raises ``UserError`` for summaries.
         """
-        from snooker_cli.api.verdicts import hashes_of
+        from snooker_cli.api.checks import hashes_of
 
         return hashes_of(self, point, repeat)
 
-    @in_python()
+    @with_options(options.REPLAY, options.JOBS)
     def verify(self, *, replay: bool = False, jobs: int | None = None) -> Verdicts:
         """Read and check every file: its hash, the range of each value, its config, its start.
-
-        replay : simulate every repeat again, with threads, and compare all bits
-        jobs : threads [all cores]
 
         ``verdicts.sound`` is whether no file is bad. The keys are those of ``verify --json``.
         Raises ``RunError`` for a replay of another engine version's results.
         """
-        from snooker_cli.api.verdicts import verified
+        from snooker_cli.api.checks import verified
 
         return verified(self, replay=replay, jobs=jobs)
 
-    @in_python()
+    @with_options(
+        *(options.EXACT_POINT, options.EXACT_REPEAT, options.EXACT_COLLISIONS, options.CERTIFICATE),
+        options.REPLACE,
+    )
     def prove(
         self,
         point: int | None = None,
@@ -103,25 +103,19 @@ class Run(Analyses):
 
         The ending and a summary are compared with a new simulation.
 
-        point, repeat : this repeat of a point, or of every point
-        collisions : at most these
-        out : a file for the certificate of one repeat
-        replace : whether it may exist already
-
         Raises ``UserError`` without python-flint, or if the scene has no exact twin.
         """
-        from snooker_cli.api.verdicts import proofs
+        from snooker_cli.api.checks import proofs
 
         path = None if out is None else Path(out)
         return proofs(self, point, repeat, collisions, path, replace)
 
     # A report.
 
-    @in_python()
     def report(
         self,
         out: str | PathLike[str] | None = None,
-        figures: str | Sequence[str] = (),
+        figures: str | Sequence[str] = "",
         *,
         markdown: bool = False,
     ) -> list[Path]:
@@ -136,19 +130,21 @@ class Run(Analyses):
     @overload
     def export(self, out: TextIO, *, replace: bool = ..., **where: Any) -> None: ...
 
-    @in_python()
-    def export(self, out: exports.Target, *, replace: bool = True, **where: Any) -> Path | None:
+    @with_options()
+    def export(self, out: "Target", *, replace: bool = True, **where: Any) -> Path | None:
         """Write ``table`` to a file, which is returned, or to a stream. Raises as ``table``.
 
         out : a file in .csv or .parquet, or a stream that gets CSV
         replace : whether the file may exist already
         """
+        from snooker_cli.api import exports
+
         exports.export_table(self, out, self.matching(**where), replace)
         return Path(out) if isinstance(out, str | PathLike) else None
 
-    @in_python()
+    @with_options(options.POINT, options.EXPORT_REPEAT)
     def export_events(
-        self, out: exports.Target, point: int = 0, repeat: int = 0, *, replace: bool = True
+        self, out: "Target", point: int = 0, repeat: int = 0, *, replace: bool = True
     ) -> None:
         """Write the collisions of a repeat: time (s), i, j and impulse (kg m/s).
 
@@ -159,12 +155,14 @@ class Run(Analyses):
 
         Memory stays bounded. Raises ``UserError`` for a summary.
         """
+        from snooker_cli.api import exports
+
         exports.export_events(self, out, point, repeat, replace)
 
-    @in_python()
+    @with_options(options.STATE_TIMES, options.FRAMES, options.POINT, options.EXPORT_REPEAT)
     def export_states(
         self,
-        out: exports.Target,
+        out: "Target",
         times: ArrayLike | str | None = None,
         *,
         frames: int | None = None,
@@ -177,12 +175,12 @@ class Run(Analyses):
         Of rough balls the spins too, rad/s.
 
         out : a file in .csv, .parquet, .h5md, .h5 or .xyz, or a stream that gets CSV
-        times : s, ascending; or a text such as ``"0:10:11"`` [0 and the end]
-        frames : instead of times, a number of even ones
         replace : whether the file may exist already
 
         Raises ``UserError`` for a summary.
         """
+        from snooker_cli.api import exports
+
         exports.export_states(self, out, times, frames, point, repeat, replace)
 
 
@@ -191,28 +189,28 @@ def open(name: str | PathLike[str], /) -> Run: ...
 
 
 @overload
-def open(name: str | PathLike[str], /, *others: str | PathLike[str]) -> SideBySide: ...
+def open(name: str | PathLike[str], /, *others: str | PathLike[str]) -> "SideBySide": ...
 
 
-@in_python()
-def open(name: str | PathLike[str], /, *others: str | PathLike[str]) -> Run | SideBySide:
+def open(name: str | PathLike[str], /, *others: str | PathLike[str]) -> "Run | SideBySide":
     """A run by its folder or its name under ``runs/``; of several names, the runs side by side.
 
     Raises ``RunError`` or ``StoreError``, and ``RunError`` for a run that is named twice.
     """
     if others:
+        from snooker_cli.api.side_by_side_analyses import SideBySide
+
         return SideBySide.of([open(name), *map(open, others)])
     run = runs.open_run(Path(name))
     return Run(*(getattr(run, field.name) for field in fields(run)))
 
 
-@in_python()
-def statuses(folder: str | PathLike[str] = "runs") -> Results:
+def statuses(folder: str | PathLike[str] = "runs") -> CommandResults:
     """The state of each run in a folder, as ``ls --json`` prints it; of a bad one its ``error``.
 
     Raises ``RunError`` if there is no such folder.
     """
-    from snooker_cli.api.verdicts import statuses_in
+    from snooker_cli.api.checks import statuses_in
 
     return statuses_in(Path(folder))
 
@@ -222,9 +220,18 @@ def figure_list() -> list[dict[str, Any]]:
 
     ``reproduce_only``: it is left out of the figures of a run, unless it is named.
     """
-    from snooker_cli.api.drawings import registry
+    from snooker_cli.figures.registry import FIGURES
 
-    return registry()
+    return [
+        {
+            "figure": spec.name,
+            "title": spec.title,
+            "needs": spec.needs,
+            "report_figures": list(spec.report_figures),
+            "reproduce_only": spec.reproduce_only,
+        }
+        for spec in FIGURES.values()
+    ]
 
 
 def plugin_list() -> list[dict[str, Any]]:
@@ -241,7 +248,7 @@ def plugin_list() -> list[dict[str, Any]]:
 
 def runs_and_figures(names: Iterable[str]) -> tuple[list[str], list[str]]:
     """Names that are given together: those of runs, and of figures; an unknown one is a figure."""
-    from snooker_cli.figures import FIGURES
+    from snooker_cli.figures.registry import FIGURES
 
     known: dict[bool, list[str]] = {True: [], False: []}
     for name in names:
@@ -252,28 +259,26 @@ def runs_and_figures(names: Iterable[str]) -> tuple[list[str], list[str]]:
     return known[True], known[False]
 
 
-@in_python()
+@with_options(options.REPORT_OUT, options.FIGURES, options.MARKDOWN)
 def write_report(
     runs: Iterable[Run | str | PathLike[str]],
     out: str | PathLike[str] | None = None,
-    figures: str | Sequence[str] = (),
+    figures: str | Sequence[str] = "",
     *,
     markdown: bool = False,
 ) -> list[Path]:
     """Write a report on runs as HTML and PDF, a chapter each; the pages' files.
 
-    out : the report's folder [``report`` in that of the first run]
-    figures : names of figures that it shows too, or ``"all"``
-    markdown : write a text in Markdown instead, with its figures beside it and without films
-
-    Raises ``FigureError`` without repeats, and ``UserError`` without the report's libraries.
+    ``markdown=True`` writes a text for your own use instead, without films. Raises ``FigureError``
+    without repeats, and ``UserError`` without the report's libraries.
     """
-    from snooker_cli.figures import FIGURES, own_figures
+    from snooker_cli.api.output_files import made_folder, own_output
+    from snooker_cli.figures.registry import FIGURES, own_figures
     from snooker_cli.report.run_report import run_report
 
     asked = list(own_figures()) if figures == "all" else several(figures)
     for name in asked:
-        check_name(name, FIGURES, "figure", LIST_FIGURES)
+        check_name(name, FIGURES, "figure", options.FIGURE_NAMES)
     opened = [run if isinstance(run, Run) else open(run) for run in runs]
     folder = own_output(opened[0].directory / "report") if out is None else Path(out)
     with made_folder(folder):

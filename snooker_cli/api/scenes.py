@@ -66,7 +66,7 @@ def new_scene(
         **rules,
         "collisions": 1,
     }
-    return starting_scene(configs.load(data).experiment, 0)
+    return starting_scene(configs.load(data).config, 0)
 
 
 def simulate(

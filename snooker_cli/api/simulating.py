@@ -10,11 +10,17 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from snooker_cli import runs
-from snooker_cli.api.configs import Config, Overrides, scale_lines, typical_scales, with_scenes
-from snooker_cli.api.results import Outcome, Plan
+from snooker_cli import options, runs
+from snooker_cli.api.arguments import with_options
+from snooker_cli.api.configs import (
+    ConfigSource,
+    Overrides,
+    scale_lines,
+    typical_scales,
+    with_scenes,
+)
+from snooker_cli.api.results import Outcome, Plan, first
 from snooker_cli.api.runs import Run
-from snooker_cli.api.wording import first, in_python
 from snooker_cli.errors import RunError, UserError
 from snooker_cli.formatting import (
     counted,
@@ -29,8 +35,9 @@ from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import share_of
 from snooker_cli.runs.plan import LAW, is_excessive, run_plan
 from snooker_cli.runs.processes import processors
-from snooker_cli.runs.progress import execute_watched, run_summary, share_done, showing_notices
+from snooker_cli.runs.progress import showing_notices
 from snooker_cli.runs.status import continuing, ended
+from snooker_cli.runs.watched_execution import execute_watched, run_summary, share_done
 from snooker_cli.trace import StopReason
 
 if TYPE_CHECKING:
@@ -39,7 +46,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 
-class Request:
+class PlannedRun:
     """A run that a user wants. Its config is checked; nothing is written yet.
 
     The arguments are those of ``run``.
@@ -50,7 +57,7 @@ class Request:
 
     def __init__(
         self,
-        config: Config,
+        config: ConfigSource,
         overrides: Overrides = None,
         *,
         out: str | PathLike[str] | None = None,
@@ -61,8 +68,8 @@ class Request:
     ) -> None:
         self.fresh, self.jobs, self.part = fresh, jobs, part
         self.cancelled = threading.Event()
-        experiment, points, self.scene_classes = with_scenes(config, overrides)
-        run = Run(Path(), experiment, points)
+        valid_config, points, self.scene_classes = with_scenes(config, overrides)
+        run = Run(Path(), valid_config, points)
         name = run.identity if isinstance(config, Mapping) else Path(config).stem
         run = replace(run, directory=runs.RUNS / name if out is None else Path(out))
         self.run = run if fresh else runs.continued(run)
@@ -110,7 +117,9 @@ class Request:
             # Stored files are checked only if the whole run would be too much.
             too_much = not yes and is_excessive(self._estimate(True))
             if too_much and is_excessive(left := self._estimate(self.fresh)):
-                ways = "set fewer collisions or repeats, or `record: summary`, or give --yes"
+                ways = (
+                    f"set fewer collisions or repeats, or `record: summary`, or give {options.YES}"
+                )
                 raise UserError(_costs(left), ways)
             results, watcher = execute_watched(
                 run,
@@ -131,7 +140,7 @@ class Request:
         outcome = Outcome(
             summary, [self.idle] if self.idle else _outcome_lines(run, results, summary)
         )
-        outcome.done = share_done(results, len(run.points) * run.experiment.repeats)
+        outcome.done = share_done(results, len(run.points) * run.config.repeats)
         outcome.errors = [result.error for result in results if result.error]
         outcome.interrupted = self.cancelled.is_set()
         return outcome
@@ -149,8 +158,7 @@ class Request:
         return run_plan(self.run, self.scene_classes, self._threads, fresh=fresh, share=self.share)
 
 
-@in_python()
-def plan(config: Config, overrides: Overrides = None, **how: Any) -> Plan:
+def plan(config: ConfigSource, overrides: Overrides = None, **how: Any) -> Plan:
     """What ``run`` would do: repeats, the search, time and disk space.
 
     how : ``out``, ``fresh``, ``jobs``, ``executor`` and ``part``, as of ``run``
@@ -159,12 +167,14 @@ def plan(config: Config, overrides: Overrides = None, **how: Any) -> Plan:
     ``snooker run --dry-run --json``: ``to_do`` repeats, ``collisions``, ``seconds`` on ``threads``,
     ``bytes``, typical ``scales``, ... Raises as ``run`` does.
     """
-    return Request(config, overrides, **how).plan()
+    return PlannedRun(config, overrides, **how).plan()
 
 
-@in_python()
+@with_options(
+    *(options.RUN_OUT, options.FRESH, options.JOBS, options.EXECUTOR, options.PART, options.YES)
+)
 def run(
-    config: Config,
+    config: ConfigSource,
     overrides: Overrides = None,
     *,
     out: str | PathLike[str] | None = None,
@@ -181,22 +191,17 @@ def run(
     config : a YAML file, or the same keys as a dict
     overrides : values of keys; several values, or a range as a text, are a sweep:
         ``{"cor": [0.8, 0.9], "balls.rings": "range(1,4)"}``
-    out : the run's folder [``runs/`` and the file's name; for a dict, eight digits of its hash]
-    fresh : replace the results in the folder
-    jobs : threads [all cores]
-    executor : ``"threads"``, or ``"dask=tcp://HOST:PORT"`` for the workers of a dask scheduler
-    part : ``"3/16"`` for every 16th batch of repeats from the third on, to share the work
     checkpoint : seconds after which unfinished repeats are saved
-    yes : whether it may take over a week, or more than the free disk space
     progress : show a bar in a terminal, or in a notebook that has ipywidgets; a log gets lines
 
-    ``print(run.outcome)`` shows what came out. Ctrl-C stores what is simulated, then raises
-    ``KeyboardInterrupt``; the same call continues. Raises ``ConfigError``, ``RunError`` for a
-    folder with other results, and for repeats that failed when all others are stored.
+    For a dict, the run's folder has eight digits of its hash as a name. ``print(run.outcome)``
+    shows what came out. Ctrl-C stores what is simulated, then raises ``KeyboardInterrupt``; the
+    same call continues. Raises ``ConfigError``, ``RunError`` for a folder with other results, and
+    for repeats that failed when all others are stored.
     """
     source = "{…}" if isinstance(config, Mapping) else repr(str(config))
     with showing_notices():
-        request = Request(
+        request = PlannedRun(
             config, overrides, out=out, fresh=fresh, jobs=jobs, executor=executor, part=part
         )
         outcome = request.carry_out(
@@ -220,9 +225,11 @@ def _share(run: Run, part: str, fresh: bool) -> tuple[set[tuple[int, int]], str]
     match = re.fullmatch(r"(\d{1,6})/(\d{1,6})", part)
     k, n = (int(match[1]), int(match[2])) if match else (0, 0)
     if not 1 <= k <= n:
-        raise UserError(f"--part {part}: give K/N with 1 ≤ K ≤ N, as in 3/16")
+        raise UserError(f"{options.PART.of(part)}: give K/N with 1 ≤ K ≤ N, as in 3/16")
     if fresh:
-        raise UserError("--part and --fresh: parts delete nothing; delete the folder first")
+        raise UserError(
+            f"{options.PART} and {options.FRESH}: parts delete nothing; delete the folder first"
+        )
     return share_of(run, k, n)
 
 
@@ -234,7 +241,7 @@ def _cluster(
     if executor == "threads":
         return None
     if name != "dask":
-        raise UserError(f"--executor {executor}: give threads, or dask=tcp://HOST:PORT")
+        raise UserError(f"{options.EXECUTOR.of(executor)}: give threads, or dask=tcp://HOST:PORT")
     from snooker_cli.runs.dask_executor import DaskExecutor
 
     cluster = DaskExecutor(address, at_once, cancelled)
@@ -289,7 +296,7 @@ def _outcome_lines(
 
     Failed repeats are only counted: their errors were printed as they failed.
     """
-    wanted = run.experiment.repeats
+    wanted = run.config.repeats
     rows = [
         [
             point_label(point["parameters"]),
@@ -334,7 +341,5 @@ def _outcome_lines(
 def _collapse_hints(run: Run, results: Sequence[RepeatResult]) -> list[str]:
     """How the config can be changed so that collapsed repeats continue, each way once."""
     reasons = {(result.point, result.stop.reason) for result in results if result.stop}
-    ways = (
-        continuing(run.by_number[point].experiment, reason) for point, reason in sorted(reasons)
-    )
+    ways = (continuing(run.by_number[point].config, reason) for point, reason in sorted(reasons))
     return [f"To continue such repeats, set {way}." for way in dict.fromkeys(filter(None, ways))]

@@ -1,43 +1,22 @@
 """``snooker fit``, ``compare``, ``report`` and ``reproduce``: numbers and pages from runs."""
 
-from __future__ import annotations
-
-import math
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-from snooker_cli import api
-from snooker_cli.api import EXAMPLES, made_folder
-from snooker_cli.cli.options import (
-    RUN,
-    AsJson,
-    Names,
-    RunNames,
-    Where,
-    conditions,
-    flag,
-    option,
-    split,
-)
+import snooker_cli as snooker
+from snooker_cli import options
 from snooker_cli.cli.output import print_line, print_result
-from snooker_cli.cli.run_command import run as simulate
+from snooker_cli.cli.parameters import RUN, RunNames, split, takes
 from snooker_cli.errors import RunError, notice
 
-All = Annotated[bool, flag("--all", "Print more columns and rows.")]
-Brief = Annotated[bool, flag("--brief", "Print what holds for each point, without tables.")]
 
-
+@takes(
+    *(options.WHERE, options.QUANTITY, options.MODEL, options.FIT_SINCE, options.FIT_UNTIL),
+    *(options.ALL, options.BRIEF, options.AS_JSON),
+)
 def fit(
-    runs: RunNames,
-    where: Where = None,
-    quantity: Names = None,
-    model: Names = None,
-    since: Annotated[float, option("T", "Fit from this time on, s.", "--from")] = 0.0,
-    until: Annotated[float | None, option("T", "Fit up to this time, s.", "--until")] = None,
-    every: All = False,
-    brief: Brief = False,
-    as_json: AsJson = False,
+    runs: RunNames, *, where: list[str], every: bool, brief: bool, as_json: bool, **how: Any
 ) -> None:
     """Fit decay constants of energy, temperature and pressure.
 
@@ -50,20 +29,15 @@ def fit(
     the amplitude is free. Results of all times are kept for the next command. Of several runs, a
     table has one law, and the points of all runs as rows.
     """
-    opened, end = api.open(*runs), math.inf if until is None else until
-    chosen = conditions(where, opened)
-    records = opened.fit(since, end, quantity=quantity or (), model=model or (), **chosen)
-    _print_records(records, as_json, every, brief)
+    opened = snooker.open(*runs)
+    _print_records(opened.fit(**how, **opened.where(*where)), as_json, every, brief)
 
 
+@takes(
+    *(options.WHERE, options.QUANTITY, options.MODEL, options.ALL, options.BRIEF, options.AS_JSON)
+)
 def compare(
-    runs: RunNames,
-    where: Where = None,
-    quantity: Names = None,
-    model: Names = None,
-    every: All = False,
-    brief: Brief = False,
-    as_json: AsJson = False,
+    runs: RunNames, *, where: list[str], every: bool, brief: bool, as_json: bool, **how: Any
 ) -> None:
     """Compare the results of RUN with theory.
 
@@ -73,13 +47,11 @@ def compare(
     mean and the formulas of the source report. The results are kept for the next
     command. Of several runs, a table has one theory, and the points of all runs as rows.
     """
-    opened = api.open(*runs)
-    chosen = conditions(where, opened)
-    records = opened.compare(quantity=quantity or (), model=model or (), **chosen)
-    _print_records(records, as_json, every, brief)
+    opened = snooker.open(*runs)
+    _print_records(opened.compare(**how, **opened.where(*where)), as_json, every, brief)
 
 
-def _print_records(records: api.Records, as_json: bool, every: bool, brief: bool) -> None:
+def _print_records(records: snooker.Records, as_json: bool, every: bool, brief: bool) -> None:
     """Print what holds for each point, and unless `brief` is wanted, tables and remarks."""
     if brief and records.unfinished:  # else it is among the remarks
         notice(f"{records.unfinished}; run the config again for the rest")
@@ -89,13 +61,9 @@ def _print_records(records: api.Records, as_json: bool, every: bool, brief: bool
     print_result(records, as_json, records.lines(every=every, brief=brief), remarks)
 
 
+@takes(options.REPORT_OUT, options.FIGURES, options.MARKDOWN)
 def report(
-    runs: Annotated[list[str], RUN],
-    out: Annotated[Path | None, option("DIR", "The report's folder [RUN/report].")] = None,
-    figures: Annotated[str, option("F,F,…", "Also these figures; all: every possible one.")] = "",
-    markdown: Annotated[
-        bool, flag("--markdown", "Write report.md instead, with figures beside it.")
-    ] = False,
+    runs: Annotated[list[str], RUN], *, out: Path | None, figures: str, markdown: bool
 ) -> None:
     """Write a report on runs as HTML and PDF, or as Markdown.
 
@@ -105,20 +73,22 @@ def report(
     --markdown it is a text for your own use, without films.
     """
     asked = figures if figures == "all" else split(figures)
-    for path in api.write_report(dict.fromkeys(runs), out, asked, markdown=markdown):
+    for path in snooker.write_report(dict.fromkeys(runs), out, asked, markdown=markdown):
         print_line(str(path))
 
 
-def reproduce(
-    runs: Annotated[Path, option("DIR", "The folder with the runs of configs/.")] = Path("runs"),
-    out: Annotated[Path, option("DIR", "The report's folder.")] = Path("runs/report"),
-) -> None:
+@takes(options.RUNS, options.REPRODUCTION_OUT)
+def reproduce(*, runs: Path, out: Path) -> None:
     """Write the reproduction of the source report.
 
     Runs of configs/ that are missing or unfinished are simulated first, which takes minutes. The
     paper is report.pdf, its tables are report-tables.pdf; both are HTML pages, too. numbers.json
     has the numbers. live.html runs the gas in the browser, see `snooker live`.
     """
+    from snooker_cli.api.output_files import made_folder
+    from snooker_cli.api.simulating import PlannedRun
+    from snooker_cli.cli.run_command import finish
+    from snooker_cli.config.template_configs import EXAMPLES
     from snooker_cli.report.document import require_libraries
     from snooker_cli.reproduction.reproduce import RUNS, build  # takes a second to load
 
@@ -127,8 +97,8 @@ def reproduce(
         for name in RUNS:
             state = ""
             with suppress(RunError):
-                state = api.open(runs / name).status()["state"]
+                state = snooker.open(runs / name).status()["state"]
             if state != "done":
-                simulate(EXAMPLES / f"{name}.yaml", out=runs / name)
+                finish(PlannedRun(EXAMPLES / f"{name}.yaml", out=runs / name))
         for path in build(runs, out, notice):
             print_line(str(path))

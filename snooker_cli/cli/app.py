@@ -11,6 +11,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from snooker_cli.errors import UserError, check_name
 from snooker_cli.formatting import listed
+from snooker_cli.options import ENDINGS
 from snooker_cli.signals import end_interrupted, handling
 
 COMMANDS = {
@@ -69,13 +70,9 @@ def _about_value(option: Any, fault: dict[str, Any]) -> str:
     return f"{option.opts[-1]} {fault['input']}: {needs}".rstrip(".")
 
 
-ENDINGS = "ENDINGS"
-"""In the help of an option: the endings of files, which are known when the help is printed."""
-
-
 def _endings() -> str:
     """The endings of all formats of exports, those of installed packages too."""
-    from snooker_cli.api import export_endings
+    from snooker_cli.export import export_endings
 
     return listed(export_endings(), "or")
 
@@ -120,7 +117,7 @@ class Group(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command that the arguments name, and its arguments. Raises ``UserError``."""
         if not ctx.resilient_parsing:  # as it is while the shell completes a word
-            check_name(args[0], self.commands, "command", f"{ctx.command_path} --help")
+            check_name(args[0], self.commands, "command", f"`{ctx.command_path} --help`")
         return super().resolve_command(ctx, args)
 
 
@@ -175,6 +172,6 @@ def _root(
         bool, typer.Option("--version", help="Show the version.", callback=_version)
     ] = False,
 ) -> None:
-    from snooker_cli.api import showing_notices
+    from snooker_cli.runs.progress import showing_notices
 
     context.with_resource(showing_notices())

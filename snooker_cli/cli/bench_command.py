@@ -1,25 +1,22 @@
 """``snooker bench``: measure the engine: its speed, its errors, hard cases, known physics."""
 
-from __future__ import annotations
-
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from snooker_cli.api import made_folder
+from snooker_cli import options
+from snooker_cli.api.output_files import made_folder
 from snooker_cli.cli.app import Command, Group
-from snooker_cli.cli.options import AsJson, flag, option
 from snooker_cli.cli.output import print_line
+from snooker_cli.cli.parameters import takes
 from snooker_cli.errors import ExitCode, notice
 
 if TYPE_CHECKING:
     from snooker_cli.validation.study import Record, Study
 
-Out = Annotated[Path | None, option("DIR", "Also write tables, JSON and figures here.", "--out")]
-
-Quick = Annotated[bool, flag("--quick", "A small measurement, in seconds; do not quote it.")]
+WRITTEN = options.BENCH_OUT, options.AS_JSON
 
 bench = typer.Typer(
     cls=Group,
@@ -31,12 +28,8 @@ bench = typer.Typer(
 
 
 @bench.command(cls=Command)
-def speed(
-    quick: Quick = False,
-    compare: Annotated[Path | None, option("FILE", "Compare with this earlier speed.json.")] = None,
-    out: Out = None,
-    as_json: AsJson = False,
-) -> None:
+@takes(options.QUICK, options.EARLIER, *WRITTEN)
+def speed(*, quick: bool, compare: Path | None, out: Path | None, as_json: bool) -> None:
     """Measure repeats and collisions per second.
 
     All threads run, store and analyse many short repeats. Then one thread simulates several gases.
@@ -50,7 +43,8 @@ def speed(
 
 
 @bench.command(cls=Command)
-def error(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> None:
+@takes(options.QUICK, *WRITTEN)
+def error(*, quick: bool, out: Path | None, as_json: bool) -> None:
     """Compare errors and costs of several methods with an exact result.
 
     The methods are snooker, the source report's algorithm and time stepping. The exact result is
@@ -63,7 +57,8 @@ def error(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> Non
 
 
 @bench.command(cls=Command)
-def physics(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> None:
+@takes(options.QUICK, *WRITTEN)
+def physics(*, quick: bool, out: Path | None, as_json: bool) -> None:
     """Compare pressure, cooling and speeds with known values.
 
     Each difference is given in standard errors. It takes two to four minutes, and ends with exit
@@ -75,12 +70,14 @@ def physics(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> N
 
 
 @bench.command(cls=Command)
+@takes(*WRITTEN)
 def hard(
     cases: Annotated[
         list[str] | None, typer.Argument(metavar="CASE", help="Only these [all but the slow ones].")
     ] = None,
-    out: Out = None,
-    as_json: AsJson = False,
+    *,
+    out: Path | None,
+    as_json: bool,
 ) -> None:
     """Simulate and check scenes that could break an engine.
 
@@ -94,7 +91,7 @@ def hard(
 
 
 def _carry_out(
-    study: Study, plan: Record, out: Path | None, as_json: bool, more: Record | None = None
+    study: "Study", plan: "Record", out: Path | None, as_json: bool, more: "Record | None" = None
 ) -> None:
     """Measure and print; write files if there is a folder for them; exit code 4 for a failure.
 

@@ -5,18 +5,23 @@ from typing import Annotated
 
 import typer
 
-from snooker_cli import api
-from snooker_cli.cli.options import ConfigPath, Overrides, flag, option
+import snooker_cli as snooker
+from snooker_cli import options
+from snooker_cli.api.configs import laws_of_packages, schema_text
 from snooker_cli.cli.output import print_line, print_table
+from snooker_cli.cli.parameters import ConfigPath, takes
+from snooker_cli.config.template_configs import SCHEMA
 from snooker_cli.errors import UserError, notice
 
 
+@takes(options.CONFIG_OUT, options.LIST_TEMPLATES)
 def init(
     template: Annotated[
         str | None, typer.Argument(metavar="TEMPLATE", help="A name [list the templates].")
     ] = None,
-    out: Annotated[Path | None, option("FILE", "The config; - prints it [TEMPLATE.yaml].")] = None,
-    list_all: Annotated[bool, flag("--list", "List templates and example configs.")] = False,
+    *,
+    out: Path | None,
+    list_all: bool,
 ) -> None:
     """Write a commented config; without TEMPLATE, list all templates.
 
@@ -28,30 +33,31 @@ def init(
     if template is None or list_all:
         if out is not None:
             raise UserError(f"--out {out}: give the TEMPLATE to write; `snooker init` lists them")
-        purposes = api.templates(examples=list_all)
+        purposes = snooker.templates(examples=list_all)
         print_table(["template", "what it is"], [*map(list, purposes.items())])
-        if laws := api.laws_of_packages():
+        if laws := laws_of_packages():
             print_line("")
             print_table(["law", "from"], [[name, source] for name, source in laws.items()])
         return
     if out == Path("-"):
-        print_line(api.template(template).rstrip("\n"))
-        schema = f"snooker schema > {api.SCHEMA}"
+        print_line(snooker.template(template).rstrip("\n"))
+        schema = f"snooker schema > {SCHEMA}"
         notice(f"tip: `{schema}` in this folder lets your editor check the file")
         return
-    written = api.write_template(template, out)
+    written = snooker.write_template(template, out)
     for path in written:
         print_line(str(path))
     notice(f"next: snooker run {written[0]} --dry-run")
 
 
-def validate(config: ConfigPath, override: Overrides = None) -> None:
+@takes(options.OVERRIDES)
+def validate(config: ConfigPath, *, overrides: list[str] | None) -> None:
     """Check CONFIG without running it.
 
     The check includes the starting scene of every point. Typical lengths and times of the gas are
     printed, each by the theory that holds for it.
     """
-    print_line(str(api.check_config(config, override)))
+    print_line(str(snooker.check_config(config, overrides)))
 
 
 def warm_up(
@@ -66,9 +72,9 @@ def warm_up(
     page. They are stored in ~/.cache/snooker or NUMBA_CACHE_DIR, so that later commands need not
     wait. Use this for class rooms, images of containers, and clusters. It uses all processors.
     """
-    api.warm_up(*(configs or ()))
+    snooker.warm_up(*(configs or ()))
 
 
 def schema() -> None:
     """Print the JSON schema of configs, for editors."""
-    print_line(api.schema_text().rstrip())
+    print_line(schema_text().rstrip())

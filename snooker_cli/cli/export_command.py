@@ -3,30 +3,31 @@
 import sys
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated
 
-from snooker_cli import api
-from snooker_cli.cli.app import ENDINGS
-from snooker_cli.cli.options import Replace, RunName, Where, conditions, flag, option
+import snooker_cli as snooker
+from snooker_cli import options
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
+from snooker_cli.cli.parameters import RunName, takes
 from snooker_cli.errors import UserError
+from snooker_cli.export import has_only_states
 
 
+@takes(
+    *(options.POINT, options.WHERE, options.EXPORT_REPEAT, options.STATES, options.STATE_TIMES),
+    *(options.FRAMES, options.TABLE, options.EXPORT_OUT, options.REPLACE),
+)
 def export(
     run: RunName,
-    point: Annotated[int, option("N", "Point, from 0.", min=0)] = 0,
-    where: Where = None,
-    repeat: Annotated[int, option("N", "Repeat, from 0.", min=0)] = 0,
-    states: Annotated[bool, flag("--states", "Export positions and velocities.")] = False,
-    times: Annotated[
-        str | None, option("T,T,…", "States: times in s, or start:stop:count [0 and the end].")
-    ] = None,
-    frames: Annotated[
-        int | None, option("N", "States: number of even times.", min=2, max=10_000_000)
-    ] = None,
-    table: Annotated[bool, flag("--table", "Export a row for each repeat of all points.")] = False,
-    out: Annotated[Path | None, option("FILE", f"A {ENDINGS} [stdout].")] = None,
-    replace: Replace = False,
+    *,
+    point: int,
+    where: list[str],
+    repeat: int,
+    states: bool,
+    times: str | None,
+    frames: int | None,
+    table: bool,
+    out: Path | None,
+    replace: bool,
 ) -> None:
     """Export collisions or states of a repeat, or the table of a run.
 
@@ -41,14 +42,14 @@ def export(
     mean temperature, pressure and speed, the energy at the end over that at the start, and the
     fitted constants k and α of exp(−kt) and of Haff's law.
     """
-    states = states or (out is not None and api.has_only_states(out))
+    states = states or (out is not None and has_only_states(out))
     given = [n for n, value in (("--times", times), ("--frames", frames)) if value is not None]
     if given and not (states or table):
         raise UserError(f"{given[0]} needs --states")
     if table and (states or given):
         raise UserError("--table is for all repeats, not for states, H5MD or XYZ")
-    opened = api.open(run)
-    selected = conditions(where, opened)
+    opened = snooker.open(run)
+    selected = opened.where(*where)
     if where and not table:
         if point:
             raise UserError("--where and --point both choose the point; give one of them")

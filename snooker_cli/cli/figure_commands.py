@@ -2,19 +2,26 @@
 
 import webbrowser
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
-from snooker_cli import api
-from snooker_cli.cli.options import RUN, Replace, RunNames, Where, conditions, flag, option, split
+import snooker_cli as snooker
+from snooker_cli import options
+from snooker_cli.api.runs import runs_and_figures
 from snooker_cli.cli.output import print_line, print_table, print_wrapped
+from snooker_cli.cli.parameters import RUN, RunNames, split, takes
 from snooker_cli.errors import UserError, notice
 from snooker_cli.formatting import listed
 
 LISTED = "The list follows from the config. A figure may still need more collisions than there are."
 
 
+@takes(
+    *(options.LIST_FIGURES, options.WHERE, options.REPEAT, options.TIMES, options.COLOUR),
+    *(options.FIGURES_OUT, options.FORMATS, options.SIZE, options.DPI, options.LOG_X),
+    options.LOG_Y,
+)
 def plot(
     run: Annotated[str | None, RUN] = None,
     names: Annotated[
@@ -23,23 +30,12 @@ def plot(
             metavar="[RUN…] FIGURE", help="More runs, and names of figures [all possible]."
         ),
     ] = None,
-    list_figures: Annotated[bool, flag("--list", "List figures; with RUN those that fit.")] = False,
-    where: Where = None,
-    repeat: Annotated[int | None, option("K", "Only this one [the first, or all].", min=0)] = None,
-    times: Annotated[
-        str | None,
-        option("T,T,…", "Times of snapshot, s [start, middle, end].", "--time"),
-    ] = None,
-    colour: Annotated[
-        Literal["speed", "species", "density"] | None,
-        option("WORD", "Of snapshot: speed, species, density.", "--colour"),
-    ] = None,
-    out: Annotated[Path | None, option("DIR", "Folder [RUN/figures].")] = None,
-    formats: Annotated[str, option("F,F,…", "Formats: svg, png, pdf.", "--format")] = "svg,png",
-    size: Annotated[str | None, option("WxH", "Inches, as 6x4 [a column of a page].")] = None,
-    dpi: Annotated[int | None, option("N", "PNG: pixels per inch [200].", min=20, max=2000)] = None,
-    log_x: Annotated[bool, flag("--log-x", "Logarithmic x axis.")] = False,
-    log_y: Annotated[bool, flag("--log-y", "Logarithmic y axis.")] = False,
+    *,
+    list_figures: bool,
+    where: list[str],
+    repeat: int | None,
+    formats: str,
+    **how: Any,
 ) -> None:
     """Draw figures of RUN as SVG, PNG and JSON.
 
@@ -55,14 +51,14 @@ def plot(
             raise UserError("give the RUN to plot, or --list for the names of the figures")
         _print_registry()
         return
-    others, figures = api.runs_and_figures(names or ())
-    opened = api.open(run, *others)
-    chosen = conditions(where, opened)
+    others, figures = runs_and_figures(names or ())
+    opened = snooker.open(run, *others)
+    chosen = opened.where(*where)
     if list_figures:
         _print_possible(opened.possible_figures(*figures, repeat=repeat, **chosen))
         return
 
-    def print_saved(figure: api.SavedFigure) -> None:
+    def print_saved(figure: snooker.SavedFigure) -> None:
         """Print the files of a figure, and of one that was named what it shows."""
         print_line("\n".join(map(str, figure.files)))
         if figures:
@@ -72,16 +68,10 @@ def plot(
 
     opened.save_figures(
         *figures,
-        out=out,
         formats=list(dict.fromkeys(split(formats.lower()))),
-        size=size,
-        dpi=dpi,
-        log_x=log_x,
-        log_y=log_y,
         repeat=repeat,
-        times=times or (),
-        colour=colour,
         saved=print_saved,
+        **how,
         **chosen,
     )
 
@@ -102,36 +92,28 @@ def _print_registry() -> None:
             ", ".join(map(str, row["report_figures"])) or "–",
             f"{row['title']}; for {row['needs'][0].lower()}{row['needs'][1:]}",
         ]
-        for row in api.figure_list()
+        for row in snooker.figure_list()
         if not row["reproduce_only"]
     ]
     print_table(["figure", "source report's", "what it shows, and for which runs"], rows)
-    others = [row["figure"] for row in api.figure_list() if row["reproduce_only"]]
+    others = [row["figure"] for row in snooker.figure_list() if row["reproduce_only"]]
     print_wrapped([f"The source report also has {listed(others)}. They are drawn by name."])
 
 
+@takes(
+    *(options.FILM_OUT, options.FILM_POINT, options.WHERE, options.REPEATS, options.SINCE),
+    *(options.UNTIL, options.COLLISIONS, options.PACE, options.SECONDS, options.FPS),
+    *(options.REPLACE, options.OPEN),
+)
 def animate(
     runs: RunNames,
-    out: Annotated[
-        Path | None, option("FILE", "A name in .html, .gif or .mp4 [RUN/film….html].")
-    ] = None,
-    point: Annotated[int | None, option("N", "Point, from 0 [0].", min=0)] = None,
-    where: Where = None,
-    repeats: Annotated[
-        list[int] | None, option("N", "Repeat, from 0 [0]. Can be repeated.", "--repeat", min=0)
-    ] = None,
-    since: Annotated[float, option("T", "Start time, s.", "--from")] = 0.0,
-    until: Annotated[float | None, option("T", "End time, s [the end].", "--until")] = None,
-    collisions: Annotated[int | None, option("N", "At most this many [10,000].", min=1)] = None,
-    pace: Annotated[
-        Literal["time", "events"], option("time|events", "Time or collisions pass evenly.")
-    ] = "time",
-    seconds: Annotated[
-        float | None, option("S", "Length [12; a page: by its content].", min=0.1, max=3600)
-    ] = None,
-    fps: Annotated[int | None, option("N", "GIF, MP4: frames/s [20].", min=1, max=60)] = None,
-    replace: Replace = False,
-    open_film: Annotated[bool, flag("--open", "Show it in the browser.")] = False,
+    *,
+    out: Path | None,
+    point: int | None,
+    where: list[str],
+    repeats: list[int],
+    open_page: bool,
+    **how: Any,
 ) -> None:
     """Make a film of a repeat: HTML page, GIF or MP4.
 
@@ -144,22 +126,11 @@ def animate(
     """
     if where and point is not None:
         raise UserError("--point and --where both choose points; give one of them")
-    opened = api.open(*runs)
-    chosen = conditions(where, opened)
+    opened = snooker.open(*runs)
+    chosen = opened.where(*where)
     if not where and (point is not None or len(runs) == 1):
         chosen = dict(opened.chosen(point, max(repeats or [0])).parameters)
-    path = opened.animate(
-        out,
-        repeats,
-        since=since,
-        until=until,
-        most=collisions,
-        pace=pace,
-        seconds=seconds,
-        fps=fps,
-        replace=replace,
-        **chosen,
-    )
+    path = opened.animate(out, repeats, **how, **chosen)
     print_line(str(path))
-    if open_film and not webbrowser.open(path.resolve().as_uri()):
+    if open_page and not webbrowser.open(path.resolve().as_uri()):
         notice(f"no browser could be started; open {path} yourself")

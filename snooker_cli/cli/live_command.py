@@ -2,16 +2,21 @@
 
 import webbrowser
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from snooker_cli import api
-from snooker_cli.cli.options import Overrides, Replace, flag, option, split
+import snooker_cli as snooker
+from snooker_cli import options
 from snooker_cli.cli.output import print_line
+from snooker_cli.cli.parameters import split, takes
 from snooker_cli.errors import UserError, notice
 
 
+@takes(
+    *(options.PAGE_OUT, options.OVERRIDES, options.REPLACE, options.CONTROLS, options.BEGINNER),
+    *(options.LANGUAGE, options.OPEN),
+)
 def live(
     config: Annotated[
         Path | None,
@@ -21,17 +26,12 @@ def live(
             help="A YAML experiment [the source report's scene].",
         ),
     ] = None,
-    out: Annotated[Path | None, option("FILE", "The page [gas.html].")] = None,
-    overrides: Overrides = None,
-    replace: Replace = False,
-    controls: Annotated[
-        str | None, option("NAME,…", "Show only these sliders and menus, as in cor,radius [all].")
-    ] = None,
-    beginner: Annotated[
-        bool, flag("--beginner", "Leave out virial, momentum, config and hashes.")
-    ] = False,
-    language: Annotated[str, option("NAME", "Language of the page: en or de.")] = "en",
-    open_page: Annotated[bool, flag("--open", "Show it in the browser.")] = False,
+    *,
+    out: Path | None,
+    replace: bool,
+    controls: str | None,
+    open_page: bool,
+    **how: Any,
 ) -> None:
     """Make an HTML page in which a gas runs, with sliders.
 
@@ -44,7 +44,7 @@ def live(
     if out is not None and out.suffix.lower() != ".html":
         raise UserError(f"--out {out}: give a name that ends in .html")
     chosen = None if controls is None else split(controls)
-    page = api.live(config, overrides, controls=chosen, beginner=beginner, language=language)
+    page = snooker.live(config, controls=chosen, **how)
     path = page.save(out, replace=replace)
     print_line(str(path))
     if open_page and not webbrowser.open(path.resolve().as_uri()):

@@ -1,7 +1,6 @@
 """Streams for terminals and files whose encoding lacks some of the characters that are printed."""
 
 import io
-import sys
 
 from snooker_cli.formatting import in_encoding
 
@@ -24,11 +23,3 @@ class PlainStream(io.TextIOWrapper):
         """Write text, and return its number of characters."""
         super().write(in_encoding(text, self._written_in))
         return len(text)
-
-
-def use_plain_words() -> None:
-    """Let stdout and stderr take any text."""
-    for name in ("stdout", "stderr"):
-        stream = getattr(sys, name)
-        if not stream.encoding.lower().startswith("utf"):
-            setattr(sys, name, PlainStream(stream))

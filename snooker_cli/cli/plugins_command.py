@@ -1,18 +1,20 @@
 """``snooker plugins``: what installed packages add."""
 
-from snooker_cli import api
-from snooker_cli.cli.options import AsJson
+import snooker_cli as snooker
+from snooker_cli import options
 from snooker_cli.cli.output import print_result, print_table, print_wrapped
+from snooker_cli.cli.parameters import takes
 
 
-def plugins(as_json: AsJson = False) -> None:
+@takes(options.AS_JSON)
+def plugins(*, as_json: bool) -> None:
     """List what snooker has, and what installed packages add.
 
     These are quantities, theories, figures, and formats of exports, each with its distribution and
     version. What could not be added is listed with the reason, and changes nothing else.
     docs/extending.md describes how to write a package.
     """
-    rows = api.plugin_list()
+    rows = snooker.plugin_list()
     if as_json:
         print_result(rows, True, ())
         return

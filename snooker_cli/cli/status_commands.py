@@ -1,21 +1,24 @@
 """``snooker ls``, ``show`` and ``verify``: the state of runs and of their files."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from snooker_cli import api
-from snooker_cli.cli.options import AsJson, Jobs, Replace, RunName, flag, option
+import snooker_cli as snooker
+from snooker_cli import options
 from snooker_cli.cli.output import print_result
+from snooker_cli.cli.parameters import RunName, takes
 from snooker_cli.errors import ExitCode, UserError, notice
 
 
+@takes(options.AS_JSON)
 def ls(
     directory: Annotated[
         Path, typer.Argument(metavar="DIR", help="A folder of runs, or one run.")
     ] = Path("runs"),
-    as_json: AsJson = False,
+    *,
+    as_json: bool,
 ) -> None:
     """List the runs in DIR and the state of their repeats.
 
@@ -23,7 +26,7 @@ def ls(
     `snooker verify` also reads the content of the files. Short repeats count as to do until their
     file is written.
     """
-    found = api.statuses(directory)
+    found = snooker.statuses(directory)
     for status in found:
         if "error" in status:
             notice(status["error"])
@@ -33,38 +36,38 @@ def ls(
     print_result(found, as_json, found.lines)
 
 
+@takes(options.HASHES, options.HASHES_POINT, options.HASHES_REPEAT, options.AS_JSON)
 def show(
-    run: RunName,
-    hashes: Annotated[
-        bool, flag("--hash", "Print a hash of the first 1,000, 10,000 … and of all collisions.")
-    ] = False,
-    point: Annotated[int | None, option("N", "Hashes: only this point, from 0.", min=0)] = None,
-    repeat: Annotated[int | None, option("N", "Hashes: only this repeat, from 0.", min=0)] = None,
-    as_json: AsJson = False,
+    run: RunName, *, hashes: bool, point: int | None, repeat: int | None, as_json: bool
 ) -> None:
     """Show the state of RUN: points, ends of repeats, files.
 
     With --hash, show hashes of the collisions of each repeat instead. Two repeats with the same
     hash have the same collisions to the bit. The page of `snooker live` shows the same hashes.
     """
-    opened = api.open(run)
+    opened = snooker.open(run)
     if not hashes and (point is not None or repeat is not None):
         raise UserError("--point and --repeat choose repeats for --hash", "add --hash")
     result = opened.hashes(point, repeat) if hashes else opened.status()
     print_result(result, as_json, result.lines)
 
 
+@takes(
+    *(options.REPLAY, options.EXACT, options.EXACT_POINT, options.EXACT_REPEAT),
+    *(options.EXACT_COLLISIONS, options.CERTIFICATE, options.REPLACE, options.JOBS),
+    options.AS_JSON,
+)
 def verify(
     run: RunName,
-    replay: Annotated[bool, flag("--replay", "Simulate every repeat again, and compare.")] = False,
-    exact: Annotated[bool, flag("--exact", "Prove which events of a repeat are certain.")] = False,
-    point: Annotated[int | None, option("N", "With --exact: this point [all].", min=0)] = None,
-    repeat: Annotated[int, option("N", "With --exact: this repeat of a point.", min=0)] = 0,
-    collisions: Annotated[int, option("N", "With --exact: at most these.", min=1)] = 10_000,
-    out: Annotated[Path | None, option("FILE", "With --exact: write the certificate.")] = None,
-    replace: Replace = False,
-    jobs: Jobs = None,
-    as_json: AsJson = False,
+    *,
+    replay: bool,
+    exact: bool,
+    point: int | None,
+    repeat: int,
+    out: Path | None,
+    jobs: int | None,
+    as_json: bool,
+    **how: Any,
 ) -> None:
     """Read and check every file of RUN.
 
@@ -80,11 +83,11 @@ def verify(
     is 1 if one differs, if an event is wrong for another reason than rounding, or if the stored end
     or finish does not follow from the events. It needs the extra `reference`.
     """
-    opened = api.open(run)
+    opened = snooker.open(run)
     if not exact and (point is not None or repeat or out is not None):
         raise UserError("--point, --repeat and --out need --exact")
     if exact:
-        verdicts = opened.prove(point, repeat, collisions=collisions, out=out, replace=replace)
+        verdicts = opened.prove(point, repeat, out=out, **how)
     else:
         verdicts = opened.verify(replay=replay, jobs=jobs)
     print_result(verdicts, as_json, verdicts.lines)

@@ -1,4 +1,4 @@
-"""Configurations: YAML -> a frozen, valid Experiment -> the points of its sweep and their digests.
+"""Configurations: YAML -> a frozen, valid Config -> the points of its sweep and their digests.
 
 Everything that a user can get wrong is raised as ConfigError, all problems at once.
 """
@@ -13,10 +13,11 @@ from pydantic import ValidationError
 
 from snooker_cli.config.axes import overridden, unzipped
 from snooker_cli.config.messages import config_error
-from snooker_cli.config.models import BallCount, BallList, Experiment, Rings, Start
+from snooker_cli.config.models import BallCount, BallList, Config, Rings, Start
 from snooker_cli.config.points import (
     LIMITS,
     Point,
+    PointConfig,
     digest,
     extends,
     points,
@@ -34,13 +35,12 @@ from snooker_cli.config.problems import (
     in_words,
     key_path,
 )
-from snooker_cli.config.template_configs import EXAMPLES, SCHEMA_FILE
 from snooker_cli.config.yaml_document import Mark, YamlDocument, document, text_of
 from snooker_cli.errors import SceneError
 from snooker_cli.formatting import plain
 
-__all__ = ["EXAMPLES", "LIMITS", "SCHEMA_FILE", "BallCount", "BallList", "Rings"]
-__all__ += ["ConfigError", "Experiment", "Loaded", "Point", "Start", "StateReader"]
+__all__ = ["LIMITS", "BallCount", "BallList", "Rings"]
+__all__ += ["Config", "ConfigError", "Loaded", "Point", "PointConfig", "Start", "StateReader"]
 __all__ += ["digest", "extends", "load", "parse", "points", "to_json", "unit_of", "validated"]
 __all__ += ["with_values"]
 
@@ -53,19 +53,19 @@ them. Raises ``SceneError`` with the key that is wrong."""
 class Loaded:
     """A valid experiment and the document from which it was read."""
 
-    experiment: Experiment
+    config: Config
     document: YamlDocument
 
     def points(self) -> tuple[Point, ...]:
         """The points of the experiment."""
-        return points(self.experiment)
+        return points(self.config)
 
     def error(self, key: str, sentence: str) -> ConfigError:
         """The error about a key such as ``balls.radius``, for a fault found after loading.
 
         The position of a swept key is that in the sweep.
         """
-        swept = any(key in dict(axis) for axis in self.experiment.sweep)
+        swept = any(key in dict(axis) for axis in self.config.sweep)
         place = ("sweep", key) if swept else key_path(key)
         position = self.document.position(place)
         return ConfigError([Problem(key_path(key), sentence, position=position)])

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from snooker_cli.config.models import BALLS, Ball, ContainerConfig, Experiment, Species, Start
+from snooker_cli.config.models import BALLS, Ball, Config, ContainerConfig, Species, Start
 from snooker_cli.config.problems import (
     MOST_FOUND,
     ConfigError,
@@ -21,7 +21,7 @@ from snooker_cli.config.problems import (
 from snooker_cli.config.yaml_document import is_number
 
 _MODELS: dict[tuple[str, ...], type[BaseModel]] = {
-    (): Experiment,
+    (): Config,
     ("container",): ContainerConfig,
     ("start",): Start,
     **{("balls", tag): model for tag, model in BALLS.items()},
@@ -48,7 +48,7 @@ def config_error(error: ValidationError, outer: tuple[str, ...] = ()) -> ConfigE
         if location[:2] == ("balls", "species"):
             path = ("balls", *location[2:3], *location[4:])
         names = tuple(part for part in location[:-1] if isinstance(part, str))
-        model = _MODELS.get(names, Experiment)
+        model = _MODELS.get(names, Config)
         match fault["type"]:
             case "value_error":
                 problems.extend(fault["ctx"]["error"].problems)
@@ -98,7 +98,7 @@ def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str]:
         return f"{named} is given, but dotted keys are for sweep and -o only; {choice}", ""
     homes = [place for place, home in _MODELS.items() if key in home.model_fields]
     homes.sort(key=lambda place: place == ())  # `start` of balls, before that of a state
-    if homes and model is Experiment:
+    if homes and model is Config:
         parts = dict.fromkeys(place[0] for place in homes)
         dotted = " or ".join(f"{part}.{key}" for part in parts)
         where = f"{' or '.join(parts)}; with -o it is {dotted}"

@@ -460,7 +460,7 @@ WRITTEN_LAW = PlainSerializer(_written_law, return_type=dict[str, Any] | None)
 WITH_LAWS = Field(json_schema_extra=_describe_laws)
 
 
-class Experiment(Model):
+class Config(Model):
     """A snooker experiment: inelastic hard disks in a container."""
 
     title: Title | None = None
@@ -660,7 +660,7 @@ class Experiment(Model):
         return None
 
 
-_KEYS = tuple(Experiment.model_fields)
+_KEYS = tuple(Config.model_fields)
 RULE_KEYS = _KEYS[_KEYS.index("cor") : _KEYS.index("collapse") + 1]
 """The keys that say what collisions do."""
 
@@ -668,87 +668,85 @@ RULE_KEYS = _KEYS[_KEYS.index("cor") : _KEYS.index("collapse") + 1]
 # Rules about several keys. Each yields what is wrong. Whether balls fit into space is not checked.
 
 
-def _faults(experiment: Experiment) -> Iterator[Problem]:
+def _faults(config: Config) -> Iterator[Problem]:
     """All that is wrong with values that are right by themselves."""
-    if experiment.collisions is None and experiment.time is None:
+    if config.collisions is None and config.time is None:
         sentence = "neither collisions nor time is given; give at least one, so that runs end"
         yield Problem(("collisions",), sentence)
-    container, balls = experiment.container, experiment.balls
+    container, balls = config.container, config.balls
     if faults := tuple(_faults_of_container(container)):
         yield from faults
         return
     if isinstance(balls, Rings | BallList):
         yield from _faults_of_places(container, balls)
     else:
-        yield from _faults_of_species(experiment)
-    if not experiment.common_rotation:
-        yield from _faults_of_rotation(experiment)
+        yield from _faults_of_species(config)
+    if not config.common_rotation:
+        yield from _faults_of_rotation(config)
     fixed_circle = issubclass(container.shape_class, Circle) and math.isinf(container.mass)
-    if experiment.collapse == "slide" and not fixed_circle:
+    if config.collapse == "slide" and not fixed_circle:
         sentence = (
             "slide needs a circle with a fixed wall; set container.mass: .inf, or collapse: stop, "
             "{tc: 0.01} or {elastic_below: 1e-6}"
         )
         yield Problem(("collapse",), sentence)
-    if experiment.collapse == "slide" and 0 < 1 - experiment.effective_wall_cor < LEAST_LOSS:
+    if config.collapse == "slide" and 0 < 1 - config.effective_wall_cor < LEAST_LOSS:
         sentence = (
             f"slide adds up bounces one by one, too many for a wall CoR between 1 − {LEAST_LOSS:g} "
             "and 1; set wall_cor: 1, or collapse: stop"
         )
         yield Problem(("collapse",), sentence)
-    yield from _faults_of_walls(experiment)
-    yield from _faults_of_snapshots(experiment)
-    yield from _faults_of_surface(experiment)
-    yield from _faults_of_given_laws(experiment)
-    if experiment.collapse == "slide" and experiment.wall_cor_speed is not None:
+    yield from _faults_of_walls(config)
+    yield from _faults_of_snapshots(config)
+    yield from _faults_of_surface(config)
+    yield from _faults_of_given_laws(config)
+    if config.collapse == "slide" and config.wall_cor_speed is not None:
         sentence = "slide needs one CoR at all speeds at the wall; remove wall_cor_speed, or slide"
         yield Problem(("collapse",), sentence)
 
 
-def _faults_of_surface(experiment: Experiment) -> Iterator[Problem]:
+def _faults_of_surface(config: Config) -> Iterator[Problem]:
     """Friction, inertia and spins are of rough balls."""
-    surface = experiment.collision_rules.surface
+    surface = config.collision_rules.surface
     if surface is None:
-        given = [
-            key for key in ("friction", "wall_friction") if getattr(experiment, key) is not None
-        ]
-        given += ["inertia"] * (experiment.inertia != 0.5)
+        given = [key for key in ("friction", "wall_friction") if getattr(config, key) is not None]
+        given += ["inertia"] * (config.inertia != 0.5)
         for key in given:
             sentence = f"{key} is of rough balls; give tangential_cor (-1 to 1) too, or remove it"
             yield Problem((key,), sentence, about_key=True)
-        spinning = [path for path, group in _groups(experiment.balls) if group.spin is not None]
-        if spinning and experiment.start is not None:
+        spinning = [path for path, group in _groups(config.balls) if group.spin is not None]
+        if spinning and config.start is not None:
             sentence = "the balls of this state spin; give tangential_cor (-1 to 1) too"
             yield Problem(("start",), sentence, about_key=True)
             return
         for path in spinning:
             sentence = "smooth balls have no spin; give tangential_cor (-1 to 1), or remove it"
             yield Problem((*path, "spin"), sentence, about_key=True)
-    elif experiment.collapse == "slide" and surface.rubs_wall:
+    elif config.collapse == "slide" and surface.rubs_wall:
         sentence = (
             "slide needs a smooth wall; set wall_tangential_cor: -1, or collapse: stop, {tc: 0.01} "
             "or {elastic_below: 1e-6}"
         )
         yield Problem(("collapse",), sentence)
-    shape = experiment.container.shape_class
+    shape = config.container.shape_class
     for key in ("wall_tangential_cor", "wall_friction"):
-        if getattr(experiment, key) is not None and surface is not None and not shape.has_wall:
+        if getattr(config, key) is not None and surface is not None and not shape.has_wall:
             sentence = f"a {shape.title} has no wall; remove {key}, or set another shape"
             yield Problem((key,), sentence, about_key=True)
 
 
-def _faults_of_given_laws(experiment: Experiment) -> Iterator[Problem]:
+def _faults_of_given_laws(config: Config) -> Iterator[Problem]:
     """A law of a package replaces what else says how e depends on speed."""
     for key, other in (("law", "cor_speed"), ("wall_law", "wall_cor_speed")):
-        if getattr(experiment, key) is not None and getattr(experiment, other) is not None:
+        if getattr(config, key) is not None and getattr(config, other) is not None:
             yield Problem((key,), f"{key} replaces {other}; remove one of them", about_key=True)
-    if experiment.wall_law is None:
+    if config.wall_law is None:
         return
-    shape = experiment.container.shape_class
+    shape = config.container.shape_class
     if not shape.has_wall:
         sentence = f"a {shape.title} has no wall; remove wall_law, or set another shape"
         yield Problem(("wall_law",), sentence, about_key=True)
-    if experiment.collapse == "slide":
+    if config.collapse == "slide":
         sentence = "slide needs one CoR at all speeds at the wall; remove wall_law, or slide"
         yield Problem(("collapse",), sentence)
 
@@ -763,11 +761,11 @@ def _groups(balls: Any) -> Iterator[tuple[KeyPath, Any]]:
         yield ("balls",), balls
 
 
-def _faults_of_walls(experiment: Experiment) -> Iterator[Problem]:
+def _faults_of_walls(config: Config) -> Iterator[Problem]:
     """Walls that give energy are fixed, and each has one law."""
-    shape = experiment.container.shape_class
+    shape = config.container.shape_class
     for key in ("wall_speed", "wall_temperature"):
-        value = getattr(experiment, key)
+        value = getattr(config, key)
         if value is None:
             continue
 
@@ -776,35 +774,35 @@ def _faults_of_walls(experiment: Experiment) -> Iterator[Problem]:
 
         if not shape.has_wall:
             yield fault(f"a {shape.title} has no wall; remove {key}, or set another shape")
-        if math.isfinite(experiment.container.mass):
+        if math.isfinite(config.container.mass):
             yield fault(f"a free container has no {key}; remove it, or set container.mass: .inf")
         if isinstance(value, BySide) and shape.has_wall:
             given = {side for side, amount in value if amount is not None}
             for side in given - set(shape.sides):
                 sides = listed(shape.sides) if shape.sides else "no sides, so give one number"
                 yield fault(f"a {shape.title} has {sides}", (key, side))
-        if experiment.collapse == "slide":
+        if config.collapse == "slide":
             yield Problem(("collapse",), f"balls do not slide with {key}; set collapse: stop")
-    speeds, temperatures = zip(*map(experiment._at, shape.sides or ("left",)), strict=True)
-    if experiment.wall_speed is not None and experiment.wall_cor_speed is not None:
+    speeds, temperatures = zip(*map(config._at, shape.sides or ("left",)), strict=True)
+    if config.wall_speed is not None and config.wall_cor_speed is not None:
         sentence = "wall_cor_speed is for walls that do not move; remove it, or wall_speed"
         yield Problem(("wall_cor_speed",), sentence, about_key=True)
     if any(None not in both for both in zip(speeds, temperatures, strict=True)):
         sentence = "one wall has a wall_temperature and a wall_speed; remove one of them"
         yield Problem(("wall_temperature",), sentence, about_key=True)
-    if experiment.wall_key is not None and experiment.wall_temperature is None:
+    if config.wall_key is not None and config.wall_temperature is None:
         sentence = "wall_key is for a wall with a wall_temperature; remove it, or give one"
         yield Problem(("wall_key",), sentence, about_key=True)
     for key in ("wall_cor", "wall_cor_speed", "wall_tangential_cor", "wall_friction"):
-        if None not in temperatures and getattr(experiment, key) is not None:
+        if None not in temperatures and getattr(config, key) is not None:
             sentence = f"wall_temperature replaces {key}; remove one of them"
             yield Problem((key,), sentence, about_key=True)
 
 
-def _faults_of_snapshots(experiment: Experiment) -> Iterator[Problem]:
+def _faults_of_snapshots(config: Config) -> Iterator[Problem]:
     """Their times are for snapshots, and not after the end."""
-    times, end = experiment.snapshots, experiment.time
-    if times is not None and experiment.record != "snapshots":
+    times, end = config.snapshots, config.time
+    if times is not None and config.record != "snapshots":
         sentence = "snapshots is for record: snapshots; remove it, or set record: snapshots"
         yield Problem(("snapshots",), sentence, about_key=True)
     elif isinstance(times, tuple) and end is not None and times[-1] > end:
@@ -850,15 +848,15 @@ def _faults_of_places(container: ContainerConfig, balls: Rings | BallList) -> It
         yield Problem(("container", key), sentence, about_key=True)
 
 
-def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
+def _faults_of_species(config: Config) -> Iterator[Problem]:
     """Species must fit each other. Two of the container's size, their radii and packing follow."""
-    container, balls, species = experiment.container, experiment.balls, experiment.species
+    container, balls, species = config.container, config.balls, config.species
     shape, size = container.shape_class, f"container.{container.shape_class.keys[0]}"
-    placed = experiment.placed
+    placed = config.placed
     paths: list[KeyPath] = [("balls", len(placed) + k) for k in range(len(species))]
     if isinstance(balls, BallCount):
         paths = [("balls",)]
-    elif placed and (faults := tuple(_faults_of_placed(experiment))):
+    elif placed and (faults := tuple(_faults_of_placed(config))):
         yield from faults
         return
     number = sum(kind.count for kind in species)
@@ -869,8 +867,8 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
         sentence = f"one ball in a {shape.title} meets nothing; give two or more"
         yield Problem((*paths[0], "count"), sentence)
     for path, kind in zip(paths, species, strict=True):
-        if kind.start not in (None, experiment.arrangement):
-            sentence = f"{kind.start} is given where another species has {experiment.arrangement}"
+        if kind.start not in (None, config.arrangement):
+            sentence = f"{kind.start} is given where another species has {config.arrangement}"
             yield Problem((*path, "start"), f"{sentence}; give one for all")
     without = [path for path, kind in zip(paths, species, strict=True) if kind.radius is None]
     there = {
@@ -895,11 +893,11 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
         yield Problem(("balls",), sentence)
 
 
-def _faults_of_rotation(experiment: Experiment) -> Iterator[Problem]:
+def _faults_of_rotation(config: Config) -> Iterator[Problem]:
     """Two balls or more in a circle can be without a common rotation, all of them alike."""
-    balls, shape = experiment.balls, experiment.container.shape_class
+    balls, shape = config.balls, config.container.shape_class
     groups = balls if isinstance(balls, tuple) else (balls,)
-    number = sum(kind.count for kind in experiment.species)
+    number = sum(kind.count for kind in config.species)
     if isinstance(balls, Rings):
         number = balls.number
     for k, group in enumerate(groups):
@@ -916,16 +914,16 @@ def _faults_of_rotation(experiment: Experiment) -> Iterator[Problem]:
         yield Problem((*path, "common_rotation"), sentence, about_key=not rotates)
 
 
-def _faults_of_placed(experiment: Experiment) -> Iterator[Problem]:
+def _faults_of_placed(config: Config) -> Iterator[Problem]:
     """Balls with a position come before species that fill a container of a given size."""
-    placed = len(experiment.placed)
-    if not experiment.species:
+    placed = len(config.placed)
+    if not config.species:
         sentence = "all balls have a position; write balls: {list: […]}, or add balls with a count"
         yield Problem(("balls",), sentence)
-    for k, ball in enumerate(experiment.balls if isinstance(experiment.balls, tuple) else ()):
+    for k, ball in enumerate(config.balls if isinstance(config.balls, tuple) else ()):
         if isinstance(ball, Ball) and k >= placed:
             sentence = "a ball with a position is given after a species; move it to the front"
             yield Problem(("balls", k), sentence)
-    if experiment.container.packing is not None:
+    if config.container.packing is not None:
         sentence = "packing is for balls given by count alone; give the container's size instead"
         yield Problem(("container", "packing"), sentence, about_key=True)

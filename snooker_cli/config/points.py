@@ -10,13 +10,13 @@ import re
 from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, TypeAlias, cast
+from typing import Any, NewType, TypeAlias, cast
 
 from pydantic import BaseModel, ValidationError
 
 from snooker_cli.config.axes import Value, axes
 from snooker_cli.config.messages import config_error
-from snooker_cli.config.models import Experiment
+from snooker_cli.config.models import Config
 from snooker_cli.config.problems import (
     MOST_SHOWN,
     ConfigError,
@@ -39,6 +39,9 @@ _ALWAYS = ("container", "balls", "cor", "wall_cor", *LIMITS, "seed", "record")
 
 MAX_REPEATS = 1_000_000  # repeats of all points of a run, which are as many files
 
+PointConfig = NewType("PointConfig", Config)
+"""The config of one point alone, with an empty ``sweep``."""
+
 _Step: TypeAlias = tuple[str, int, Value]  # a swept key, the place of a value, and this value
 
 
@@ -51,8 +54,7 @@ class Point:
     the sweep of a stored run has changed since."""
     parameters: tuple[tuple[str, Value], ...]
     """The swept keys and their values here, in the order written; () without a sweep."""
-    experiment: Experiment
-    """The experiment of this point alone, with an empty `sweep`."""
+    config: PointConfig
 
     def __repr__(self) -> str:
         return f"<point {self.index}: {point_label(self.as_json())}>"
@@ -62,20 +64,20 @@ class Point:
         return {key: None if value == math.inf else value for key, value in self.parameters}
 
 
-def validated(data: Mapping[str, Any]) -> Experiment:
+def validated(data: Mapping[str, Any]) -> Config:
     """The experiment of a configuration's data, with every point checked. Raises ConfigError."""
     try:
-        experiment = Experiment.model_validate(data)
+        config = Config.model_validate(data)
     except ValidationError as error:
         unset = _unset(data)
         if not unset:
             raise config_error(error) from None
-        experiment = _point(0, data, unset).experiment
-    total = len(points(experiment)) * experiment.repeats
+        config = _point(0, data, unset).config
+    total = len(points(config)) * config.repeats
     if total > MAX_REPEATS:
         sentence = f"the points have {total:,} repeats in all; at most {MAX_REPEATS:,} are allowed"
         raise ConfigError([Problem(("repeats",), f"{sentence}, so give fewer")])
-    return experiment
+    return config
 
 
 def _unset(data: object) -> list[_Step]:
@@ -93,15 +95,15 @@ def _unset(data: object) -> list[_Step]:
 
 
 @functools.lru_cache(maxsize=2)  # several stages of a command ask for the same points
-def points(experiment: Experiment) -> tuple[Point, ...]:
+def points(config: Config) -> tuple[Point, ...]:
     """Every point of the grid; one if nothing is swept.
 
     Raises ConfigError for a bad value, and for one that is given twice.
     """
-    base = dict(experiment) | {"sweep": ()}
+    base = dict(config) | {"sweep": ()}
     grid = [
         [[(key, index, values[index]) for key, values in axis] for index in range(len(axis[0][1]))]
-        for axis in experiment.sweep
+        for axis in config.sweep
     ]
     distinct: dict[Any, tuple[Point, list[_Step]]] = {}
     problems: dict[KeyPath, Problem] = {}
@@ -134,13 +136,13 @@ def _point(index: int, base: Mapping[str, Any], steps: Iterable[_Step]) -> Point
         except PathError as error:
             raise ConfigError([Problem(("sweep", key), str(error), about_key=True)]) from None
     try:
-        experiment = Experiment.model_validate(data)
+        config = Config.model_validate(data)
     except ValidationError as error:
         problems = config_error(error).problems
         raise ConfigError(_in_sweep(problem, steps) for problem in problems) from None
     # As the model reads them: 1.0 for a written 1.
-    parameters = tuple((key, value_at(experiment, key_path(key))) for key, *_ in steps)
-    return Point(index, parameters, experiment)
+    parameters = tuple((key, value_at(config, key_path(key))) for key, *_ in steps)
+    return Point(index, parameters, PointConfig(config))
 
 
 def _in_sweep(problem: Problem, steps: Iterable[_Step]) -> Problem:
@@ -154,13 +156,13 @@ def _in_sweep(problem: Problem, steps: Iterable[_Step]) -> Problem:
     return Problem(problem.path, f"{problem.sentence} (at the point {at})", problem.about_key)
 
 
-def to_json(experiment: Experiment) -> str:
+def to_json(config: Config) -> str:
     """The experiment as one line of JSON (and so of YAML); an infinite mass is null."""
-    data = json.loads(experiment.model_dump_json())  # so that Python writes the numbers
+    data = json.loads(config.model_dump_json())  # so that Python writes the numbers
     return json.dumps(data, allow_nan=False, ensure_ascii=False)
 
 
-def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
+def digest(config: Config, *, without: Collection[str] = ()) -> str:
     """SHA-256, in hexadecimal, of what determines the physics of a point.
 
     It is of JSON with sorted keys and shortest decimals. It covers all keys except title, repeats
@@ -170,18 +172,18 @@ def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
     without : more keys to leave out
     """
     left_out = {"title", "repeats", "sweep", "start", *without}
-    data = json.loads(to_json(experiment))
+    data = json.loads(to_json(config))
     physics = {key: value for key, value in data.items() if key not in left_out}
-    physics["wall_cor"] = experiment.effective_wall_cor
+    physics["wall_cor"] = config.effective_wall_cor
     for key in physics.keys() - {*_ALWAYS}:
-        if getattr(experiment, key) == Experiment.model_fields[key].default:
+        if getattr(config, key) == Config.model_fields[key].default:
             del physics[key]
-    if experiment.species:
+    if config.species:
         for_all = {"start": None, "common_rotation": None}
-        species = [kind.model_copy(update=for_all) for kind in experiment.species]
-        physics["balls"] = [group.model_dump() for group in (*experiment.placed, *species)]
-        physics["start"] = experiment.arrangement
-        if not experiment.common_rotation:
+        species = [kind.model_copy(update=for_all) for kind in config.species]
+        physics["balls"] = [group.model_dump() for group in (*config.placed, *species)]
+        physics["start"] = config.arrangement
+        if not config.common_rotation:
             physics["common_rotation"] = False
     text = json.dumps(physics, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
@@ -219,27 +221,27 @@ def unit_of(part: Any, key: str) -> str:
     return unit
 
 
-def with_values(experiment: Experiment, parameters: Mapping[str, Value]) -> Experiment:
+def with_values(config: Config, parameters: Mapping[str, Value]) -> Config:
     """The experiment of the point of a sweep at which keys have these values.
 
     Raises ConfigError for a key or a value that it cannot have.
     """
-    base = dict(experiment) | {"sweep": ()}
-    return _point(0, base, [(key, 0, value) for key, value in parameters.items()]).experiment
+    base = dict(config) | {"sweep": ()}
+    return _point(0, base, [(key, 0, value) for key, value in parameters.items()]).config
 
 
-def stream_seed(experiment: Experiment) -> int:
+def stream_seed(config: Config) -> int:
     """The seed of a point's random numbers: of its own, or with common_random of all points.
 
     It has ``seed`` below bit 64 and above it the digest of the physics. The digest covers no
     collisions and time, so that a longer repeat begins alike.
     """
-    if experiment.common_random:
-        return experiment.seed
-    return experiment.seed | int(digest(experiment, without=_NOT_IN_STREAMS), 16) << 64
+    if config.common_random:
+        return config.seed
+    return config.seed | int(digest(config, without=_NOT_IN_STREAMS), 16) << 64
 
 
-def extends(longer: Experiment, shorter: Experiment) -> bool:
+def extends(longer: Config, shorter: Config) -> bool:
     """Whether a point has the same physics as another and ends no earlier."""
     for limit in LIMITS:
         end, other = getattr(longer, limit), getattr(shorter, limit)

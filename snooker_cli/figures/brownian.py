@@ -11,7 +11,7 @@ from snooker_cli.analysis import diffusion, quantities, theories
 from snooker_cli.analysis.observables import mean_and_error, standard_errors
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     EXTRAPOLATED,

@@ -11,16 +11,9 @@ from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.declared_result import with_units_of_axes
-from snooker_cli.figures.selection import (
-    SCENE_WORDS,
-    Selection,
-    described,
-    distinct,
-    matching,
-    statuses,
-    value_at,
-)
-from snooker_cli.runs import Run
+from snooker_cli.figures.series import SCENE_WORDS, described
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection, distinct, statuses, unfinished, unlisted, value_at
 
 
 class Caption(NamedTuple):
@@ -51,7 +44,7 @@ def theory_sentence(sources: Mapping[str, str]) -> str:
     return f"Theory: {'; '.join(named)}." if named else ""
 
 
-def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
+def setting(run: RunFolder, points: Sequence[Point], selection: Selection) -> str:
     """The sentences that end a caption: the scene's constants, the repeats and their endings."""
     ended = [status for point in points for status in statuses(run, point, selection)]
     for status in ended:
@@ -79,12 +72,12 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
 
 
 def _constants(points: Sequence[Point]) -> Iterator[str]:
-    experiment = points[0].experiment
-    if isinstance(experiment.balls, tuple):
-        yield f"N = {experiment.number} of several species"
-    elif balls := getattr(experiment.balls, "list", None):
+    config = points[0].config
+    if isinstance(config.balls, tuple):
+        yield f"N = {config.number} of several species"
+    elif balls := getattr(config.balls, "list", None):
         yield f"N = {len(balls)}"
-    wall = any(facts.hold(point.experiment, "walls") for point in points)
+    wall = any(facts.hold(point.config, "walls") for point in points)
     for key in SCENE_WORDS:
         try:
             first, *others = distinct(points, key)
@@ -93,24 +86,3 @@ def _constants(points: Sequence[Point]) -> Iterator[str]:
         is_default = first is None or first == Circle.name or (key == "wall_cor" and not wall)
         if not others and not is_default:
             yield described(points[0], key)
-
-
-def unfinished(run: Run, selection: Selection) -> str:
-    """How many of the requested repeats an unfinished run has; empty for a finished one."""
-    points = matching(run, selection)
-    single = selection.repeat is not None
-    wanted = sum(1 if single else run.requested(point) for point in points)
-    numbers = [len(statuses(run, point, selection)) for point in points]
-    there, begun = sum(numbers), len(points) - numbers.count(0)
-    if there == wanted:
-        return ""
-    of_points = f", of {begun} of {len(points)} points" if begun < len(points) else ""
-    return f"the run is unfinished: {there} of {wanted} repeats are there{of_points}"
-
-
-def unlisted(run: Run) -> str:
-    """How many of the points in a run's folder its sweep lists; empty if it lists all of them."""
-    listed = len(run.points)
-    if not run.unlisted:
-        return ""
-    return f"the sweep lists {listed} of the {listed + run.unlisted} points that are stored"

@@ -12,8 +12,8 @@ from snooker_cli.analysis.decay import course
 from snooker_cli.analysis.observables import mean_and_error
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.declared_result import Result
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     NEUTRAL,
@@ -26,7 +26,7 @@ from snooker_cli.figures.figure_data import (
     courses,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import elastic
+from snooker_cli.figures.series import elastic
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import Trace
 
@@ -84,7 +84,7 @@ def energy(build: FigureBuilder) -> FigureData:
         build.brief, build.fewest, build.result = changes.brief, changes.fewest, ENERGY_CHANGE
         build.shows = "The change of the total kinetic energy, over the energy at the start."
         build.fields = {**build.fields, "title": "Change of the kinetic energy"}
-        if not all(facts.hold(point.experiment, *KEPT) for point in kept):
+        if not all(facts.hold(point.config, *KEPT) for point in kept):
             return build.figure(ROUNDING, y_label=CHANGE_LABEL)
         build.fields = {**build.fields, "title": "Changes of the energy and the momentum"}
         below = f"Below: the change of the momentum of all that moves, over Σm|v|. {ROUNDING}"

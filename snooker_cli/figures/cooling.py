@@ -27,7 +27,7 @@ from snooker_cli.analysis.observables import (
 from snooker_cli.analysis.trend import Trend
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder
+from snooker_cli.figures.figure_builder import LOG_SPREAD, SPREAD, FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     COMMON_TIMES,
@@ -50,9 +50,9 @@ from snooker_cli.figures.figure_data import (
     mean_of_remaining,
     places,
 )
-from snooker_cli.figures.selection import Selection
 from snooker_cli.formatting import point_label, short, with_error
 from snooker_cli.laws import Constant
+from snooker_cli.runs.selection import Selection
 from snooker_cli.scene import Scene
 
 RATE = "s⁻¹"
@@ -150,7 +150,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
     sentences, any_early = list[str](), False
     for index, points in enumerate(build.groups):
         records = [_constants(build, point) for point in points]
-        cors = np.array([point.experiment.cor for point in points])
+        cors = np.array([point.config.cor for point in points])
         column = {name: np.array([row[name] for row in records]) for name in records[0]}
         alpha, error = column["alpha"], column["alpha_error"]
         scene, expected = build.start(points[0]), np.full(len(cors), math.nan)
@@ -214,7 +214,7 @@ def _title_beside_theory(build: FigureBuilder) -> str:
 
 def _loses_alike(point: Point) -> bool:
     """Whether all collisions that lose energy lose 1 − e² of the normal motion."""
-    return point.experiment.wall_cor in (None, 1.0)
+    return point.config.wall_cor in (None, 1.0)
 
 
 def _add_source_constants(build: FigureBuilder, index: int, scene: Scene, cors: Array) -> None:
@@ -280,7 +280,7 @@ def _haff_constants(build: FigureBuilder, point: Point, scene: Scene, cors: Arra
 def with_cor(point: Point, scene: Scene, cor: float) -> Scene:
     """The start of a point with another CoR, which the wall follows if it has none of its own."""
     law = Constant(cor)
-    wall_law = law if point.experiment.wall_cor is None else scene.wall_law
+    wall_law = law if point.config.wall_cor is None else scene.wall_law
     return replace(scene, pair_law=law, wall_law=wall_law)
 
 
@@ -494,4 +494,4 @@ def _local_rates(measurement: Measurement, edges: Array) -> tuple[Array, Array, 
 
 def kept_letter(points: Sequence[Point]) -> str:
     """The letter of what the balls keep: angular momentum in a circle, momentum without walls."""
-    return "L" if facts.hold(points[0].experiment, "walls") else "p"
+    return "L" if facts.hold(points[0].config, "walls") else "p"

@@ -11,9 +11,9 @@ from snooker_cli.analysis.quantities import Quantity
 from snooker_cli.analysis.stationarity import stationary_part_of
 from snooker_cli.analysis.time_series import Averages, interpolated
 from snooker_cli.config import Point
-from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import Array
-from snooker_cli.figures.selection import gas_type_of
+from snooker_cli.figures.series import gas_type_of
 from snooker_cli.formatting import counted
 from snooker_cli.trace import Trace
 
@@ -108,7 +108,7 @@ def window_edges(along: Array, number: int = WINDOWS) -> Array:
     return np.linspace(0.0, float(np.median(along[:, -1])), number + 1)
 
 
-def gains(edges: Array, along: Array, values: Array) -> Array:
+def increments(edges: Array, along: Array, values: Array) -> Array:
     """What values of the rows of curves gain between edges: (*repeats*, *n*).
 
     It is nan after the end of a repeat.

@@ -25,7 +25,7 @@ from snooker_cli.analysis.structure import over_time
 from snooker_cli.config import Point
 from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     EXTRAPOLATED,
@@ -41,7 +41,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     legend_marker,
 )
-from snooker_cli.figures.selection import elastic, gas_type_of
+from snooker_cli.figures.series import elastic, gas_type_of
 from snooker_cli.formatting import chance, short
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace

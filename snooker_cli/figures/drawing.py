@@ -3,9 +3,6 @@
 import json
 import textwrap
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
-from importlib.resources import files
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +31,8 @@ from snooker_cli.figures.legends import (
     name_at_ends,
     set_text,
 )
+from snooker_cli.figures.state_pictures import draw_pictures
+from snooker_cli.figures.style import LINE_HEIGHT, WIDTH, SnookerFigure, styled, title_lines
 from snooker_cli.files import atomic_write, out_of_sight, write_text
 from snooker_cli.formatting import plain
 
@@ -47,15 +46,13 @@ with out_of_sight("matplotlibrc"):
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-WIDTH = 3.4  # width of a figure, inches: a column of a two-column page
 HEIGHT = 2.4  # height of a figure with a title of one line and nothing else around the axes, inches
 PANEL_HEIGHT = 0.8  # height of a panel with its distance from the axes above, inches
 PANEL_SHARE = 0.4  # height of a panel over that of the axes above
-LINE_HEIGHT = 0.14  # height of a further line of text, inches
 LINES = 13  # lines of text that are as high as the axes of a figure of this height
 
-# How many characters fit: of the bold title, of a y label, of a panel's, of the x axis's numbers.
-TITLE_WIDTH, LABEL_WIDTH, PANEL_LABEL_WIDTH, TICKS_WIDTH = 40, 31, 14, 50
+# How many characters fit: of a y label, of a panel's, of the x axis's numbers.
+LABEL_WIDTH, PANEL_LABEL_WIDTH, TICKS_WIDTH = 31, 14, 50
 
 LEAST_TICKS, MOST_TICKS = 3, 9  # labels of a logarithmic axis, of a linear x axis
 FEWEST_TICKS = 2  # labels of a logarithmic axis of a panel
@@ -67,30 +64,12 @@ MANY_MARKERS = 30  # more markers of a figure are drawn smaller
 MANY_VERTICES = 400  # lines of more vertices are mostly noise, and as thin as those of theory
 
 
-def styled() -> AbstractContextManager[None]:
-    """While inside, matplotlib has our style and nothing of the user's own settings."""
-    style = files("snooker_cli.figures") / "snooker.mplstyle"
-    return matplotlib.style.context(["default", str(style)])
-
-
-class SnookerFigure(Figure):
-    """A figure that a notebook shows, without pyplot."""
-
-    def _repr_png_(self) -> bytes:
-        scratch = BytesIO()
-        with styled():
-            self.savefig(scratch, format="png")
-        return scratch.getvalue()
-
-
 def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
     """The matplotlib figure, with a legend below the axes, where it covers no data.
 
     size : width and height in inches; None is a column of a page, as high as its texts need
     """
     if data.pictures is not None:
-        from snooker_cli.figures.state_pictures import draw_pictures  # it needs this module
-
         return draw_pictures(data, data.pictures, size)
     title = title_lines(data.title, size[0] if size else WIDTH)
     with styled():
@@ -134,13 +113,6 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         layout.execute(figure)
         figure.set_layout_engine(None)
     return figure
-
-
-def title_lines(title: str, width: float) -> list[str]:
-    """The lines of a title for a figure of a width, inches."""
-    most = int(TITLE_WIDTH * width / WIDTH)
-    parts = title.replace(": ", ":\n").split("\n") if len(title) > most else [title]
-    return [line for part in parts for line in textwrap.wrap(part, most)]
 
 
 def _added(axes: Axes, data: FigureData, layers: Sequence[Layer]) -> list[tuple[Layer, Any]]:

@@ -13,8 +13,8 @@ from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import collisions_per_ball
 from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.cooling import FLOOR_MATTERS, FLOORS, kept_letter
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     SECOND,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from snooker_cli.analysis.observables import instants
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import listed, plain
+from snooker_cli.options import LOG_X, LOG_Y
 from snooker_cli.trace import even_choice
 
 Array: TypeAlias = NDArray[np.float64]
@@ -249,7 +250,7 @@ def with_logarithmic_axes(data: FigureData, x: bool, y: bool) -> FigureData:
     positive, and for axes on which a metre is as long in y as in x.
     """
     changes: dict[str, Any] = {}
-    for axis, option, wanted in (("x", "--log-x", x), ("y", "--log-y", y)):
+    for axis, option, wanted in (("x", LOG_X, x), ("y", LOG_Y, y)):
         if not wanted or getattr(data, f"{axis}_log"):
             continue
         if data.equal_axes:

@@ -15,8 +15,8 @@ from snooker_cli.analysis.profiles import middles
 from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder
-from snooker_cli.figures.counted_parts import CountedParts, gains, measured, window_edges
+from snooker_cli.figures.counted_parts import CountedParts, increments, measured, window_edges
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     EXTRAPOLATED,
@@ -34,8 +34,9 @@ from snooker_cli.figures.figure_data import (
     mean_of_remaining,
 )
 from snooker_cli.figures.legends import MOST_ENTRIES
-from snooker_cli.figures.selection import gas_type_of
+from snooker_cli.figures.series import gas_type_of
 from snooker_cli.formatting import chance, short, with_error
+from snooker_cli.options import WHERE
 from snooker_cli.scene import Scene
 
 IDEAL = "ideal gas"
@@ -173,7 +174,7 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     if not any(np.ptp(value) > SAME * np.max(value) for value in (densities, temperatures)):
         raise FigureError("it needs points at two or more areas, numbers or temperatures")
     if any(state.traits.species > 1 or state.radius != radius for state in states):
-        raise FigureError("it needs balls of one radius; choose it by balls.radius with --where")
+        raise FigureError(f"it needs balls of one radius; choose it by balls.radius with {WHERE}")
     ratios, errors = np.array([mean_and_error(state.over_ideal) for state in states]).T
     # A fit weighs by errors, and those of few repeats are poor: pooled, they share a scale.
     walls = facts.hold(first.traits, "walls")
@@ -259,7 +260,7 @@ def pressure(build: FigureBuilder) -> FigureData:
         steps = np.diff(curve.time, axis=1) * middles(curve.kinetic_energy)
         energies = np.cumsum(np.pad(steps, ((0, 0), (1, 0))), axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = gains(edges, along, impulses) / gains(edges, along, energies)
+            ratio = increments(edges, along, impulses) / increments(edges, along, energies)
         rows = ratio * scene.container.area
         if not np.any(rows > 0):
             raise FigureError("nothing hits the wall, so there is no pressure; run longer")

@@ -11,9 +11,9 @@ from snooker_cli.analysis.observables import mean_and_error
 from snooker_cli.analysis.quantities import Quantity, main_quantities
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.counted_parts import CountedParts, measured
 from snooker_cli.figures.declared_result import Result
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     MEASURED,
@@ -26,7 +26,7 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
 )
-from snooker_cli.figures.selection import gas_type_of
+from snooker_cli.figures.series import gas_type_of
 from snooker_cli.theory import FINITE
 from snooker_cli.trace import Trace, even_choice
 

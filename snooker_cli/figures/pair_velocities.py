@@ -8,9 +8,9 @@ from snooker_cli.analysis import quantities, theories, velocity_correlations
 from snooker_cli.analysis.observables import mean_and_error, standard_errors
 from snooker_cli.analysis.structure import over_time
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.distributions import MOMENTS, MOST_STATES, at_moments, second_half
 from snooker_cli.figures.distributions import times_of_parts as times_of
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     EXTRAPOLATED,
     MEASURED,
@@ -23,7 +23,7 @@ from snooker_cli.figures.figure_data import (
     Reference,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import gas_type_of
+from snooker_cli.figures.series import gas_type_of
 from snooker_cli.formatting import short
 
 MOST_SUMMED, OF_A_STATE = 4_000_000, 40_000

@@ -17,29 +17,25 @@ from snooker_cli.analysis.comparison import gas_kinds
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity, main_quantities
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder, Reading, silent
 from snooker_cli.figures.declared_result import Result
+from snooker_cli.figures.figure_builder import FigureBuilder, Reading, silent
 from snooker_cli.figures.figure_data import FigureData
-from snooker_cli.figures.selection import (
+from snooker_cli.figures.series import (
     MOST_SERIES,
-    Selection,
     along,
     as_series,
     changing_with,
-    distinct,
     evenly,
-    file_stem,
-    selected,
     spread,
     swept_number,
     swept_numbers,
-    varying,
-    with_runs,
 )
 from snooker_cli.formatting import listed
+from snooker_cli.options import WHERE
 from snooker_cli.plugins import PluginError, Table
-from snooker_cli.runs import Run
-from snooker_cli.runs.side_by_side import RUN
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.run import RUN
+from snooker_cli.runs.selection import Selection, distinct, file_stem, selected, varying, with_runs
 
 ANY = "any"  # of a figure that any swept number can be along
 MOST_ALONG = 200  # points of a series along x; the eye cannot separate more
@@ -53,7 +49,8 @@ class FigureSpec:
     name : small letters and hyphens, as ``snooker plot RUN NAME`` has it
     title : above the figure
     needs : what a run must have, in words
-    draw : the points to show -> the figure; raises ``FigureError``
+    draw : the points to show -> the figure; raises ``FigureError``. Of a figure of snooker: the
+        names of its module, which is loaded when it is needed, and of its function, and ``of``
     axes : fields of ``FigureData`` that do not depend on the run: ``x_label``, ``y_label``,
         ``x_log``, ``y_log``, ``x_limits``, ``y_limits``, ``equal_axes``, ``panel_label``
     result : its quantity and the names of its numbers; ``None`` if there is none
@@ -73,7 +70,7 @@ class FigureSpec:
     name: str
     title: str
     needs: str
-    draw: Callable[[FigureBuilder], FigureData]
+    draw: Callable[[FigureBuilder], FigureData] | tuple[str, ...]
     axes: Mapping[str, Any]
     result: Result | None
     shows: str = ""
@@ -94,7 +91,7 @@ class FigureSpec:
         It may still lack collisions. The reasons count the points; the last one is that of the
         points that nearly fit.
         """
-        fitting = [(point, facts.traits_of(point.experiment)) for point in points]
+        fitting = [(point, facts.traits_of(point.config)) for point in points]
         reasons = Counter[str]()
         for name in self.requires:
             fact = facts.FACTS[name]
@@ -106,7 +103,7 @@ class FigureSpec:
         """Points that fit, as ``FigureBuilder`` has them. Raises ``FigureError``."""
         if self.alike in varying(points):
             name = self.alike.rpartition(".")[2]
-            raise FigureError(f"it needs one {name}; choose it by {self.alike} with --where")
+            raise FigureError(f"it needs one {name}; choose it by {self.alike} with {WHERE}")
         if not self.along:
             return [(as_series if self.most <= MOST_SERIES else evenly)(points, self.most)]
         xs, by = self.along, self.by
@@ -119,7 +116,7 @@ class FigureSpec:
 
     def make(
         self,
-        run: Run,
+        run: RunFolder,
         selection: Selection,
         *,
         first: bool = False,
@@ -142,7 +139,7 @@ class FigureSpec:
         if self.each_point and len(points) > 1:
             keys = listed(varying(points))
             raise FigureError(
-                f"it shows one point and {len(points)} are there; choose one by {keys} with --where"
+                f"it shows one point and {len(points)} are there; choose one by {keys} with {WHERE}"
             )
         fields = {"kind": self.name, "title": self.title, **self.axes}
         groups = self.groups(points)
@@ -155,7 +152,8 @@ class FigureSpec:
         for point in build.points if self.sample else ():
             collisions = [status.collisions for status in build.statuses(point)]
             build.limit(point, MOST_COLLISIONS // len(build.points) // max(1, *collisions))
-        return self.draw(build)
+        draw = self.draw if callable(self.draw) else _loaded(*self.draw)
+        return draw(build)
 
 
 def _key_alone(points: Sequence[Point]) -> str:
@@ -163,8 +161,9 @@ def _key_alone(points: Sequence[Point]) -> str:
 
     Raises ``FigureError`` without one.
     """
+
     swept_number(points)
-    kinds = gas_kinds(facts.traits_of(points[0].experiment))
+    kinds = gas_kinds(facts.traits_of(points[0].config))
     main = next(quantity for quantity in main_quantities(*kinds) if quantity.has_values)
     shown = {key: _name_along(points, key, main) for key in swept_numbers(points)}
     alone = [key for key, name in shown.items() if name is None]
@@ -188,16 +187,20 @@ def _name_along(points: Sequence[Point], key: str, main: Quantity) -> str | None
     return None
 
 
+def _loaded(module: str, function: str, *first: str) -> Callable[[FigureBuilder], FigureData]:
+    """A function of a module of this package, with its first argument if it has several figures."""
+    loaded = getattr(import_module(f"snooker_cli.figures.{module}"), function)
+    return partial(loaded, *first)
+
+
 def _read() -> dict[str, FigureSpec]:
     text = (files("snooker_cli.figures") / "registry.yaml").read_text(encoding="utf-8")
     fields = FigureData.__dataclass_fields__.keys() - {"title", "result"}
     specs = {}
     for name, entry in yaml.safe_load(text).items():
         axes = {key: entry.pop(key) for key in fields if key in entry}
-        module, function = entry.pop("draw").split(".")
-        draw = getattr(import_module(f"snooker_cli.figures.{module}"), function)
-        if "of" in entry:
-            draw = partial(draw, entry.pop("of"))
+        first = [entry.pop("of")] if "of" in entry else []
+        draw = *entry.pop("draw").split("."), *first
         result = entry.pop("result")  # of a figure without one it is null
         declared = None if result is None else Result(**result)
         specs[name] = FigureSpec(name=name, draw=draw, axes=axes, result=declared, **entry)
@@ -237,7 +240,7 @@ def former_names() -> dict[str, str]:
 
 
 def figures_of(
-    run: Run,
+    run: RunFolder,
     names: Iterable[str],
     selection: Selection,
     reading: Reading = silent,

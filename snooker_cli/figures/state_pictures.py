@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.figures.drawing import LINE_HEIGHT, WIDTH, SnookerFigure, styled, title_lines
 from snooker_cli.figures.figure_data import FigureData, Picture, Pictures, Wall
 from snooker_cli.figures.legends import _SHADES, LIGHTEST, colour
+from snooker_cli.figures.style import LINE_HEIGHT, WIDTH, SnookerFigure, styled, title_lines
 from snooker_cli.files import out_of_sight
 from snooker_cli.formatting import short
 

@@ -13,8 +13,8 @@ from snooker_cli.analysis.theories import value_of_start
 from snooker_cli.analysis.trend import Trend, trend_of
 from snooker_cli.config import ConfigError, Point, unit_of, with_values
 from snooker_cli.errors import FigureError, SceneError
-from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.declared_result import Result
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     Array,
@@ -24,14 +24,10 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import (
-    axis_label,
-    changing_with,
-    described,
-    value_at,
-)
+from snooker_cli.figures.series import axis_label, changing_with, described
 from snooker_cli.formatting import counted
 from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.runs.selection import value_at
 from snooker_cli.scene import Scene
 
 MOST_NAMED = 3  # points that a caption names
@@ -40,7 +36,7 @@ MOST_NAMED = 3  # points that a caption names
 def against_key(build: FigureBuilder) -> FigureData:
     """The main result of each point against the swept key, with theory also between the points."""
     key = build.key
-    key_unit = unit_of(build.points[0].experiment, key)
+    key_unit = unit_of(build.points[0].config, key)
     drawn: list[Trend] = []
     for index, group in enumerate(build.groups):
         rows = []
@@ -147,7 +143,7 @@ def start_with(point: Point, key: str, place: float) -> Scene | None:
     """A start of a point with another value of a key; ``None`` if its balls have no room."""
     whole = isinstance(value_at(point, key), int)
     try:
-        changed = with_values(point.experiment, {key: int(place) if whole else place})
+        changed = with_values(point.config, {key: int(place) if whole else place})
         return starting_scene(changed, 0)
     except (ConfigError, SceneError):
         return None

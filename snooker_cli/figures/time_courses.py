@@ -19,10 +19,10 @@ from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.config import Point
 from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.cooling import with_cor
 from snooker_cli.figures.counted_parts import CountedParts, measured
 from snooker_cli.figures.declared_result import Result
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     EXTRAPOLATED,
@@ -44,8 +44,10 @@ from snooker_cli.figures.figure_data import (
     mean_of_remaining,
 )
 from snooker_cli.figures.legends import MOST_ENTRIES
-from snooker_cli.figures.selection import along, elastic, gas_type_of, varying
+from snooker_cli.figures.series import along, elastic, gas_type_of
 from snooker_cli.formatting import short
+from snooker_cli.options import WHERE
+from snooker_cli.runs.selection import varying
 from snooker_cli.scene import Scene
 from snooker_cli.trace import even_choice
 
@@ -125,7 +127,7 @@ def _over_time(
         rows = []
         for trace in build.traces(point):
             here = times[times <= trace.stop.time]
-            if not point.experiment.keeps_events:
+            if not point.config.keeps_events:
                 here = np.intersect1d(here, stored_times(trace))
             known = structure.over_time(observable, trace, here).reshape(len(here), -1)
             rows.append(np.full((len(times), known.shape[1]), math.nan))
@@ -157,7 +159,7 @@ def _common_times(
     most, each = cost
     for point in build.points:
         count = build.states(point, TIMES, most, each=each, fewest=TIMES)
-        if of_states and not point.experiment.keeps_events:
+        if of_states and not point.config.keeps_events:
             yield point, _stored_times(build, point, count)
             continue
         measurement = build.measurement(point)
@@ -259,7 +261,7 @@ def _a2_against_cor(build: FigureBuilder) -> FigureData:
         expected[point.index] = math.nan if theory_of_point is None else theory_of_point
         build.record(point, second_half=means[point.index], theory=theory_of_point)
     for index, group in enumerate(build.groups):
-        cors = np.array([point.experiment.cor for point in group])
+        cors = np.array([point.config.cor for point in group])
         mean, error = np.transpose([means[point.index] for point in group])
         build.lines.append(Points(cors, mean, error, build.name_of(group), index))
         grid = np.linspace(cors[0], min(cors[-1], NEARLY_ELASTIC), 100)
@@ -388,7 +390,7 @@ def cluster_growth(build: FigureBuilder) -> FigureData:
         if (packing := scene.packing_fraction) > DENSEST_CLUSTERS:
             raise FigureError(
                 f"at a packing of {short(packing, 2)} elastic balls are one cluster too; use a "
-                f"packing of {DENSEST_CLUSTERS:g} at most, or choose such points with --where"
+                f"packing of {DENSEST_CLUSTERS:g} at most, or choose such points with {WHERE}"
             )
     without = dict[str, Reference]()  # by the packing
     density, energies = build.for_panel(), build.for_panel()

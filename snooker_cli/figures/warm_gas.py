@@ -21,8 +21,8 @@ from snooker_cli.analysis.profiles import (
 )
 from snooker_cli.containers import ENDS
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder
-from snooker_cli.figures.counted_parts import CountedParts, gains, measured, window_edges
+from snooker_cli.figures.counted_parts import CountedParts, increments, measured, window_edges
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     EXTRAPOLATED,
@@ -45,9 +45,10 @@ from snooker_cli.figures.figure_data import (
     mean_of_remaining,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import axis_label, value_at
+from snooker_cli.figures.series import axis_label
 from snooker_cli.figures.sweeps import places_between, start_with
 from snooker_cli.formatting import counted, listed, short, with_error
+from snooker_cli.runs.selection import value_at
 from snooker_cli.scene import Scene
 
 BINS = 20  # of profiles
@@ -193,18 +194,18 @@ def energy_balance(build: FigureBuilder) -> FigureData:
     """
     steady, shares, rests = CountedParts(build), list[Layer](), list[float]()
     # Without losses, the power in is zero in the mean.
-    over_in = all(facts.hold(point.experiment, "lossy_pairs") for point in build.points)
+    over_in = all(facts.hold(point.config, "lossy_pairs") for point in build.points)
     for index, point in enumerate(build.points):
         measurement, part = steady.gas(point).measurement, steady.averages(point)
-        lossy = facts.hold(point.experiment, "lossy_pairs")
+        lossy = facts.hold(point.config, "lossy_pairs")
         curve, edges = measurement.curve, window_edges(measurement.curve.time)
-        given = gains(edges, curve.time, curve.wall_energy) / np.diff(edges)
+        given = increments(edges, curve.time, curve.wall_energy) / np.diff(edges)
         # Without losses only rounding is left.
-        lost = gains(edges, curve.time, curve.lost_energy) / np.diff(edges) * lossy
+        lost = increments(edges, curve.time, curve.lost_energy) / np.diff(edges) * lossy
         build.add_means(index, build.label(point), middles(edges), given, MEASURED)
         build.add_means(index, None, middles(edges), lost, SECOND)
         unit = mean_of_remaining(given)[0] if over_in else np.ones(len(edges) - 1)
-        change = gains(edges, curve.time, curve.kinetic_energy) / np.diff(edges)
+        change = increments(edges, curve.time, curve.kinetic_energy) / np.diff(edges)
         rests.append(float(np.nanmax(np.abs(given - lost - change))))
         heats = mean_of_remaining(change)[0] / unit
         shares.append(Line(middles(edges), heats, None, index, SECOND))

@@ -11,7 +11,8 @@ import yaml
 from numpy.typing import NDArray
 
 from snooker_cli import config as configs
-from snooker_cli.config import BallList, Experiment, Loaded
+from snooker_cli import options
+from snooker_cli.config import BallList, Config, Loaded
 from snooker_cli.containers import Circle, Container, Rectangle
 from snooker_cli.engine import webassembly
 from snooker_cli.engine.page_kernels import boundaries_of, boundary_names
@@ -84,37 +85,39 @@ def live_page(
     for name in controls or ():
         if name not in CONTROLS:
             known = ", ".join(CONTROLS)
-            raise UserError(f"--controls: there is no control {name!r}; give some of {known}")
+            raise UserError(
+                f"{options.CONTROLS}: there is no control {name!r}; give some of {known}"
+            )
     words = words_of(language)
     points = loaded.points()
-    experiment = points[0].experiment
-    for key, number in (("seed", experiment.seed), ("wall_key", experiment.wall_key or 0)):
+    config = points[0].config
+    for key, number in (("seed", config.seed), ("wall_key", config.wall_key or 0)):
         if number > MOST_SEED:
             sentence = f"the live page has {key}s up to {MOST_SEED}; give a smaller one"
             raise loaded.error(key, sentence)
-    number = experiment.number
+    number = config.number
     if number > MOST_BALLS:
         sentence = f"the live page shows at most {MOST_BALLS:,} balls, not {number:,}; give fewer"
         raise loaded.error("balls", sentence)
     try:
-        check_shape(starting_scene(experiment, 0).container)
+        check_shape(starting_scene(config, 0).container)
     except SceneError as error:
         raise loaded.error(error.key, str(error)) from None
     own = {
         "name": "own",
-        "title": experiment.title or words.get(OWN, OWN),
+        "title": config.title or words.get(OWN, OWN),
         "about": words.get(FROM_CONFIG, FROM_CONFIG)
         if len(points) == 1
         else words.get(FIRST_POINT, FIRST_POINT).format(f"{len(points):,}"),
         # A run of it has hashes of its collisions only if they are recorded.
-        "config": json.loads(configs.to_json(experiment)) | {"record": "events"},
+        "config": json.loads(configs.to_json(config)) | {"record": "events"},
     }
     scenes = presets()
     is_own = own["config"] != scenes[0]["config"]
     scenes = [own] * is_own + [_translated(scene, words) for scene in scenes]
-    laws = experiment.collision_rules.laws
+    laws = config.collision_rules.laws
     data = {
-        "start": own_start(experiment),
+        "start": own_start(config),
         "scenes": [scene | {"config": _short(scene["config"])} for scene in scenes],
         "defaults": _defaults(),
         "controls": controls,
@@ -147,7 +150,9 @@ def words_of(language: str) -> Words:
     """
     if language not in LANGUAGES:
         known = ", ".join(LANGUAGES)
-        raise UserError(f"--language: there is no language {language!r}; give one of {known}")
+        raise UserError(
+            f"{options.LANGUAGE}: there is no language {language!r}; give one of {known}"
+        )
     if language == "en":
         return {}
     table: Words = yaml.safe_load(text_of(LIVE, f"languages/{language}.yaml"))
@@ -164,8 +169,8 @@ def presets() -> list[dict[str, Any]]:
     """The scenes that every page has: name, title, a sentence about it, and its complete config."""
     scenes = []
     for scene in yaml.safe_load(text_of(LIVE, "presets.yaml")):
-        experiment = configs.load(scene["config"] | {"title": scene["title"]}).experiment
-        scenes.append(scene | {"config": json.loads(configs.to_json(experiment))})
+        config = configs.load(scene["config"] | {"title": scene["title"]}).config
+        scenes.append(scene | {"config": json.loads(configs.to_json(config))})
     return scenes
 
 
@@ -215,10 +220,10 @@ def measuring_source() -> str:
     return script_of(LIVE, *MEASURING) + theories_source()
 
 
-def own_start(experiment: Experiment) -> dict[str, Any] | None:
+def own_start(config: Config) -> dict[str, Any] | None:
     """The program's start of the first repeat, for ``ownStart`` of start.js; none if listed."""
-    start = starting_scene(experiment, 0)
-    if isinstance(experiment.balls, BallList) and start.wall_key is None:
+    start = starting_scene(config, 0)
+    if isinstance(config.balls, BallList) and start.wall_key is None:
         return None
     rows = _packed(start.positions, start.velocities, start.radii, *_carried(start))
     return {"size": start.container.size, **rows, "key": _key(start)}
@@ -284,6 +289,6 @@ def _short(config: dict[str, Any]) -> dict[str, Any]:
 
 def _defaults() -> dict[str, Any]:
     """The keys of a config in their order, with what they are if left out; needed ones are null."""
-    fields = Experiment.model_fields.items()
+    fields = Config.model_fields.items()
     values = {key: None if field.is_required() else field.default for key, field in fields}
     return values | {"sweep": {}}

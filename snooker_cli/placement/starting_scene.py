@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from snooker_cli.config import BallList, Experiment, Rings
+from snooker_cli.config import BallList, Config, Rings
 from snooker_cli.config.models import SpinTemperature
 from snooker_cli.config.points import stream_seed
 from snooker_cli.containers import Container
@@ -27,32 +27,32 @@ from snooker_cli.placement.random_numbers import (
 from snooker_cli.scene import Scene, check, check_speeds
 
 
-def starting_scene(experiment: Experiment, repeat: int) -> Scene:
+def starting_scene(config: Config, repeat: int) -> Scene:
     """The scene at the start of a repeat of a point; see ``starting_scenes``."""
-    (scene,) = starting_scenes(experiment, [repeat])
+    (scene,) = starting_scenes(config, [repeat])
     return scene
 
 
-def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scene]:
+def starting_scenes(config: Config, repeats: Sequence[int]) -> list[Scene]:
     """The scenes at the start of one or more repeats of a point; they share what is the same.
 
     Raises ``SceneError`` if balls overlap or stick out of the container.
     """
-    container, balls = experiment.container.given, experiment.balls
+    container, balls = config.container.given, config.balls
     sizes: tuple[float, ...] = ()
-    if experiment.species:
-        container, sizes = _container_and_radii(experiment)
+    if config.species:
+        container, sizes = _container_and_radii(config)
     assert container is not None
-    rules = experiment.collision_rules
+    rules = config.collision_rules
     same: dict[str, Any] = {
         "container": container,
-        "container_mass": experiment.container.mass,
+        "container_mass": config.container.mass,
         "container_position": np.zeros(2),
-        "container_velocity": np.array(experiment.container.velocity or (0.0, 0.0)),
+        "container_velocity": np.array(config.container.velocity or (0.0, 0.0)),
         **vars(rules),
     }
-    rounding = (experiment.start and experiment.start.rounding) or 0.0
-    placed = balls.list if isinstance(balls, BallList) else experiment.placed
+    rounding = (config.start and config.start.rounding) or 0.0
+    placed = balls.list if isinstance(balls, BallList) else config.placed
     names = ("position", "velocity", "radius", "mass")
     places, moving, radii, masses = (np.array([getattr(b, name) for b in placed]) for name in names)
     places, moving = places.reshape(-1, 2), moving.reshape(-1, 2)
@@ -64,34 +64,32 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
         if isinstance(balls, Rings):
             places = _on_rings(balls, container.size[0] / 2)
             positions, number = [places] * len(repeats), len(places)
-            velocities = balls.speed * random_directions(number, stream_seed(experiment), repeats)
+            velocities = balls.speed * random_directions(number, stream_seed(config), repeats)
             radii, masses = np.full(number, balls.radius), np.full(number, balls.mass)
-        elif experiment.species:
-            counts = [species.count for species in experiment.species]
-            of_gas = np.repeat([species.mass for species in experiment.species], counts)
-            positions = _positions(experiment, container, sizes, (places, radii), repeats)
-            drawn = _velocities(experiment, repeats)
+        elif config.species:
+            counts = [species.count for species in config.species]
+            of_gas = np.repeat([species.mass for species in config.species], counts)
+            positions = _positions(config, container, sizes, (places, radii), repeats)
+            drawn = _velocities(config, repeats)
             velocities = np.concatenate([velocities, drawn], axis=1)
             radii = np.append(radii, np.repeat(sizes, counts))
             masses = np.append(masses, of_gas)
-        axes = np.flatnonzero(container.periodic).tolist() if experiment.species else []
-        if axes or not experiment.common_rotation:
+        axes = np.flatnonzero(container.periodic).tolist() if config.species else []
+        if axes or not config.common_rotation:
             check_speeds(Scene(positions[0], velocities[0], radii, masses, **same), velocities)
             first = len(placed)
             gas = masses[first:], [places[first:] for places in positions]
-            _set_at_rest(velocities[:, first:], *gas, axes, not experiment.common_rotation)
+            _set_at_rest(velocities[:, first:], *gas, axes, not config.common_rotation)
         carried: dict[str, Any] = {
-            field.name: _carried(field, experiment, radii, masses, repeats)
+            field.name: _carried(field, config, radii, masses, repeats)
             for field in MOVING[CARRIED:]
             if same[field.needs] is not None
         }
         keys: list[int | None] = [None] * len(repeats)
         if rules.wall_law.is_random:
-            given = experiment.wall_key
+            given = config.wall_key
             keys = [
-                wall_key(stream_seed(experiment), repeat)
-                if given is None
-                else (given + repeat) % 2**63
+                wall_key(stream_seed(config), repeat) if given is None else (given + repeat) % 2**63
                 for repeat in repeats
             ]
         rows = zip(positions, velocities, keys, strict=True)
@@ -139,16 +137,16 @@ def _on_rings(balls: Rings, container_radius: float) -> Floats:
 # Balls given by count, species after species
 
 
-def _container_and_radii(experiment: Experiment) -> tuple[Container, tuple[float, ...]]:
+def _container_and_radii(config: Config) -> tuple[Container, tuple[float, ...]]:
     """The container and the radius of each species (m); one of them may follow from packing."""
-    mixture, packing = experiment.species, experiment.packing
-    container = experiment.container.given
+    mixture, packing = config.species, config.packing
+    container = config.container.given
     radii = tuple(species.radius for species in mixture if species.radius is not None)
     if container is None:
         assert packing is not None
         pairs = zip(mixture, radii, strict=True)
         squares = math.fsum(species.count * r * r for species, r in pairs)
-        container = experiment.container.shape_class.for_packing(packing[1], squares)
+        container = config.container.shape_class.for_packing(packing[1], squares)
     if not radii:
         assert packing is not None
         number = sum(species.count for species in mixture)
@@ -157,7 +155,7 @@ def _container_and_radii(experiment: Experiment) -> tuple[Container, tuple[float
 
 
 def _positions(
-    experiment: Experiment,
+    config: Config,
     container: Container,
     radii: tuple[float, ...],
     placed: tuple[Floats, Floats],
@@ -167,36 +165,36 @@ def _positions(
 
     placed : places (*n*, 2) and radii (*n*,) of the first balls, m
     """
-    counts = [species.count for species in experiment.species]
+    counts = [species.count for species in config.species]
     all_radii = np.append(placed[1], np.repeat(radii, counts))
     packing = container.packing_fraction(_sum_of_squares(all_radii))
     if container.period is not None:
         container.check_radii(all_radii)
-    seed = stream_seed(experiment)
+    seed = stream_seed(config)
     streams = (stream(seed, repeat, PLACES) for repeat in repeats)
-    if experiment.arrangement == "random":
+    if config.arrangement == "random":
         try:
             return [
                 random_places(container, radii, counts, packing, bits, placed) for bits in streams
             ]
         except JammedError as jammed:
-            raise _too_dense(experiment, container, radii, packing, jammed.packing) from None
+            raise _too_dense(config, container, radii, packing, jammed.packing) from None
     positions, diameter = lattice_around(container, sum(counts), max(radii), placed)
     scale = diameter / (2 * max(radii))
     if scale < 1:
-        raise _too_dense(experiment, container, radii, packing, scale * scale * packing)
+        raise _too_dense(config, container, radii, packing, scale * scale * packing)
     if len(counts) == 1:
         return [np.concatenate([placed[0], positions])] * len(repeats)
     shuffles = (positions[shuffled(bits, len(positions))] for bits in streams)
     return [np.concatenate([placed[0], places]) for places in shuffles]
 
 
-def _velocities(experiment: Experiment, repeats: Sequence[int]) -> Floats:
+def _velocities(config: Config, repeats: Sequence[int]) -> Floats:
     """Random velocities; (*repeats*, *N*, 2), m/s.
 
     Each species has the kinetic energy of balls that all have its speed.
     """
-    mixture, seed = experiment.species, stream_seed(experiment)
+    mixture, seed = config.species, stream_seed(config)
     number = sum(species.count for species in mixture)
     velocities = random_directions(number, seed, repeats)
     if any(species.speeds == "maxwell" for species in mixture):
@@ -214,7 +212,7 @@ def _velocities(experiment: Experiment, repeats: Sequence[int]) -> Floats:
 
 def _carried(
     field: MovingField,
-    experiment: Experiment,
+    config: Config,
     radii: Floats,
     masses: Floats,
     repeats: Sequence[int],
@@ -223,7 +221,7 @@ def _carried(
 
     Random spins have the energy T/2 each on average, as a normal law with variance T/(q m r²).
     """
-    balls, seed = experiment.balls, stream_seed(experiment)
+    balls, seed = config.balls, stream_seed(config)
     given: Any = balls.list if isinstance(balls, BallList) else balls
     groups = given if isinstance(given, tuple) else (given,)
     counts = [getattr(group, "number", getattr(group, "count", 1)) for group in groups]
@@ -233,7 +231,7 @@ def _carried(
         part, start = slice(first, first + count), getattr(group, field.key, None)
         if isinstance(start, SpinTemperature):
             normals = random_normals(len(radii), seed, repeats, SPIN)[:, part, 0]
-            moments = experiment.inertia * masses[part] * radii[part] ** 2
+            moments = config.inertia * masses[part] * radii[part] ** 2
             with np.errstate(over="ignore"):  # to infinity, which ``check_speeds`` refuses
                 values[:, part] = normals * np.sqrt(start.temperature / moments)
         elif start is not None:
@@ -280,23 +278,23 @@ def _sum_of_squares(values: Floats) -> float:
 
 
 def _too_dense(
-    experiment: Experiment,
+    config: Config,
     container: Container,
     radii: tuple[float, ...],
     packing: float,
     reached: float,
 ) -> SceneError:
     """The error about balls that do not fit; a packing of ``reached`` would."""
-    placed, start = len(experiment.placed), experiment.arrangement
-    number = placed + sum(species.count for species in experiment.species)
+    placed, start = len(config.placed), config.arrangement
+    number = placed + sum(species.count for species in config.species)
     problem = (
         f"{number:,} balls with start: {start} in a {container.title} reach a packing of "
         f"{math.floor(reached * 1e4) / 1e4:.4f}, not {packing:.4g}"
     )
-    if experiment.packing is not None:
-        return SceneError(experiment.packing[0], f"{problem}; lower it, or try another start")
+    if config.packing is not None:
+        return SceneError(config.packing[0], f"{problem}; lower it, or try another start")
     index = placed + radii.index(max(radii))
-    key = f"balls[{index}]" if isinstance(experiment.balls, tuple) else "balls"
+    key = f"balls[{index}]" if isinstance(config.balls, tuple) else "balls"
     factor = math.floor(math.sqrt(reached / packing) * 1e4) / 1e4
     advice = f"multiply radii by {factor:.4f} or less, or try another start"
     return SceneError(f"{key}.radius", f"{problem}; {advice}")

@@ -23,8 +23,8 @@ import yaml
 from snooker_cli.animation import film, page
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError, UserError, install_advice
-from snooker_cli.figures import FigureData
 from snooker_cli.figures.drawing import save
+from snooker_cli.figures.figure_data import FigureData
 from snooker_cli.files import atomic_write, unlinked, write_text
 from snooker_cli.formatting import (
     counted,
@@ -39,7 +39,7 @@ from snooker_cli.formatting import (
 )
 from snooker_cli.pages.html_page import embedded
 from snooker_cli.report.markdown import write_markdown
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.runs.processes import Processes
 
 
@@ -245,13 +245,13 @@ class Pages(AbstractContextManager["Pages"]):
         self._drawing.append(self.other.submit(drawing, picture, self.out / "figures" / file))
         return picture
 
-    def add_player(self, run: Run, point: Point) -> str:
+    def add_player(self, run: RunFolder, point: Point) -> str:
         """Add a player of a point's first repeat; the reason if there can be none, else empty."""
         if self.markdown:
             return ""
         repeat = run.present(point)[0]
-        where = f"{point_label({'cor': point.experiment.cor} | point.as_json())}, repeat {repeat}"
-        title = printable(run.experiment.title or run.name)
+        where = f"{point_label({'cor': point.config.cor} | point.as_json())}, repeat {repeat}"
+        title = printable(run.config.title or run.name)
         if not run.can_be_replayed:
             return f"repeat {repeat} is of another engine version, which the page cannot simulate"
         try:

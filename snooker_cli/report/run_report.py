@@ -22,20 +22,23 @@ from snooker_cli.analysis.findings import (
     main_quantity_rows,
 )
 from snooker_cli.analysis.quantities import CRITICAL_RATIO, GasKind, main_quantities
-from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
+from snooker_cli.analysis.run_analysis import JsonRows, RunAnalysis, comparisons, fits
 from snooker_cli.analysis.theories import CRITICAL, value_of
 from snooker_cli.analysis.trend import trends
 from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, FigureData, Selection, own_figures, selected
 from snooker_cli.figures.caption_text import setting
-from snooker_cli.figures.selection import gas_type_of, spread, swept_number
+from snooker_cli.figures.figure_data import FigureData
+from snooker_cli.figures.registry import FIGURES, own_figures
+from snooker_cli.figures.series import gas_type_of, spread, swept_number
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label, printable
 from snooker_cli.report.document import Pages, packaged
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.runs.progress import counting
-from snooker_cli.runs.side_by_side import RUN, RunsSideBySide
+from snooker_cli.runs.run import RUN
+from snooker_cli.runs.selection import Selection, selected
+from snooker_cli.runs.side_by_side import FoldersSideBySide
 from snooker_cli.runs.status import early_warning, ended, run_status
 from snooker_cli.scene import Scene
 from snooker_cli.theory import IDEAL
@@ -68,7 +71,7 @@ DENSE = 0.5  # packing from which neighbours have an order that a figure shows
 
 
 def run_report(
-    runs: Sequence[Run],
+    runs: Sequence[RunFolder],
     out: Path,
     report_progress: Callable[[str], None],
     asked: Collection[str] = (),
@@ -109,7 +112,7 @@ def run_report(
         return pages.write(packaged("templates/run.md.j2"), values)
 
 
-def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dict[str, Any]:
+def _chapter(run: RunFolder, number: int, pages: Pages, asked: Collection[str]) -> dict[str, Any]:
     """What templates/run.md.j2 prints of a run."""
     points, shown = selected(run, Selection()), spread(run.points, MOST_POINTS)
     begun = [p for p in (*points[:1], *shown) if run.present(p)]  # of many points none may be shown
@@ -141,7 +144,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     return {
         "run": run,
         "status": status,
-        "title": printable(run.experiment.title or ""),
+        "title": printable(run.config.title or ""),
         "name": printable(run.name),
         "file": printable(shlex.quote(run.name)),
         "scene": scene,
@@ -164,12 +167,12 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     }
 
 
-def _side_by_side(runs: Sequence[Run], pages: Pages) -> dict[str, Any]:
+def _side_by_side(runs: Sequence[RunFolder], pages: Pages) -> dict[str, Any]:
     """What templates/run.md.j2 prints of runs side by side: figures that show several, and results.
 
     The figures are those that tell most of the points of all runs.
     """
-    joined = RunsSideBySide.of(runs)
+    joined = FoldersSideBySide.of(runs)
     points = selected(joined, Selection())
     left_out = trivial(points, [joined.read(p, joined.present(p)[0]).start for p in points], ())
     names = [name for name in ordered() if name not in left_out and not FIGURES[name].each_point]
@@ -190,8 +193,8 @@ def trivial(
     points: Sequence[Point], starts: Collection[Scene], asked: Collection[str]
 ) -> dict[str, str]:
     """The figures that say little of these points, without those asked for, and the reasons."""
-    given = (p.experiment.placed or getattr(p.experiment.balls, "list", ()) for p in points)
-    known = [facts.traits_of(point.experiment) for point in points]
+    given = (p.config.placed or getattr(p.config.balls, "list", ()) for p in points)
+    known = [facts.traits_of(point.config) for point in points]
     lossy_starts = [scene for scene in starts if facts.hold(scene, "lossy_pairs")]
     ratios = [value_of(scene, CRITICAL_RATIO, CRITICAL) for scene in lossy_starts]
     clusters = any(ratio is not None and ratio > 1 for ratio in ratios)
@@ -228,7 +231,7 @@ def by_relevance(names: Iterable[str], kinds: Collection[GasKind]) -> list[str]:
     return sorted(names, key=lambda name: places.get(shown(name) or "", len(main)))
 
 
-def by_agreement(rows: Records) -> list[tuple[str, dict[str, Any]]]:
+def by_agreement(rows: JsonRows) -> list[tuple[str, dict[str, Any]]]:
     """Rows of a comparison with their group of ``GROUPS``, in this order.
 
     In the first one, the largest disagreement of a point in errors comes first. The best theory of
@@ -253,7 +256,7 @@ def by_agreement(rows: Records) -> list[tuple[str, dict[str, Any]]]:
     return [(GROUPS[int(rank(row)[0])], row) for row in sorted(rows, key=rank)]
 
 
-def _as_they_are(rows: Records) -> list[tuple[str, dict[str, Any]]]:
+def _as_they_are(rows: JsonRows) -> list[tuple[str, dict[str, Any]]]:
     """Rows that have no groups."""
     return [("", row) for row in rows]
 
@@ -268,7 +271,7 @@ def _plainly(starts: Collection[Scene], kinds: Collection[GasKind], verdict: str
     return f"A gas of {number}{balls} in a {titles} {does}{f': {verdict}' * bool(verdict)}"
 
 
-def _figure(run: Run, name: str, single: Point) -> FigureData | str:
+def _figure(run: RunFolder, name: str, single: Point) -> FigureData | str:
     """A figure of all points or, if it shows one, of this one; or else the reason."""
     try:
         where = single.parameters if FIGURES[name].each_point else ()
@@ -277,7 +280,7 @@ def _figure(run: Run, name: str, single: Point) -> FigureData | str:
         return str(error)
 
 
-def _settled(points: Sequence[Point], states: Records) -> list[Point]:
+def _settled(points: Sequence[Point], states: JsonRows) -> list[Point]:
     """The points without those that walls keep warm and that have no stationary part."""
     changing = [
         state["parameters"]
@@ -291,7 +294,7 @@ def _overview(points: Sequence[Point], findings: Findings) -> str:
     """What holds for a sweep: how the main result changes with the swept key, then the rest."""
     try:
         key = swept_number(points)
-        along = trends(findings.compared, key, unit_of(points[0].experiment, key))
+        along = trends(findings.compared, key, unit_of(points[0].config, key))
     except FigureError:
         along = {}
     sentences = [
@@ -301,17 +304,17 @@ def _overview(points: Sequence[Point], findings: Findings) -> str:
     return ". ".join(filter(None, [*sentences, findings.overview]))
 
 
-def _of(points: Sequence[Point], rows: Records) -> Records:
+def _of(points: Sequence[Point], rows: JsonRows) -> JsonRows:
     parameters = [point.as_json() for point in points]
     return [row for row in rows if row["parameters"] in parameters]
 
 
 def _cells(
-    run: Run,
+    run: RunFolder,
     shown: Sequence[Point],
     analysis: RunAnalysis,
     cells: Callable[..., list[str]],
-    order: Callable[[Records], list[tuple[str, dict[str, Any]]]] = _as_they_are,
+    order: Callable[[JsonRows], list[tuple[str, dict[str, Any]]]] = _as_they_are,
 ) -> dict[str, Any]:
     """The rows of an analysis at the points that are shown, with their headings, and its notes."""
     rows = [row for row in _of(shown, tables.main_rows(analysis.rows)) if not row.get("elastic")]
@@ -326,10 +329,10 @@ def _cells(
     return {"rows": table, "notes": [line.rstrip(".") for line in lines]}
 
 
-def _config(run: Run, out: Path) -> str:
+def _config(run: RunFolder, out: Path) -> str:
     """Write the run's config, with overrides applied, beside the report; its text."""
-    given = run.experiment.model_dump(exclude_none=True)
-    if run.experiment.container.mass == math.inf and "shape" in given["container"]:
+    given = run.config.model_dump(exclude_none=True)
+    if run.config.container.mass == math.inf and "shape" in given["container"]:
         del given["container"]["mass"]  # only a circle has one
     style: dict[str, Any] = {"sort_keys": False, "allow_unicode": True, "default_flow_style": None}
     text = yaml.safe_dump({key: given[key] for key in given if given[key] not in ({}, ())}, **style)

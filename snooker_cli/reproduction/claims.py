@@ -19,7 +19,7 @@ from snooker_cli.reproduction.printed import (
     temperature_apart,
     tiny_balls,
 )
-from snooker_cli.reproduction.run_results import Results
+from snooker_cli.reproduction.run_results import NumbersOfRun
 from snooker_cli.reproduction.source_values import ROUNDING, SOURCE_VALUES, OurValue
 
 SIGMAS = 2.0  # standard errors beyond which a difference is one
@@ -34,7 +34,7 @@ AS_STATED = {
 """The printed numbers that the text names as agreeing."""
 
 
-def energy(found: Results, where: str, law: str) -> list[Any]:
+def energy(found: NumbersOfRun, where: str, law: str) -> list[Any]:
     """The fits of a law to the energy, at CoR 0.8 and 0.9, from five repeats or as stated."""
     fits = found["five"] if where == "five" else {k: found["stated"][k]["fits"] for k in KEYS}
     return [fits[key]["kinetic_energy"][law] for key in KEYS]
@@ -45,18 +45,18 @@ def refused(rows: list[Any]) -> list[bool]:
     return [row["probability"] < REFUSED for row in rows]
 
 
-def row_of(found: Results, name: str) -> Any:
+def row_of(found: NumbersOfRun, name: str) -> Any:
     """The comparison of a printed number."""
     return next(row for row in found["printed"] if row["name"] == name)
 
 
-def tiny_path(found: Results) -> float:
+def tiny_path(found: NumbersOfRun) -> float:
     """The mean free path of balls of 0.01 m at the stated density, m."""
     stated = row_of(found, "mean_free_path")["formula"] / FACTOR
     return float(stated * found["radius"] / 0.01)
 
 
-def ended_early(found: Results) -> dict[float, int]:
+def ended_early(found: NumbersOfRun) -> dict[float, int]:
     """Repeats that ended early, by CoR."""
     points = found["figures"]["decay-against-cor"]["points"]
     return {point["parameters"]["cor"]: point["ended_early"] for point in points}
@@ -67,24 +67,24 @@ def above(known: Any, limit: float) -> bool:
     return bool(known["value"] - limit > SIGMAS * known["error"])
 
 
-def local_exponents(found: Results) -> list[float]:
+def local_exponents(found: NumbersOfRun) -> list[float]:
     """d ln P/d ln T of the pressure at each moment: 1 if it follows T, 1/2 if its root."""
     windows = [found["stated"][key]["windows"] for key in KEYS]
     return [1 - math.log(one["kept"]["value"]) / math.log(one["cooling"]) for one in windows]
 
 
-def decay_factors(found: Results) -> list[float]:
+def decay_factors(found: NumbersOfRun) -> list[float]:
     """Our mean decay constants of energy and pressure over the printed ones."""
     names = [name for name in SOURCE_VALUES if name.startswith(("energy_mean", "pressure_mean"))]
     return [row_of(found, n)["ours"]["value"] / SOURCE_VALUES[n].value for n in names]
 
 
-def tiny_ratios(found: Results, name: str, *, sliding: bool) -> list[float]:
+def tiny_ratios(found: NumbersOfRun, name: str, *, sliding: bool) -> list[float]:
     """P V/NT of the tiny balls below CoR 1, ``at_mean`` or ``at_end`` temperature."""
     return [point[f"over_ideal_{name}"] for point in tiny_balls(found, sliding=sliding)]
 
 
-def starts_apart(found: Results) -> list[float]:
+def starts_apart(found: NumbersOfRun) -> list[float]:
     """Haff's α of mixed starts less that of rings, with the stated wall, in standard errors."""
     rings = {row["cor"]: row["alpha"] for row in found["haff"]["restitution"]}
     apart = []
@@ -95,7 +95,7 @@ def starts_apart(found: Results) -> list[float]:
     return apart
 
 
-def last_rates(found: Results) -> dict[float, float]:
+def last_rates(found: NumbersOfRun) -> dict[float, float]:
     """The last rates of decay less those of Haff's law with the fitted α, in errors, by CoR."""
     return {
         point["parameters"]["cor"]: (point["last_rate"] - point["fitted_last_rate"])
@@ -104,17 +104,17 @@ def last_rates(found: Results) -> dict[float, float]:
     }
 
 
-def missed(found: Results) -> list[set[str]]:
+def missed(found: NumbersOfRun) -> list[set[str]]:
     """The printed numbers that each explanation does not give."""
     return [set(one["values"]) - set(one["agreeing"]) for one in found["explanations"].values()]
 
 
-def methods(found: Results) -> list[Any]:
+def methods(found: NumbersOfRun) -> list[Any]:
     """The methods of the saved measurement of errors: ours, the source report's, time steps."""
     return list(found["measured"]["error"]["scenes"][0]["results"])
 
 
-def steps_are_slower_and_wrong(found: Results) -> bool:
+def steps_are_slower_and_wrong(found: NumbersOfRun) -> bool:
     """Whether each time step is slower than ours, and its error is more than 10⁶ times as large."""
     place = found["measured"]["error"]["scenes"][0]["checkpoints"].index(100)
     own, _, *steps = methods(found)
@@ -125,7 +125,7 @@ def steps_are_slower_and_wrong(found: Results) -> bool:
     )
 
 
-def changed_averages(found: Results) -> set[str]:
+def changed_averages(found: NumbersOfRun) -> set[str]:
     """Methods with an average that differs from ours by more than three standard errors."""
     return {
         method["method"]
@@ -136,14 +136,14 @@ def changed_averages(found: Results) -> set[str]:
     }
 
 
-def rotation_is_most(found: Results) -> bool:
+def rotation_is_most(found: NumbersOfRun) -> bool:
     """Whether a rotation, and not the collisions, leaves most of the energy at the least CoR."""
     point = found["figures"]["event-decay"]["points"][0]
     left = point["final_ratio"]
     return bool(point["theory"] < 0.1 * left and 0.5 < point["theory_above_floor"] / left < 1)
 
 
-CLAIMS: Mapping[str, Callable[[Results], bool]] = {
+CLAIMS: Mapping[str, Callable[[NumbersOfRun], bool]] = {
     # What agrees, and what does not
     "the named numbers agree, and no other": lambda found: (
         {row["name"] for row in found["printed"] if row["agrees"]} == AS_STATED
@@ -302,7 +302,7 @@ CLAIMS: Mapping[str, Callable[[Results], bool]] = {
 }
 
 
-def check(found: Results) -> None:
+def check(found: NumbersOfRun) -> None:
     """Raise ``UserError`` with the first sentence that the results do not support."""
     for name, test in CLAIMS.items():
         if not test(found):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from snooker_cli import Run
-from snooker_cli.reproduction.run_results import Results, complete_repeats, decays, estimate
+from snooker_cli.reproduction.run_results import NumbersOfRun, complete_repeats, decays, estimate
 from snooker_cli.reproduction.source_values import (
     COEFFICIENTS,
     SOURCE_VALUES,
@@ -71,7 +71,7 @@ class Explanation:
         object.__setattr__(self, "agreeing", tuple(agree))
 
 
-def explain(run: Run, pressure: Results) -> dict[str, Any]:
+def explain(run: Run, pressure: NumbersOfRun) -> dict[str, Any]:
     """The explanations by name, as JSON, from the run ``audit`` and the pressure at CoR 1.
 
     Raises ``RunError``, ``FigureError`` or ``StoreError``.
@@ -79,7 +79,7 @@ def explain(run: Run, pressure: Results) -> dict[str, Any]:
     return {name: asdict(_explanation(run, name, pressure)) for name in SETTINGS}
 
 
-def _explanation(run: Run, name: str, pressure: Results) -> Explanation:
+def _explanation(run: Run, name: str, pressure: NumbersOfRun) -> Explanation:
     setting, radii = SETTINGS[name], sorted({p.as_json()["balls.radius"] for p in run.points})
     values = {"pressure": OurValue(pressure["value"], pressure["deviation"])}
     complete = repeats = 0

@@ -8,11 +8,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from snooker_cli import Circle, theory
-from snooker_cli.figures import FigureData
-from snooker_cli.figures.figure_data import NEUTRAL, Layer, Line, Points, Reference
+from snooker_cli.figures.figure_data import NEUTRAL, FigureData, Layer, Line, Points, Reference
 from snooker_cli.formatting import listed, ratio, short, with_error
 from snooker_cli.reproduction.explanations import FACTOR
-from snooker_cli.reproduction.run_results import SETTLED, Results
+from snooker_cli.reproduction.run_results import SETTLED, NumbersOfRun
 from snooker_cli.reproduction.source_values import (
     AGREES,
     COEFFICIENTS,
@@ -41,7 +40,7 @@ def at_each(texts: list[str]) -> str:
     return listed([f"{one} at CoR {key}" for one, key in zip(texts, KEYS, strict=True)])
 
 
-def comparison(found: Results) -> list[Results]:
+def comparison(found: NumbersOfRun) -> list[NumbersOfRun]:
     """A row for each printed number: the number, ``ours``, whether it ``agrees``, and a ``note``.
 
     The note is another formula that gives the number; ``formula`` is its value, if it has one.
@@ -67,7 +66,7 @@ def comparison(found: Results) -> list[Results]:
     return rows
 
 
-def our_value(found: Results, number: SourceValue) -> OurValue:
+def our_value(found: NumbersOfRun, number: SourceValue) -> OurValue:
     """Our value of a printed number, for the scene as stated."""
     cor, name = f"{number.cor:g}" if number.cor else "", number.quantity
     if name.endswith((" decay", "decay, doubled")):
@@ -96,7 +95,7 @@ def our_value(found: Results, number: SourceValue) -> OurValue:
     return OurValue(single[name])
 
 
-def _limit(found: Results, number: SourceValue) -> OurValue:
+def _limit(found: NumbersOfRun, number: SourceValue) -> OurValue:
     """A ratio to the ideal gas at CoR 1 for small balls; in the limit it is 1."""
     if number.quantity == "temperature ratio":
         point = min(found["figures"]["fig16"]["points"], key=_radius)
@@ -115,7 +114,7 @@ def _limit(found: Results, number: SourceValue) -> OurValue:
     return OurValue(value, error, abs(expected - 1))
 
 
-def _radius(point: Results) -> float:
+def _radius(point: NumbersOfRun) -> float:
     return float(point["parameters"]["balls.radius"])
 
 
@@ -147,7 +146,7 @@ READ = "Filled: our value agrees. Bars: two combined standard errors; some are h
 APART = 0.13  # lines of text from the middle of a line to the marker of a CoR
 
 
-def overview(file: str, printed: Sequence[Results]) -> FigureData:
+def overview(file: str, printed: Sequence[NumbersOfRun]) -> FigureData:
     """Printed numbers over ours on a logarithmic axis: a line for each, or for one at both CoR.
 
     printed : the rows of `comparison`
@@ -167,7 +166,7 @@ def overview(file: str, printed: Sequence[Results]) -> FigureData:
     )
 
 
-def _printed_over_ours(row: Results, place: int) -> Iterator[Layer]:
+def _printed_over_ours(row: NumbersOfRun, place: int) -> Iterator[Layer]:
     """The marker of a printed number and its interval, which is symmetric on the axis."""
     number, ours = SOURCE_VALUES[row["name"]], row["ours"]
     over = row["value"] / ours["value"]
@@ -181,10 +180,10 @@ def _printed_over_ours(row: Results, place: int) -> Iterator[Layer]:
     yield Points(np.array([over]), np.array([y]), label=label, series=series, filled=row["agrees"])
 
 
-Check: TypeAlias = Callable[[Results], tuple[bool | None, dict[str, Any]]]
+Check: TypeAlias = Callable[[NumbersOfRun], tuple[bool | None, dict[str, Any]]]
 
 
-def statements(found: Results) -> list[Results]:
+def statements(found: NumbersOfRun) -> list[NumbersOfRun]:
     """Every sentence about results that a number can decide, with our check and its result.
 
     Keys: ``name``, ``where``, ``text``, ``check`` (in words), ``holds``; ``None`` if nothing
@@ -200,13 +199,13 @@ def statements(found: Results) -> list[Results]:
     return rows
 
 
-def elastic_deviation(found: Results) -> float:
+def elastic_deviation(found: NumbersOfRun) -> float:
     """The largest change of the energy at CoR 1, as a share."""
     points = found["figures"]["fig03"]["points"]
     return float(next(p["largest_deviation"] for p in points if p["elastic"]))
 
 
-def temperature_apart(found: Results) -> float:
+def temperature_apart(found: NumbersOfRun) -> float:
     """How far the k of the temperature is from that of the energy, as a share."""
     fits = [found["stated"][key]["fits"] for key in KEYS]
     constants = [
@@ -215,21 +214,21 @@ def temperature_apart(found: Results) -> float:
     return max(abs(float(ours / energy) - 1) for ours, energy in constants)
 
 
-def tiny_balls(found: Results, *, sliding: bool) -> list[Results]:
+def tiny_balls(found: NumbersOfRun, *, sliding: bool) -> list[NumbersOfRun]:
     """The points of the tiny balls of figure 17 below CoR 1, stopped by traps or sliding on."""
     collapse = "slide" if sliding else "stop"
     points = found["figures"]["sliding"]["points"]
     return [point for point in points if point["parameters"]["collapse"] == collapse]
 
 
-def by_radius(found: Results) -> dict[float, float]:
+def by_radius(found: NumbersOfRun) -> dict[float, float]:
     """P V/NT of elastic balls at the stated speed, by radius (m)."""
     points = found["figures"]["fig13"]["points"]
     chosen = (p for p in points if p["parameters"]["balls.speed"] == found["speed"])
     return {_radius(point): point["over_ideal"] for point in chosen}
 
 
-def maxwell_distances(found: Results) -> tuple[float, float]:
+def maxwell_distances(found: NumbersOfRun) -> tuple[float, float]:
     """Distance of cumulative shares of speeds from Maxwell's law: at most ours, and by theory."""
     speeds = [0.01 * k for k in range(600)]  # in units of √(2T/m), where T is 1/2
     shares = [theory.maxwell_speed_cdf(v, 0.5) for v in speeds]
@@ -239,7 +238,7 @@ def maxwell_distances(found: Results) -> tuple[float, float]:
     return expected + ours, expected
 
 
-def _exponential(found: Results) -> tuple[bool, dict[str, Any]]:
+def _exponential(found: NumbersOfRun) -> tuple[bool, dict[str, Any]]:
     energies = [found["stated"][key]["fits"]["kinetic_energy"] for key in KEYS]
     words = [
         " against ".join(
@@ -251,7 +250,7 @@ def _exponential(found: Results) -> tuple[bool, dict[str, Any]]:
     return holds, {"judged": at_each(words)}
 
 
-def _half_rate(found: Results) -> tuple[bool, dict[str, Any]]:
+def _half_rate(found: NumbersOfRun) -> tuple[bool, dict[str, Any]]:
     windows = [found["stated"][key]["windows"] for key in KEYS]
     falls = [one["cooling"] / one["kept"]["value"] for one in windows]
     rates = [math.log(p) / math.log(w["cooling"]) for p, w in zip(falls, windows, strict=True)]
@@ -261,7 +260,7 @@ def _half_rate(found: Results) -> tuple[bool, dict[str, Any]]:
     return all(abs(rate - 0.5) < abs(rate - 1) for rate in rates), values
 
 
-def _tiny(found: Results, which: str) -> tuple[bool, dict[str, Any]]:
+def _tiny(found: NumbersOfRun, which: str) -> tuple[bool, dict[str, Any]]:
     points = tiny_balls(found, sliding=True)
     estimates = {
         name: [{"value": p[key], "error": p[f"{key}_error"]} for p in points]
@@ -281,30 +280,30 @@ def _tiny(found: Results, which: str) -> tuple[bool, dict[str, Any]]:
     }[which], values
 
 
-def _tau(found: Results) -> tuple[bool, dict[str, Any]]:
+def _tau(found: NumbersOfRun) -> tuple[bool, dict[str, Any]]:
     low, high = (found["stated"][key]["tau"]["value"] for key in KEYS)
     return low > high, {"low": low, "high": high}
 
 
-def _worse(found: Results) -> tuple[bool, dict[str, Any]]:
+def _worse(found: NumbersOfRun) -> tuple[bool, dict[str, Any]]:
     ratios = by_radius(found)
     rising = [ratios[radius] for radius in sorted(ratios)]
     words = listed([f"{ratios[radius]:.3f} at {radius:g} m" for radius in sorted(ratios)])
     return rising == sorted(rising), {"ratios": words}
 
 
-def _small(found: Results) -> tuple[bool, dict[str, Any]]:
+def _small(found: NumbersOfRun) -> tuple[bool, dict[str, Any]]:
     ratios = by_radius(found)
     above = ratios[min(ratios)] - 1
     return abs(above) < CLOSE, {"above": 100 * above}
 
 
-def _maxwell(found: Results) -> tuple[bool, dict[str, Any]]:
+def _maxwell(found: NumbersOfRun) -> tuple[bool, dict[str, Any]]:
     off, expected = maxwell_distances(found)
     return off < CLOSE, {"off": off, "expected": expected, "number": found["balls"]}
 
 
-def _radius_of_17(found: Results) -> tuple[None, dict[str, Any]]:
+def _radius_of_17(found: NumbersOfRun) -> tuple[None, dict[str, Any]]:
     ratios = [our_value(found, SOURCE_VALUES[n]) for n in ("ratio_text", "ratio_caption")]
     return None, {"ratios": listed([with_error(one.value, one.error) for one in ratios])}
 

@@ -11,7 +11,8 @@ import yaml
 
 import snooker_cli as snooker
 from snooker_cli import Run
-from snooker_cli.figures import FIGURES, FigureData, Selection
+from snooker_cli.figures.figure_data import FigureData
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.files import write_json
 from snooker_cli.formatting import plain, range_held, short, with_error
 from snooker_cli.report.document import Pages
@@ -25,8 +26,9 @@ from snooker_cli.reproduction.printed import (
     overview,
     statements,
 )
-from snooker_cli.reproduction.run_results import SETTLED, WINDOWS, Results, results
+from snooker_cli.reproduction.run_results import SETTLED, WINDOWS, NumbersOfRun, results
 from snooker_cli.reproduction.source_values import LORD, TARGETS, TITLE, text_of_file
+from snooker_cli.runs.selection import Selection
 from snooker_cli.validation import accuracy_study
 from snooker_cli.validation.physics_study import walls
 
@@ -65,7 +67,7 @@ def figure_data(runs: Mapping[str, Run], file: str) -> FigureData:
         zero = 0.0, None
         picture = replace(picture, x_log=False, y_log=False, x_limits=zero, y_limits=zero)
     title = entry.get("title", picture.title)
-    caption = entry["caption"].format(repeats=run.experiment.repeats)
+    caption = entry["caption"].format(repeats=run.config.repeats)
     return replace(picture, title=title, caption=caption)
 
 
@@ -91,7 +93,7 @@ def build(folder: Path, out: Path, report_progress: Callable[[str], None]) -> li
             pages.add_player(runs["decay"], point)
         report_progress("pages")
         page = snooker.live().save(out / "live.html")
-        content = values(found, {name: run.experiment for name, run in runs.items()})
+        content = values(found, {name: run.config for name, run in runs.items()})
         written = [
             path
             for name, template in DOCUMENTS.items()
@@ -100,14 +102,14 @@ def build(folder: Path, out: Path, report_progress: Callable[[str], None]) -> li
         return [*written, out / "numbers.json", page]
 
 
-def all_results(runs: Mapping[str, Run], pictures: Mapping[str, FigureData]) -> Results:
+def all_results(runs: Mapping[str, Run], pictures: Mapping[str, FigureData]) -> NumbersOfRun:
     """Results, explanations, printed numbers and sentences: what the text refers to."""
     found = results(runs, pictures)
     found["explanations"] = explain(runs["audit"], found["elastic"]["pressure"])
     return dict(plain(found | {"printed": comparison(found), "statements": statements(found)}))
 
 
-def six_digits(found: Results) -> Results:
+def six_digits(found: NumbersOfRun) -> NumbersOfRun:
     """Results as files have them.
 
     exp, log and pow differ in their last bits between processors, fits in the seventh digit.
@@ -122,7 +124,7 @@ def holds(name: str) -> str:
     return ""
 
 
-def values(found: Results, experiments: Mapping[str, Any]) -> dict[str, Any]:
+def values(found: NumbersOfRun, experiments: Mapping[str, Any]) -> dict[str, Any]:
     """What the templates refer to: results, saved measurements, and words for numbers."""
     return {
         **found,

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli import Repeat, Run, Scene, theory
-from snooker_cli.figures import FigureData
+from snooker_cli.figures.figure_data import FigureData
 from snooker_cli.formatting import plain
 from snooker_cli.reproduction.source_values import COEFFICIENTS
 
 Array: TypeAlias = NDArray[np.float64]
-Results: TypeAlias = dict[str, Any]
+NumbersOfRun: TypeAlias = dict[str, Any]
 Runs: TypeAlias = Mapping[str, Run]
 
 WINDOWS = 8
@@ -29,7 +29,7 @@ ENSKOG, FINITE = "Enskog rates at the start", theory.FINITE
 """Models of Haff's α in the rows of ``Run.compare``."""
 
 
-def estimate(values: Iterable[float]) -> Results:
+def estimate(values: Iterable[float]) -> NumbersOfRun:
     """The mean over repeats with its errors; errors are nan for a single repeat."""
     rows = np.array(list(values))
     deviation = float(rows.std(ddof=1)) if len(rows) > 1 else math.nan
@@ -37,13 +37,13 @@ def estimate(values: Iterable[float]) -> Results:
     return {"value": rows.mean(), "error": error, "deviation": deviation, "repeats": len(rows)}
 
 
-def ratio_of_means(above: Array, below: Array) -> Results:
+def ratio_of_means(above: Array, below: Array) -> NumbersOfRun:
     """The ratio of two means over the same repeats, with its error to first order."""
     value = above.mean() / below.mean()
     return estimate((above - value * below) / below.mean()) | {"value": value}
 
 
-def results(runs: Runs, pictures: Mapping[str, FigureData]) -> Results:
+def results(runs: Runs, pictures: Mapping[str, FigureData]) -> NumbersOfRun:
     """All results but those of single printed numbers, sentences and explanations.
 
     pictures : the figures by file; their numbers are among the results
@@ -53,7 +53,7 @@ def results(runs: Runs, pictures: Mapping[str, FigureData]) -> Results:
     stated, elastic = runs["restitution"], runs["restitution"].table(cor=1.0)
     complete = {name: column[elastic["complete"]] for name, column in elastic.items()}
     scene = stated[0, 0].scene
-    given: Any = stated.experiment
+    given: Any = stated.config
     paths = complete["mean_speed"] * complete["time"] * scene.number
     found = {
         "figures": {file: picture.numbers for file, picture in pictures.items()},
@@ -77,9 +77,9 @@ def results(runs: Runs, pictures: Mapping[str, FigureData]) -> Results:
     return dict(plain(found))
 
 
-def decays(run: Run, until: float = math.inf, **where: Any) -> Results:
+def decays(run: Run, until: float = math.inf, **where: Any) -> NumbersOfRun:
     """Rows of ``Run.fit`` of one point, up to a time (s): by quantity, then by law."""
-    rows: Results = {}
+    rows: NumbersOfRun = {}
     for row in run.fit(until=until, **where):
         row["deviation"] = (row["error"] or math.nan) * math.sqrt(row["repeats"])
         rows.setdefault(row["quantity"], {})[row["model"]] = row
@@ -97,7 +97,7 @@ def complete_repeats(run: Run, **where: Any) -> list[Repeat]:
     return [repeat for repeat in run.repeats(point.index) if repeat.stop.reason.complete]
 
 
-def stated_scene(run: Run, cor: float) -> Results:
+def stated_scene(run: Run, cor: float) -> NumbersOfRun:
     """The scene as the source report states it, below CoR 1.
 
     ``fits`` are of all repeats, the others of complete ones: ``speed``, m/s, the mean over the
@@ -109,7 +109,7 @@ def stated_scene(run: Run, cor: float) -> Results:
     speeds = np.array([course.mean_speed[1:].mean() for course in courses])
     path = source_path(repeats[0].scene)
     return {
-        "repeats": run.experiment.repeats,
+        "repeats": run.config.repeats,
         "complete": len(repeats),
         "fits": decays(run, cor=cor),
         "speed": estimate(speeds),
@@ -125,7 +125,7 @@ def so_far(course: Any, column: Array, times: Array) -> Array:
     return np.asarray(column[np.searchsorted(course.time, times, side="right") - 1])
 
 
-def mean_pressure_slope(courses: Sequence[Any]) -> Results:
+def mean_pressure_slope(courses: Sequence[Any]) -> NumbersOfRun:
     """d ln P/d ln E, with the mean pressure P since the start and the energy E of the balls.
 
     It is the ratio of the mean changes of both logarithms over repeats, from ``SETTLED`` to the end
@@ -137,7 +137,7 @@ def mean_pressure_slope(courses: Sequence[Any]) -> Results:
     return ratio_of_means(np.diff(pressure)[:, 0], np.diff(energy)[:, 0])
 
 
-def in_windows(scene: Scene, courses: Sequence[Any]) -> Results:
+def in_windows(scene: Scene, courses: Sequence[Any]) -> NumbersOfRun:
     """P V/(N T) in the ``first`` and the ``last`` of ``WINDOWS`` equal windows of time.
 
     The windows end with the shortest repeat. ``kept`` is the last ratio over the first, and
@@ -162,14 +162,14 @@ def in_windows(scene: Scene, courses: Sequence[Any]) -> Results:
     return {"first": first, "last": last, "kept": kept, "cooling": cooling, "end": edges[-1]}
 
 
-def haff_constants(run: Run, **where: Any) -> list[Results]:
+def haff_constants(run: Run, **where: Any) -> list[NumbersOfRun]:
     """Haff's α by CoR, beside kinetic theory's.
 
     Keys: ``cor``, ``complete``; ``alpha``; ``theory`` by Enskog's rates, 1/s; ``excess`` of this
     theory, ``finite`` of that for N balls in the container, and their ``error``, as shares of α.
     """
-    rows: dict[float, Results] = {}
-    for row in run.compare(cor=sorted({p.experiment.cor for p in run.points} - {1.0}), **where):
+    rows: dict[float, NumbersOfRun] = {}
+    for row in run.compare(cor=sorted({p.config.cor for p in run.points} - {1.0}), **where):
         if row["quantity"] != "Haff's α":
             continue
         cor, alpha = row["parameters"]["cor"], row["measured"]
@@ -183,7 +183,7 @@ def haff_constants(run: Run, **where: Any) -> list[Results]:
     return list(rows.values())
 
 
-def traps(run: Run) -> list[Results]:
+def traps(run: Run) -> list[NumbersOfRun]:
     """When the wall traps of each start come, and how it ends with sliding balls."""
     rows = []
     for point in run.points:
@@ -206,14 +206,14 @@ def traps(run: Run) -> list[Results]:
     return rows
 
 
-def warm_gas(points: Sequence[Mapping[str, Any]]) -> list[Results]:
+def warm_gas(points: Sequence[Mapping[str, Any]]) -> list[NumbersOfRun]:
     """The points of the steady gas by radius, with falling CoR.
 
     Keys: those of a point; ``cor``, ``radius``; ``colder`` and ``weaker``, what T and PV/NT of
     elastic balls of this radius exceed its own by, as factors; ``excess`` of PV/NT over theory for
     N disks, as a share.
     """
-    rows: list[Results] = []
+    rows: list[NumbersOfRun] = []
     for record in reversed(points):
         cor, radius = (record["parameters"][key] for key in ("cor", "balls.radius"))
         row = {**record, "cor": cor, "radius": radius}

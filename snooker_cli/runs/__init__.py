@@ -9,7 +9,7 @@ from snooker_cli.runs.folder import (
     planned_change,
     runs_in,
 )
-from snooker_cli.runs.run import MANIFEST, RepeatState, RepeatStatus, Run
+from snooker_cli.runs.run import MANIFEST, RepeatState, RepeatStatus, RunFolder
 
-__all__ = ["MANIFEST", "RUNS", "RepeatState", "RepeatStatus", "Run"]
+__all__ = ["MANIFEST", "RUNS", "RepeatState", "RepeatStatus", "RunFolder"]
 __all__ += ["continued", "create", "locked", "open_run", "planned_change", "runs_in"]

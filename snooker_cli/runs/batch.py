@@ -27,7 +27,7 @@ from snooker_cli.runs.out_of_range import (
     sound_part,
 )
 from snooker_cli.runs.plan import first_scene, snapshot_times
-from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
+from snooker_cli.runs.run import RepeatState, RepeatStatus, RunFolder
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Simultaneous, Stop, StopReason, Trace
 
@@ -68,7 +68,7 @@ class RepeatResult:
     unstored: bool = False
 
 
-Results: TypeAlias = list[RepeatResult] | None  # of a batch; None for an abandoned one
+BatchResults: TypeAlias = list[RepeatResult] | None  # of a batch; None for an abandoned one
 
 
 class Progress(NamedTuple):
@@ -134,7 +134,7 @@ class Job:
     interval : seconds after which a long repeat saves a checkpoint
     """
 
-    run: Run
+    run: RunFolder
     command: str
     interval: float = CHECKPOINT_INTERVAL
 
@@ -142,7 +142,7 @@ class Job:
         """Where a batch that is stored now comes from."""
         given = self.run.by_number[point]
         return store.Provenance(
-            config=to_json(given.experiment),
+            config=to_json(given.config),
             digest=self.run.digests[point],
             parameters=json.dumps(given.as_json()),
             point=point,
@@ -159,18 +159,18 @@ class Job:
 
         scene : a start of the point
         """
-        experiment = self.run.by_number[point].experiment
+        config = self.run.by_number[point].config
         return Limits(
-            experiment.collisions,
-            experiment.time,
-            not experiment.keeps_events,
-            snapshot_times(experiment, scene),
+            config.collisions,
+            config.time,
+            not config.keeps_events,
+            snapshot_times(config, scene),
         )
 
 
 def simulate_and_store(
     job: Job, batch: Batch, begun: Begun, reached: Callable[[Progress], object] = lambda _: None
-) -> Results:
+) -> BatchResults:
     """Simulate and store a batch; None if it was abandoned.
 
     begun : of the run in this process
@@ -355,17 +355,17 @@ def _simultaneous(trace: Trace) -> int:
     return ties.number
 
 
-def _scenes(run: Run, batch: Batch) -> tuple[dict[int, Scene], list[RepeatResult]]:
+def _scenes(run: RunFolder, batch: Batch) -> tuple[dict[int, Scene], list[RepeatResult]]:
     """The scenes of a batch by their repeats, and the results of those that have none."""
     point, repeats = batch
-    experiment = run.by_number[point].experiment
+    config = run.by_number[point].config
     if len(repeats) > 1:
         with suppress(SceneError):
-            return dict(zip(repeats, starting_scenes(experiment, repeats), strict=True)), []
+            return dict(zip(repeats, starting_scenes(config, repeats), strict=True)), []
     scenes, failed = {}, []
     for repeat in repeats:
         try:
-            scenes[repeat] = first_scene(experiment, repeat)
+            scenes[repeat] = first_scene(config, repeat)
         except SceneError as error:
             failed.append(RepeatResult(point, repeat, error=str(error)))
     return scenes, failed

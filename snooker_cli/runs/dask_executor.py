@@ -20,20 +20,21 @@ from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import RunError, StoreError, error_text, install_advice
 from snooker_cli.files import discard
 from snooker_cli.formatting import listed
+from snooker_cli.options import EXECUTOR, OUT
 from snooker_cli.runs.batch import (
     Batch,
+    BatchResults,
     Begun,
     Job,
     Progress,
     RepeatResult,
-    Results,
     simulate_and_store,
     stored_result,
     unexpected,
 )
 from snooker_cli.runs.execution import Executor, Watcher, asking
 from snooker_cli.runs.folder import open_run
-from snooker_cli.runs.run import Run
+from snooker_cli.runs.run import RunFolder
 from snooker_cli.runs.status import target_of
 from snooker_cli.runs.warm_up import compile_for
 from snooker_cli.store import SCHEMA_VERSION
@@ -98,7 +99,7 @@ def reached(name: str) -> list[Progress]:
     return list(_reached.get(name, {}).values())
 
 
-def simulate_remotely(remote: RemoteRun, batch: Batch) -> Results:
+def simulate_remotely(remote: RemoteRun, batch: Batch) -> BatchResults:
     """Simulate and store a batch; None if its run was interrupted before that.
 
     A batch is not simulated again if a worker stored it and died before it could report.
@@ -113,7 +114,7 @@ def simulate_remotely(remote: RemoteRun, batch: Batch) -> Results:
         stored = list(map(stored_result, run.file_statuses(run.path(*batch), check=store.check)))
         if len(stored) == len(batch.repeats) and all(stored):
             return [replace(result, cached=False) for result in stored if result]
-        compile_for(run.by_number[batch.point].experiment)
+        compile_for(run.by_number[batch.point].config)
         job = Job(run, remote.command, remote.interval)
         return simulate_and_store(job, batch, mine, partial(news.__setitem__, batch))
     except RunError as error:
@@ -132,7 +133,7 @@ def _other_software(worker: str, theirs: object, mine: str) -> RunError:
 
 
 @lru_cache(maxsize=1)
-def _opened(remote: RemoteRun) -> Run:
+def _opened(remote: RemoteRun) -> RunFolder:
     """The run in a folder as this machine sees it. Raises ``RunError`` for another one."""
     try:
         run = open_run(remote.directory)
@@ -143,7 +144,7 @@ def _opened(remote: RemoteRun) -> Run:
         problem = error.problem
     raise RunError(
         f"{problem} as the worker on {platform.node()} sees it",
-        "--out must name a folder on a file system that all workers share",
+        f"{OUT} must name a folder on a file system that all workers share",
     )
 
 
@@ -160,17 +161,17 @@ class DaskExecutor(Executor):
     """
 
     def __init__(self, address: str, at_once: int | None, cancelled: threading.Event) -> None:
-        match = _ADDRESS.fullmatch(address)
+        match, executor = _ADDRESS.fullmatch(address), EXECUTOR.of(f"dask={address}")
         if match is None or not 0 < int(match[1]) < 65536:
             raise RunError(
-                f"--executor dask={address}: no address of a scheduler",
+                f"{executor}: no address of a scheduler",
                 "it looks like dask=tcp://HOST:8786, as `dask scheduler` says when it starts",
             )
         try:
             import distributed
             from distributed.utils import silence_logging_cmgr
         except ImportError:
-            raise RunError("--executor dask needs dask", install_advice("cluster")) from None
+            raise RunError(f"{EXECUTOR} dask needs dask", install_advice("cluster")) from None
         self.address = address
         self._name = secrets.token_hex(8)
         self._lost = False
@@ -183,8 +184,7 @@ class DaskExecutor(Executor):
                 if address.startswith("tls:") and not security.get("ssl_context"):
                     # A client that begins without certificates cannot be closed.
                     raise RunError(
-                        f"--executor dask={address}: dask's configuration names no certificates "
-                        "for TLS",
+                        f"{executor}: dask's configuration names no certificates for TLS",
                         "set distributed.comm.tls as docs/cluster.md shows",
                     )
                 self._client = distributed.Client(
@@ -210,7 +210,9 @@ class DaskExecutor(Executor):
         with suppress(Exception):  # of a scheduler that is gone
             self._exits.close()
 
-    def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
+    def simulate(
+        self, job: Job, missing: Sequence[Batch], watcher: Watcher
+    ) -> Iterator[BatchResults]:
         watcher.simulating(0.0)  # each worker compiles what it needs
         run, folder = job.run, job.run.directory.absolute()
         remote = RemoteRun(self._name, software(), folder, run.identity, job.command, job.interval)

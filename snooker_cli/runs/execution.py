@@ -23,14 +23,15 @@ from snooker_cli import store
 from snooker_cli.errors import DeniedError, RunError
 from snooker_cli.files import discard
 from snooker_cli.formatting import counted
+from snooker_cli.options import JOBS
 from snooker_cli.runs.batch import (
     CHECKPOINT_INTERVAL,
     Batch,
+    BatchResults,
     Begun,
     Job,
     Progress,
     RepeatResult,
-    Results,
     simulate_and_store,
     stored_result,
 )
@@ -42,7 +43,7 @@ from snooker_cli.runs.folder import (
 )
 from snooker_cli.runs.plan import alike, batch_size
 from snooker_cli.runs.processes import Processes, safe_path, using_shared_memory
-from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
+from snooker_cli.runs.run import RepeatState, RepeatStatus, RunFolder
 from snooker_cli.runs.warm_up import compile_for, compiling_beside
 
 POLL_INTERVAL = 0.02  # seconds between two looks whether a run was cancelled
@@ -82,7 +83,9 @@ class Executor(AbstractContextManager["Executor"]):
         self._pool, self._at_once, self._cancelled = pool, at_once, cancelled
 
     @abstractmethod
-    def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
+    def simulate(
+        self, job: Job, missing: Sequence[Batch], watcher: Watcher
+    ) -> Iterator[BatchResults]:
         """The results of the missing batches as they come; None for an abandoned one.
 
         watcher : its ``simulating`` and ``reached`` are called
@@ -137,10 +140,12 @@ class ThreadExecutor(Executor):
     def __exit__(self, *_error: object) -> None:
         self._pool.shutdown(wait=not self._cancelled.is_set(), cancel_futures=True)
 
-    def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
+    def simulate(
+        self, job: Job, missing: Sequence[Batch], watcher: Watcher
+    ) -> Iterator[BatchResults]:
         clock, run = time.perf_counter(), job.run
         points = [run.by_number[point] for point in sorted({point for point, _ in missing})]
-        scenes = [same[0].experiment for same in alike(points).values()]
+        scenes = [same[0].config for same in alike(points).values()]
         beside = compiling_beside(scenes) if self._processes > 1 else nullcontext()
         with beside:
             for _ in self.results(compile_for, scenes):
@@ -149,7 +154,9 @@ class ThreadExecutor(Executor):
                 watcher.simulating(time.perf_counter() - clock)
             yield from self._simulated(job, missing, watcher)
 
-    def _simulated(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
+    def _simulated(
+        self, job: Job, missing: Sequence[Batch], watcher: Watcher
+    ) -> Iterator[BatchResults]:
         """The results of batches whose kernels are compiled."""
         short = sum(len(batch.repeats) > 1 for batch in missing)
         if self._processes > 1 and short >= LEAST_FOR_PROCESS * self._processes:
@@ -201,7 +208,9 @@ class ProcessExecutor(Executor):
     def __exit__(self, *_error: object) -> None:
         self._pool.shutdown(cancel_futures=True)
 
-    def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
+    def simulate(
+        self, job: Job, missing: Sequence[Batch], watcher: Watcher
+    ) -> Iterator[BatchResults]:
         try:
             with asking(self._news, watcher):
                 yield from self.results(_simulate_here, missing)
@@ -209,14 +218,14 @@ class ProcessExecutor(Executor):
             self._pool.kill()
             raise RunError(
                 f"{job.run.directory}: no further process can begin ({error.strerror})",
-                "close other programs, or run the same command again with --jobs 1",
+                f"close other programs, or run the same command again with {JOBS} 1",
             ) from None
         except BrokenProcessPool:
             self._pool.kill()
             raise RunError(
                 f"{job.run.directory}: the system ended a process of this run, perhaps for lack of "
                 "memory",
-                "run the same command again, with fewer --jobs",
+                f"run the same command again, with fewer {JOBS}",
             ) from None
 
     def _news(self) -> Iterator[Progress]:
@@ -246,14 +255,14 @@ def _take_job(job: Job, stopped: Any, sent: Any) -> None:
     _process = job, Begun(stopped), reached
 
 
-def _simulate_here(batch: Batch) -> Results:
+def _simulate_here(batch: Batch) -> BatchResults:
     """The results of a batch in this process; None for an abandoned one."""
     job, begun, reached = _process
     return simulate_and_store(job, batch, begun, reached)
 
 
 def execute(
-    run: Run,
+    run: RunFolder,
     *,
     workers: int,
     watcher: Watcher,
@@ -329,7 +338,7 @@ def execute(
 
 
 def _best_statuses(
-    run: Run, threads: Executor, watcher: Watcher, part: Set[tuple[int, int]] | None
+    run: RunFolder, threads: Executor, watcher: Watcher, part: Set[tuple[int, int]] | None
 ) -> list[RepeatStatus]:
     """The best status of each repeat, or of those of a part; every file is read and checked.
 
@@ -356,20 +365,20 @@ def _best_statuses(
     return best
 
 
-def share_of(run: Run, k: int, n: int) -> tuple[set[tuple[int, int]], str]:
+def share_of(run: RunFolder, k: int, n: int) -> tuple[set[tuple[int, int]], str]:
     """The points and numbers of repeats of every n-th batch from the k-th; a sentence if none."""
-    everything = product((point.index for point in run.points), range(run.experiment.repeats))
+    everything = product((point.index for point in run.points), range(run.config.repeats))
     batches = _batches(run, everything)
     idle = f"part {k} of {n} has nothing to do: the run has {counted(len(batches), 'batch')}"
     share = {(point, repeat) for point, repeats in batches[k - 1 :: n] for repeat in repeats}
     return share, "" if share else idle
 
 
-def _batches(run: Run, missing: Iterable[tuple[int, int]]) -> list[Batch]:
+def _batches(run: RunFolder, missing: Iterable[tuple[int, int]]) -> list[Batch]:
     """The missing repeats, in batches of consecutive ones."""
     batches: list[Batch] = []
     for point, pairs in groupby(missing, key=itemgetter(0)):
-        size = batch_size(run.by_number[point].experiment)
+        size = batch_size(run.by_number[point].config)
         # Among consecutive numbers, the difference from their rank is the same.
         ranked = enumerate(repeat for _, repeat in pairs)
         for _, together in groupby(ranked, key=lambda pair: pair[1] - pair[0]):

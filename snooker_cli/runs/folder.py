@@ -16,8 +16,8 @@ from typing import TypeVar
 from snooker_cli import store
 from snooker_cli.config import (
     LIMITS,
+    Config,
     ConfigError,
-    Experiment,
     Point,
     digest,
     extends,
@@ -35,13 +35,14 @@ from snooker_cli.files import (
     write_json,
 )
 from snooker_cli.formatting import counted, listed
+from snooker_cli.options import FRESH, OUT, RUN_CONFIG, RUNS_LISTED
 from snooker_cli.runs import manifest
-from snooker_cli.runs.run import FIGURES, MANIFEST, RepeatState, Run, point_and_repeats
+from snooker_cli.runs.run import FIGURES, MANIFEST, RepeatState, RunFolder, point_and_repeats
 
 if sys.platform != "win32":
     import fcntl
 
-SomeRun = TypeVar("SomeRun", bound=Run)
+SomeRun = TypeVar("SomeRun", bound=RunFolder)
 
 RUNS = Path("runs")
 
@@ -57,7 +58,7 @@ MOST_NAMED = 5  # runs that a message about their parent folder names
 LOCK_WAITS = (0.0, 0.02, 0.05, 0.1)  # s, because ``is_locked`` holds the lock for a moment
 
 
-def create(run: Run, *, fresh: bool = False) -> str:
+def create(run: RunFolder, *, fresh: bool = False) -> str:
     """Make a run's folder and manifest; results of the same experiment in it are kept.
 
     fresh : delete what the folder holds
@@ -88,7 +89,7 @@ def _own_folders(directory: Path) -> list[Path]:
     return [own_folder(path) for path in paths if path.is_dir()]
 
 
-def planned_change(run: Run, *, fresh: bool = False) -> str:
+def planned_change(run: RunFolder, *, fresh: bool = False) -> str:
     """How ``create`` will extend or reduce the results in the folder; empty if it does not.
 
     Writes nothing. Raises ``RunError`` if the folder is not a run's, or holds results that this
@@ -105,7 +106,7 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
         if other and not _is_run(directory):  # another process may just have made the run
             raise RunError(
                 f"{directory}: is not empty and not a run of snooker",
-                "give --out for another folder",
+                f"give {OUT} for another folder",
                 code="not_a_run",
             )
         return ""
@@ -119,7 +120,7 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
     left_out = [point for point in run.former if point.index not in former]
     limits = _changed_limits(pairs)
     # Whether some point would end earlier than the stored run.
-    earlier = not all(extends(new.experiment, old.experiment) for new, old in pairs)
+    earlier = not all(extends(new.config, old.config) for new, old in pairs)
     refusal, code = "", ""
     if stored.engine_version != run.engine_version:
         code = "other_engine_version"
@@ -131,18 +132,18 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
         all(_physics(new) == _physics(old) for new, old in pairs)
         and all(_is_of_sweep(stored, point) for point in added)
     ):
-        keys = [key for key in Experiment.model_fields if key not in ("title", "repeats")]
-        new, old = run.experiment, stored.experiment
+        keys = [key for key in Config.model_fields if key not in ("title", "repeats")]
+        new, old = run.config, stored.config
         changed = ", ".join(key for key in keys if getattr(new, key) != getattr(old, key))
         code, refusal = "other_config", f"results of another config ({changed} changed)"
     elif earlier and _has_longer_repeat(run):
         code, refusal = "shorter_limits", f"repeats longer than this config asks for ({limits})"
     if refusal:
-        advice = "give --out for another folder, or --fresh, which deletes them"
+        advice = f"give {OUT} for another folder, or {FRESH}, which deletes them"
         raise RunError(f"{directory}: holds {refusal}", advice, code=code)
     if earlier:
         return f"{directory} ends earlier than before: {limits}; no repeat is longer yet"
-    wanted, present = run.experiment.repeats, stored.experiment.repeats
+    wanted, present = run.config.repeats, stored.config.repeats
     more = f"repeats from {present} to {wanted}" if wanted > present else ""
     new_points = counted(len(added), "new point") if added else ""
     gone = f"{counted(len(left_out), 'point')} no longer listed, stored as before"
@@ -180,11 +181,11 @@ def continued(run: SomeRun) -> SomeRun:
         taken, same = set(numbers.values()), dict[str, deque[int]]()
         for point in before:
             if point.index not in taken:
-                identity = digest(point.experiment, without=without)
+                identity = digest(point.config, without=without)
                 same.setdefault(identity, deque()).append(point.index)
         for place, point in enumerate(run.points):
             if place not in numbers:
-                alike = same.get(digest(point.experiment, without=without))
+                alike = same.get(digest(point.config, without=without))
                 numbers |= {place: alike.popleft()} if alike else {}
     used = {point.index for point in before}
     unused = (number for number in count() if number not in used)
@@ -197,22 +198,22 @@ def continued(run: SomeRun) -> SomeRun:
     return replace(run, points=numbered, former=former)
 
 
-def _is_of_sweep(stored: Run, point: Point) -> bool:
+def _is_of_sweep(stored: RunFolder, point: Point) -> bool:
     """Whether a point has the physics of a stored config, but for the values of swept keys.
 
     The keys that the stored run sweeps may have one value now.
     """
     try:
         here = with_values(
-            stored.experiment,
+            stored.config,
             {
-                key: value_at(point.experiment, key_path(key))
+                key: value_at(point.config, key_path(key))
                 for key in _swept((*stored.points, *stored.former, point))
             },
         )
     except (ConfigError, *NO_VALUE):
         return False
-    return digest(here, without=LIMITS) == digest(point.experiment, without=LIMITS)
+    return digest(here, without=LIMITS) == digest(point.config, without=LIMITS)
 
 
 def _swept(points: Iterable[Point]) -> list[str]:
@@ -220,19 +221,19 @@ def _swept(points: Iterable[Point]) -> list[str]:
     return list(dict.fromkeys(key for point in points for key, _ in point.parameters))
 
 
-def _override_for_all(run: Run) -> str:
+def _override_for_all(run: RunFolder) -> str:
     """``cor=0.8,0.9``, which lists all points of a run's folder; empty if one key is not enough."""
     points = (*run.points, *run.former)
     keys = _swept(points)
     if len(keys) != 1 or len(points) > MOST_LISTED:
         return ""
-    values = [value_at(point.experiment, key_path(keys[0])) for point in points]
+    values = [value_at(point.config, key_path(keys[0])) for point in points]
     if len(set(values)) < len(values) or not {*map(type, values)} <= {int, float}:
         return ""
     return f"{keys[0]}={','.join(map(repr, sorted(values)))}"
 
 
-def _restored(run: Run) -> str:
+def _restored(run: RunFolder) -> str:
     """What ``planned_change`` returns where the manifest is lost. Raises ``RunError``."""
     for path in _repeat_files(run.directory):
         reason = "belongs to a longer sweep"
@@ -242,7 +243,7 @@ def _restored(run: Run) -> str:
         if reason:
             raise RunError(
                 f"{run.directory}: {LOST}, and {path.relative_to(run.directory)} {reason}",
-                "give --fresh to replace the repeats or --out for another folder",
+                f"give {FRESH} to replace the repeats or {OUT} for another folder",
                 code="other_config",
             )
     return f"{run.directory}: {LOST}; it is made again, and the repeats are kept"
@@ -255,7 +256,7 @@ def _repeat_files(directory: Path) -> list[Path]:
 
 def _physics(point: Point) -> str:
     """What two points have in common if one continues the other."""
-    return digest(point.experiment, without=LIMITS)
+    return digest(point.config, without=LIMITS)
 
 
 def _changed_limits(pairs: Sequence[tuple[Point, Point]]) -> str:
@@ -263,7 +264,7 @@ def _changed_limits(pairs: Sequence[tuple[Point, Point]]) -> str:
     changes = []
     for name in LIMITS:
         values = [
-            list(dict.fromkeys(getattr(point.experiment, name) for point in points))
+            list(dict.fromkeys(getattr(point.config, name) for point in points))
             for points in ([old for _, old in pairs], [new for new, _ in pairs])
         ]
         if values[0] != values[1]:
@@ -272,18 +273,18 @@ def _changed_limits(pairs: Sequence[tuple[Point, Point]]) -> str:
     return ", ".join(changes)
 
 
-def _has_longer_repeat(run: Run) -> bool:
+def _has_longer_repeat(run: RunFolder) -> bool:
     """Whether a readable repeat in the folder is longer than a run's config asks for."""
     files = chain.from_iterable(run.batches(point.index) for point in run.points)
     return any(
         status.state is RepeatState.UNUSABLE
         and status.header
-        and status.repeat < run.experiment.repeats
+        and status.repeat < run.config.repeats
         for status in chain.from_iterable(map(run.file_statuses, files))
     )
 
 
-def open_run(name: str | Path) -> Run:
+def open_run(name: str | Path) -> RunFolder:
     """A run by its folder, or by its name under ``runs/``.
 
     Raises ``RunError`` if there is none, and ``StoreError`` if its manifest cannot be read.
@@ -298,14 +299,14 @@ def open_run(name: str | Path) -> Run:
         folder = RUNS if len(Path(name).parts) == 1 else Path(name).parent
         others = [path.parent.name for path in folder.glob(f"*/{MANIFEST}")]
         near = difflib.get_close_matches(Path(name).name, others, n=1)
-        advice = "make one with `snooker run CONFIG`"
+        advice = f"make one with {RUN_CONFIG}"
         if inside := [str(path.parent) for path in sorted(Path(name).glob(f"*/{MANIFEST}"))]:
             more = [f"{len(inside) - MOST_NAMED:,} more"] if len(inside) > MOST_NAMED else []
             advice = f"give one of the runs in it: {listed(inside[:MOST_NAMED] + more)}"
         elif near:
-            advice = f"the nearest is {Path(name).with_name(near[0])}, and `snooker ls` lists all"
+            advice = f"the nearest is {Path(name).with_name(near[0])}, and {RUNS_LISTED} lists all"
         if _repeat_files(lost := Path(name)) or _repeat_files(lost := RUNS / name):
-            advice = f"run its config again with --out {lost}, which keeps the repeats"
+            advice = f"run its config again with {OUT.of(lost)}, which keeps the repeats"
             raise RunError(f"{lost}: {LOST}", advice)
         raise RunError(f"{name}: there is no run here (no {MANIFEST})", advice)
     return manifest.read(directory)
@@ -321,7 +322,7 @@ def runs_in(directory: Path) -> list[Path]:
     if not directory.is_dir():
         raise RunError(
             f"{directory}: there is no such folder",
-            f"`snooker run CONFIG` makes {RUNS}, or name a folder that has runs in it",
+            f"{RUN_CONFIG} makes {RUNS}, or name a folder that has runs in it",
         )
     lost = {path.parents[1] for path in directory.glob("*/point-*/repeats-*-*.h5")}
     return sorted(lost | {path.parent for path in directory.glob(f"*/{MANIFEST}")})
@@ -346,7 +347,7 @@ def holds_results(path: Path) -> bool:
 
 
 @contextmanager
-def locked_for_part(run: Run) -> Iterator[None]:
+def locked_for_part(run: RunFolder) -> Iterator[None]:
     """Make a run's folder and lock it together with other parts of the run.
 
     The first part makes the manifest. Raises ``RunError`` as ``create`` and ``locked`` do, and if
@@ -362,13 +363,13 @@ def locked_for_part(run: Run) -> Iterator[None]:
         if not holds_manifest(run):
             raise RunError(
                 f"{run.directory}: parts of another config are running here",
-                "let them end, or give --out for another folder",
+                f"let them end, or give {OUT} for another folder",
                 code="locked",
             )
         yield
 
 
-def holds_manifest(run: Run) -> bool:
+def holds_manifest(run: RunFolder) -> bool:
     """Whether the folder has this run's manifest, in any file."""
     with suppress(Exception):
         stored = json.loads(read_text(run.directory / MANIFEST))
@@ -394,7 +395,8 @@ def writing(directory: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise RunError(
-            f"{directory}: cannot be written ({error.strerror})", "give --out for another folder"
+            f"{directory}: cannot be written ({error.strerror})",
+            f"give {OUT} for another folder",
         ) from None
 
 
@@ -424,7 +426,7 @@ def locked(directory: Path, shared: bool = False) -> Iterator[None]:
         else:
             raise RunError(
                 f"{directory}: another `snooker run` is writing here",
-                "let it end, or give --out for another folder",
+                f"let it end, or give {OUT} for another folder",
                 code="locked",
             )
         # With the lock, no other run of this machine is here: its temporary files are left-overs.
@@ -460,14 +462,14 @@ def _lock(descriptor: int, how: int) -> bool | None:
     return True
 
 
-def record_failure(run: Run, point: int, repeat: int, error: str) -> None:
+def record_failure(run: RunFolder, point: int, repeat: int, error: str) -> None:
     """Add a repeat that has failed to the record, if the disk takes it."""
     line = json.dumps({"point": point, "repeat": repeat, "error": error})
     with suppress(OSError):
         append_text(run.directory / FAILURES, f"{line}\n")
 
 
-def failures(run: Run) -> dict[tuple[int, int], str]:
+def failures(run: RunFolder) -> dict[tuple[int, int], str]:
     """The error of each point and repeat that failed; a line that is cut is skipped."""
     errors: dict[tuple[int, int], str] = {}
     with suppress(OSError):

@@ -13,13 +13,14 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from snooker_cli import store
-from snooker_cli.config import Point, points, to_json, validated, with_values
+from snooker_cli.config import Point, PointConfig, points, to_json, validated, with_values
 from snooker_cli.config.problems import in_words, key_path, rendered, value_at
 from snooker_cli.errors import DeniedError, RunError, StoreError, error_text
 from snooker_cli.files import read_text
 from snooker_cli.formatting import listed, plain, printable
+from snooker_cli.options import FRESH, OUT
 from snooker_cli.ranges import Index
-from snooker_cli.runs.run import MANIFEST, Run
+from snooker_cli.runs.run import MANIFEST, RunFolder
 
 
 class _Row(BaseModel):
@@ -60,15 +61,15 @@ _NEEDS = {
 """What is needed, by the type of pydantic's error."""
 
 
-def content(run: Run) -> dict[str, Any]:
+def content(run: RunFolder) -> dict[str, Any]:
     """The content of a run's manifest, as JSON has it."""
     rows = [_row(point, digest=run.digests[point.index]) for point in run.points]
-    former = [_row(point, experiment=_data(point.experiment)) for point in run.former]
+    former = [_row(point, experiment=_data(point.config)) for point in run.former]
     manifest: dict[str, Any] = plain(
         {
             "schema_version": store.SCHEMA_VERSION,
             "engine_version": run.engine_version,
-            "experiment": _data(run.experiment),
+            "experiment": _data(run.config),
             "points": rows,
         }
         | ({"former": former} if former else {})
@@ -84,7 +85,7 @@ def _data(experiment: Any) -> Any:
     return json.loads(to_json(experiment))
 
 
-def read(directory: Path) -> Run:
+def read(directory: Path) -> RunFolder:
     """The run of a folder that has a manifest.
 
     Raises ``StoreError`` if the manifest cannot be read, and ``RunError`` if it is of another
@@ -101,13 +102,13 @@ def read(directory: Path) -> Run:
         raise StoreError(
             path,
             f"cannot be read ({printable(reason)})",
-            "put a copy of it back, or run the config with --fresh, which replaces the results",
+            f"put a copy of it back, or run the config with {FRESH}, which replaces the results",
         ) from None
     if manifest.schema_version not in store.READABLE:
         raise RunError(
             f"{directory}: its files have version {manifest.schema_version} of the schema, and "
             f"this snooker reads versions {listed([*map(str, store.READABLE)])}",
-            "run its config with --fresh, which replaces the results, or with --out",
+            f"run its config with {FRESH}, which replaces the results, or with {OUT}",
             code="other_schema",
         )
     return run
@@ -124,7 +125,7 @@ def _sentence(error: ValidationError) -> str:
     return f"{where}{in_words(fault['input'])} is given where {needs} is needed"
 
 
-def _run(directory: Path, manifest: _Manifest) -> Run:
+def _run(directory: Path, manifest: _Manifest) -> RunFolder:
     """The run of a manifest. Raises ``ValueError`` if its parts contradict each other."""
     experiment = validated(manifest.experiment)
     grid = points(experiment)
@@ -136,7 +137,7 @@ def _run(directory: Path, manifest: _Manifest) -> Run:
     pairs = zip(grid, manifest.points, strict=True)
     numbered = tuple(replace(point, index=row.index) for point, row in pairs)
     former = tuple(_former_points(manifest.former))
-    run = Run(directory, experiment, numbered, manifest.engine_version, former)
+    run = RunFolder(directory, experiment, numbered, manifest.engine_version, former)
     if [row.digest for row in manifest.points] != list(run.digests.values()):
         raise ValueError("its points are not those of its experiment")
     return run
@@ -149,4 +150,4 @@ def _former_points(rows: list[_Former]) -> Iterator[Point]:
         if is_nested or with_values(experiment, given) != experiment:
             raise ValueError(f"former[{place}]: its parameters are not those of its experiment")
         parameters = tuple((key, value_at(experiment, key_path(key))) for key in given)
-        yield Point(row.index, parameters, experiment)
+        yield Point(row.index, parameters, PointConfig(experiment))

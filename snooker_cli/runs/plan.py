@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from snooker_cli import facts, store, theory
-from snooker_cli.config import BallList, Experiment, Loaded, Point
+from snooker_cli.config import BallList, Config, Loaded, Point
 from snooker_cli.containers import Container
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.results_cache import MEMORY
-from snooker_cli.runs.run import RepeatState, Run
+from snooker_cli.runs.run import RepeatState, RunFolder
 from snooker_cli.scene import Scene
 
 MOST_SECONDS = 7 * 86400.0  # a run whose estimate is longer needs ``--yes``
@@ -55,10 +55,10 @@ class SceneClass:
     models: dict[str, bool]
 
 
-def first_scene(experiment: Experiment, repeat: int) -> Scene:
+def first_scene(config: Config, repeat: int) -> Scene:
     """A starting scene, which is kept: a million balls take seconds, and a run needs it twice."""
-    key = "scene", experiment, repeat
-    return MEMORY.get(key, lambda: starting_scene(experiment, repeat))
+    key = "scene", config, repeat
+    return MEMORY.get(key, lambda: starting_scene(config, repeat))
 
 
 def unseen(_text: str) -> None:
@@ -96,13 +96,11 @@ def scene_classes(
     scenes = alike(points).values()
     for number, same in enumerate(scenes, 1):
         show(f"placing balls: scene {number:,} of {len(scenes):,}")
-        experiment = same[0].experiment
+        config = same[0].config
         try:
-            repeats, listed = experiment.repeats, "start" if experiment.start else "balls.list"
-            given = (
-                isinstance(experiment.balls, BallList)
-                and not experiment.collision_rules.wall_law.is_random
-            )
+            repeats, listed = config.repeats, "start" if config.start else "balls.list"
+            random_walls = config.collision_rules.wall_law.is_random
+            given = isinstance(config.balls, BallList) and not random_walls
             if repeats > 1 and given:
                 raise SceneError(
                     "repeats",
@@ -110,18 +108,18 @@ def scene_classes(
                     "since its velocities are given; set repeats: 1, or give balls.rings or "
                     "balls.count, whose directions are random",
                 )
-            scene = first_scene(experiment, 0)
+            scene = first_scene(config, 0)
             models = specialisation(scene)
         except (SceneError, ValueError) as error:
             label = point_label(same[0].as_json())
             where = f" (at the point {label})" if same[0].parameters else ""
             wrong = error.key if isinstance(error, SceneError) else "container.shape"
             raise SceneError(wrong, f"{error}{where}") from None
-        models["events"] = experiment.keeps_events
-        models |= {"snapshots": True} if experiment.stored_times else {}
+        models["events"] = config.keeps_events
+        models |= {"snapshots": True} if config.stored_times else {}
         rates = theory.starting_rates(scene)
         for point in same:
-            needed = models | _loss_models(point.experiment)
+            needed = models | _loss_models(point.config)
             key = type(scene.container), tuple(needed.items())
             groups.setdefault(key, []).append((point, scene.number, rates))
     classes = []
@@ -132,62 +130,62 @@ def scene_classes(
     return sorted(classes, key=lambda scene_class: scene_class.points[0].index)
 
 
-def _collisions(experiment: Experiment, balls: int, rates: tuple[float, float]) -> int:
+def _collisions(config: Config, balls: int, rates: tuple[float, float]) -> int:
     """The most collisions of a repeat, or about how many it has in its time by Haff's law."""
-    most = experiment.collisions
-    if experiment.time is None:
+    most = config.collisions
+    if config.time is None:
         return most or 0
     pairs, wall = rates
-    zeta = theory.cooling_rate(experiment.cor, pairs, experiment.effective_wall_cor, wall)
-    if facts.hold(experiment, "warm_walls"):  # the gas stays about as warm as it starts
+    zeta = theory.cooling_rate(config.cor, pairs, config.effective_wall_cor, wall)
+    if facts.hold(config, "warm_walls"):  # the gas stays about as warm as it starts
         zeta = 0.0
-    time = theory.time_without_cooling(experiment.time, theory.haff_rate(zeta))
+    time = theory.time_without_cooling(config.time, theory.haff_rate(zeta))
     number = min(balls * (pairs / 2 + wall) * time, MOST_COLLISIONS)  # else it may be infinite
     return round(number if most is None else min(number, most))
 
 
-def _end(experiment: Experiment, balls: int, rates: tuple[float, float]) -> float:
+def _end(config: Config, balls: int, rates: tuple[float, float]) -> float:
     """About when a repeat ends, s, by Haff's law."""
     pairs, wall = rates
     rate = balls * (pairs / 2 + wall)
-    if experiment.collisions is None or not rate > 0:
+    if config.collisions is None or not rate > 0:
         return LAST_TIME
-    elastic = experiment.collisions / rate
-    zeta = theory.cooling_rate(experiment.cor, pairs, experiment.effective_wall_cor, wall)
-    alpha = 0.0 if facts.hold(experiment, "warm_walls") else theory.haff_rate(zeta)
+    elastic = config.collisions / rate
+    zeta = theory.cooling_rate(config.cor, pairs, config.effective_wall_cor, wall)
+    alpha = 0.0 if facts.hold(config, "warm_walls") else theory.haff_rate(zeta)
     if alpha * elastic > math.log(LAST_TIME):
         return LAST_TIME
     return math.expm1(alpha * elastic) / alpha if alpha else elastic
 
 
-def _loss_models(experiment: Experiment) -> dict[str, bool]:
+def _loss_models(config: Config) -> dict[str, bool]:
     """Which losses a point has, what ends its repeats because of them, and what prevents that."""
-    traits, shape = facts.traits_of(experiment), experiment.container.shape_class
-    at_wall = facts.hold(traits, "walls") and experiment.effective_wall_cor < 1.0
+    traits, shape = facts.traits_of(config), config.container.shape_class
+    at_wall = facts.hold(traits, "walls") and config.effective_wall_cor < 1.0
     traps = at_wall and facts.hold(traits, "cold") and shape.traps
-    rules = experiment.collision_rules
+    rules = config.collision_rules
     laws = rules.pair_law, *rules.wall_law.parts
     words = dict.fromkeys(law.name for law in laws if law.name != "constant")
     words |= {"rough": None} if facts.hold(traits, "rough") else {}
     return {f"{LAW}{word}": True for word in words} | {
         "losses between balls": facts.hold(traits, "lossy_cor"),
         "losses at the wall": at_wall,
-        "wall traps": traps and experiment.collapse == "stop",
+        "wall traps": traps and config.collapse == "stop",
         "collapse": True,
         "lasting contacts": rules.contact_duration > 0.0,
         "slow collisions elastic": rules.elastic_below > 0.0,
     }
 
 
-def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
+def alike(points: Iterable[Point]) -> dict[Config, list[Point]]:
     """Points by scene and record; they differ in losses, limits and random numbers."""
     common = {"cor": 1.0, "wall_cor": None, "collisions": 1, "time": None, "title": None}
-    groups: dict[Experiment, list[Point]] = {}
+    groups: dict[Config, list[Point]] = {}
     for point in points:
-        collapse = "slide" if point.experiment.collapse == "slide" else "stop"
-        record = "events" if point.experiment.keeps_events else "summary"
+        collapse = "slide" if point.config.collapse == "slide" else "stop"
+        record = "events" if point.config.keeps_events else "summary"
         changes = {**common, "collapse": collapse, "record": record}
-        same = point.experiment.model_copy(update=changes)
+        same = point.config.model_copy(update=changes)
         groups.setdefault(same, []).append(point)
     return groups
 
@@ -195,17 +193,15 @@ def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
 def scenes_of(points: Iterable[Point]) -> list[Scene]:
     """The first scene of each point, with its own rules. They were made for `scene_classes`."""
     scenes = {
-        point.index: replace(first_scene(same[0].experiment, 0), **vars(rules))
+        point.index: replace(first_scene(same[0].config, 0), **vars(rules))
         for same in alike(points).values()
         for point in same
-        for rules in [point.experiment.collision_rules]
+        for rules in [point.config.collision_rules]
     }
     return [scenes[point.index] for point in points]
 
 
-def snapshot_times(
-    experiment: Experiment, scene: Scene, end: float = LAST_TIME
-) -> tuple[float, ...]:
+def snapshot_times(config: Config, scene: Scene, end: float = LAST_TIME) -> tuple[float, ...]:
     """The times at which states of a repeat are stored, s, up to an end; () without snapshots.
 
     scene : its start
@@ -213,7 +209,7 @@ def snapshot_times(
     Those per decade are rounded to four digits, so that they are the same on every machine. They
     begin at the power of ten below the time in which a ball moves the mean distance between balls.
     """
-    times, end = experiment.stored_times, min(end, experiment.time or end)
+    times, end = config.stored_times, min(end, config.time or end)
     if isinstance(times, tuple):
         return times
     speed = math.sqrt(2 * scene.kinetic_energy / float(np.sum(scene.masses)))
@@ -226,28 +222,28 @@ def snapshot_times(
     return tuple(time for time in rounded if time <= end)
 
 
-def batch_size(experiment: Experiment) -> int:
+def batch_size(config: Config) -> int:
     """How many repeats of a point are simulated and stored together; the same on every machine.
 
     A file with snapshots has one repeat.
     """
-    if experiment.stored_times:
+    if config.stored_times:
         return 1
-    scene = first_scene(experiment, 0)
-    collisions = _most_collisions(experiment, scene)
+    scene = first_scene(config, 0)
+    collisions = _most_collisions(config, scene)
     seconds = _seconds(scene.number, specialisation(scene)["cells"], collisions)
-    stored = EVENT_IN_MEMORY * collisions if experiment.keeps_events else BYTES_OF_SUMMARY
+    stored = EVENT_IN_MEMORY * collisions if config.keeps_events else BYTES_OF_SUMMARY
     size = stored + BYTES_OF_REPEAT + BYTES_OF_BALL * scene.number
     return max(1, int(min(BATCH_SECONDS / seconds, BATCH_BYTES / size)))
 
 
-def _most_collisions(experiment: Experiment, scene: Scene) -> float:
+def _most_collisions(config: Config, scene: Scene) -> float:
     """About the largest number of collisions of a repeat: that of elastic balls."""
-    limits = [] if experiment.collisions is None else [float(experiment.collisions)]
-    if experiment.time is not None and scene.number:
+    limits = [] if config.collisions is None else [float(config.collisions)]
+    if config.time is not None and scene.number:
         squares = math.fsum((scene.velocities * scene.velocities).ravel().tolist())
         speed = math.sqrt(squares / scene.number)
-        limits.append(experiment.time * speed * scene.number / scene.mean_free_path)
+        limits.append(config.time * speed * scene.number / scene.mean_free_path)
     return min(limits)
 
 
@@ -264,7 +260,7 @@ def _seconds(balls: int, in_cells: bool, collisions: float) -> float:
 
 
 def run_plan(
-    run: Run,
+    run: RunFolder,
     classes: Sequence[SceneClass],
     workers: int,
     fresh: bool = False,
@@ -279,7 +275,7 @@ def run_plan(
     ``by_time`` is whether repeats end at a time, so that their collisions are only an estimate.
     Raises ``DeniedError`` for a file that cannot be read.
     """
-    to_do = Counter({point.index: run.experiment.repeats for point in run.points})
+    to_do = Counter({point.index: run.config.repeats for point in run.points})
     if share is not None:
         to_do = Counter(point for point, _ in share)
     total = to_do.total()
@@ -298,16 +294,16 @@ def run_plan(
     return {
         "run": str(run.directory),
         "points": len(run.points),
-        "repeats": run.experiment.repeats,
+        "repeats": run.config.repeats,
         "cached": total - missing,
         "to_do": missing,
         "kinds": kinds,
         "collisions": totals["collisions"],
-        "by_time": any(point.experiment.time is not None for point in run.points),
+        "by_time": any(point.config.time is not None for point in run.points),
         "threads": threads,
         "seconds": totals["processor_seconds"] / threads,
         "bytes": totals["bytes"],
-        "common_random": run.experiment.common_random,
+        "common_random": run.config.common_random,
         "free_bytes": _free_bytes(run.directory),
     }
 
@@ -320,7 +316,7 @@ def is_excessive(plan: dict[str, Any]) -> bool:
 
 def _class_plan(scene_class: SceneClass, to_do: Mapping[int, int]) -> dict[str, Any]:
     estimates = [
-        _estimates(scene_class, point.experiment, balls, rates, to_do[point.index])
+        _estimates(scene_class, point.config, balls, rates, to_do[point.index])
         for point, balls, rates in zip(
             scene_class.points, scene_class.balls, scene_class.rates, strict=True
         )
@@ -338,19 +334,17 @@ def _class_plan(scene_class: SceneClass, to_do: Mapping[int, int]) -> dict[str, 
 
 def _estimates(
     scene_class: SceneClass,
-    experiment: Experiment,
+    config: Config,
     balls: int,
     rates: tuple[float, float],
     repeats: int,
 ) -> tuple[int, float, int]:
     """Collisions, time on one thread (s) and disk for some repeats."""
-    collisions, events = _collisions(experiment, balls, rates), scene_class.models["events"]
+    collisions, events = _collisions(config, balls, rates), scene_class.models["events"]
     stored, recording = float(BYTES_OF_SUMMARY), 1.5e-6 * min(collisions, 20_000)
-    more = BYTES_OF_ROUGH if facts.hold(experiment, "rough") else 0
-    if experiment.stored_times:
-        times = snapshot_times(
-            experiment, first_scene(experiment, 0), _end(experiment, balls, rates)
-        )
+    more = BYTES_OF_ROUGH if facts.hold(config, "rough") else 0
+    if config.stored_times:
+        times = snapshot_times(config, first_scene(config, 0), _end(config, balls, rates))
         stored += len(times) * (BYTES_OF_STATE + more) * balls
     if events:
         stored, recording = collisions * (BYTES_OF_EVENT + more), 8e-7 * collisions

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from snooker_cli import store
-from snooker_cli.config import Experiment, Point, digest, extends, validated
+from snooker_cli.config import Config, Point, digest, extends, validated
 from snooker_cli.engine import ENGINE_VERSION, stands_still
 from snooker_cli.errors import AbsentError, PlaceError, RunError, StoreError
 from snooker_cli.files import discard, read_text
@@ -24,6 +24,7 @@ from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason, Trace
 
 MANIFEST = "run.json"
+RUN = "run"  # of runs side by side, the parameter that names the run of a point
 FIGURES = "figures"  # the folder where ``plot`` saves them
 REMEMBERED_SIZE = 32_000_000  # bytes of a file up to which its repeats stay in memory
 REPLACES = "run the config again, which replaces it"
@@ -76,7 +77,7 @@ class RepeatStatus(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Run:
+class RunFolder:
     """A run's folder and the experiment whose repeats it holds.
 
     engine_version : of the engine that makes its repeats
@@ -84,7 +85,7 @@ class Run:
     """
 
     directory: Path
-    experiment: Experiment
+    config: Config
     points: tuple[Point, ...]
     engine_version: int = ENGINE_VERSION
     former: tuple[Point, ...] = ()
@@ -107,7 +108,7 @@ class Run:
     @cached_property
     def digests(self) -> dict[int, str]:
         """What identifies each point, by its number."""
-        return {point.index: digest(point.experiment) for point in self.points}
+        return {point.index: digest(point.config) for point in self.points}
 
     @property
     def identity(self) -> str:
@@ -123,7 +124,7 @@ class Run:
     def common_random_notes(self) -> list[str]:
         """A sentence if several points have the same random numbers; else none."""
         note = "all points have the same random starts (common_random); compare repeat by repeat"
-        return [note] if self.experiment.common_random and len(self.points) > 1 else []
+        return [note] if self.config.common_random and len(self.points) > 1 else []
 
     # The files of batches.
 
@@ -137,13 +138,13 @@ class Run:
         files = (self.directory / f"point-{point:04d}").glob("repeats-*-*.h5")
         return sorted(path for path in files if point_and_repeats(path)[1])
 
-    def origin(self, point: Point) -> "tuple[Run, Point]":
+    def origin(self, point: Point) -> "tuple[RunFolder, Point]":
         """The run that has a point, and the point as it has it; see ``RunsSideBySide``."""
         return self, point
 
     def requested(self, point: Point) -> int:
         """The number of repeats that the run should have of a point."""
-        return self.origin(point)[0].experiment.repeats
+        return self.origin(point)[0].config.repeats
 
     def place(self, point: Point) -> str:
         """Where a point is in the sweep: ``point 2 of 5``."""
@@ -232,7 +233,7 @@ class Run:
         return [
             best.get(repeat)
             or RepeatStatus(point, repeat, self.path(point, [repeat]), RepeatState.MISSING)
-            for repeat in range(self.experiment.repeats)
+            for repeat in range(self.config.repeats)
         ]
 
     def delete_all_but(self, kept: Collection[Path]) -> None:
@@ -241,7 +242,7 @@ class Run:
             return
         for path in chain.from_iterable(self.batches(point.index) for point in self.points):
             # A file with later repeats than this run has belongs to a longer run: it stays.
-            if path not in kept and point_and_repeats(path)[1].stop <= self.experiment.repeats:
+            if path not in kept and point_and_repeats(path)[1].stop <= self.config.repeats:
                 discard(path)
 
     def file_statuses(self, path: Path, *, check: Check | None = None) -> list[RepeatStatus]:
@@ -268,7 +269,7 @@ class Run:
         except StoreError as error:
             return [
                 RepeatStatus(point, repeat, path, RepeatState.UNUSABLE, error=error)
-                for repeat in repeats[: self.experiment.repeats]
+                for repeat in repeats[: self.config.repeats]
             ]
         return [self._classified(path, point, header) for header in headers]
 
@@ -276,12 +277,12 @@ class Run:
         """Whether a repeat with this header belongs to this run and is complete."""
         source, own = header.provenance, self.by_number[point]
         state, reason, advice = RepeatState.UNUSABLE, "", REPLACES
-        most = own.experiment.collisions or math.inf
+        most = own.config.collisions or math.inf
         if source.engine_version != self.engine_version:
             reason = f"is of engine version {source.engine_version}, not {self.engine_version}"
         elif source.digest != self.digests[point]:
-            key = "extended", source.config, source.digest, own.experiment
-            order = MEMORY.get(key, partial(_extension, source, own.experiment))
+            key = "extended", source.config, source.digest, own.config
+            order = MEMORY.get(key, partial(_extension, source, own.config))
             reason = "is of another config"
             if order < 0:
                 state, reason, advice = RepeatState.SHORTER, "is shorter than the extended run", ""
@@ -339,7 +340,7 @@ def _ended(trace: Trace, header: RepeatHeader) -> Trace:
     return replace(trace, stop=stop)
 
 
-def hidden_collapses(run: Run) -> list[tuple[int, int]]:
+def hidden_collapses(run: RunFolder) -> list[tuple[int, int]]:
     """Point and number of each repeat that counts as complete, but whose clock stands still.
 
     Reads only the last events, and those only of an older engine.
@@ -371,7 +372,7 @@ def point_and_repeats(path: Path) -> tuple[int, range]:
     return point, range(first, last + 1)
 
 
-def _extension(source: store.Provenance, experiment: Experiment) -> int:
+def _extension(source: store.Provenance, config: Config) -> int:
     """-1 if an experiment continues the one of a file's provenance, 1 for the opposite, else 0."""
     try:
         stored = validated(json.loads(source.config))
@@ -379,4 +380,4 @@ def _extension(source: store.Provenance, experiment: Experiment) -> int:
         return 0
     if digest(stored) != source.digest:
         return 0
-    return extends(stored, experiment) - extends(experiment, stored)
+    return extends(stored, config) - extends(config, stored)

@@ -10,10 +10,7 @@ from snooker_cli.config import Point
 from snooker_cli.config.points import LIMITS, single_values
 from snooker_cli.errors import RunError
 from snooker_cli.formatting import listed
-from snooker_cli.runs.run import Check, RepeatStatus, Run
-
-RUN = "run"
-"""The parameter that names the run of a point."""
+from snooker_cli.runs.run import RUN, Check, RepeatStatus, RunFolder
 
 NOT_COMPARED = {
     *("title", "repeats", "sweep", "seed", "common_random", "record", "snapshots"),
@@ -23,7 +20,7 @@ NOT_COMPARED = {
 
 
 @dataclass(frozen=True)
-class RunsSideBySide(Run):
+class FoldersSideBySide(RunFolder):
     """Several runs as one, for analyses and figures. Their folders stay as they are.
 
     The parameters of a point are its run's name, the keys that a run sweeps, and the single values
@@ -32,10 +29,10 @@ class RunsSideBySide(Run):
     runs : these runs; ``directory`` and ``experiment`` are those of the first
     """
 
-    runs: tuple[Run, ...] = ()
+    runs: tuple[RunFolder, ...] = ()
 
     @classmethod
-    def of(cls, runs: Sequence[Run]) -> Self:
+    def of(cls, runs: Sequence[RunFolder]) -> Self:
         """These runs as one. Raises ``RunError`` for a run that is given twice."""
         folders = [run.directory.resolve() for run in runs]
         for folder in folders:
@@ -49,7 +46,7 @@ class RunsSideBySide(Run):
             for point in run.points
         ]
         numbered = tuple(replace(point, index=index) for index, point in enumerate(points))
-        return cls(runs[0].directory, runs[0].experiment, numbered, runs=tuple(runs))
+        return cls(runs[0].directory, runs[0].config, numbered, runs=tuple(runs))
 
     @property
     def name(self) -> str:
@@ -62,11 +59,11 @@ class RunsSideBySide(Run):
         return sum(run.unlisted for run in self.runs)
 
     @cached_property
-    def _origins(self) -> list[tuple[Run, Point]]:
+    def _origins(self) -> list[tuple[RunFolder, Point]]:
         """The run and its point, of each point."""
         return [(run, point) for run in self.runs for point in run.points]
 
-    def origin(self, point: Point) -> tuple[Run, Point]:
+    def origin(self, point: Point) -> tuple[RunFolder, Point]:
         """The run that has a point, and the point as this run has it."""
         return self._origins[point.index]
 
@@ -91,7 +88,7 @@ class RunsSideBySide(Run):
         return []
 
 
-def _names(runs: Sequence[Run]) -> list[str]:
+def _names(runs: Sequence[RunFolder]) -> list[str]:
     """The names of the runs' folders; with the folder above where two have one name."""
     names = [run.name for run in runs]
     return [
@@ -100,10 +97,10 @@ def _names(runs: Sequence[Run]) -> list[str]:
     ]
 
 
-def _keys(runs: Sequence[Run]) -> list[str]:
+def _keys(runs: Sequence[RunFolder]) -> list[str]:
     """The keys that a run sweeps, then those whose single values differ between the runs."""
     swept = dict.fromkeys(key for run in runs for key, _ in run.points[0].parameters)
-    settings = [single_values(run.experiment) for run in runs]
+    settings = [single_values(run.config) for run in runs]
     named = dict.fromkeys(
         key for values in settings for key in values if key not in {*swept, *NOT_COMPARED}
     )
@@ -116,4 +113,4 @@ def _value(point: Point, key: str) -> Any:
     parameters = dict(point.parameters)
     if key in parameters:
         return parameters[key]
-    return single_values(point.experiment).get(key)
+    return single_values(point.config).get(key)

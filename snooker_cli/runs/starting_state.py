@@ -72,7 +72,7 @@ def _read(start: Start) -> tuple[Trace, str]:
         raise SceneError("start.run", str(error)) from None
     for key, number, numbers in (
         ("point", start.point, run.by_number),
-        ("repeat", start.repeat, range(run.experiment.repeats)),
+        ("repeat", start.repeat, range(run.config.repeats)),
     ):
         if number not in numbers:
             there = f"{run.name} has {key}s {spans(numbers)}"

@@ -14,18 +14,18 @@ from pathlib import Path
 from typing import Any
 
 from snooker_cli import facts, store
-from snooker_cli.config import Experiment, Point
+from snooker_cli.config import Config, Point
 from snooker_cli.files import unfinished
 from snooker_cli.formatting import counted, printable
 from snooker_cli.runs.folder import failures, is_locked
-from snooker_cli.runs.run import RepeatState, RepeatStatus, Run, point_and_repeats
+from snooker_cli.runs.run import RepeatState, RepeatStatus, RunFolder, point_and_repeats
 from snooker_cli.trace import StopReason
 
 COUNTS = ("done", "running", "failed", "to_do")  # each repeat is counted in one of these
 LATEST = 2.5e11  # the year 9892, in s since 1970: dates end soon after it
 
 
-def run_status(run: Run, reading: Callable[[str], None] = lambda _: None) -> dict[str, Any]:
+def run_status(run: RunFolder, reading: Callable[[str], None] = lambda _: None) -> dict[str, Any]:
     """The status of a run as ``show --json`` prints it, by the headers of its files.
 
     reading : gets a text about what is read now, for a display of progress
@@ -85,7 +85,7 @@ def run_status(run: Run, reading: Callable[[str], None] = lambda _: None) -> dic
         "run": str(run.directory),
         "state": "running" if locked else state,
         "points": len(run.points),
-        "repeats": run.experiment.repeats,
+        "repeats": run.config.repeats,
         **totals,
         "files": len(files),
         "bytes": sum(size for size, *_ in files.values()),
@@ -98,7 +98,7 @@ def run_status(run: Run, reading: Callable[[str], None] = lambda _: None) -> dic
     }
 
 
-def _read(run: Run, reading: Callable[[str], None]) -> Iterator[RepeatStatus]:
+def _read(run: RunFolder, reading: Callable[[str], None]) -> Iterator[RepeatStatus]:
     """Whether each repeat is done, point after point."""
     for place, point in enumerate(run.points, 1):
         reading(f"{run.name}: reading the files of point {place:,} of {len(run.points):,}")
@@ -118,21 +118,21 @@ def ending(reason: str) -> str:
     return "complete" if reason in COMPLETE else reason.replace("_", " ")
 
 
-def continuing(experiment: Experiment, reason: StopReason) -> str:
+def continuing(config: Config, reason: StopReason) -> str:
     """What a config sets so that repeats with such an end continue; empty if there is no way."""
-    traits = facts.traits_of(experiment)
-    if reason is StopReason.WALL_TRAP and experiment.collapse == "stop":
+    traits = facts.traits_of(config)
+    if reason is StopReason.WALL_TRAP and config.collapse == "stop":
         if not facts.hold(traits, "smooth_wall", "one_wall_cor"):
             return "`collapse: {tc: 0.01}`"
         if facts.hold(traits, "fixed"):
             return "`collapse: slide` (exact)"
         return "`collapse: slide` (exact, fixed container) or `collapse: {tc: 0.01}`"
-    if reason is StopReason.COLLAPSE and experiment.collapse in ("stop", "slide"):
+    if reason is StopReason.COLLAPSE and config.collapse in ("stop", "slide"):
         return "`collapse: {tc: 0.01}`" if facts.hold(traits, "lossy") else ""
     return ""
 
 
-def early_warning(run: Run, points: Iterable[Point]) -> str:
+def early_warning(run: RunFolder, points: Iterable[Point]) -> str:
     """A sentence if most repeats of points ended early, with what helps; empty if they did not."""
     total, ways, unfinished_repeats = 0, Counter[str](), False
     for point in points:
@@ -140,7 +140,7 @@ def early_warning(run: Run, points: Iterable[Point]) -> str:
             total += 1
             if not (reason := header.stop.reason).complete:
                 interrupted = reason is StopReason.INTERRUPTED
-                ways["" if interrupted else continuing(point.experiment, reason)] += 1
+                ways["" if interrupted else continuing(point.config, reason)] += 1
                 unfinished_repeats |= interrupted
     if 2 * ways.total() <= total:
         return ""

@@ -11,16 +11,17 @@ from functools import partial
 from pathlib import Path
 
 from snooker_cli import store
-from snooker_cli.config import Experiment, validated
+from snooker_cli.config import Config, validated
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.engine.simulation import Sink, StateSink, Watch
 from snooker_cli.errors import RunError, StoreError
 from snooker_cli.formatting import listed
+from snooker_cli.options import REPLAY
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import ThreadExecutor
 from snooker_cli.runs.out_of_range import Limits, fault_of
 from snooker_cli.runs.plan import snapshot_times
-from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
+from snooker_cli.runs.run import RepeatState, RepeatStatus, RunFolder
 from snooker_cli.trace import StopReason, Trace
 
 if sys.platform != "win32":
@@ -32,7 +33,7 @@ READING_MEMORY, MEMORY_PER_BYTE = 10**9, 8
 ADVICE = "delete it and run again"
 
 
-def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
+def verify(run: RunFolder, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
     """The status of each repeat, as they come; every file is read and checked, and its scene too.
 
     replay : simulate each repeat again, with the same limits, and compare all bits of
@@ -45,7 +46,7 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
         raise RunError(
             f"{run.directory}: holds results of engine version {run.engine_version}, which this "
             f"snooker, of version {ENGINE_VERSION}, cannot simulate again",
-            "verify it without --replay",
+            f"verify it without {REPLAY}",
         )
     if not replay:
         for point in run.points:
@@ -63,7 +64,7 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
             cancelled.set()
 
 
-def _checked_statuses(run: Run, point: int) -> Iterator[RepeatStatus]:
+def _checked_statuses(run: RunFolder, point: int) -> Iterator[RepeatStatus]:
     """The status of each repeat in each file of a point: unusable if it is not of the config."""
     for path in run.batches(point):
         for status in run.file_statuses(path, check=check):
@@ -108,7 +109,7 @@ def _refused(status: RepeatStatus, reason: str) -> RepeatStatus:
     return status._replace(state=RepeatState.UNUSABLE, error=error)
 
 
-def _replayed(run: Run, cancelled: threading.Event, status: RepeatStatus) -> RepeatStatus:
+def _replayed(run: RunFolder, cancelled: threading.Event, status: RepeatStatus) -> RepeatStatus:
     """The status: unusable if simulating the repeat again gives other bits."""
     header = _usable(status)
     if header is None or _is_repeatable(run, header, cancelled):
@@ -116,13 +117,13 @@ def _replayed(run: Run, cancelled: threading.Event, status: RepeatStatus) -> Rep
     return _refused(status, f"simulating repeat {status.repeat} again gives other bits")
 
 
-def origin_fault(run: Run, header: store.RepeatHeader) -> str:
+def origin_fault(run: RunFolder, header: store.RepeatHeader) -> str:
     """Why a stored repeat is not of the config: its rules, limit or start; empty if it may be.
 
     The start of another engine version is not known.
     """
-    experiment, repeat = run.by_number[header.provenance.point].experiment, header.repeat
-    wanted, rules = vars(experiment.collision_rules), vars(header.rules)
+    config, repeat = run.by_number[header.provenance.point].config, header.repeat
+    wanted, rules = vars(config.collision_rules), vars(header.rules)
     names = [name for name in wanted if wanted[name] != rules[name]]
     if names:
         return f"repeat {repeat} was simulated with another {listed(names)} than the config's"
@@ -137,21 +138,21 @@ def origin_fault(run: Run, header: store.RepeatHeader) -> str:
     if end != limit:
         return f"repeat {repeat} ends at another limit than the config's"
     if run.can_be_replayed:
-        start = starting_scene(experiment, repeat)
+        start = starting_scene(config, repeat)
         if header.start != store.scene_hash(start):
             return f"repeat {repeat} starts from another scene than the config's"
     return ""
 
 
-def config_of(run: Run, source: store.Provenance) -> Experiment:
+def config_of(run: RunFolder, source: store.Provenance) -> Config:
     """The config whose limits a stored repeat has, perhaps from before an extension of the run."""
-    experiment = run.by_number[source.point].experiment
+    config = run.by_number[source.point].config
     if source.digest == run.digests[source.point]:
-        return experiment
+        return config
     return validated(json.loads(source.config))
 
 
-def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Event) -> bool:
+def _is_repeatable(run: RunFolder, header: store.RepeatHeader, cancelled: threading.Event) -> bool:
     """Whether simulating a repeat again gives the same bits, or is cancelled."""
     fingerprint = store.Fingerprint()
     again = simulated_again(
@@ -165,7 +166,7 @@ def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Ev
 
 
 def simulated_again(
-    run: Run, header: store.RepeatHeader, *, watch: Watch, sink: Sink, states: StateSink
+    run: RunFolder, header: store.RepeatHeader, *, watch: Watch, sink: Sink, states: StateSink
 ) -> Trace:
     """A stored repeat, simulated with the same limits.
 
@@ -174,8 +175,8 @@ def simulated_again(
     watch, sink, states : as of ``simulate``
     """
     source, stored = header.provenance, header.stop
-    experiment, config = run.by_number[source.point].experiment, config_of(run, source)
-    start = starting_scene(experiment, header.repeat)
+    valid_config, config = run.by_number[source.point].config, config_of(run, source)
+    start = starting_scene(valid_config, header.repeat)
     limits = Limits(config.collisions, config.time, header.summary, snapshot_times(config, start))
     # These ended at a collision for a reason that is not in the simulation.
     cut = stored.reason in (StopReason.INTERRUPTED, StopReason.OUT_OF_RANGE)

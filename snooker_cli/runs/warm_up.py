@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from snooker_cli.config import Experiment
+from snooker_cli.config import Config
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.engine.compilation import COMPILATION
 from snooker_cli.engine.jit import cache_folder
@@ -26,30 +26,30 @@ LOW_PRIORITY = 10
 
 
 @lru_cache(maxsize=1024)
-def compile_for(experiment: Experiment) -> None:
+def compile_for(config: Config) -> None:
     """Compile what simulating a point needs, or load it from the cache, once in a process.
 
     If its balls have no place, nothing is compiled: the simulation will report that.
     """
     with suppress(SceneError):
-        summary = not experiment.keeps_events
-        simulate(first_scene(experiment, 0), collisions=1, summary=summary)
+        summary = not config.keeps_events
+        simulate(first_scene(config, 0), collisions=1, summary=summary)
 
 
-def compile_for_analyses(experiment: Experiment) -> None:
+def compile_for_analyses(config: Config) -> None:
     """Compile what `fit` and `compare` need of a point, without the kernel that simulates it."""
-    if not experiment.keeps_events:
+    if not config.keeps_events:
         return
     with suppress(SceneError):
-        series(without_events(first_scene(experiment, 0)))
+        series(without_events(first_scene(config, 0)))
 
 
-def compile_for_states(experiment: Experiment) -> None:
+def compile_for_states(config: Config) -> None:
     """Compile what figures, films and exports need for states between collisions."""
-    if not experiment.keeps_events:
+    if not config.keeps_events:
         return
     with suppress(SceneError):
-        replay(without_events(first_scene(experiment, 0)), [0.0])
+        replay(without_events(first_scene(config, 0)), [0.0])
 
 
 def without_events(scene: Scene) -> Trace:
@@ -63,7 +63,7 @@ def without_events(scene: Scene) -> Trace:
 STEPS = (compile_for, compile_for_analyses, compile_for_states)
 
 
-def compiled_steps(scenes: Sequence[Experiment]) -> Iterator[int]:
+def compiled_steps(scenes: Sequence[Config]) -> Iterator[int]:
     """Compile all that runs and their analyses need, on all processors.
 
     scenes : of each type of scene an experiment
@@ -94,7 +94,7 @@ def compiled_steps(scenes: Sequence[Experiment]) -> Iterator[int]:
 
 
 @contextmanager
-def compiling_beside(scenes: Iterable[Experiment]) -> Iterator[None]:
+def compiling_beside(scenes: Iterable[Config]) -> Iterator[None]:
     """Inside, a second process compiles the kernels of `fit` and `compare` for some scenes.
 
     It begins when this process begins to compile, at low priority, and ends with the block: no

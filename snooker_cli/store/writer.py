@@ -268,7 +268,7 @@ class Recorder(AbstractContextManager["Recorder"]):
             raise AbsentError(
                 self.path,
                 f"cannot write the result ({error_text(error)})",
-                f"{room_advice(error)} or choose another folder with --out",
+                f"{room_advice(error)} or choose another folder for the run",
             ) from None
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.config import Experiment
+from snooker_cli.config import Config
 from snooker_cli.containers import SHAPES
 from snooker_cli.engine import States, replay, series, simulate
 from snooker_cli.neighbours import Floats
@@ -84,14 +84,14 @@ class GasSample:
         return 1 - theory.missing_ratio(self.packing, self.balls) / infinite
 
     @property
-    def experiment(self) -> Experiment:
+    def config(self) -> Config:
         """The config of these gases."""
         balls = {"count": self.balls, "radius": 1.0, "packing": self.packing, "speed": self.speed}
         return lattice_gas({"shape": self.shape}, self.cor, self.keys, **balls)
 
     def start(self, seed: int = 0) -> Scene:
         """The start of a repeat."""
-        return starting_scene(self.experiment, seed)
+        return starting_scene(self.config, seed)
 
     def samples(
         self, measure: Callable[["GasSample", Trace], dict[str, Any]], summary: bool = False

@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from snooker_cli.analysis.observables import losses, total_energy
-from snooker_cli.config import EXAMPLES, load
+from snooker_cli.config import load
+from snooker_cli.config.template_configs import EXAMPLES
 from snooker_cli.engine import States, replay, series, simulate
 from snooker_cli.engine.frames import NEAR
 from snooker_cli.errors import UnsoundError, check_name
@@ -231,7 +232,7 @@ def hard_plan(names: Sequence[str]) -> Record:
     Raises ``UserError`` if there is no such case.
     """
     for name in names:
-        check_name(name, CASES, "hard case", "snooker init --list")
+        check_name(name, CASES, "hard case", "`snooker init --list`")
     of_default = [name for name, known in CASES.items() if not known.get("by_name_only")]
     return {"cases": [*dict.fromkeys(names)] or of_default, "quick": False}
 
@@ -258,15 +259,15 @@ def verdict(name: str) -> Iterator[Record]:
     events, faults = 0, []
     points, _ = points_and_classes(loaded)
     for point in points:
-        experiment = point.experiment
-        scene = starting_scene(experiment, 0)
-        limit = experiment.collisions
+        config = point.config
+        scene = starting_scene(config, 0)
+        limit = config.collisions
         deadline = time.monotonic() + LONGEST + (limit or 0) / SLOWEST
         trace = simulate(
             scene,
             collisions=limit,
-            time=experiment.time,
-            summary=not experiment.keeps_events,
+            time=config.time,
+            summary=not config.keeps_events,
             watch=lambda *_, deadline=deadline: time.monotonic() > deadline,
         )
         results, wrong = judged(trace, CASES[name])
@@ -279,7 +280,7 @@ def verdict(name: str) -> Iterator[Record]:
         faults += [f"{label}: {fault}" if label else fault for fault in wrong]
     yield {
         "name": name,
-        "why": str(loaded.experiment.title),
+        "why": str(loaded.config.title),
         "events": events,
         "runs": endings.total(),
         "endings": [{"reason": reason, "runs": runs} for reason, runs in endings.items()],

@@ -359,7 +359,7 @@ def rings(
         "seed": 1,
         "common_random": True,
     }
-    return starting_scene(load(known).experiment, repeat)
+    return starting_scene(load(known).config, repeat)
 
 
 def mixture() -> Scene:

@@ -22,7 +22,7 @@ from snooker_cli.files import sources_hash
 from snooker_cli.formatting import counted, duration, listed, plain
 from snooker_cli.laws import RULES
 from snooker_cli.results_cache import from_cache
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.runs.verification import ADVICE, config_of, origin_fault, simulated_again
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import CONTAINER, SLIDE, StopReason, Trace
@@ -311,7 +311,7 @@ def scene_record(scene: Scene) -> Record:
     return {"container": container, **rules, **record}
 
 
-def proven(run: Run, point: int, repeat: int, collisions: int, counting: Counting) -> Record:
+def proven(run: RunFolder, point: int, repeat: int, collisions: int, counting: Counting) -> Record:
     """The certificate of a repeat of a run: the one that was kept, or a new one.
 
     It is made again after a change of the repeat, of the number of collisions, or of this code.
@@ -342,7 +342,7 @@ def proven(run: Run, point: int, repeat: int, collisions: int, counting: Countin
 
 
 def _new_proof(
-    run: Run, stored: Trace, header: store.RepeatHeader, collisions: int, counting: Counting
+    run: RunFolder, stored: Trace, header: store.RepeatHeader, collisions: int, counting: Counting
 ) -> Record:
     """What is proven of a stored repeat, without its place in the run."""
     trace, limits = stored, config_of(run, header.provenance)
@@ -362,7 +362,7 @@ def _new_proof(
     return proof
 
 
-def rest_checked(run: Run, header: store.RepeatHeader, trace: Trace, ending: str) -> Record:
+def rest_checked(run: RunFolder, header: store.RepeatHeader, trace: Trace, ending: str) -> Record:
     """What a certificate says of the ending of a stored repeat, and of what is no event.
 
     Its ``ending`` is "certain", "number" of the config's collisions, "interrupted", "simulated" by
@@ -384,7 +384,7 @@ def rest_checked(run: Run, header: store.RepeatHeader, trace: Trace, ending: str
     return {"ending": "simulated"} | ({"verdict": "wrong", "reason": fault} if fault else {})
 
 
-def difference_from_simulation(run: Run, header: store.RepeatHeader, trace: Trace) -> str:
+def difference_from_simulation(run: RunFolder, header: store.RepeatHeader, trace: Trace) -> str:
     """What of a stored repeat is not as a new simulation gives it; events are not compared."""
     kept, missed, given = trace.snapshots, set[str](), 0
 

@@ -17,7 +17,7 @@ from snooker_cli.config import load
 from snooker_cli.engine import simulate, simulation
 from snooker_cli.errors import UserError
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.runs import Run, create
+from snooker_cli.runs import RunFolder, create
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.processes import processors
 from snooker_cli.scene import Scene
@@ -109,7 +109,7 @@ def _short_run(repeats: int) -> tuple[float, float]:
     """Repeats per second of a run as `snooker run` does it, and of `snooker fit` with its file."""
     loaded = load(PLANS["short_repeats"] | {"repeats": repeats})
     with tempfile.TemporaryDirectory() as folder:
-        run = Run(Path(folder, "short"), loaded.experiment, loaded.points())
+        run = RunFolder(Path(folder, "short"), loaded.config, loaded.points())
         began = time.perf_counter()
         create(run)
         results = execute(run, workers=processors(), watcher=Watcher(), cancelled=threading.Event())

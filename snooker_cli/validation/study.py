@@ -18,10 +18,10 @@ from typing import Any, NamedTuple
 import yaml
 
 from snooker_cli import __version__
-from snooker_cli.config import Experiment, load
+from snooker_cli.config import Config, load
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import UserError, install_advice
-from snooker_cli.figures import FigureData
+from snooker_cli.figures.figure_data import FigureData
 from snooker_cli.formatting import plain
 from snooker_cli.runs.processes import processors
 
@@ -111,14 +111,14 @@ def lattice_gas(
     cor: float = 1.0,
     keys: Mapping[str, Any] | None = None,
     **balls: Any,
-) -> Experiment:
+) -> Config:
     """Equal balls on a lattice with Maxwell's speeds, 10 m/s (root mean square) by default.
 
     keys : further keys of the config
     """
     balls = {"speed": 10.0, "speeds": "maxwell"} | balls
     known = {"container": dict(container), "balls": balls, "cor": cor, "collisions": 1, "seed": 1}
-    return load(known | dict(keys or {})).experiment
+    return load(known | dict(keys or {})).config
 
 
 def text_of(record: Record) -> str:

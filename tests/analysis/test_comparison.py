@@ -51,9 +51,9 @@ def compare(traces: list[Trace]) -> Compared:
 
 
 def runs(number: int, *overrides: str, summary: bool = False) -> list[Trace]:
-    experiment = parse(SCENE, overrides=overrides).experiment
-    scenes = [starting_scene(experiment, repeat) for repeat in range(number)]
-    collisions = experiment.collisions or 0
+    config = parse(SCENE, overrides=overrides).config
+    scenes = [starting_scene(config, repeat) for repeat in range(number)]
+    collisions = config.collisions or 0
     return [simulate(scene, collisions=collisions, summary=summary) for scene in scenes]
 
 
@@ -251,7 +251,7 @@ def test_one_ball_in_a_channel_has_no_theory_of_rates() -> None:
 def test_what_does_not_hold_for_unequal_balls_is_noted(
     change: str, cor: float, last_missing: str
 ) -> None:
-    scene = starting_scene(parse(SCENE, overrides=[f"cor={cor}"]).experiment, 0)
+    scene = starting_scene(parse(SCENE, overrides=[f"cor={cor}"]).config, 0)
     unequal = np.linspace(0.8, 1.0, NUMBER)
     found = compare([simulate(replace(scene, **{change: unequal}), collisions=1000)])
     assert found[1][-1].endswith(last_missing)
@@ -431,7 +431,7 @@ def test_a_gas_whose_restitution_depends_on_speed_cools_as_predicted() -> None:
 )
 def test_the_note_on_rings_is_for_balls_that_start_on_them(start: str, said: bool) -> None:
     text = f"container: {{radius: 10}}\nballs: {start}\ncor: 1\ncollisions: 1\n"
-    scene = starting_scene(parse(text).experiment, 0)
+    scene = starting_scene(parse(text).config, 0)
     assert (notes.TURNING in {note.note for note in notes.of_scene(scene)}) is said
 
 
@@ -450,9 +450,9 @@ equation, see ``two_temperatures.species_ratio``, and 0.005 for 120 balls."""
 
 
 def row_and_notes(text: str, quantity: str) -> tuple[Comparison, list[str]]:
-    experiment = parse(text).experiment
-    scenes = [starting_scene(experiment, repeat) for repeat in range(experiment.repeats)]
-    limits = {"collisions": experiment.collisions, "summary": not experiment.keeps_events}
+    config = parse(text).config
+    scenes = [starting_scene(config, repeat) for repeat in range(config.repeats)]
+    limits = {"collisions": config.collisions, "summary": not config.keeps_events}
     rows, notes = comparison.compare(simulate_batch(scenes, **limits))
     found = [row for row in rows if row.quantity == quantity]
     return found[0] if found else None, [note.note for note in notes]  # type: ignore[return-value]
@@ -599,7 +599,7 @@ def test_a_gas_is_as_warm_as_the_only_walls_that_change_its_energy(wall: int, kn
     """Not where others rub energy away."""
     text = ROUGH.replace("shape: periodic, packing: 0.01", "shape: box, width: 180, height: 180")
     text = f"{text}wall_tangential_cor: {wall}\nwall_temperature: {{left: 20, right: 20}}\n"
-    scene = starting_scene(parse(text).points()[0].experiment, 0)
+    scene = starting_scene(parse(text).points()[0].config, 0)
     assert theories.values_of(scene, TEMPERATURE, theories.WALLS) == (
         {theories.WALLS: 20} if known else {}
     )

@@ -18,7 +18,7 @@ from snooker_cli.trace import Trace
 def simulated(container: str, balls: str, time: float, **more: object) -> Trace:
     keys = "".join(f"{key}: {value}\n" for key, value in more.items())
     text = f"container: {{{container}}}\nballs: {balls}\ncor: 1\ntime: {time}\n{keys}"
-    return simulate(starting_scene(parse(text, "a.yaml").experiment, 0), time=time)
+    return simulate(starting_scene(parse(text, "a.yaml").config, 0), time=time)
 
 
 ROW = """{list: [{position: [-5, 0], velocity: [3, 0], radius: 0.5},

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import traceback
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,8 +17,9 @@ from repeating import batches_of, file_of
 
 from snooker_cli.analysis import run_analysis
 from snooker_cli.errors import RunError
-from snooker_cli.figures import FIGURES, Selection
-from snooker_cli.runs import Run
+from snooker_cli.figures.registry import FIGURES
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection
 
 KINDS = {
     "fits": run_analysis.fits,
@@ -25,7 +29,7 @@ KINDS = {
 
 
 @pytest.fixture
-def run(tmp_path: Path) -> Run:
+def run(tmp_path: Path) -> RunFolder:
     with batches_of(1):
         return made(tmp_path / "run", "cor=0.9,1.0", "repeats=2")
 
@@ -49,13 +53,15 @@ def measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[int]:
     return numbers
 
 
-def test_fits_and_figures_measure_a_point_once(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fits_and_figures_measure_a_point_once(
+    run: RunFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
     run_analysis.fits(run)
     monkeypatch.setattr(run_analysis, "measure", None)
     assert FIGURES["energy"].make(run, Selection()).numbers["points"]
 
 
-def test_any_analysis_makes_all(run: Run, measured: list[int], tmp_path: Path) -> None:
+def test_any_analysis_makes_all(run: RunFolder, measured: list[int], tmp_path: Path) -> None:
     KINDS["fits"](run)
     made_first = [analyse(run) for analyse in KINDS.values()]
     assert measured == [2, 2]
@@ -73,7 +79,9 @@ def test_any_analysis_makes_all(run: Run, measured: list[int], tmp_path: Path) -
     assert [table["complete"] for table in tables] == [[True, True]] * 2
 
 
-def test_only_chosen_points_are_analysed_and_all_are_kept(run: Run, measured: list[int]) -> None:
+def test_only_chosen_points_are_analysed_and_all_are_kept(
+    run: RunFolder, measured: list[int]
+) -> None:
     first, second = run.points
     parts = [run_analysis.fits(run, points=[point]) for point in (first, second)]
     whole = run_analysis.fits(run)
@@ -83,7 +91,7 @@ def test_only_chosen_points_are_analysed_and_all_are_kept(run: Run, measured: li
 
 
 def test_other_repeats_or_other_code_make_a_new_analysis(
-    run: Run, measured: list[int], monkeypatch: pytest.MonkeyPatch
+    run: RunFolder, measured: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run_analysis.fits(run)
     path = file_of(run, 0, 0)
@@ -122,3 +130,36 @@ def test_few_calls_lead_from_a_command_to_its_analysis(
     assert snooker(*command.split()).code == 0
     assert called[0] == "main"
     assert len(called) <= 15, called
+
+
+FILES_LOADED = """
+import os
+import sys
+
+from snooker_cli.cli import main
+
+
+def notice(frame, event, _):
+    code = frame.f_code
+    place = os.path.basename(code.co_filename), code.co_name
+    if (event, *place) == ("call", "measurement.py", "measure"):
+        files = [name for name in sys.modules if name.partition(".")[0] == "snooker_cli"]
+        print(len(files), *sorted(files), flush=True)
+        os._exit(0)
+
+
+sys.setprofile(notice)
+main()
+"""
+
+
+@pytest.mark.parametrize(("command", "most"), [("fit small", 93), ("plot small energy", 106)])
+def test_a_command_loads_few_files_before_its_analysis(
+    command: str, most: int, finished: Path, tmp_path: Path
+) -> None:
+    """Of figures only those that are drawn, of the engine what replays events."""
+    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path)}  # no kept results
+    call = [sys.executable, "-c", FILES_LOADED, *command.split()]
+    done = subprocess.run(call, env=environment, capture_output=True, text=True, check=True)
+    number, *files = done.stdout.split()
+    assert int(number) <= most, files

@@ -29,7 +29,7 @@ from snooker_cli.animation.movie import BIN, FLASH, MOST_FLASHES, Screen, frames
 from snooker_cli.containers import Circle
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.errors import FigureError, UserError
-from snooker_cli.figures.drawing import styled
+from snooker_cli.figures.style import styled
 from snooker_cli.laws import Surface
 from snooker_cli.pages.html_page import embedded
 from snooker_cli.trace import CONTAINER, StopReason, Trace

@@ -12,7 +12,6 @@ import pytest
 from command_line import Snooker
 from repeating import made
 
-from snooker_cli.cli import analysis_commands
 from snooker_cli.reproduction.reproduce import RUNS
 
 
@@ -72,7 +71,7 @@ def test_reproduce_simulates_missing_runs_and_keeps_finished_ones(
 ) -> None:
     """Only the first config is there, so the command ends at the second one."""
     first, second = RUNS[:2]
-    monkeypatch.setattr(analysis_commands, "EXAMPLES", here)
+    monkeypatch.setattr("snooker_cli.config.template_configs.EXAMPLES", here)
     (here / "small.yaml").rename(here / f"{first}.yaml")
     ended = snooker("reproduce")
     assert ended.code == 3

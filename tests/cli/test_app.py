@@ -13,7 +13,7 @@ import pytest
 from command_line import Snooker
 from config_texts import BASE
 
-from snooker_cli.api import Run
+from snooker_cli.api.runs import Run
 from snooker_cli.cli import main
 from snooker_cli.cli.app import COMMANDS, HIDDEN, loaded
 from snooker_cli.config import parse
@@ -142,6 +142,6 @@ def test_every_numeric_option_refuses_a_wrong_value_in_one_sentence(
 def test_values_that_fulfil_a_condition(text: str, chosen: object) -> None:
     """Of a range, those of the run's points that are numbers."""
     loaded_config = parse(BASE, "run.yaml", ["cor=0.7,0.75,0.8,0.9", "wall_cor=null,0,0.5,1"])
-    run = Run(Path(), loaded_config.experiment, loaded_config.points())
+    run = Run(Path(), loaded_config.config, loaded_config.points())
     ((_, found),) = run.where(text).items()
     assert found == chosen

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from command_line import Snooker
 
-from snooker_cli.config import SCHEMA_FILE, digest, load
-from snooker_cli.config.template_configs import SCHEMA, templates
+from snooker_cli.config import digest, load
+from snooker_cli.config.template_configs import SCHEMA, SCHEMA_FILE, templates
 from snooker_cli.runs import open_run
 from snooker_cli.theory import published_ratio
 
@@ -69,7 +69,7 @@ def test_every_key_is_explained(name: str) -> None:
 
 def test_the_template_report_is_configs_decay(here: Path, snooker: Snooker) -> None:
     snooker("init", "report")
-    ours, theirs = load("report.yaml").experiment, load(CONFIGS / "decay.yaml").experiment
+    ours, theirs = load("report.yaml").config, load(CONFIGS / "decay.yaml").config
     assert digest(ours) == digest(theirs)
     assert (ours.sweep, ours.repeats) == (theirs.sweep, theirs.repeats)
 
@@ -86,9 +86,9 @@ def test_templates_count_the_collisions_of_each_ball() -> None:
     said = {}
     for name, path in templates().items():
         if found := re.search(r"collisions: .* here after (\d+) per ball", path.read_text("utf-8")):
-            experiment = load(path).experiment
-            assert not experiment.container.shape_class.has_wall
-            of_each = 2 * experiment.collisions / experiment.number
+            config = load(path).config
+            assert not config.container.shape_class.has_wall
+            of_each = 2 * config.collisions / config.number
             assert float(found[1]) == of_each
             said[name] = of_each
     assert said.keys() >= {"dense", "haff", "rough"}

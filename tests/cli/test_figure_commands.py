@@ -13,10 +13,10 @@ from snooker_cli import runs
 from snooker_cli.api import drawings
 from snooker_cli.cli import figure_commands
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.figures import Selection
 from snooker_cli.figures.registry import figures_of
 from snooker_cli.files import write_json
 from snooker_cli.runs import open_run
+from snooker_cli.runs.selection import Selection
 
 
 def content(page: str) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from command_line import Snooker
 
-from snooker_cli.api.simulating import Request
+from snooker_cli.api.simulating import PlannedRun
 from snooker_cli.errors import UserError
 
 HARD = Path(__file__).parents[2] / "configs" / "hard"
@@ -74,10 +74,10 @@ def test_a_checkpoint_is_saved_after_minutes(
 ) -> None:
     given: list[float] = []
 
-    def carried_out(_request: Request, *, checkpoint: float, **_: object) -> None:
+    def carried_out(_request: PlannedRun, *, checkpoint: float, **_: object) -> None:
         given.append(checkpoint)
         raise UserError("enough", "stop")
 
-    monkeypatch.setattr(Request, "carry_out", carried_out)
+    monkeypatch.setattr(PlannedRun, "carry_out", carried_out)
     snooker("run", str(HARD / "along-the-wall.yaml"), "--checkpoint", "2", "--out", "run")
     assert given == [120]

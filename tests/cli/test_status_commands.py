@@ -21,7 +21,7 @@ from repeating import done, made, stopped
 from snooker_cli import runs, store
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.files import temporary_path, write_json
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.runs.folder import record_failure
 from snooker_cli.runs.status import run_status
 from snooker_cli.runs.verification import verify
@@ -63,12 +63,12 @@ def test_one_bad_run_hides_no_other(
     shutil.copy(finished / runs.MANIFEST, copied)
     for error in (OSError(errno.EIO, "broken", "runs/broken"), KeyError("lost")):
 
-        def read(run: Run, *_: object, error: Exception = error) -> dict[str, Any]:
+        def read(run: RunFolder, *_: object, error: Exception = error) -> dict[str, Any]:
             if run.directory == Path("runs", "broken"):
                 raise error
             return run_status(run)
 
-        monkeypatch.setattr("snooker_cli.api.verdicts.run_status", read)
+        monkeypatch.setattr("snooker_cli.api.checks.run_status", read)
         (line,) = errors()
         assert "broken" in line or "lost" in line
 

@@ -3,7 +3,7 @@
 from decimal import Decimal
 
 import pytest
-from config_texts import BASE, PAIR, experiment
+from config_texts import BASE, PAIR, config
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,11 +14,11 @@ OTHERS = "{balls.mass: [1, 2], time: [1, 2]}"
 
 
 def swept(sweep: str, *overrides: str) -> object:
-    return experiment(BASE + f"sweep: {sweep}\n", *overrides).sweep
+    return config(BASE + f"sweep: {sweep}\n", *overrides).sweep
 
 
 def parameters(sweep: str) -> list[list[tuple[str, object]]]:
-    return [list(point.parameters) for point in points(experiment(BASE + f"sweep: {sweep}\n"))]
+    return [list(point.parameters) for point in points(config(BASE + f"sweep: {sweep}\n"))]
 
 
 @pytest.mark.parametrize(
@@ -42,7 +42,7 @@ def test_spaced_values_are_correctly_rounded(start: Decimal, stop: Decimal, coun
     """Against exact decimals; these counts divide a decimal into decimals."""
     if start == stop:
         return
-    (((_, values),),) = experiment(BASE, f"balls.speed={start}:{stop}:{count}").sweep
+    (((_, values),),) = config(BASE, f"balls.speed={start}:{stop}:{count}").sweep
     exact = [start + (stop - start) * step / (count - 1) for step in range(count)]
     assert list(values) == [float(str(value)) for value in exact]
 
@@ -50,11 +50,11 @@ def test_spaced_values_are_correctly_rounded(start: Decimal, stop: Decimal, coun
 def test_a_swept_key_needs_no_value_of_its_own() -> None:
     """Not in the file, and not with -o; a value that is there stays."""
     without = BASE.replace("cor: 0.8\n", "")
-    whole = points(experiment(BASE, "cor=.8,.9"))
+    whole = points(config(BASE, "cor=.8,.9"))
     for text, options in ((without, ["cor=.8,.9"]), (without + "sweep: {cor: [0.8, 0.9]}\n", [])):
-        assert points(experiment(text, *options)) == whole
+        assert points(config(text, *options)) == whole
     unended = BASE.replace("collisions: 500\n", "sweep: {zip: {time: [1, 2]}}\n")
-    assert [point.experiment.time for point in points(experiment(unended))] == [1.0, 2.0]
+    assert [point.config.time for point in points(config(unended))] == [1.0, 2.0]
 
 
 def test_a_zip_is_one_axis_of_the_grid_at_its_place() -> None:
@@ -81,10 +81,10 @@ def test_values_of_a_zip_are_checked_together() -> None:
         "sweep: {zip: {collapse: [slide, stop], container.mass: [.inf, 1.0e7]}}\n"
         "collapse: {tc: 0.1}\n"
     )
-    first, second = points(experiment(BASE + sweep))
-    assert (first.experiment.collapse, second.experiment.collapse) == ("slide", "stop")
+    first, second = points(config(BASE + sweep))
+    assert (first.config.collapse, second.config.collapse) == ("slide", "stop")
     with pytest.raises(ConfigError, match=r"sweep\.collapse\[0\]: slide"):
-        experiment(BASE + sweep.replace("zip: {", "").replace("}}", "}"))
+        config(BASE + sweep.replace("zip: {", "").replace("}}", "}"))
 
 
 @pytest.mark.parametrize(
@@ -98,15 +98,15 @@ def test_values_of_a_zip_are_checked_together() -> None:
     ],
 )
 def test_override_is_read_as_if_it_were_written(override: str, written: str) -> None:
-    assert experiment(BASE, override) == experiment(written)
+    assert config(BASE, override) == config(written)
 
 
 def test_overrides_reach_into_lists_and_build_mappings() -> None:
-    assert experiment(PAIR, "balls.list[1].velocity=[3, 4]") == experiment(
+    assert config(PAIR, "balls.list[1].velocity=[3, 4]") == config(
         PAIR.replace("velocity: [0, 0]", "velocity: [3, 4]")
     )
     without = "container: {radius: 10}\ncor: 1\ntime: 1\n"
-    read = experiment(without, "balls.rings=2", "balls.radius=0.5", "balls.speed=3")
+    read = config(without, "balls.rings=2", "balls.radius=0.5", "balls.speed=3")
     assert read.balls == Rings(rings=2, radius=0.5, speed=3.0)
 
 

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from config_texts import BASE, experiment
+from config_texts import BASE, config
 
 from snooker_cli.config import ConfigError, load, yaml_document
 from snooker_cli.config.yaml_document import document
@@ -18,14 +18,14 @@ def test_scalars_are_those_of_yaml_1_2() -> None:
     values += [False, "no", "on", "1:30", "1_000", "nan", None]
     read = document("\n".join(f"- {written}" for written in [*text.split(), ""]), "")
     assert repr(read.data) == repr(values)
-    assert repr(experiment(BASE.replace("500", "5e2")).collisions) == "500"
+    assert repr(config(BASE.replace("500", "5e2")).collisions) == "500"
 
 
 def test_byte_order_mark_windows_line_ends_and_markers_are_harmless(tmp_path: Path) -> None:
     path = tmp_path / "run.yaml"
     path.write_bytes(b"\xef\xbb\xbf---\r\n" + BASE.replace("\n", "\r\n").encode() + b"...\r\n")
-    assert load(path).experiment == experiment()
-    assert load(str(path), ["seed=3"]).experiment == experiment(BASE, "seed=3")
+    assert load(path).config == config()
+    assert load(str(path), ["seed=3"]).config == config(BASE, "seed=3")
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:

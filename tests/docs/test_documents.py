@@ -35,12 +35,12 @@ from snooker_cli.config import digest, load, parse
 from snooker_cli.config.template_configs import templates
 from snooker_cli.engine.simulation import simulate_batch
 from snooker_cli.errors import ExitCode
-from snooker_cli.figures import FIGURES
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.formatting import rough, short, with_error
 from snooker_cli.placement.starting_scene import starting_scenes
 from snooker_cli.reproduction.claims import decay_factors
 from snooker_cli.reproduction.reproduce import measurement, text_of_file
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.validation.gas_samples import DIRECT
 from snooker_cli.validation.physics_study import SCALED_PARTICLES
 from snooker_cli.validation.spinning_gases import DIRECT_ROUGH
@@ -263,9 +263,9 @@ def test_all_commands_have_the_help_that_their_page_shows(
 
 
 def test_the_configs_shown_are_the_files() -> None:
-    assert parse(block(TUTORIAL, "yaml")).experiment == load(templates()["haff"]).experiment
-    shown = parse(block(README, "yaml")).experiment
-    decay = load(ROOT / "configs" / "decay.yaml").experiment
+    assert parse(block(TUTORIAL, "yaml")).config == load(templates()["haff"]).config
+    shown = parse(block(README, "yaml")).config
+    decay = load(ROOT / "configs" / "decay.yaml").config
     assert digest(shown) == digest(decay)
     assert (shown.sweep, shown.repeats) == (decay.sweep, decay.repeats)
 
@@ -362,9 +362,9 @@ def test_the_table_of_rough_balls_is_that_of_the_saved_measurement() -> None:
         assert (2.45 < above < 5.85) is (beta < 0.9)
 
 
-def simulated(name: str, folder: Path) -> Run:
+def simulated(name: str, folder: Path) -> RunFolder:
     """The run of a config."""
-    run = repeating.created(folder / name, load(ROOT / "configs" / f"{name}.yaml").experiment)
+    run = repeating.created(folder / name, load(ROOT / "configs" / f"{name}.yaml").config)
     assert not any(result.error for result in repeating.done(run))
     return run
 
@@ -409,9 +409,9 @@ def test_haffs_law_depends_on_the_start_and_the_error_of_a_single_fit_is_too_sma
     for name in ("restitution", "mixed"):
         run = simulated(name, tmp_path)
         for point in run.points:
-            if point.experiment.wall_cor is None and point.experiment.cor < 1:
+            if point.config.wall_cor is None and point.config.cor < 1:
                 models = decays(run.traces(point), ("kinetic_energy",))
-                held[name, point.experiment.cor] = models[1].goodness
+                held[name, point.config.cor] = models[1].goodness
                 for model in models if name == "restitution" else ():
                     spread = model.over_repeats.error * math.sqrt(model.over_repeats.repeats)
                     factors.append(spread / np.median([fit.error for fit in model.fits]))
@@ -433,7 +433,7 @@ def test_only_without_a_common_rotation_a_driven_gas_forgets_its_start() -> None
         for speed in (10, 40):
             balls = f"{{rings: 3, radius: 1, speed: {speed}, common_rotation: {rotates}}}"
             text = f"container: {{radius: 10}}\nballs: {balls}\ncor: 0.9\nwall_cor: 1\n"
-            gas = parse(f"{text}wall_speed: 1\ncollisions: 10000\n").experiment
+            gas = parse(f"{text}wall_speed: 1\ncollisions: 10000\n").config
             starts = starting_scenes(gas, range(100))
             rows, notes = compare(simulate_batch(starts, collisions=10_000, summary=True))
             (warm,) = (row for row in rows if row.quantity == "temperature")

@@ -196,7 +196,7 @@ def test_two_balls_without_rebound_stop():
     """Each collision leaves the motion along the contact, until its square would be no double."""
     config = "container: {shape: periodic, packing: 0.02}\ncor: 0\ncollisions: 500\nseed: 2\n"
     balls = "balls: {count: 2, radius: 1, speed: 10, start: random}\n"
-    trace = simulate(starting_scene(parse(config + balls).experiment, 0), collisions=500)
+    trace = simulate(starting_scene(parse(config + balls).config, 0), collisions=500)
     assert trace.stop.reason is StopReason.REST
     assert trace.stop.message.startswith("all balls are slower than 2e-154 m/s after")
     assert 0.0 < trace.finish.kinetic_energy < 1e-300
@@ -209,7 +209,7 @@ def test_the_energy_falls_and_balls_stay_inside_until_they_are_too_slow():
         "container: {radius: 10}\ncor: 0.95\nwall_cor: 1\ntangential_cor: 0.5\ncollisions: 50000\n"
     )
     balls = "balls: {count: 7, radius: 1, speed: 5, start: random}\n"
-    trace = simulate(starting_scene(parse(config + balls).experiment, 0), collisions=50_000)
+    trace = simulate(starting_scene(parse(config + balls).config, 0), collisions=50_000)
     assert trace.stop.reason is StopReason.REST
     assert len(trace.events) > 10_000
     states = replay(trace, trace.events.time[-1000:])
@@ -351,14 +351,14 @@ def test_nothing_comes_between_the_bounces_of_a_wall_trap():
 
 def test_few_balls_of_a_large_gas_collapse():
     """Of 1,000 dilute balls: before the limit for them few collide, in no time."""
-    experiment = parse("""
+    config = parse("""
     container: {shape: periodic, packing: 0.05}
     balls: {count: 1000, radius: 1.0, speed: 10.0}
     cor: 0.2
     collisions: 10000
-    """).experiment
+    """).config
     for repeat in (0, 1):
-        trace = simulate(starting_scene(experiment, repeat), collisions=10_000)
+        trace = simulate(starting_scene(config, repeat), collisions=10_000)
         assert trace.stop.reason is StopReason.COLLAPSE
         last = trace.events[-300:]
         assert len({*last.i.tolist(), *last.j.tolist()}) <= 7

@@ -112,7 +112,7 @@ collisions: 1000
 @pytest.fixture(scope="module")
 def gas() -> Scene:
     """Forty balls of two sizes in a circle."""
-    return starting_scene(parse(GAS).points()[0].experiment, 0)
+    return starting_scene(parse(GAS).points()[0].config, 0)
 
 
 def test_perfectly_rough_balls_keep_energy_and_angular_momentum(gas: Scene) -> None:

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 from figure_runs import made, shown
 
-from snooker_cli.figures import FIGURES
 from snooker_cli.figures.axis_limits import beginning_of_decades, outside, reach, visible
-from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.drawing import draw
+from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
     Array,
@@ -25,8 +24,9 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
 )
-from snooker_cli.figures.selection import Selection
-from snooker_cli.runs import Run
+from snooker_cli.figures.registry import FIGURES
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection
 
 
 def markers(y: Array, error: Array | None = None) -> Points:
@@ -61,7 +61,7 @@ def test_a_bar_of_many_spans_does_not_flatten_a_panel() -> None:
     assert reach([markers(np.zeros(2))], False) == (-math.inf, math.inf)
 
 
-def test_residuals_are_logarithms_of_ratios(decaying: Run) -> None:
+def test_residuals_are_logarithms_of_ratios(decaying: RunFolder) -> None:
     """5 × 10³⁰ % were drawn; a factor is a factor, up or down, and small ones are shares."""
     (point, *_), fields = decaying.points, {"kind": "x", "title": "x", "x_label": "x (m)"}
     labels = {**fields, "y_label": "y (J)"}
@@ -84,7 +84,7 @@ def test_markers_of_many_decades_are_no_part_of_the_axis() -> None:
     assert high > 2.0
 
 
-def test_values_above_the_axis_are_named(decaying: Run) -> None:
+def test_values_above_the_axis_are_named(decaying: RunFolder) -> None:
     """The first hits give a mean pressure that is many times the settled one."""
     found = shown(decaying, "pressure-since-start")
     top = max(float(np.nanmax(line.y)) for line in found.layers if isinstance(line, Line))

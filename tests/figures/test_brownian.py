@@ -11,10 +11,9 @@ import pytest
 from figure_runs import layers, made, shown, traces
 
 from snooker_cli.analysis import diffusion
-from snooker_cli.figures import Line, Points, Reference
 from snooker_cli.figures.drawing import draw
-from snooker_cli.figures.figure_data import BY_THEORY
-from snooker_cli.runs import Run
+from snooker_cli.figures.figure_data import BY_THEORY, Line, Points, Reference
+from snooker_cli.runs import RunFolder
 
 TEXT = """\
 container: {shape: periodic, width: 12}
@@ -28,11 +27,11 @@ repeats: 3
 
 
 @pytest.fixture(scope="module")
-def brownian(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def brownian(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     return made(tmp_path_factory.mktemp("brownian") / "run", text=TEXT)
 
 
-def test_the_displacement_has_its_limits_and_a_coefficient(brownian: Run) -> None:
+def test_the_displacement_has_its_limits_and_a_coefficient(brownian: RunFolder) -> None:
     found = shown(brownian, "mean-squared-displacement")
     (points,) = layers(found, Points)
     ballistic, diffusive, *_ = layers(found, Line)
@@ -62,7 +61,7 @@ def test_the_displacement_has_its_limits_and_a_coefficient(brownian: Run) -> Non
     assert langevin.y[-1] == pytest.approx(1 - 1 / langevin.x[-1], rel=1e-6)
 
 
-def test_velocities_forget_and_their_integral_is_a_coefficient(brownian: Run) -> None:
+def test_velocities_forget_and_their_integral_is_a_coefficient(brownian: RunFolder) -> None:
     found = shown(brownian, "velocity-autocorrelation")
     (points,) = layers(found, Points)
     theory = diffusion.expected(traces(brownian, 0)[0].start, 0)
@@ -87,7 +86,7 @@ def test_velocities_forget_and_their_integral_is_a_coefficient(brownian: Run) ->
     assert over.y == pytest.approx(mean / mean[0] - law.y, rel=1e-9)
 
 
-def test_all_balls_of_the_species_of_ball_0_count(decaying: Run, brownian: Run) -> None:
+def test_all_balls_of_the_species_of_ball_0_count(decaying: RunFolder, brownian: RunFolder) -> None:
     """One ball of 19 equal ones has a nineteenth of the data."""
     found = shown(decaying, "mean-squared-displacement", cor=1.0)
     (points,) = layers(found, Points)
@@ -99,7 +98,7 @@ def test_all_balls_of_the_species_of_ball_0_count(decaying: Run, brownian: Run) 
     assert "no other is of its species" in shown(brownian, "mean-squared-displacement").caption
 
 
-def test_the_colours_of_a_path_are_times(brownian: Run) -> None:
+def test_the_colours_of_a_path_are_times(brownian: RunFolder) -> None:
     """From dark to light; the parts meet, so that the path has no gap."""
     found = shown(brownian, "tagged-path")
     _, *parts = layers(found, Line)

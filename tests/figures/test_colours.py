@@ -17,11 +17,10 @@ import pytest
 from figure_runs import shown
 from matplotlib.colors import to_rgb
 
-from snooker_cli.figures import Line
-from snooker_cli.figures.figure_data import NEUTRAL
+from snooker_cli.figures.figure_data import NEUTRAL, Line
 from snooker_cli.figures.legends import _DASHES, _HUES, _MARKERS, MOST_ENTRIES, colour, pattern
-from snooker_cli.figures.selection import MOST_SERIES
-from snooker_cli.runs import Run
+from snooker_cli.figures.series import MOST_SERIES
+from snooker_cli.runs import RunFolder
 
 SEEN = {
     "usual": np.eye(3),
@@ -126,7 +125,9 @@ def test_no_colour_is_too_pale_on_white() -> None:
     assert max(lab(name)[0] for name in drawn) <= 82
 
 
-def test_what_is_fitted_and_what_is_predicted_have_colours_of_their_own(decaying: Run) -> None:
+def test_what_is_fitted_and_what_is_predicted_have_colours_of_their_own(
+    decaying: RunFolder,
+) -> None:
     """Of one point, all lines of Haff's law had one colour."""
     found = shown(decaying, "cooling", cor=0.8)
     lines = [layer for layer in found.layers if isinstance(layer, Line)]
@@ -143,7 +144,7 @@ def test_what_is_fitted_and_what_is_predicted_have_colours_of_their_own(decaying
     "name",
     ["energy", "pressure", "pair-distances", "pair-correlation", "a2"],
 )
-def test_a_single_curve_has_a_legend_entry(name: str, decaying: Run) -> None:
+def test_a_single_curve_has_a_legend_entry(name: str, decaying: RunFolder) -> None:
     found = shown(decaying, name, cor=0.8)
     named = [layer for layer in found.layers if str(layer.label).startswith("simulation")]
     assert len(named) == 1
@@ -151,7 +152,7 @@ def test_a_single_curve_has_a_legend_entry(name: str, decaying: Run) -> None:
     assert len(named[0].x) > 0
 
 
-def test_a_curve_that_the_legend_explains_has_no_second_name(driven: Run) -> None:
+def test_a_curve_that_the_legend_explains_has_no_second_name(driven: RunFolder) -> None:
     found = shown(driven, "energy-balance", cor=0.9)
     labels = [layer.label for layer in found.layers if layer.label]
     assert "in: walls give" in labels

@@ -12,13 +12,14 @@ from figure_runs import ROUGH, layers, made, shown, traces, why_not
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.engine import replay, series
-from snooker_cli.figures import FIGURES, Line, Selection
-from snooker_cli.figures.figure_data import Band, Repeats, courses
-from snooker_cli.runs import Run
+from snooker_cli.figures.figure_data import Band, Line, Repeats, courses
+from snooker_cli.figures.registry import FIGURES
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection
 from snooker_cli.scene import EPSILON
 
 
-def test_energy_is_a_mean_over_the_repeats(decaying: Run) -> None:
+def test_energy_is_a_mean_over_the_repeats(decaying: RunFolder) -> None:
     found = shown(decaying, "energy")
     records, lines = found.numbers["points"], [*layers(found, Line)]
     assert [line.label for line in lines] == ["CoR 0.8", "CoR 0.9", "CoR 1"]
@@ -53,7 +54,7 @@ def test_energy_is_a_mean_over_the_repeats(decaying: Run) -> None:
     assert (single.x[-1], single.y[-1]) == (first.time[-1], total[-1] / total[0])
 
 
-def test_energy_that_is_kept_is_drawn_as_its_change(decaying: Run, warm: Run) -> None:
+def test_energy_that_is_kept_is_drawn_as_its_change(decaying: RunFolder, warm: RunFolder) -> None:
     """In a panel beside points that lose energy, or alone; never as a flat line."""
     (changes,) = shown(decaying, "energy").panels
     assert changes.label == "ΔE / E(0) (10⁻¹⁶)"
@@ -79,7 +80,7 @@ def test_energy_that_is_kept_is_drawn_as_its_change(decaying: Run, warm: Run) ->
 
 
 def test_energies_that_fall_by_decades_have_a_logarithmic_time(
-    decaying: Run, tmp_path: Path
+    decaying: RunFolder, tmp_path: Path
 ) -> None:
     """It begins where a hundredth of the energy is lost."""
     assert not shown(decaying, "energy").x_log  # at CoR 0.8 more than a hundredth is left
@@ -91,7 +92,7 @@ def test_energies_that_fall_by_decades_have_a_logarithmic_time(
     assert np.interp(begins, line.x, line.y) == pytest.approx(0.99, abs=0.01)
 
 
-def test_the_change_of_the_momentum_is_over_the_sum_of_momenta(decaying: Run) -> None:
+def test_the_change_of_the_momentum_is_over_the_sum_of_momenta(decaying: RunFolder) -> None:
     found = shown(decaying, "energy", cor=1.0, repeat=2)
     trace = traces(decaying, 2)[2]
     assert trace.events is not None
@@ -110,7 +111,7 @@ def test_the_change_of_the_momentum_is_over_the_sum_of_momenta(decaying: Run) ->
     assert rounding.y[0] == pytest.approx(EPSILON / 2 * math.sqrt(0.5) / 1e-16)
 
 
-def test_momentum_is_summed_from_the_states(decaying: Run) -> None:
+def test_momentum_is_summed_from_the_states(decaying: RunFolder) -> None:
     component, kind = 1, "momentum-y"
     found = shown(decaying, kind, cor=0.9, repeat=2)
     trace = traces(decaying, 1)[2]
@@ -139,13 +140,13 @@ def test_momentum_is_summed_from_the_states(decaying: Run) -> None:
     assert found.numbers["largest_deviation"] < bound
 
 
-def test_a_momentum_of_zero_has_a_change_but_no_ratio(periodic: Run) -> None:
+def test_a_momentum_of_zero_has_a_change_but_no_ratio(periodic: RunFolder) -> None:
     assert "is zero at the start" in why_not(periodic, "momentum-x")
     (record,) = shown(periodic, "energy", cor=1.0).numbers["points"]
     assert record["momentum_deviation"] < 1e-14
 
 
-def test_a_momentum_that_walls_take_is_not_shown(box: Run) -> None:
+def test_a_momentum_that_walls_take_is_not_shown(box: RunFolder) -> None:
     found = shown(box, "energy", cor=1.0)
     assert not found.panels
     assert "momentum" not in found.caption

@@ -16,11 +16,20 @@ from snooker_cli.analysis.decay import course, decays
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.measurement import measure
 from snooker_cli.engine import series
-from snooker_cli.figures import FIGURES, Line, Points, Reference, Selection
-from snooker_cli.figures.captions import LOG_SPREAD
-from snooker_cli.figures.figure_data import BY_THEORY, EXTRAPOLATED, Band, courses
+from snooker_cli.figures.figure_builder import LOG_SPREAD
+from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    EXTRAPOLATED,
+    Band,
+    Line,
+    Points,
+    Reference,
+    courses,
+)
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.formatting import with_error
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection
 from snooker_cli.trace import Trace
 
 
@@ -41,7 +50,7 @@ def floor_of(trace: Trace) -> float:
     ],
 )
 def test_fits_are_those_of_the_repeat_and_of_all(
-    decaying: Run, name: str, quantity: str, symbol: str
+    decaying: RunFolder, name: str, quantity: str, symbol: str
 ) -> None:
     found = shown(decaying, name, repeat=1, cor=0.8)
     falling = course(measure(traces(decaying, 0)), quantity)
@@ -78,7 +87,7 @@ def test_fits_are_those_of_the_repeat_and_of_all(
     around(band, pairs, True)
 
 
-def test_alpha_against_cor_is_over_the_share_of_energy_that_is_lost(decaying: Run) -> None:
+def test_alpha_against_cor_is_over_the_share_of_energy_that_is_lost(decaying: RunFolder) -> None:
     found = shown(decaying, "decay-against-cor")
     (points,) = layers(found, Points)
     assert points.x.tolist() == [0.8, 0.9]
@@ -100,7 +109,7 @@ def test_alpha_against_cor_is_over_the_share_of_energy_that_is_lost(decaying: Ru
     assert residuals.y_error[-1] == pytest.approx(points.y_error[-1] / points.y[-1], rel=1e-12)
 
 
-def test_the_title_says_how_far_alpha_is_from_theory(decaying: Run, tmp_path: Path) -> None:
+def test_the_title_says_how_far_alpha_is_from_theory(decaying: RunFolder, tmp_path: Path) -> None:
     """Where it differs by most errors. Balls from rings collide less often at first."""
     assert (
         shown(decaying, "decay-against-cor").title == "Haff's α against the CoR: agrees with theory"
@@ -148,7 +157,7 @@ def test_walls_that_lose_otherwise_leave_alpha_as_it_is(tmp_path: Path) -> None:
     assert points.x.tolist() == [0.9, 1.0]
 
 
-def test_the_reproduction_has_the_rates_and_the_constants_of_its_text(decaying: Run) -> None:
+def test_the_reproduction_has_the_rates_and_the_constants_of_its_text(decaying: RunFolder) -> None:
     found = FIGURES["decay-against-cor"].make(decaying, Selection(), source=True)
     density, contact = 19 / (100 * math.pi), float(theory.contact_value(0.19))
     rate = theory.ball_ball_rate(density, 1.0, 50.0, contact)
@@ -161,7 +170,7 @@ def test_the_reproduction_has_the_rates_and_the_constants_of_its_text(decaying: 
     assert alpha.y.tolist() == [row["alpha"] for row in records]
 
 
-def test_haffs_law_is_a_line_for_the_slowdown(decaying: Run) -> None:
+def test_haffs_law_is_a_line_for_the_slowdown(decaying: RunFolder) -> None:
     """√(E(0)/E) − 1 is αt by the law, and has a mean over the repeats that remain."""
     found = shown(decaying, "cooling", cor=0.8)
     (record,) = found.numbers["points"]
@@ -182,7 +191,7 @@ def test_haffs_law_is_a_line_for_the_slowdown(decaying: Run) -> None:
     assert "theory for hard disks, finite N (" in found.caption
 
 
-def test_local_rates_have_windows_with_as_many_collisions_by_haffs_law(decaying: Run) -> None:
+def test_local_rates_have_windows_with_as_many_collisions_by_haffs_law(decaying: RunFolder) -> None:
     found = shown(decaying, "cooling", cor=0.8)
     (record,) = found.numbers["points"]
     (rates,) = found.panels
@@ -220,7 +229,7 @@ def test_local_rates_have_windows_with_as_many_collisions_by_haffs_law(decaying:
     assert floored.y[100] == pytest.approx(slope, rel=1e-6)
 
 
-def test_haffs_laws_of_several_points_are_one_curve(decaying: Run) -> None:
+def test_haffs_laws_of_several_points_are_one_curve(decaying: RunFolder) -> None:
     found = shown(decaying, "cooling")
     law = next(line for line in layers(found, Line) if len(line.x) and line.style == BY_THEORY)
     assert law.y.tolist() == law.x.tolist()
@@ -242,7 +251,9 @@ def test_haffs_laws_of_several_points_are_one_curve(decaying: Run) -> None:
         assert below[index].y == pytest.approx(residuals.y, rel=1e-12)
 
 
-def test_the_reproduction_has_windows_of_one_length_in_which_all_repeats_are(decaying: Run) -> None:
+def test_the_reproduction_has_windows_of_one_length_in_which_all_repeats_are(
+    decaying: RunFolder,
+) -> None:
     found = FIGURES["cooling"].make(decaying, Selection({"cor": 0.8}), source=True)
     (points,) = (layer for layer in found.panels[0].layers if isinstance(layer, Points))
     width = min(trace.stop.time for trace in traces(decaying, 0)) / 14
@@ -267,7 +278,7 @@ def test_the_time_at_which_haffs_law_is_refused_is_marked(tmp_path: Path) -> Non
     assert "Haff's law is refused after" in found.caption
 
 
-def test_no_rate_is_claimed_from_few_collisions(decaying: Run, tmp_path: Path) -> None:
+def test_no_rate_is_claimed_from_few_collisions(decaying: RunFolder, tmp_path: Path) -> None:
     few = made(tmp_path / "run", "cor=0.8", "collisions=12", "repeats=2")
     assert "fewer than 10 collisions" in why_not(few, "cooling")
     alone = shown(decaying, "cooling", repeat=0, cor=0.8)
@@ -280,7 +291,7 @@ def test_no_rate_is_claimed_from_few_collisions(decaying: Run, tmp_path: Path) -
     assert "Windows with fewer than 10 collisions are left out" in alone.caption
 
 
-def test_energy_against_collisions(decaying: Run) -> None:
+def test_energy_against_collisions(decaying: RunFolder) -> None:
     found = shown(decaying, "event-decay", cor=0.9)
     (points,) = layers(found, Points)
     assert (points.x[0], points.y[0]) == (0.0, 1.0)

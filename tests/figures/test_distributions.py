@@ -17,18 +17,12 @@ from snooker_cli.analysis.measurement import measure, pairs_of
 from snooker_cli.config import parse
 from snooker_cli.engine import replay
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import (
-    FIGURES,
-    FigureData,
-    Line,
-    Points,
-    Reference,
-    Selection,
-    distributions,
-)
+from snooker_cli.figures import distributions
 from snooker_cli.figures.distributions import _reduced_components
-from snooker_cli.figures.figure_data import NEUTRAL, Band
-from snooker_cli.runs import Run
+from snooker_cli.figures.figure_data import NEUTRAL, Band, FigureData, Line, Points, Reference
+from snooker_cli.figures.registry import FIGURES
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection
 from snooker_cli.trace import SPEED_BIN
 
 
@@ -40,7 +34,7 @@ def laws(found: FigureData) -> list[Line]:
     return [line for line in layers(found, Line) if not line.steps]
 
 
-def test_distances_from_the_centre(decaying: Run) -> None:
+def test_distances_from_the_centre(decaying: RunFolder) -> None:
     found = shown(decaying, "central-distances", cor=0.8)
     largest = 0.0
     for trace in traces(decaying, 0):
@@ -57,7 +51,7 @@ def test_distances_from_the_centre(decaying: Run) -> None:
     assert [reference.value for reference in layers(found, Reference)] == [9.0]
 
 
-def test_distances_are_those_of_equal_steps_of_time(decaying: Run) -> None:
+def test_distances_are_those_of_equal_steps_of_time(decaying: RunFolder) -> None:
     """At collisions two balls touch, so such times would have too many short distances."""
     found = shown(decaying, "pair-distances", cor=1.0)
     (histogram,) = histograms(found)
@@ -77,7 +71,7 @@ def test_distances_are_those_of_equal_steps_of_time(decaying: Run) -> None:
     assert band.steps
 
 
-def test_speeds_in_metres_if_elastic(warm: Run) -> None:
+def test_speeds_in_metres_if_elastic(warm: RunFolder) -> None:
     found = shown(warm, "speeds", balls__radius=1.0)
     assert found.x_label == "speed (m/s)"
     for histogram, speed in zip(histograms(found), (5.0, 10.0, 20.0), strict=True):
@@ -104,7 +98,7 @@ def test_speeds_in_metres_if_elastic(warm: Run) -> None:
     assert {line.series for line in laws(found)} == {NEUTRAL}
 
 
-def test_more_than_five_points_show_the_differences_from_the_law_alone(warm: Run) -> None:
+def test_more_than_five_points_show_the_differences_from_the_law_alone(warm: RunFolder) -> None:
     """Six histograms on each other show nothing. The reproduction keeps its form."""
     found = shown(warm, "speeds")
     assert (len(layers(found, Line)), found.panel) == (6, ())
@@ -124,7 +118,7 @@ FASTEST = {"balls.radius": 1.0, "balls.speed": 20.0}
 
 @pytest.mark.parametrize("factor", [1.0, 0.8])
 def test_the_caption_says_whether_chance_explains_the_distance_from_the_law(
-    factor: float, warm: Run, monkeypatch: pytest.MonkeyPatch
+    factor: float, warm: RunFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Speeds that follow the law, and a law of balls that are slower by a fifth."""
     exact = theory.fixed_energy_speed_cdf
@@ -149,7 +143,7 @@ def test_few_counts_have_poissons_interval() -> None:
     assert found[:5] == pytest.approx(ends[:5] / 2, abs=1e-3)
 
 
-def test_the_law_of_speeds_counts_one_ball_less(periodic: Run, tmp_path: Path) -> None:
+def test_the_law_of_speeds_counts_one_ball_less(periodic: RunFolder, tmp_path: Path) -> None:
     reduced = shown(periodic, "speeds")
     assert reduced.x_label.startswith("reduced speed")
     assert reduced.numbers["points"][0]["speeds"] % 64 == 0
@@ -166,7 +160,7 @@ def test_the_law_of_speeds_counts_one_ball_less(periodic: Run, tmp_path: Path) -
     assert found.numbers["points"][0]["distance_from_fixed_energy"] is None
 
 
-def test_g_of_a_fluid_touches_the_contact_value(periodic: Run) -> None:
+def test_g_of_a_fluid_touches_the_contact_value(periodic: RunFolder) -> None:
     """Its last points are elastic: a packing of 0.12, where χ = 1.2."""
     found = shown(periodic, "pair-correlation", cor=1.0)
     (record,) = found.numbers["points"]
@@ -212,7 +206,7 @@ collisions: 30
 
 
 def test_distances_are_of_a_number_of_pairs_that_memory_has(
-    decaying: Run, monkeypatch: pytest.MonkeyPatch
+    decaying: RunFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All pairs of 100,000 balls would need 37 GiB."""
     monkeypatch.setattr(distributions, "MOST_PAIRED", 9)
@@ -227,7 +221,7 @@ def test_a_single_ball_has_no_law_of_velocities_over_its_own_temperature(tmp_pat
     assert points.label == "r = 0.4 m, m = 1 kg"
 
 
-def test_velocity_tails_of_a_mixture_are_by_species(mixture: Run) -> None:
+def test_velocity_tails_of_a_mixture_are_by_species(mixture: RunFolder) -> None:
     """Each over its own temperature: T₁ and T₂ differ in a cooling gas."""
     found = shown(mixture, "velocity-tails")
     names = ["r = 0.6 m, m = 4 kg", "r = 0.4 m, m = 1 kg"]
@@ -244,7 +238,7 @@ def test_velocity_tails_of_a_mixture_are_by_species(mixture: Run) -> None:
     assert "6 species at most" in reason
 
 
-def test_velocity_tails_are_shares_of_all_states(periodic: Run) -> None:
+def test_velocity_tails_are_shares_of_all_states(periodic: RunFolder) -> None:
     """Each bin has both signs, and the whole law has the second moment 1/2 per component."""
     found = shown(periodic, "velocity-tails", cor=1.0)
     (points,) = layers(found, Points)

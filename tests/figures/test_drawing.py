@@ -18,12 +18,24 @@ from matplotlib.axis import Axis
 from matplotlib.text import Text
 
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, FigureData, Line, Points, Reference, state_pictures
-from snooker_cli.figures.drawing import draw, save, styled, to_json
-from snooker_cli.figures.figure_data import NEUTRAL, Band, Panel, Pictures, with_logarithmic_axes
+from snooker_cli.figures import state_pictures
+from snooker_cli.figures.drawing import draw, save, to_json
+from snooker_cli.figures.figure_data import (
+    NEUTRAL,
+    Band,
+    FigureData,
+    Line,
+    Panel,
+    Pictures,
+    Points,
+    Reference,
+    with_logarithmic_axes,
+)
 from snooker_cli.figures.legends import colour, dashes, marker
-from snooker_cli.figures.selection import Selection
-from snooker_cli.runs import Run
+from snooker_cli.figures.registry import FIGURES
+from snooker_cli.figures.style import styled
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection
 
 pytestmark = pytest.mark.filterwarnings("error")
 X = np.array([0.1, 0.2, 0.3])
@@ -53,16 +65,16 @@ EVERYTHING = FigureData(
 
 @pytest.fixture(scope="module")
 def figures(
-    decaying: Run,
-    warm: Run,
-    driven: Run,
-    heated: Run,
-    mixture: Run,
+    decaying: RunFolder,
+    warm: RunFolder,
+    driven: RunFolder,
+    heated: RunFolder,
+    mixture: RunFolder,
     tmp_path_factory: pytest.TempPathFactory,
 ) -> dict[str, FigureData]:
     """Every figure, made of small runs."""
     folder = tmp_path_factory.mktemp("gases")
-    runs: dict[str, tuple[Run, dict[str, Any]]] = {
+    runs: dict[str, tuple[RunFolder, dict[str, Any]]] = {
         "gas-law": (wide := made(folder / "wide", *ELASTIC, "container.radius=10,20,50"), {}),
         "temperature-ratio": (warm, {"balls.speed": 10.0}),
         "van-der-waals": (wide, {}),
@@ -183,7 +195,7 @@ def test_names_on_the_y_axis_have_a_line_each() -> None:
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_no_two_entries_of_a_legend_look_the_same(
-    name: str, figures: dict[str, FigureData], decaying: Run
+    name: str, figures: dict[str, FigureData], decaying: RunFolder
 ) -> None:
     alone = [shown_of(decaying, name, cor=0.8)] if name == "cooling" else []
     for found in (figures[name], *alone):
@@ -213,13 +225,13 @@ def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
 
 
 @pytest.fixture(scope="module")
-def swept(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def swept(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     values = "cor=0.6,0.65,0.7,0.75,0.8,0.85,0.9,0.95"
     return made(tmp_path_factory.mktemp("swept") / "run", values)
 
 
 @pytest.mark.parametrize("name", ["energy", "event-decay", "cooling"])
-def test_many_values_of_one_key_are_a_colour_scale(name: str, swept: Run) -> None:
+def test_many_values_of_one_key_are_a_colour_scale(name: str, swept: RunFolder) -> None:
     """Each step has the colour of its series; the legend keeps what is for all."""
     shown = FIGURES[name].make(swept, Selection())
     figure = draw(shown)
@@ -294,16 +306,22 @@ def test_a_figure_with_logarithmic_axes_is_drawn_legibly(
 @pytest.mark.parametrize(
     ("values", "reason"),
     [
-        ([-0.5, 1.0, 2.0], "--log-y needs positive values of y, and its least is -0.5; leave it"),
-        ([0.0, 0.0, 0.0], "--log-y needs positive values of y, and its least is 0; leave it out"),
-        ([np.nan, np.nan, np.nan], "--log-y needs positive values of y, and there is none"),
+        (
+            [-0.5, 1.0, 2.0],
+            "log_y=True needs positive values of y, and its least is -0.5; leave it",
+        ),
+        (
+            [0.0, 0.0, 0.0],
+            "log_y=True needs positive values of y, and its least is 0; leave it out",
+        ),
+        ([np.nan, np.nan, np.nan], "log_y=True needs positive values of y, and there is none"),
     ],
 )
 def test_what_has_no_logarithm_is_refused_in_one_sentence(values: list[float], reason: str) -> None:
     data = replace(EVERYTHING, layers=(Line(X, np.array(values), "line"),))
     with pytest.raises(FigureError, match=f"^{reason}"):
         with_logarithmic_axes(data, False, True)
-    with pytest.raises(FigureError, match="on axes of one scale; leave out --log-x"):
+    with pytest.raises(FigureError, match="on axes of one scale; leave out log_x=True"):
         with_logarithmic_axes(replace(data, equal_axes=True), True, False)
 
 

@@ -14,10 +14,9 @@ from snooker_cli import theory
 from snooker_cli.analysis.measurement import Array, measure, pairs_of
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.engine import series
-from snooker_cli.figures import Line, Points, Reference
-from snooker_cli.figures.figure_data import BY_THEORY, MEASURED, Band
+from snooker_cli.figures.figure_data import BY_THEORY, MEASURED, Band, Line, Points, Reference
 from snooker_cli.formatting import short
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.theory import FINITE
 from snooker_cli.trace import Trace
 
@@ -28,7 +27,7 @@ def pressures_of(repeats: list[Trace]) -> Array:
     return measurement.relaxed.pressure(repeats[0].start)
 
 
-def test_pressure_against_temperature(warm: Run) -> None:
+def test_pressure_against_temperature(warm: RunFolder) -> None:
     found = shown(warm, "gas-law")
     small, large = layers(found, Points)
     assert small.x == pytest.approx([12.5, 50.0, 200.0], rel=1e-13)
@@ -62,7 +61,7 @@ def test_pressure_against_temperature(warm: Run) -> None:
     assert point["over_ideal"] == pytest.approx(large.y[2] / (19 * 200 / (100 * math.pi)), rel=1e-9)
 
 
-def test_temperature_ratio_against_the_ball_radius(warm: Run) -> None:
+def test_temperature_ratio_against_the_ball_radius(warm: RunFolder) -> None:
     found = shown(warm, "temperature-ratio", balls__speed=10.0)
     (points,) = layers(found, Points)
     assert points.x.tolist() == [0.2, 1.0]
@@ -74,7 +73,7 @@ def test_temperature_ratio_against_the_ball_radius(warm: Run) -> None:
         assert theirs == pytest.approx(19 * 50 / (100 * math.pi) / expected, rel=1e-13)
 
 
-def test_ideal_ratio_is_taken_at_two_temperatures(decaying: Run) -> None:
+def test_ideal_ratio_is_taken_at_two_temperatures(decaying: RunFolder) -> None:
     found = shown(decaying, "ideal-ratio", cor=0.8)
     at_end, at_mean, *keys = layers(found, Points)
     assert [len(key.x) for key in keys] == [0, 0]
@@ -144,7 +143,7 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
     assert re.search(r"b is between 1\.\d+ ± \d\.\d+ areas of a disk \(", two.caption)
 
 
-def test_pressure_in_windows(decaying: Run) -> None:
+def test_pressure_in_windows(decaying: RunFolder) -> None:
     """Windows have equal numbers of collisions per ball; the mean is that of `compare`."""
     found = shown(decaying, "pressure")
     rows = comparisons(decaying).rows

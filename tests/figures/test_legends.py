@@ -13,10 +13,12 @@ import pytest
 from figure_runs import made
 from matplotlib.figure import Figure
 
-from snooker_cli.figures import FIGURES, FigureData, Line, Points, Selection
-from snooker_cli.figures.drawing import draw, styled
-from snooker_cli.figures.figure_data import NEUTRAL
+from snooker_cli.figures.drawing import draw
+from snooker_cli.figures.figure_data import NEUTRAL, FigureData, Line, Points
 from snooker_cli.figures.legends import MOST_ENTRIES, colour
+from snooker_cli.figures.registry import FIGURES
+from snooker_cli.figures.style import styled
+from snooker_cli.runs.selection import Selection
 
 X = np.linspace(0.0, 1.0, 50)
 

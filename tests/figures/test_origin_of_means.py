@@ -11,14 +11,13 @@ from figure_runs import ELASTIC, layers, made, shown, traces, why_not
 from snooker_cli import theory
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.engine import series
-from snooker_cli.figures import Line, Points, Reference
-from snooker_cli.figures.figure_data import Band
+from snooker_cli.figures.figure_data import Band, Line, Points, Reference
 from snooker_cli.figures.origin_of_means import HITS
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.trace import even_choice
 
 
-def row_of(run: Run, quantity: str, model: str = "", **parameters: float) -> dict[str, float]:
+def row_of(run: RunFolder, quantity: str, model: str = "", **parameters: float) -> dict[str, float]:
     """The first row of `compare` on a quantity of a point, and on a theory if it is given."""
     chosen = {key.replace("__", "."): value for key, value in parameters.items()}
     return next(
@@ -49,12 +48,12 @@ def test_a_histogram_of_repeats_has_the_mean_of_compare(tmp_path: Path) -> None:
     assert found.x_label == "α (s⁻¹)"
 
 
-def test_few_repeats_make_no_histogram(decaying: Run) -> None:
+def test_few_repeats_make_no_histogram(decaying: RunFolder) -> None:
     reason = why_not(decaying, "result-histogram", cor=0.8)
     assert reason == "it needs 8 or more repeats with a result, and 3 have one"
 
 
-def test_impulses_on_the_wall_add_up_to_the_pressure(decaying: Run) -> None:
+def test_impulses_on_the_wall_add_up_to_the_pressure(decaying: RunFolder) -> None:
     found = shown(decaying, "wall-impulses", cor=1.0)
     (line,) = [line for line in layers(found, Line) if len(line.x)]
     (points,) = found.panels[0].layers

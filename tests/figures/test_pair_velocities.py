@@ -12,7 +12,7 @@ from figure_runs import BOX, PERIODIC, STORED, layers, made, shown, traces, why_
 from snooker_cli.analysis.velocity_correlations import correlations, distance_edges, pair_sums
 from snooker_cli.engine import state_at, stored_times
 from snooker_cli.figures.figure_data import Band, FigureData, Line, Reference
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 
 NAME = "velocity-correlations"
 
@@ -24,16 +24,16 @@ def result(figure: FigureData) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def elastic(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def elastic(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     return made(tmp_path_factory.mktemp("elastic") / "run", "cor=1", "wall_cor=null", text=PERIODIC)
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def stored(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     return made(tmp_path_factory.mktemp("stored") / "run", text=STORED)
 
 
-def test_elastic_balls_have_the_reference_of_fixed_momentum(elastic: Run) -> None:
+def test_elastic_balls_have_the_reference_of_fixed_momentum(elastic: RunFolder) -> None:
     figure = shown(elastic, NAME)
     (reference,) = [layer for layer in figure.layers if isinstance(layer, Reference)]
     assert reference.value == result(figure)["theory"] == pytest.approx(-1 / 63)
@@ -62,7 +62,7 @@ def test_walls_that_take_momentum_have_another(
     assert values == {0.0}
 
 
-def test_a_gas_that_cools_has_several_times(stored: Run) -> None:
+def test_a_gas_that_cools_has_several_times(stored: RunFolder) -> None:
     """The last curve is that of the last states, with its error over the repeats."""
     figure = shown(stored, NAME)
     curves = layers(figure, Line)
@@ -83,6 +83,6 @@ def test_a_gas_that_cools_has_several_times(stored: Run) -> None:
     assert result(figure)["nearest"] == pytest.approx(along[0])
 
 
-def test_runs_that_cannot_give_it(mixture: Run, warm: Run) -> None:
+def test_runs_that_cannot_give_it(mixture: RunFolder, warm: RunFolder) -> None:
     assert "the balls' masses differ" in why_not(mixture, NAME)
     assert "needs the balls' states" in why_not(warm, NAME)

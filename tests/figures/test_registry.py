@@ -13,18 +13,19 @@ import snooker_cli
 from snooker_cli.api.drawings import check_names
 from snooker_cli.config import parse
 from snooker_cli.errors import ArgumentError, FigureError
-from snooker_cli.figures import FIGURES, FigureData, Points, Selection, own_figures
-from snooker_cli.figures.registry import MOST_ALONG, former_names, possible
-from snooker_cli.figures.selection import AXES
+from snooker_cli.figures.figure_data import FigureData, Points
+from snooker_cli.figures.registry import FIGURES, MOST_ALONG, former_names, own_figures, possible
+from snooker_cli.figures.series import AXES
 from snooker_cli.reproduction.reproduce import REPORT_FIGURES
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection
 
 
 @pytest.mark.parametrize("shape", ["box", "periodic"])
 def test_figures_describe_the_shape_that_is_there(
     shape: str, request: pytest.FixtureRequest
 ) -> None:
-    run: Run = request.getfixturevalue(shape)
+    run: RunFolder = request.getfixturevalue(shape)
     figures: dict[str, FigureData] = {}
     missing = {}
     for name, spec in FIGURES.items():
@@ -51,7 +52,7 @@ def test_figures_describe_the_shape_that_is_there(
         assert json.loads(json.dumps(figure.numbers, allow_nan=False)) == figure.numbers
 
 
-def test_reasons_for_missing_figures(warm: Run, decaying: Run) -> None:
+def test_reasons_for_missing_figures(warm: RunFolder, decaying: RunFolder) -> None:
     for kind in ("central-distances", "pair-distances"):
         assert "run the config with `record: events`" in why_not(warm, kind)
     assert "fixed walls take momentum" in why_not(warm, "momentum-x")
@@ -81,7 +82,7 @@ def test_odd_scenes_get_a_sentence(tmp_path: Path) -> None:
     assert "cannot be fitted" in why_not(fixed, "pressure-fit")
 
 
-def reason_against(run: Run, figure: str) -> str:
+def reason_against(run: RunFolder, figure: str) -> str:
     """Why a run cannot give a figure; empty if it can."""
     try:
         FIGURES[figure].make(run, Selection(), first=True)
@@ -95,7 +96,7 @@ def test_the_list_of_figures_has_all_that_a_run_gives(
     name: str, request: pytest.FixtureRequest
 ) -> None:
     """It reads configs alone. What it has beyond is a figure that needs more collisions."""
-    run: Run = request.getfixturevalue(name)
+    run: RunFolder = request.getfixturevalue(name)
     listed = {figure: (fits, why) for figure, fits, why in possible(FIGURES, run.points)}
     needs_more = ("longer", "more repeats", "is zero at the start", "two or more areas")
     for figure, (fits, why) in listed.items():
@@ -106,7 +107,9 @@ def test_the_list_of_figures_has_all_that_a_run_gives(
             assert error in why, figure
 
 
-def test_own_runs_leave_out_the_figures_of_the_source_report(decaying: Run, tmp_path: Path) -> None:
+def test_own_runs_leave_out_the_figures_of_the_source_report(
+    decaying: RunFolder, tmp_path: Path
+) -> None:
     """They are drawn by name, and by ``snooker reproduce``."""
     others = FIGURES.keys() - set(own_figures())
     assert others

@@ -10,12 +10,12 @@ import pytest
 from figure_runs import ADRIFT, ROUGH, STORED, check_caption, made, shown, unnamed_lines
 
 from snooker_cli.analysis.findings import result_and_theory
-from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.figures.declared_result import Result, deviation_sentence, with_units_of_axes
-from snooker_cli.figures.figure_data import Points
-from snooker_cli.figures.registry import figures_of
-from snooker_cli.figures.selection import described
-from snooker_cli.runs import Run
+from snooker_cli.figures.figure_data import FigureData, Points
+from snooker_cli.figures.registry import FIGURES, figures_of
+from snooker_cli.figures.series import described
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection
 
 GASES = "decaying", "warm", "box", "periodic", "mixture", "heated", "driven"
 FURTHER = {"rough": ROUGH, "stored": STORED, "adrift": ADRIFT}
@@ -39,7 +39,9 @@ def test_captions_say_the_result_with_its_unit(
     assert not any(unnamed.values()), {kind: lines for kind, lines in unnamed.items() if lines}
 
 
-def test_a_result_is_the_least_and_the_largest_of_the_points(decaying: Run, warm: Run) -> None:
+def test_a_result_is_the_least_and_the_largest_of_the_points(
+    decaying: RunFolder, warm: RunFolder
+) -> None:
     """Not the first and the last. Errors of rounding are none."""
     least = Result("temperature", "mean", "in the second half")
     rows = [{"mean": mean, "mean_error": 0.01} for mean in (2.0, 1.0, 4.0, 3.0)]
@@ -65,7 +67,7 @@ def test_units_are_those_of_axes_also_after_a_bracket_or_a_power() -> None:
     )
 
 
-def test_species_count_from_one_and_have_a_record_each(mixture: Run) -> None:
+def test_species_count_from_one_and_have_a_record_each(mixture: RunFolder) -> None:
     found = shown(mixture, "species-temperature")
     first, second = (record["temperature"] for record in found.numbers["points"])
     assert found.result["quantity"] == "T₁/T₂"
@@ -80,7 +82,7 @@ def test_species_count_from_one_and_have_a_record_each(mixture: Run) -> None:
         ("wall_temperature", "wall at left 50, right 50 J"),
     ],
 )
-def test_keys_of_a_config_have_words(heated: Run, key: str, words: str) -> None:
+def test_keys_of_a_config_have_words(heated: RunFolder, key: str, words: str) -> None:
     assert described(heated.points[0], key) == words
 
 
@@ -111,7 +113,7 @@ def test_two_repeats_count_no_errors_in_captions_and_findings(repeats: int) -> N
 
 
 def test_captions_name_the_part_of_the_repeats_that_a_pressure_is_from(
-    warm: Run, driven: Run
+    warm: RunFolder, driven: RunFolder
 ) -> None:
     for name in "pressure", "gas-law":
         assert "Means are over the part after the relaxation." in shown(warm, name).caption

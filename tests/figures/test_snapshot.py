@@ -17,11 +17,13 @@ from repeating import done, made
 from snooker_cli.containers import Box, Channel, Container, PeriodicBox
 from snooker_cli.engine import replay
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Selection
-from snooker_cli.figures.drawing import draw, save, styled, to_json
+from snooker_cli.figures.drawing import draw, save, to_json
 from snooker_cli.figures.figure_data import FigureData, Picture, Pictures
+from snooker_cli.figures.registry import FIGURES
 from snooker_cli.figures.state_pictures import raster
-from snooker_cli.runs import Run
+from snooker_cli.figures.style import styled
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection
 
 MIXTURE = """\
 container: {shape: channel, width: 12, height: 10}
@@ -34,17 +36,17 @@ time: 20
 
 
 @pytest.fixture(scope="module")
-def mixture(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def mixture(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     run = made(tmp_path_factory.mktemp("states") / "run", MIXTURE)
     done(run)
     return run
 
 
-def drawn(run: Run, *times: float, colour: str | None = None) -> FigureData:
+def drawn(run: RunFolder, *times: float, colour: str | None = None) -> FigureData:
     return FIGURES["snapshot"].make(run, Selection(times=times, colour=colour))
 
 
-def test_it_shows_the_states_of_a_repeat(mixture: Run) -> None:
+def test_it_shows_the_states_of_a_repeat(mixture: RunFolder) -> None:
     trace = mixture.read(mixture.points[0], 0)
     figure = drawn(mixture, 3.0, 7.5)
     states = replay(trace, [3.0, 7.5])
@@ -59,7 +61,7 @@ def test_it_shows_the_states_of_a_repeat(mixture: Run) -> None:
     assert np.array_equal(last.values, np.hypot(*trace.finish.velocities.T))
 
 
-def test_colours_show_species_and_density(mixture: Run) -> None:
+def test_colours_show_species_and_density(mixture: RunFolder) -> None:
     species = drawn(mixture, 3.0, colour="species").pictures
     assert species.names == ("r = 0.5 m, m = 2 kg", "r = 0.25 m, m = 1 kg")
     assert species.each[0].values.tolist() == [0.0] * 6 + [1.0] * 20
@@ -73,7 +75,7 @@ def test_colours_show_species_and_density(mixture: Run) -> None:
     assert "White space has no balls." in figure.caption
 
 
-def test_times_without_a_state_are_refused_or_replaced(mixture: Run, tmp_path: Path) -> None:
+def test_times_without_a_state_are_refused_or_replaced(mixture: RunFolder, tmp_path: Path) -> None:
     with pytest.raises(FigureError, match="no time 21 s: it ends at 20 s"):
         drawn(mixture, 21.0)
     with pytest.raises(FigureError, match="12 times at most"):
@@ -101,7 +103,7 @@ def test_a_gas_in_which_clusters_grow_has_its_density_at_four_times(tmp_path: Pa
     assert len(drawn(run, 5.0).pictures.each) == 1
 
 
-def test_states_are_the_start_the_middle_and_the_end(mixture: Run) -> None:
+def test_states_are_the_start_the_middle_and_the_end(mixture: RunFolder) -> None:
     trace = mixture.read(mixture.points[0], 0)
     figure = drawn(mixture)
     start, middle, end = figure.pictures.each
@@ -111,7 +113,7 @@ def test_states_are_the_start_the_middle_and_the_end(mixture: Run) -> None:
     assert before == pytest.approx(trace.collisions / 2, abs=1)
 
 
-def test_a_scale_bar_has_the_length_it_says(mixture: Run) -> None:
+def test_a_scale_bar_has_the_length_it_says(mixture: RunFolder) -> None:
     """1, 2 or 5 of a power of ten, up to a quarter of the container: 2 of 12 m."""
     axes = draw(drawn(mixture)).axes[0]
     (bar,) = axes.lines
@@ -120,7 +122,7 @@ def test_a_scale_bar_has_the_length_it_says(mixture: Run) -> None:
     assert text.get_text() == "2 m"
 
 
-def test_it_is_saved_without_its_balls(mixture: Run, tmp_path: Path) -> None:
+def test_it_is_saved_without_its_balls(mixture: RunFolder, tmp_path: Path) -> None:
     figure = drawn(mixture, *np.linspace(0.0, 20.0, 5))
     paths = save(figure, tmp_path / "states", ("png",))
     assert paths[1].stat().st_size < 2000
@@ -184,7 +186,7 @@ def test_a_million_balls_are_a_small_picture(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "times", [(), (0.0, 10.0, 20.0), (0.0, 1.0, 10.0, 20.0), (0.0, 1.0, 5.0, 10.0, 20.0)]
 )
-def test_it_is_drawn_legibly(mixture: Run, colour: str, times: tuple[float, ...]) -> None:
+def test_it_is_drawn_legibly(mixture: RunFolder, colour: str, times: tuple[float, ...]) -> None:
     with styled():
         figure = draw(drawn(mixture, *times, colour=colour))
         figure.draw_without_rendering()
@@ -260,7 +262,7 @@ GREY = np.array([0.299, 0.587, 0.114])
 """The lightness of red, green and blue."""
 
 
-def test_walls_that_are_alike_and_give_no_energy_have_no_key(mixture: Run) -> None:
+def test_walls_that_are_alike_and_give_no_energy_have_no_key(mixture: RunFolder) -> None:
     assert drawn(mixture).pictures.walls == ()
 
 

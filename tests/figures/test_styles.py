@@ -9,10 +9,17 @@ from typing import get_args
 import pytest
 from figure_runs import layers, shown
 
-from snooker_cli.figures import Line, Reference
-from snooker_cli.figures.figure_data import BY_THEORY, EXTRAPOLATED, MEASURED, SECOND, LineStyle
+from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    EXTRAPOLATED,
+    MEASURED,
+    SECOND,
+    Line,
+    LineStyle,
+    Reference,
+)
 from snooker_cli.figures.legends import _DASHES
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.theory import FINITE
 
 DECLARED = "figure_data.py"
@@ -32,7 +39,7 @@ def test_figures_use_the_declared_styles() -> None:
 
 
 @pytest.mark.parametrize("name", ["pressure", "gas-law", "wall-impulses"])
-def test_theory_of_the_gas_is_dashed(name: str, warm: Run, decaying: Run) -> None:
+def test_theory_of_the_gas_is_dashed(name: str, warm: RunFolder, decaying: RunFolder) -> None:
     run, where = (warm, {}) if name == "gas-law" else (decaying, {"cor": 1.0})
     found = shown(run, name, **where)
     lines = [*layers(found, Line), *layers(found, Reference)]

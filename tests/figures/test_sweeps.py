@@ -16,19 +16,19 @@ from snooker_cli.analysis.gas import finite_haff_rate, late_spins
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Selection
-from snooker_cli.figures.captions import FigureBuilder, theories_once
+from snooker_cli.figures.figure_builder import FigureBuilder, theories_once
 from snooker_cli.figures.figure_data import NEUTRAL, Line, Points
 from snooker_cli.figures.legends import PALEST, colour
-from snooker_cli.figures.registry import possible
-from snooker_cli.figures.selection import described, scale
+from snooker_cli.figures.registry import FIGURES, possible
+from snooker_cli.figures.series import described, scale
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.runs import Run
-from snooker_cli.runs.side_by_side import RunsSideBySide
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection
+from snooker_cli.runs.side_by_side import FoldersSideBySide
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, Run]:
+def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunFolder, RunFolder]:
     """Two sweeps over the CoR with different walls, and the paths that commands open."""
     folder = tmp_path_factory.mktemp("runs")
     return (
@@ -38,11 +38,11 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, Run]:
 
 
 @pytest.fixture(scope="module")
-def joined(runs: tuple[Run, Run]) -> RunsSideBySide:
-    return RunsSideBySide.of(runs)
+def joined(runs: tuple[RunFolder, RunFolder]) -> FoldersSideBySide:
+    return FoldersSideBySide.of(runs)
 
 
-def test_each_run_is_a_series(runs: tuple[Run, Run], joined: RunsSideBySide) -> None:
+def test_each_run_is_a_series(runs: tuple[RunFolder, RunFolder], joined: FoldersSideBySide) -> None:
     found = shown(joined, "decay-against-cor")
     filled = [points for points in layers(found, Points) if points.filled and len(points.x)]
     assert [points.label for points in filled] == ["A, wall CoR = ball CoR", "B, wall CoR 1"]
@@ -57,14 +57,14 @@ def test_each_run_is_a_series(runs: tuple[Run, Run], joined: RunsSideBySide) -> 
     assert not found.shades
 
 
-def test_one_series_for_one_point_of_each_run(joined: RunsSideBySide) -> None:
+def test_one_series_for_one_point_of_each_run(joined: FoldersSideBySide) -> None:
     found = shown(joined, "energy", cor=0.9)
     lines = [line for line in layers(found, Line) if len(line.x) and not line.thin]
     assert [line.label for line in lines] == ["A, wall CoR = ball CoR", "B, wall CoR 1"]
     assert "4 to 5 repeats, at most 200 collisions: 1 of 9 repeats ended early" in found.caption
 
 
-def test_several_points_of_a_run_are_shades_of_its_colour(joined: RunsSideBySide) -> None:
+def test_several_points_of_a_run_are_shades_of_its_colour(joined: FoldersSideBySide) -> None:
     found = shown(joined, "event-decay")
     assert (found.hues, found.shades) == ((0, 0, 1, 1), (0.0, 1.0, 0.0, 1.0))
     assert colour(0, found.shades, found.hues) == colour(0)
@@ -78,12 +78,12 @@ def test_several_points_of_a_run_are_shades_of_its_colour(joined: RunsSideBySide
 
 def test_one_value_of_the_key_from_each_run(tmp_path: Path) -> None:
     """No run sweeps the CoR: the points of the runs are one series along it."""
-    pair = RunsSideBySide.of([made(tmp_path / "A", "cor=0.8"), made(tmp_path / "B", "cor=0.9")])
+    pair = FoldersSideBySide.of([made(tmp_path / "A", "cor=0.8"), made(tmp_path / "B", "cor=0.9")])
     found = shown(pair, "decay-against-cor")
     alpha = next(p for p in layers(found, Points) if p.label == "α, Haff's law fitted")
     assert alpha.x.tolist() == [0.8, 0.9]
     radii = (made(tmp_path / radius, f"balls.radius={radius}") for radius in ("0.5", "1.0"))
-    pair = RunsSideBySide.of([*radii])
+    pair = FoldersSideBySide.of([*radii])
     main = next(points for points in layers(shown(pair, "swept-key"), Points) if len(points.x))
     assert main.x.tolist() == [0.5, 1.0]
 
@@ -91,7 +91,7 @@ def test_one_value_of_the_key_from_each_run(tmp_path: Path) -> None:
 def test_runs_with_other_keys_of_balls_are_drawn_together(tmp_path: Path) -> None:
     """One has rings, the other random places; a key that a run lacks has no words and no value."""
     random = "balls={count: 19, radius: 1.0, speed: 10.0, start: random}"
-    pair = RunsSideBySide.of([made(tmp_path / "rings"), made(tmp_path / "random", random)])
+    pair = FoldersSideBySide.of([made(tmp_path / "rings"), made(tmp_path / "random", random)])
     drawn = 0
     for name, spec in FIGURES.items():
         with suppress(FigureError):
@@ -102,7 +102,7 @@ def test_runs_with_other_keys_of_balls_are_drawn_together(tmp_path: Path) -> Non
     lines = [line for line in layers(shown(pair, "energy"), Line) if len(line.x)]
     assert [line.label for line in lines] == ["rings, N = 19, ring extent 0.8", "random"]
     elastic = [made(tmp_path / "A", "cor=1"), made(tmp_path / "B", random, "cor=1")]
-    assert "balls.rings or balls.count" in why_not(RunsSideBySide.of(elastic), "gas-law")
+    assert "balls.rings or balls.count" in why_not(FoldersSideBySide.of(elastic), "gas-law")
 
 
 def test_a_swept_key_has_its_unit(tmp_path: Path) -> None:
@@ -119,19 +119,19 @@ def test_a_swept_key_has_its_unit(tmp_path: Path) -> None:
 def test_the_steady_temperature_is_along_a_value_of_each_run(tmp_path: Path) -> None:
     how = ("collisions=2000", "container.mass=.inf", "repeats=2")
     runs = [made(tmp_path / speed, *how, f"wall_speed={speed}") for speed in ("1.0", "2.0")]
-    (points,) = (p for p in layers(shown(RunsSideBySide.of(runs), "stationary"), Points))
+    (points,) = (p for p in layers(shown(FoldersSideBySide.of(runs), "stationary"), Points))
     assert points.x.tolist() == [1.0, 2.0]
 
 
 def test_theory_is_drawn_once_if_it_is_the_same(tmp_path: Path) -> None:
     runs = [made(tmp_path / "A", "cor=0.8,0.9"), made(tmp_path / "B", "cor=0.8,0.9", "seed=2")]
-    found = shown(RunsSideBySide.of(runs), "decay-against-cor")
+    found = shown(FoldersSideBySide.of(runs), "decay-against-cor")
     (line,) = (line for line in layers(found, Line) if len(line.x))
     assert line.series == NEUTRAL
     assert len([points for points in layers(found, Points) if points.filled and len(points.x)]) == 2
 
 
-def test_curves_that_differ_visibly_stay(decaying: Run) -> None:
+def test_curves_that_differ_visibly_stay(decaying: RunFolder) -> None:
     x = np.linspace(0.0, 1.0, 9)
     build = FigureBuilder(decaying, None, [[*decaying.points]], {})  # type: ignore[arg-type]
     build.lines = [
@@ -145,7 +145,9 @@ def test_curves_that_differ_visibly_stay(decaying: Run) -> None:
     assert kept == [(NEUTRAL, 9, 2.0), (2, 9, 1.0), (3, 9, 1.0), (4, 9, 1.0)]
 
 
-def test_analyses_are_those_of_each_run(runs: tuple[Run, Run], joined: RunsSideBySide) -> None:
+def test_analyses_are_those_of_each_run(
+    runs: tuple[RunFolder, RunFolder], joined: FoldersSideBySide
+) -> None:
     found = comparisons(joined).rows
     alone = [row for run in runs for row in comparisons(run).rows]
     assert [row["measured"] for row in found] == [row["measured"] for row in alone]
@@ -155,7 +157,7 @@ def test_analyses_are_those_of_each_run(runs: tuple[Run, Run], joined: RunsSideB
     assert [row["requested"] for row in (found[0], found[-1])] == [4, 5]
 
 
-def test_tables_of_python_and_commands(runs: tuple[Run, Run]) -> None:
+def test_tables_of_python_and_commands(runs: tuple[RunFolder, RunFolder]) -> None:
     pair = snooker.open(*(run.directory for run in runs))
     lines = pair.fit(quantity="kinetic", cor=0.9).lines()
     table = lines[lines.index("") + 1 :]
@@ -185,7 +187,7 @@ def test_the_main_result_along_any_number(tmp_path: Path) -> None:
     assert len(line.x) == 100
     assert line.y[[0, -1]] == pytest.approx([of_point[r]["predicted"] for r in (0.5, 1.0)])
     between = parse(BASE, overrides=["cor=0.8", f"balls.radius={line.x[50]}"]).points()[0]
-    of_start = finite_haff_rate(starting_scene(between.experiment, 0))
+    of_start = finite_haff_rate(starting_scene(between.config, 0))
     assert line.y[50] == pytest.approx(of_start, rel=0.01)
     assert "α rises from" in found.caption
     with pytest.raises(FigureError, match="sweep a key"):
@@ -197,7 +199,7 @@ def test_theory_of_spins_is_drawn_between_the_points(tmp_path: Path) -> None:
     run = made(tmp_path / "R", "tangential_cor=-0.9,0.5", "repeats=2", text=ROUGH)
     (line,) = (line for line in layers(shown(run, "swept-key"), Line) if len(line.x))
     assert len(line.x) == 100
-    scene = starting_scene(parse(ROUGH).points()[0].experiment, 0)
+    scene = starting_scene(parse(ROUGH).points()[0].config, 0)
     surface = scene.surface
     assert surface is not None
     expected = [

@@ -27,21 +27,22 @@ from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.analysis.structure import Array
 from snooker_cli.engine import series
-from snooker_cli.figures import Line, Reference
-from snooker_cli.figures.captions import MOST_SINGLE, FigureBuilder
+from snooker_cli.figures.figure_builder import MOST_SINGLE, FigureBuilder
 from snooker_cli.figures.figure_data import (
     MEASURED,
     Band,
+    Line,
     Points,
+    Reference,
     Repeats,
     at_common_times,
     courses,
     lasting,
     lasting_rows,
 )
-from snooker_cli.figures.selection import Selection
 from snooker_cli.formatting import short
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection
 from snooker_cli.scene import Scene
 
 
@@ -55,7 +56,7 @@ def test_repeats_that_end_early_do_not_shorten_a_mean_course() -> None:
     assert build._left_out().startswith("The result leaves out 1 repeat that ends before half")
 
 
-def test_means_go_on_with_the_repeats_that_remain(decaying: Run) -> None:
+def test_means_go_on_with_the_repeats_that_remain(decaying: RunFolder) -> None:
     """One of many that is trapped at once does not end the mean of the others."""
     (point, *_), ends = decaying.points, [0.5, 8.0, 9.0, 10.0, 15.0, 900.0]
     curves = [(np.array([0.0, end]), np.array([k, k], float)) for k, end in enumerate(ends)]
@@ -80,7 +81,7 @@ def test_means_go_on_with_the_repeats_that_remain(decaying: Run) -> None:
     )
 
 
-def test_a_mean_that_jumps_where_a_repeat_ends_has_a_gap_there(decaying: Run) -> None:
+def test_a_mean_that_jumps_where_a_repeat_ends_has_a_gap_there(decaying: RunFolder) -> None:
     """Else the jump looks like an event of the gas. All values are kept."""
     (point, *_), x = decaying.points, np.arange(10.0)
     rows = np.array([np.full(10, 1.0), np.full(10, 1.1), np.full(10, 9.0)])
@@ -99,7 +100,7 @@ def test_a_mean_that_jumps_where_a_repeat_ends_has_a_gap_there(decaying: Run) ->
     assert len(build.lines[-1].x) == 10  # this one hardly changes the mean
 
 
-def test_a_few_repeats_that_last_a_bit_longer_draw_no_tail(decaying: Run) -> None:
+def test_a_few_repeats_that_last_a_bit_longer_draw_no_tail(decaying: RunFolder) -> None:
     """Repeats of one number of collisions end at times that are near each other."""
     (point, *_), ends = decaying.points, [8.0, 8.5, 9.0, 9.2, 9.4]
     curves = [(np.array([0.0, end]), np.ones(2)) for end in ends]
@@ -121,7 +122,7 @@ def test_results_of_rows_are_of_the_same_repeats_at_all_times() -> None:
     np.testing.assert_array_equal(lasting_rows(x, np.stack([rows, rows], axis=2))[1][..., 1], kept)
 
 
-def test_thin_lines_are_an_even_choice_of_the_repeats(decaying: Run) -> None:
+def test_thin_lines_are_an_even_choice_of_the_repeats(decaying: RunFolder) -> None:
     """Of many series they would hide the means, and there are none."""
     (point, *_), x = decaying.points, np.linspace(0.0, 1.0, 5)
     rows = np.repeat(np.arange(30.0), 5).reshape(30, 5)
@@ -159,7 +160,7 @@ def test_no_curve_ends_with_the_shortest_repeat(tmp_path: Path) -> None:
     assert points.x[-1] >= 2 * min(pairs) / 7
 
 
-def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
+def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: RunFolder) -> None:
     found = shown(decaying, "pressure-since-start", cor=1.0)
     curve = measure(traces(decaying, 2)).curve
     curves = courses(curve.time, np.nan_to_num(curve.pressure))
@@ -184,7 +185,7 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
 # Means over the repeats of what the states have.
 
 
-def test_times_are_even_in_their_logarithm_while_two_repeats_remain(periodic: Run) -> None:
+def test_times_are_even_in_their_logarithm_while_two_repeats_remain(periodic: RunFolder) -> None:
     found = shown(periodic, "hexatic-order", cor=0.8)
     line, local, *_ = layers(found, Line)
     repeats = traces(periodic, 0)
@@ -210,7 +211,7 @@ def test_times_are_even_in_their_logarithm_while_two_repeats_remain(periodic: Ru
     assert (band.high[20] - band.low[20]) / 2 == pytest.approx(error, rel=1e-9)
 
 
-def test_the_share_of_heat_is_that_of_the_last_states(periodic: Run) -> None:
+def test_the_share_of_heat_is_that_of_the_last_states(periodic: RunFolder) -> None:
     found = shown(periodic, "cluster-growth", cor=0.8)
     thermal = next(layer for layer in found.panels[-1].layers if isinstance(layer, Line))
     repeats = traces(periodic, 0)
@@ -239,7 +240,9 @@ def test_the_share_of_heat_is_that_of_the_last_states(periodic: Run) -> None:
     assert "Haff" not in elastic.caption
 
 
-def test_clusters_have_those_of_elastic_balls_beside_them(periodic: Run, tmp_path: Path) -> None:
+def test_clusters_have_those_of_elastic_balls_beside_them(
+    periodic: RunFolder, tmp_path: Path
+) -> None:
     """Near close packing elastic balls are one cluster too, so that growth means nothing."""
     found = shown(periodic, "cluster-growth")
     (reference,) = layers(found, Reference)
@@ -257,7 +260,7 @@ def test_clusters_have_those_of_elastic_balls_beside_them(periodic: Run, tmp_pat
     assert "elastic balls are one cluster too" in why_not(dense, "cluster-growth")
 
 
-def test_species_have_their_temperatures_and_the_ratio_of_compare(mixture: Run) -> None:
+def test_species_have_their_temperatures_and_the_ratio_of_compare(mixture: RunFolder) -> None:
     found = shown(mixture, "species-temperature")
     first, second, entry = layers(found, Line)
     assert [line.label for line in (first, second, entry)] == [
@@ -308,11 +311,11 @@ def test_the_caption_says_if_a_mixture_is_not_steady(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def rough(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def rough(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     return made(tmp_path_factory.mktemp("rough") / "run", text=ROUGH)
 
 
-def test_temperatures_of_motion_and_rotation_are_those_of_the_states(rough: Run) -> None:
+def test_temperatures_of_motion_and_rotation_are_those_of_the_states(rough: RunFolder) -> None:
     """Their ratio comes first, beside theory; both fall over decades in a panel."""
     found = shown(rough, "rotation")
     ratio, expected = [line for line in layers(found, Line) if len(line.x)]
@@ -338,7 +341,7 @@ def test_temperatures_of_motion_and_rotation_are_those_of_the_states(rough: Run)
     assert residuals.y[-1] == pytest.approx(math.log(ratio.y[-1] / expected.y[-1]), rel=1e-9)
 
 
-def test_collisions_per_ball_are_the_same_in_all_figures(rough: Run) -> None:
+def test_collisions_per_ball_are_the_same_in_all_figures(rough: RunFolder) -> None:
     """Without walls each collision is of two balls."""
     courses = [line for line in layers(shown(rough, "rotation"), Line) if len(line.x)]
     (points,) = layers(shown(rough, "event-decay"), Points)
@@ -353,7 +356,7 @@ def test_rough_balls_have_no_figures_whose_theory_is_of_smooth_ones(tmp_path: Pa
     assert point["theory"] is None
 
 
-def test_smooth_balls_have_no_rotation(decaying: Run) -> None:
+def test_smooth_balls_have_no_rotation(decaying: RunFolder) -> None:
     assert why_not(decaying, "rotation").startswith("smooth balls do not spin")
 
 
@@ -361,11 +364,11 @@ def test_smooth_balls_have_no_rotation(decaying: Run) -> None:
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def stored(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     return made(tmp_path_factory.mktemp("stored") / "run", text=STORED)
 
 
-def test_large_cells_of_an_elastic_fluid_have_a_limit(stored: Run, tmp_path: Path) -> None:
+def test_large_cells_of_an_elastic_fluid_have_a_limit(stored: RunFolder, tmp_path: Path) -> None:
     """A gas that cools has clusters instead."""
     text = STORED.replace("cor: 0.8", "cor: 1").replace("30000", "300")
     elastic = made(tmp_path / "elastic", text=text)
@@ -380,7 +383,7 @@ def test_large_cells_of_an_elastic_fluid_have_a_limit(stored: Run, tmp_path: Pat
     assert "S(0)" not in shown(stored, "cluster-growth").alt
 
 
-def test_figures_of_snapshots_have_the_stored_states(stored: Run) -> None:
+def test_figures_of_snapshots_have_the_stored_states(stored: RunFolder) -> None:
     """At the times that both repeats have, without the end, which may be a collision."""
     first, second = traces(stored, 0)
     times = np.intersect1d(first.snapshots.time, second.snapshots.time)
@@ -408,7 +411,7 @@ def value(function: structure.Observable, at: Scene) -> Array:
     return np.atleast_1d(function(at.positions, at.velocities, at))
 
 
-def test_a_gas_that_cools_has_the_structure_factor_at_four_times(stored: Run) -> None:
+def test_a_gas_that_cools_has_the_structure_factor_at_four_times(stored: RunFolder) -> None:
     """Structures grow from short waves to long ones; one curve shows no growth."""
     found = shown(stored, "structure-factor")
     curves = layers(found, Line)
@@ -433,7 +436,7 @@ def test_a_run_without_a_stored_state_gets_a_sentence(tmp_path: Path) -> None:
         assert "before its first snapshot" in why_not(late, name)
 
 
-def test_a2_begins_after_three_collisions_per_ball(decaying: Run, tmp_path: Path) -> None:
+def test_a2_begins_after_three_collisions_per_ball(decaying: RunFolder, tmp_path: Path) -> None:
     """Before, equal speeds are those of the start."""
     found = shown(decaying, "a2", cor=0.8)
     line = next(line for line in layers(found, Line) if line.style == "series")
@@ -444,7 +447,7 @@ def test_a2_begins_after_three_collisions_per_ball(decaying: Run, tmp_path: Path
     assert "first 3 collisions per ball are left out" in why_not(short, "a2")
 
 
-def test_a2_is_against_a_swept_cor_beside_van_noije_and_ernst(decaying: Run) -> None:
+def test_a2_is_against_a_swept_cor_beside_van_noije_and_ernst(decaying: RunFolder) -> None:
     found = shown(decaying, "a2")
     (points,) = layers(found, Points)
     assert points.x.tolist() == [0.8, 0.9, 1.0]

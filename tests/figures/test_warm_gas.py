@@ -14,9 +14,11 @@ from snooker_cli.analysis.measurement import Measurement, measure
 from snooker_cli.analysis.run_analysis import comparisons
 from snooker_cli.analysis.stationarity import StationaryPart
 from snooker_cli.engine import replay, series
-from snooker_cli.figures import FIGURES, Line, Points, Reference, Selection, counted_parts
-from snooker_cli.figures.figure_data import BY_THEORY, EXTRAPOLATED
-from snooker_cli.runs import Run
+from snooker_cli.figures import counted_parts
+from snooker_cli.figures.figure_data import BY_THEORY, EXTRAPOLATED, Line, Points, Reference
+from snooker_cli.figures.registry import FIGURES
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection
 
 SIGMAS = 4
 ALIKE = {"wall_temperature__right": 50.0}
@@ -26,7 +28,9 @@ def within(value: float, error: float, expected: float) -> bool:
     return abs(value - expected) < SIGMAS * error
 
 
-def test_elastic_balls_between_equal_walls_have_their_temperature_everywhere(heated: Run) -> None:
+def test_elastic_balls_between_equal_walls_have_their_temperature_everywhere(
+    heated: RunFolder,
+) -> None:
     found = shown(heated, "profiles", **ALIKE)
     (record,) = found.numbers["points"]
     assert within(*record_pair(record, "mean_temperature"), 50.0)
@@ -47,7 +51,7 @@ def record_pair(record: dict[str, float], name: str) -> tuple[float, float]:
     return record[name], record[f"{name}_error"]
 
 
-def test_a_profile_counts_the_balls_of_each_ring(driven: Run) -> None:
+def test_a_profile_counts_the_balls_of_each_ring(driven: RunFolder) -> None:
     """By the states themselves; rings of equal area up to R - r."""
     found = shown(driven, "profiles", cor=0.9, balls__radius=0.5)
     (record,), means = found.numbers["points"], []
@@ -65,7 +69,7 @@ def test_a_profile_counts_the_balls_of_each_ring(driven: Run) -> None:
     assert record["temperature"][-1] > 1.2 * record["temperature"][0]
 
 
-def test_heat_flows_from_the_hot_to_the_cold_wall(heated: Run) -> None:
+def test_heat_flows_from_the_hot_to_the_cold_wall(heated: RunFolder) -> None:
     figures = shown(heated, "heat-flux", wall_temperature__right=100.0)
     (record,) = figures.numbers["points"]
     flux = []
@@ -91,7 +95,7 @@ def test_heat_flows_from_the_hot_to_the_cold_wall(heated: Run) -> None:
     assert record["jump_0"] < 0 < record["jump_1"]
 
 
-def test_the_balance_of_energy(driven: Run) -> None:
+def test_the_balance_of_energy(driven: RunFolder) -> None:
     """What walls gave less what collisions took is the change of the energy."""
     found = shown(driven, "energy-balance", cor=0.9)
     lines = [line for line in layers(found, Line) if len(line.x)]
@@ -132,7 +136,7 @@ def test_the_balance_of_energy(driven: Run) -> None:
         assert record["rest_rate"] == pytest.approx(rest, abs=1e-9 * record["taken_rate"])
 
 
-def test_temperature_and_pressure_in_the_steady_state(driven: Run) -> None:
+def test_temperature_and_pressure_in_the_steady_state(driven: RunFolder) -> None:
     warm, pressures = shown(driven, "stationary"), shown(driven, "equation-of-state")
     assert warm.x_label == "ball radius (m)"
     for index, (one, other) in enumerate(
@@ -140,7 +144,7 @@ def test_temperature_and_pressure_in_the_steady_state(driven: Run) -> None:
     ):
         point = driven.points[index]
         assert one["parameters"] == other["parameters"] == point.as_json()
-        e, radius = point.experiment.cor, point.experiment.balls.radius
+        e, radius = point.config.cor, point.config.balls.radius
         packing = 40 * radius**2 / 100
         assert other["packing"] == pytest.approx(packing, rel=1e-12)
         expected = 1 + (1 + e) * packing * theory.contact_value(packing)
@@ -179,7 +183,7 @@ def test_temperature_and_pressure_in_the_steady_state(driven: Run) -> None:
     assert below[0].y[-1] == pytest.approx(np.log(marks[0].y[-1] / lines[0].y[-1]), rel=1e-9)
 
 
-def test_results_of_warm_gases_are_those_of_compare(heated: Run) -> None:
+def test_results_of_warm_gases_are_those_of_compare(heated: RunFolder) -> None:
     """Of the same part of the same repeats."""
     for row in comparisons(heated).rows:
         where = {"wall_temperature__right": row["parameters"]["wall_temperature.right"]}
@@ -192,7 +196,7 @@ def test_results_of_warm_gases_are_those_of_compare(heated: Run) -> None:
 
 
 def test_a_gas_that_still_changes_has_an_open_point_without_an_error(
-    driven: Run, monkeypatch: pytest.MonkeyPatch
+    driven: RunFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def part(measurement: Measurement) -> StationaryPart:
         changes = measurement.scene.restitution == 0.95
@@ -217,7 +221,9 @@ def test_a_gas_that_still_changes_has_an_open_point_without_an_error(
     assert "2 of 4 points have no such value" in found.caption
 
 
-def test_figures_of_other_gases_say_why(driven: Run, heated: Run, decaying: Run) -> None:
+def test_figures_of_other_gases_say_why(
+    driven: RunFolder, heated: RunFolder, decaying: RunFolder
+) -> None:
     for name in ("energy-fit", "cooling", "decay-against-cor", "gas-law"):
         assert "walls give energy" in why_not(driven, name)
     assert "it is about walls that give energy" in why_not(decaying, "stationary")

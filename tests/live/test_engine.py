@@ -63,7 +63,7 @@ def test_rough_balls_have_the_same_collisions(engine, name):
 def test_balls_that_are_too_slow_end_alike(engine):
     text = "container: {shape: periodic, packing: 0.02}\ncor: 0\ncollisions: 500\nseed: 2\n"
     text += "balls: {count: 2, radius: 1, speed: 10, start: random}\n"
-    scene = starting_scene(parse(text).experiment, 0)
+    scene = starting_scene(parse(text).config, 0)
     expected = answer_of(simulate(scene, collisions=500))
     assert expected["stop"]["reason"] == "rest"
     answer = engine.answer(f"simulated({scene_of(scene)}, {{ collisions: 500 }})")
@@ -74,7 +74,7 @@ def test_balls_that_are_too_slow_end_alike(engine):
 def test_cold_balls_have_the_same_frame(engine):
     """They share a rounding, which a frame takes over; energies are those of the laboratory."""
     text = "container: {shape: periodic, width: 20}\ncor: 0.9\ncollisions: 60000\nseed: 1\n"
-    scene = starting_scene(parse(text + "balls: {count: 10, radius: 1, speed: 10}\n").experiment, 0)
+    scene = starting_scene(parse(text + "balls: {count: 10, radius: 1, speed: 10}\n").config, 0)
     answer = engine.answer(f"simulated({scene_of(scene)}, {{ collisions: 12000 }})")
     assert answer == answer_of(simulate(scene, collisions=12_000))
     cold = engine.answer(f"simulated({scene_of(scene)}, {{ collisions: 60000 }})")

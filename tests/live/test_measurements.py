@@ -54,11 +54,11 @@ def test_a_measurement_is_that_of_the_program(
     known = {scene["name"]: scene["config"] for scene in presets()}
     config, starts = known.get(name, {}) | CASES[name], 5
     config |= {"repeats": starts}
-    experiment = configs.load(config).experiment
-    complete = json.loads(configs.to_json(experiment))
+    valid_config = configs.load(config).config
+    complete = json.loads(configs.to_json(valid_config))
     given = {
         "config": complete,
-        "scenes": [stored_start(starting_scene(experiment, k)) for k in range(starts)],
+        "scenes": [stored_start(starting_scene(valid_config, k)) for k in range(starts)],
     }
     row, theories = javascript.value(f"{COMPARED}({MEASURE})", **given)
     run = snooker.run(config, out=tmp_path / "run", progress=False)
@@ -213,7 +213,7 @@ def test_a_gas_whose_next_collision_is_far_ahead_can_wait(javascript: LiveScript
         "cor": 1.0,
         "collisions": 10,
     }
-    complete = json.loads(configs.to_json(configs.load(config).experiment))
+    complete = json.loads(configs.to_json(configs.load(config).config))
     waiting, time, place = javascript.value(
         """(() => {
           const gas = new Gas(config);
@@ -249,7 +249,7 @@ def test_a_gas_ends_before_its_numbers(javascript: LiveScripts) -> None:
         "collapse": {"tc": 1e-9},
         "collisions": 10,
     }
-    complete = json.loads(configs.to_json(configs.load(config).experiment))
+    complete = json.loads(configs.to_json(configs.load(config).config))
     message, reason, way, time, energy = javascript.value(
         """(() => {
           const gas = new Gas(config);

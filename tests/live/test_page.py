@@ -20,7 +20,7 @@ import snooker_cli as snooker
 from snooker_cli import config as configs
 from snooker_cli.analysis import diffusion
 from snooker_cli.animation import page as film_page
-from snooker_cli.config import Experiment
+from snooker_cli.config import Config
 from snooker_cli.config.template_configs import templates
 from snooker_cli.engine import simulate
 from snooker_cli.live_page.page import CONTROLS, MOST_BYTES, presets
@@ -114,8 +114,10 @@ def test_the_program_gives_the_hash_of_the_page(name: str, javascript: LiveScrip
         config=config,
         defaults=defaults,
     )
-    experiment = configs.parse(text, overrides=["collisions=1000"]).experiment
-    events = simulate(starting_scene(experiment, 0), collisions=1000, time=experiment.time).events
+    valid_config = configs.parse(text, overrides=["collisions=1000"]).config
+    events = simulate(
+        starting_scene(valid_config, 0), collisions=1000, time=valid_config.time
+    ).events
     assert events is not None
     assert event_hashes([events])[-1][1] == shown
 
@@ -136,9 +138,9 @@ def test_a_time_decides_what_is_a_trap(time: float, collapse: str, javascript: L
         })()""",
         config=config,
     )
-    experiment = configs.validated(config)
-    limits = {"collisions": experiment.collisions, "time": time}
-    trace = simulate(starting_scene(experiment, 0), **limits)
+    valid_config = configs.validated(config)
+    limits = {"collisions": valid_config.collisions, "time": time}
+    trace = simulate(starting_scene(valid_config, 0), **limits)
     assert trace.events is not None
     assert seen == [trace.stop.reason, trace.stop.time, list(event_hashes([trace.events])[-1])]
 
@@ -149,8 +151,8 @@ def test_the_config_on_the_page_is_that_of_the_scene(javascript: LiveScripts) ->
     config = config | {"cor": 1e-7, "seed": 2**53 - 1, "time": 1e22}
     defaults = data_of(snooker.live().html)["defaults"]
     text = javascript.value("yamlOf(config, defaults)", config=config, defaults=defaults)
-    known = Experiment.model_validate_json(json.dumps(config))
-    assert configs.digest(configs.parse(text).experiment) == configs.digest(known)
+    known = Config.model_validate_json(json.dumps(config))
+    assert configs.digest(configs.parse(text).config) == configs.digest(known)
 
 
 CHANNEL = {"shape": "channel", "width": 30.0, "height": 20.0}
@@ -410,8 +412,8 @@ def test_a_refusal_names_the_controls_that_help(
     config: str, control: str, value: float, sentence: str, javascript: LiveScripts
 ) -> None:
     """Each sentence has controls of this scene only, by the names that they have on the page."""
-    experiment = configs.validated(CONTROLLED[config] | {"cor": 0.9, "collisions": 10})
-    page = json.loads(configs.to_json(experiment))
+    valid_config = configs.validated(CONTROLLED[config] | {"cor": 0.9, "collisions": 10})
+    page = json.loads(configs.to_json(valid_config))
     given = {"config": page, "name": control, "value": value}
     assert javascript.value(REFUSED, **given) == sentence
     labels = javascript.value("controlsOf(config).map(({ label }) => label)", config=page)
@@ -496,7 +498,7 @@ def test_a_rough_ball_has_a_mark_at_its_angle(javascript: LiveScripts) -> None:
 def test_marks_of_rough_balls_are_large_enough_to_see(name: str) -> None:
     """Of a picture that is 500 px wide, such a ball covers ten."""
     given = templates()["rough"] if name == "the template" else config_of("rough")
-    scene = starting_scene(configs.load(given).experiment, 0)
+    scene = starting_scene(configs.load(given).config, 0)
     assert 500 * 2 * np.min(scene.radii) / max(scene.container.size) >= 10
 
 

@@ -88,24 +88,24 @@ def test_the_program_has_the_start_of_the_page(engine: JavaScript) -> None:
     dice, started, refused = random.Random(7), 0, 0
     while started < 150:
         try:
-            experiment = validated(drawn_config(dice))
+            config = validated(drawn_config(dice))
         except ConfigError:  # such as one ball without walls
             continue
-        question = f"startOfRepeat({to_json(experiment)}, {dice.randrange(1000)})"
+        question = f"startOfRepeat({to_json(config)}, {dice.randrange(1000)})"
         answer = engine.answer(question)
         assert answer == engine.answer(question)
         refused += "error" in answer
         if "error" in answer:
             continue
         started += 1
-        scene = starting_scene(configs.load(answer["config"]).experiment, 0)
+        scene = starting_scene(configs.load(answer["config"]).config, 0)
         columns = scene.positions, scene.velocities, scene.radii, scene.masses, scene.container.size
         assert answer["bits"] == bits_of(*columns)
         assert answer["key"] == (None if scene.wall_key is None else str(scene.wall_key))
-        for group in experiment.species:
+        for group in config.species:
             chosen = scene.radii == scene.radii[-1]
             speeds = np.hypot(*scene.velocities[chosen].T)
-            if len(experiment.species) == 1 and experiment.common_rotation:
+            if len(config.species) == 1 and config.common_rotation:
                 assert math.sqrt(np.mean(speeds**2)) == pytest.approx(group.speed, rel=1e-9)
     assert 15 < refused < 300
 
@@ -127,7 +127,7 @@ ROUGH: dict[str, Any] = {
 def test_rough_balls_begin_with_their_spins(engine: JavaScript) -> None:
     """Given ones, and random ones with a temperature, of 200 balls within four standard errors."""
     answer = engine.answer(f"startOfRepeat({to_json(validated(ROUGH))}, 0)")
-    scene = starting_scene(configs.load(answer["config"]).experiment, 0)
+    scene = starting_scene(configs.load(answer["config"]).config, 0)
     columns = scene.positions, scene.velocities, scene.radii, scene.masses, scene.container.size
     assert answer["bits"] == bits_of(*columns, scene.spins)
     assert [*scene.spins[[0, -11, -1]]] == [-7.0, 5.0, 0.0]
@@ -138,7 +138,7 @@ def test_rough_balls_begin_with_their_spins(engine: JavaScript) -> None:
 def test_the_first_start_has_the_spins_of_the_program(engine: JavaScript) -> None:
     loaded = configs.load(ROUGH)
     data = live_page(loaded).partition('id="data">')[2].partition("</script>")[0]
-    scene = starting_scene(loaded.experiment, 0)
+    scene = starting_scene(loaded.config, 0)
     columns = scene.positions, scene.velocities, scene.radii, scene.masses, scene.container.size
     answer = engine.answer(f"{OWN}({data}, {{}})")
     assert answer["bits"] == bits_of(*columns, scene.spins)
@@ -150,7 +150,7 @@ def test_a_dense_gas_fits(engine: JavaScript) -> None:
     gas = {"count": 150, "radius": 1.0, "speed": 1.0, "start": "random"}
     config = {"container": {"shape": "box", "packing": 0.7}, "balls": gas, "cor": 1.0, "time": 1.0}
     answer = engine.answer(f"startOfRepeat({to_json(validated(config))}, 0)")
-    assert starting_scene(configs.load(answer["config"]).experiment, 0).number == 150
+    assert starting_scene(configs.load(answer["config"]).config, 0).number == 150
 
 
 START = {
@@ -229,7 +229,7 @@ def test_the_first_start_is_that_of_the_program(engine: JavaScript, common_rando
     loaded = configs.load(config)
     page = live_page(loaded)
     data = page.partition('id="data">')[2].partition("</script>")[0]
-    scene = starting_scene(loaded.experiment, 0)
+    scene = starting_scene(loaded.config, 0)
     columns = scene.positions, scene.velocities, scene.radii, scene.masses, scene.container.size
     for changes, same in (({}, True), ({"cor": 0.5}, common_random)):
         answer = engine.answer(f"{OWN}({data}, {json.dumps(changes)})")
@@ -238,7 +238,7 @@ def test_the_first_start_is_that_of_the_program(engine: JavaScript, common_rando
         if same:
             assert answer["key"] == str(scene.wall_key)
         else:
-            other = starting_scene(configs.load(answer["config"]).experiment, 0)
+            other = starting_scene(configs.load(answer["config"]).config, 0)
             assert bits_of(other.positions, other.velocities) == bits_of(*columns[:2])
             assert answer["key"] == str(other.wall_key)
     answer = engine.answer(f"{OWN}({data}, {{ seed: 2 }})")
@@ -258,7 +258,7 @@ def test_a_wall_that_becomes_warm_has_a_key_in_the_config(engine: JavaScript) ->
         page = live_page(configs.load(config))
         data = page.partition('id="data">')[2].partition("</script>")[0]
         answer = engine.answer(f"{OWN}({data}, {json.dumps(changes)})")
-        scene = starting_scene(configs.load(answer["config"]).experiment, 0)
+        scene = starting_scene(configs.load(answer["config"]).config, 0)
         assert answer["key"] == (None if scene.wall_key is None else str(scene.wall_key))
         assert (answer["key"] is None) == (changes["wall_temperature"] is None)
 

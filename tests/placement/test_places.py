@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scenes import EPSILON, uniform
 from scipy import stats
 
-from snooker_cli.config import Experiment
+from snooker_cli.config import Config
 from snooker_cli.containers import MOST_SPEED, SHAPES, Circle, Container, PeriodicBox
 from snooker_cli.errors import SceneError
 from snooker_cli.laws import Constant
@@ -129,7 +129,7 @@ def gas(
         "time": 1.0,
         "common_random": True,
     }
-    return starting_scene(Experiment.model_validate(data | more), repeat)
+    return starting_scene(Config.model_validate(data | more), repeat)
 
 
 @pytest.mark.parametrize("shape", SHAPES)

@@ -5,10 +5,10 @@ import re
 
 import numpy as np
 import pytest
-from scenes import EPSILON, experiment
+from scenes import EPSILON, config
 
 from snooker_cli.analysis.observables import total_momentum
-from snooker_cli.config import Experiment, parse, points
+from snooker_cli.config import Config, parse, points
 from snooker_cli.containers import SHAPES, Box
 from snooker_cli.engine import simulate
 from snooker_cli.errors import SceneError
@@ -26,25 +26,25 @@ MIXTURE = (
 )
 
 
-def listed(*balls: dict, **container: object) -> Experiment:
+def listed(*balls: dict, **container: object) -> Config:
     data = {"container": container or {"radius": 10.0}, "balls": {"list": balls}}
-    return Experiment.model_validate(data | {"cor": 0.5, "collisions": 1})
+    return Config.model_validate(data | {"cor": 0.5, "collisions": 1})
 
 
 def ball(x: float, y: float, radius: float = 1.0) -> dict:
     return {"position": [x, y], "velocity": [1.0, 2.0], "radius": radius, "mass": 3.0}
 
 
-def counted(container: str, balls: str, *overrides: str) -> Experiment:
+def counted(container: str, balls: str, *overrides: str) -> Config:
     text = f"container: {{{container}}}\nballs: {balls}\ncor: 0.9\ntime: 1\n"
-    return parse(text, "gas.yaml", overrides).experiment
+    return parse(text, "gas.yaml", overrides).config
 
 
 def gas(container: str, balls: str, repeat: int = 0) -> Scene:
     return starting_scene(counted(container, balls), repeat)
 
 
-def error_of(start: Experiment) -> SceneError:
+def error_of(start: Config) -> SceneError:
     with pytest.raises(SceneError) as caught:
         starting_scene(start, 0)
     return caught.value
@@ -55,7 +55,7 @@ def error_of(start: Experiment) -> SceneError:
 
 def test_golden_positions():
     """Three rings of 8 m; stored runs started from these bits."""
-    positions = starting_scene(experiment(), 0).positions
+    positions = starting_scene(config(), 0).positions
     assert positions[1].tolist() == [2.6666666666666665, 0.0]
     assert positions[2].tolist() == [1.3333333333333333, 2.309401076758503]
     assert positions[8].tolist() == [4.618802153517006, 2.6666666666666665]
@@ -69,7 +69,7 @@ SWEPT = "radius: 10", "{count: 20, radius: 0.3, speed: 5, speeds: maxwell}"
 def starts(*overrides: str, speeds: str = "5,10,20") -> list[Scene]:
     """The starts of the points of a sweep over the speed, for repeat 2."""
     swept = points(counted(*SWEPT, f"balls.speed={speeds}", *overrides))
-    return [starting_scene(point.experiment, 2) for point in swept]
+    return [starting_scene(point.config, 2) for point in swept]
 
 
 @pytest.mark.parametrize("override", ["cor=1", "balls.start=random"])
@@ -105,9 +105,9 @@ def test_points_have_the_same_directions_with_common_random():
     for factor, scene in zip((2, 4), others, strict=True):
         assert np.allclose(scene.velocities, factor * first.velocities, rtol=1e-15, atol=0)
         assert np.array_equal(scene.positions, first.positions)
-    start = starting_scene(experiment(cor=1.0), 4)
+    start = starting_scene(config(cor=1.0), 4)
     for changes in ({"cor": 0.3}, {"wall_cor": 0.5}, {"container_mass": 5.0}, {"radius": 0.1}):
-        assert np.array_equal(start.velocities, starting_scene(experiment(**changes), 4).velocities)
+        assert np.array_equal(start.velocities, starting_scene(config(**changes), 4).velocities)
     assert np.max(abs(np.hypot(*start.velocities.T) - 10.0)) <= 2 * 10 * EPSILON
     assert np.array_equal(start.velocities, 10.0 * random_directions(37, 1, [4])[0])
 
@@ -162,24 +162,24 @@ def test_a_ball_outside_is_refused(place, container):
 )
 def test_rings_that_are_too_tight_are_refused_with_what_fits(changes):
     """Each size in the sentence fits to its four digits, and one that is worse does not."""
-    error = error_of(experiment(**changes))
+    error = error_of(config(**changes))
     assert error.key == "balls"
     assert str(error).startswith(f"rings: {changes.get('rings', 3)} with balls of radius ")
     advice = dict(re.findall(r"set ([a-z.]+) to ([0-9.]+) or (?:less|more)", str(error)))
     largest = float(advice["balls.radius"])
-    starting_scene(experiment(**(changes | {"radius": 0.999 * largest})), 0)
-    error_of(experiment(**(changes | {"radius": 1.001 * largest})))
+    starting_scene(config(**(changes | {"radius": 0.999 * largest})), 0)
+    error_of(config(**(changes | {"radius": 1.001 * largest})))
     rings = {"rings": changes.get("rings", 3), "radius": changes.get("radius", 1.0), "speed": 1.0}
     size, data = float(advice["container.radius"]), {"balls": rings, "cor": 1.0, "time": 1.0}
-    starting_scene(Experiment.model_validate(data | {"container": {"radius": 1.001 * size}}), 0)
-    error_of(Experiment.model_validate(data | {"container": {"radius": 0.999 * size}}))
+    starting_scene(Config.model_validate(data | {"container": {"radius": 1.001 * size}}), 0)
+    error_of(Config.model_validate(data | {"container": {"radius": 0.999 * size}}))
     if "rings" in advice:
-        starting_scene(experiment(**(changes | {"rings": int(advice["rings"])})), 0)
-        error_of(experiment(**(changes | {"rings": int(advice["rings"]) + 1})))
+        starting_scene(config(**(changes | {"rings": int(advice["rings"])})), 0)
+        error_of(config(**(changes | {"rings": int(advice["rings"]) + 1})))
 
 
 def test_rings_that_reach_beyond_the_container_have_advice_on_their_extent():
-    assert "; lower ring_extent" in str(error_of(experiment(ring_extent=1.0)))
+    assert "; lower ring_extent" in str(error_of(config(ring_extent=1.0)))
 
 
 def test_check_sees_the_container_where_it_is():
@@ -421,7 +421,7 @@ def test_a_start_without_a_common_rotation(balls):
 @pytest.mark.parametrize(
     "start",
     [
-        experiment(),
+        config(),
         listed(ball(0, 0), ball(3, 4, 0.5)),
         counted(
             "radius: 10",
@@ -445,6 +445,6 @@ def test_all_repeats_at_once(start):
 
 def test_repeats_with_a_given_key_of_the_wall_have_keys_of_their_own() -> None:
     text = "container: {radius: 10}\nballs: {rings: 1, radius: 1, speed: 1}\ncor: 1\ntime: 1\n"
-    given = parse(f"{text}wall_temperature: 2\nwall_key: 7\n", "gas.yaml").experiment
+    given = parse(f"{text}wall_temperature: 2\nwall_key: 7\n", "gas.yaml").config
     scenes = starting_scenes(given, [0, 1, 5])
     assert [scene.wall_key for scene in scenes] == [7, 8, 12]

@@ -14,7 +14,7 @@ from markdown_it.token import Token
 
 from snooker_cli.report.markdown import escaped, markdown, write_markdown
 from snooker_cli.report.run_report import run_report
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 
 PARSER = MarkdownIt("commonmark").enable(["table", "strikethrough"])
 
@@ -65,7 +65,9 @@ def test_a_document_has_its_blocks() -> None:
     )
 
 
-def test_a_report_in_markdown_has_what_the_pages_have(finished_run: Run, tmp_path: Path) -> None:
+def test_a_report_in_markdown_has_what_the_pages_have(
+    finished_run: RunFolder, tmp_path: Path
+) -> None:
     """The same sentences, tables and figures, but no film; and the same bytes again."""
     (path,) = run_report([finished_run], tmp_path / "text", lambda _: None, markdown=True)
     run_report([finished_run], tmp_path / "pages", lambda _: None)

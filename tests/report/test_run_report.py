@@ -17,14 +17,14 @@ from figure_runs import made as made_run
 from gas_kinds import KINDS, scene_of
 from pypdf import PdfReader
 
-from snooker_cli import api
+import snooker_cli as snooker
 from snooker_cli.analysis.comparison import gas_kinds
 from snooker_cli.analysis.decay import NO_LOSSES
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Selection, own_figures
 from snooker_cli.figures.caption_text import setting
-from snooker_cli.figures.drawing import styled
+from snooker_cli.figures.registry import FIGURES, own_figures
+from snooker_cli.figures.style import styled
 from snooker_cli.formatting import printable
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report import run_report as module
@@ -39,10 +39,11 @@ from snooker_cli.report.run_report import (
     shown,
     trivial,
 )
-from snooker_cli.runs import Run, open_run
+from snooker_cli.runs import RunFolder, open_run
+from snooker_cli.runs.selection import Selection
 
 
-def made(folder: Path, *runs: Run) -> Path:
+def made(folder: Path, *runs: RunFolder) -> Path:
     """The report on runs."""
     run_report(runs, folder, lambda message: None)
     return folder
@@ -66,13 +67,13 @@ def spaced(text: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def small(finished_run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def small(finished_run: RunFolder, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The report on the small run: two points, some repeats of which end in a wall trap."""
     return made(tmp_path_factory.mktemp("small"), finished_run)
 
 
 @pytest.fixture(scope="module")
-def both(decaying: Run, warm: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def both(decaying: RunFolder, warm: RunFolder, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The report on a run of collisions and one of summaries."""
     folder = tmp_path_factory.mktemp("both")
     shutil.copytree(decaying.directory, folder / "decaying")
@@ -81,7 +82,7 @@ def both(decaying: Run, warm: Run, tmp_path_factory: pytest.TempPathFactory) -> 
 
 
 def test_a_report_has_the_same_bytes_when_repeated(
-    small: Path, finished_run: Run, tmp_path: Path
+    small: Path, finished_run: RunFolder, tmp_path: Path
 ) -> None:
     """Also of a copy of the run in another folder, as on another machine."""
     copy = shutil.copytree(finished_run.directory, tmp_path / "elsewhere" / finished_run.name)
@@ -93,12 +94,14 @@ def test_a_report_has_the_same_bytes_when_repeated(
         assert (small / file).read_bytes() == (again / file).read_bytes(), file
 
 
-def test_its_config_makes_the_same_points(small: Path, finished_run: Run, tmp_path: Path) -> None:
+def test_its_config_makes_the_same_points(
+    small: Path, finished_run: RunFolder, tmp_path: Path
+) -> None:
     loaded = load(small / "small.yaml")
-    assert tuple(digest(point.experiment) for point in loaded.points()) == tuple(
+    assert tuple(digest(point.config) for point in loaded.points()) == tuple(
         finished_run.digests.values()
     )
-    assert loaded.experiment == finished_run.experiment
+    assert loaded.config == finished_run.config
     assert f"The digest of the config is {finished_run.identity}." in words(small)
     assert "snooker run small.yaml" in words(small)
     # Only a circle has a mass, and one that does not move is written as in a config.
@@ -107,7 +110,7 @@ def test_its_config_makes_the_same_points(small: Path, finished_run: Run, tmp_pa
     run = made_run(tmp_path / "box", text=BOX)
     assert "mass" not in _config(run, tmp_path).splitlines()[0]
     points = load(tmp_path / "box.yaml").points()
-    assert tuple(digest(point.experiment) for point in points) == tuple(run.digests.values())
+    assert tuple(digest(point.config) for point in points) == tuple(run.digests.values())
 
 
 @pytest.mark.parametrize(
@@ -123,7 +126,7 @@ def test_its_config_makes_the_same_points(small: Path, finished_run: Run, tmp_pa
 def test_a_figure_is_trivial_where_its_physics_is(overrides: list[str], left_out: set[str]) -> None:
     """At a radius of 1.9 m the balls fill 0.69 of the circle."""
     points = parse(BASE, overrides=["wall_cor=null", *overrides]).points()
-    starts = [starting_scene(point.experiment, 0) for point in points]
+    starts = [starting_scene(point.config, 0) for point in points]
     found = trivial(points, starts, ())
     sometimes = {name for name, reasons in RELEVANCE.items() if reasons and "always" not in reasons}
     kept = {"energy", "pressure", "a2", "cluster-growth", "hexatic-order"} - left_out
@@ -193,7 +196,7 @@ def test_letters_of_figures_have_seven_points_or_more(small: Path) -> None:
 
 
 def test_the_pdf_is_tagged_and_captions_have_the_scene_once(
-    small: Path, finished_run: Run, both: Path
+    small: Path, finished_run: RunFolder, both: Path
 ) -> None:
     reader = PdfReader(small / "report.pdf")
     assert reader.trailer["/Root"]["/MarkInfo"]["/Marked"]
@@ -205,16 +208,16 @@ def test_the_pdf_is_tagged_and_captions_have_the_scene_once(
     assert "CoR 0.9," in single["caption"]
 
 
-def test_a_report_begins_with_a_plain_sentence(small: Path, finished_run: Run) -> None:
+def test_a_report_begins_with_a_plain_sentence(small: Path, finished_run: RunFolder) -> None:
     """The title is that of the config; the finding with its numbers is next."""
-    title = finished_run.experiment.title or finished_run.name
+    title = finished_run.config.title or finished_run.name
     assert f"<h1>{title}</h1>" in page(small)
     begun = words(small).partition(f"{title} A gas of ")[2]
     assert begun.startswith("7 balls in a circle loses energy in collisions or keeps its energy: ")
 
 
-def test_a_report_has_the_finding_of_its_run(small: Path, finished_run: Run) -> None:
-    found = api.open(finished_run.directory)
+def test_a_report_has_the_finding_of_its_run(small: Path, finished_run: RunFolder) -> None:
+    found = snooker.open(finished_run.directory)
     assert spaced(found.finding().replace("1/s", "s⁻¹")) in words(small)
     lines = found.compare().text(brief=True).splitlines()
     assert [line.partition(":")[0] for line in lines] == ["2 points", "cor=0.85", "cor=1.0"]
@@ -257,15 +260,15 @@ HOSTILE = ("<script>alert(1)<b>", "@film 0", "a|b # $x$ {{ 7*7 }}", "two\n\n## l
 
 
 def test_names_and_titles_are_text(
-    decaying: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    decaying: RunFolder, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """No mark of HTML, Typst, the template or a terminal in them has an effect."""
     monkeypatch.setattr(module, "trivial", lambda *_: dict.fromkeys(FIGURES, "a | b"))
     runs = []
     for name in HOSTILE:
         copy = shutil.copytree(decaying.directory, tmp_path / name)
-        titled = decaying.experiment.model_copy(update={"title": f"#panic() {name}"})
-        runs.append(replace(open_run(copy), experiment=titled))
+        titled = decaying.config.model_copy(update={"title": f"#panic() {name}"})
+        runs.append(replace(open_run(copy), config=titled))
     made(tmp_path / "report", *runs)
     text, plain = page(tmp_path / "report"), words(tmp_path / "report")
     names = [printable(name) for name in HOSTILE]
@@ -283,7 +286,7 @@ def test_names_and_titles_are_text(
 
 
 def test_an_unfinished_run_says_so(
-    finished_one_each: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    finished_one_each: RunFolder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "trivial", no_figures)
     copy = shutil.copytree(finished_one_each.directory, tmp_path / "small")

@@ -146,8 +146,8 @@ def test_new_runs_support_each_sentence_and_give_the_saved_numbers(
     """`make report` without its pages: some minutes."""
     runs = {}
     for name in RUNS:
-        experiment = load(ROOT / "configs" / f"{name}.yaml").experiment
-        repeating.done(repeating.created(tmp_path / name, experiment))
+        config = load(ROOT / "configs" / f"{name}.yaml").config
+        repeating.done(repeating.created(tmp_path / name, config))
         runs[name] = snooker.open(tmp_path / name)
     new = all_results(runs, {file: figure_data(runs, file) for file in REPORT_FIGURES})
     check(new | {"measured": found["measured"]})

@@ -49,7 +49,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("runs")
     for name in RUNS:
         text = (ROOT / "configs" / f"{name}.yaml").read_text(encoding="utf-8")
-        given = parse(text).experiment
+        given = parse(text).config
         judged = name in ("decay", "restitution", "audit")
         overrides = [f"repeats={3 if judged else min(given.repeats, REPEATS)}"]
         if given.collisions and given.collisions > 500:
@@ -143,9 +143,9 @@ def test_traps_have_the_times_of_their_repeats(runs: Path, numbers: dict[str, An
             list(run.traces(point))
             for collapse in ("stop", "slide")
             for point in run.points
-            if point.experiment.cor == row["cor"]
-            and point.experiment.balls.radius == row["radius"]
-            and point.experiment.collapse == collapse
+            if point.config.cor == row["cor"]
+            and point.config.balls.radius == row["radius"]
+            and point.config.collapse == collapse
         )
         times = [t.stop.time for t in stopped if t.stop.reason is StopReason.WALL_TRAP]
         assert row["trapped"] == len(times) > 0
@@ -179,7 +179,7 @@ def test_pages_are_self_contained_and_have_one_notation(report: Path, text: str)
 def paper(report: Path) -> Document:
     """The paper with the saved results of all repeats, and the figures of the short runs."""
     found = json.loads(GOLDEN.read_text(encoding="utf-8"))
-    experiments = {name: load(ROOT / "configs" / f"{name}.yaml").experiment for name in RUNS}
+    experiments = {name: load(ROOT / "configs" / f"{name}.yaml").config for name in RUNS}
     figures = {
         file: {"label": entry["label"], "alt": "a figure", "caption": entry["caption"]}
         for file, entry in REPORT_FIGURES.items()
@@ -268,4 +268,4 @@ def test_saved_hard_cases_have_the_titles_of_their_configs() -> None:
     for name in ("hard", "billion"):
         for case in measurement(name)["cases"]:
             config = load(ROOT / "configs" / "hard" / f"{case['name']}.yaml")
-            assert case["why"] == config.experiment.title
+            assert case["why"] == config.config.title

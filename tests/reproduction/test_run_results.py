@@ -142,6 +142,6 @@ def test_each_explanation_has_the_values_of_its_setting(tmp_path: Path) -> None:
 def test_the_settings_are_few_and_the_run_has_them() -> None:
     assert len(SETTINGS) == 6
     assert replace(SETTINGS["elastic wall"], slip=True) == [*SETTINGS.values()][-1]
-    experiment = load(ROOT / "configs" / "audit.yaml").experiment
-    assert experiment.repeats >= 200
-    assert experiment.common_random
+    config = load(ROOT / "configs" / "audit.yaml").config
+    assert config.repeats >= 200
+    assert config.common_random

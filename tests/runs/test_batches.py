@@ -10,18 +10,18 @@ import pytest
 from repeating import batches_of, bytes_of, contents, done, made, stopped
 
 from snooker_cli import store
-from snooker_cli.config import Experiment, to_json
+from snooker_cli.config import Config, to_json
 from snooker_cli.engine import simulate
 from snooker_cli.errors import RunError, SceneError, StoreError
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.runs import RepeatState, Run, batch
+from snooker_cli.runs import RepeatState, RunFolder, batch
 from snooker_cli.runs.folder import failures
 from snooker_cli.runs.verification import verify
 from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason
 
 
-def names(run: Run, point: int = 0) -> list[str]:
+def names(run: RunFolder, point: int = 0) -> list[str]:
     """The repeats in the names of a point's files: ``0000-0002``."""
     return [path.stem.removeprefix("repeats-") for path in run.batches(point)]
 
@@ -95,10 +95,10 @@ def test_of_two_files_the_done_one_counts_or_else_the_longer(
     run = made(tmp_path, one_point, "repeats=4", "collisions=400")
     (header, *_), (point,) = store.read_headers(short.path(0, range(4))), run.points
     source = replace(
-        header.provenance, config=to_json(point.experiment), digest=run.digests[point.index]
+        header.provenance, config=to_json(point.config), digest=run.digests[point.index]
     )
     for repeat, collisions in enumerate((100, 200, 400)):
-        trace = simulate(starting_scene(run.experiment, repeat), collisions=collisions)
+        trace = simulate(starting_scene(run.config, repeat), collisions=collisions)
         if collisions < 400:
             trace = replace(trace, stop=trace.stop._replace(reason=StopReason.INTERRUPTED))
         store.write(run.path(0, [repeat]), [(repeat, trace)], source)
@@ -126,10 +126,10 @@ def test_of_two_files_the_done_one_counts_or_else_the_longer(
 def unplaceable(*repeats: int) -> Callable[..., Scene]:
     """Places balls, but not those of some repeats."""
 
-    def place(experiment: Experiment, repeat: int) -> Scene:
+    def place(config: Config, repeat: int) -> Scene:
         if repeat in repeats:
             raise SceneError("balls", f"no place in repeat {repeat}")
-        return starting_scene(experiment, repeat)
+        return starting_scene(config, repeat)
 
     return place
 
@@ -139,7 +139,7 @@ def refuse_to_place(monkeypatch: pytest.MonkeyPatch, *repeats: int) -> None:
     place = unplaceable(*repeats)
     monkeypatch.setattr(batch, "first_scene", place)
     monkeypatch.setattr(
-        batch, "starting_scenes", lambda experiment, some: [place(experiment, k) for k in some]
+        batch, "starting_scenes", lambda config, some: [place(config, k) for k in some]
     )
 
 

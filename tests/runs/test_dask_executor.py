@@ -76,7 +76,7 @@ def executor(scheduler: distributed.LocalCluster, client: distributed.Client) ->
         from snooker_cli.config import parse
         from snooker_cli.runs.warm_up import compile_for
 
-        compile_for(parse(LONG).experiment)
+        compile_for(parse(LONG).config)
 
     client.wait_for_workers(2, timeout=60)
     client.run(compile_first)

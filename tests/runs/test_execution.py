@@ -14,7 +14,7 @@ from repeating import bytes_of, contents, done, made, stopped
 from snooker_cli import runs, store
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import StoreError
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher
 from snooker_cli.runs.folder import FAILURES, failures, record_failure
@@ -40,7 +40,7 @@ class Notes(Watcher):
 
 
 @pytest.fixture
-def copied(finished_one_each: Run, tmp_path: Path) -> Run:
+def copied(finished_one_each: RunFolder, tmp_path: Path) -> RunFolder:
     """A copy of the finished run with one file for each repeat, to be changed."""
     shutil.copytree(finished_one_each.directory, tmp_path / "copied")
     return runs.open_run(tmp_path / "copied")
@@ -72,7 +72,7 @@ DAMAGES: list[tuple[Callable[[Path], object], str]] = [
 
 @pytest.mark.parametrize(("damage", "reason"), DAMAGES)
 def test_one_bad_file_is_done_again_and_only_that(
-    damage: Callable[[Path], object], reason: str, copied: Run, finished_run: Run
+    damage: Callable[[Path], object], reason: str, copied: RunFolder, finished_run: RunFolder
 ) -> None:
     before = bytes_of(copied.directory)
     path = copied.path(1, [1])
@@ -147,7 +147,7 @@ def test_an_interrupt_while_extending_loses_no_collision(
 # Failures
 
 
-def test_a_cut_line_of_the_record_hides_no_other(copied: Run) -> None:
+def test_a_cut_line_of_the_record_hides_no_other(copied: RunFolder) -> None:
     record_failure(copied, 0, 1, "no room")
     with (copied.directory / FAILURES).open("a") as file:
         file.write('{"point": 1, "rep')

@@ -15,15 +15,15 @@ from repeating import contents, done, made, run_of
 import snooker_cli as snooker
 from snooker_cli import runs
 from snooker_cli.errors import RunError, StoreError
-from snooker_cli.figures.caption_text import unlisted
 from snooker_cli.files import temporary_path, write_json
-from snooker_cli.runs import MANIFEST, Run
+from snooker_cli.runs import MANIFEST, RunFolder
 from snooker_cli.runs.folder import FAILURES
 from snooker_cli.runs.run import FIGURE_KEYS
+from snooker_cli.runs.selection import unlisted
 
 
 @pytest.fixture
-def copied(finished_one_each: Run, tmp_path: Path) -> Path:
+def copied(finished_one_each: RunFolder, tmp_path: Path) -> Path:
     """A copy of the folder of a finished run with one file for each repeat, to be changed."""
     return Path(shutil.copytree(finished_one_each.directory, tmp_path / "copied"))
 
@@ -37,7 +37,7 @@ def files(directory: Path) -> dict[str, bytes]:
     }
 
 
-def refusal(run: Run, *, fresh: bool = False) -> str:
+def refusal(run: RunFolder, *, fresh: bool = False) -> str:
     """The code with which a run is refused, planned or created; nothing is changed."""
     before = files(run.directory)
     with pytest.raises((RunError, StoreError)) as planned:
@@ -239,7 +239,7 @@ def test_a_folder_is_locked_once_at_a_time(tmp_path: Path) -> None:
         pass
 
 
-def test_only_what_this_machine_left_is_deleted(finished_one_each: Run, copied: Path) -> None:
+def test_only_what_this_machine_left_is_deleted(finished_one_each: RunFolder, copied: Path) -> None:
     """Another machine, on the same disk, may still be writing."""
     run = runs.open_run(copied)
     for path in (run.path(0, [1]), run.path(1, [2]), copied / FAILURES):
@@ -252,12 +252,12 @@ def test_only_what_this_machine_left_is_deleted(finished_one_each: Run, copied: 
 
 
 def test_a_lost_manifest_is_made_again(
-    copied: Path, finished_one_each: Run, monkeypatch: pytest.MonkeyPatch
+    copied: Path, finished_one_each: RunFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = replace(finished_one_each, directory=copied)
     manifest, before = copied / MANIFEST, files(copied)
     manifest.unlink()
-    with pytest.raises(RunError, match=r"run\.json is lost; run its config again with --out"):
+    with pytest.raises(RunError, match=r"run\.json is lost; run its config again with out="):
         runs.open_run(copied)
     assert copied in runs.runs_in(copied.parent)
     assert runs.runs_in(copied) == [copied]
@@ -268,7 +268,7 @@ def test_a_lost_manifest_is_made_again(
 
 
 def test_repeats_of_another_config_are_kept_without_their_manifest(
-    copied: Path, one_point: str, finished_one_each: Run
+    copied: Path, one_point: str, finished_one_each: RunFolder
 ) -> None:
     (copied / MANIFEST).unlink()
     assert refusal(run_of(copied, one_point.replace("cor: 1", "cor: 0.5"))) == "other_config"

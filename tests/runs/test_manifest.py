@@ -14,7 +14,7 @@ from repeating import made, run_of
 from snooker_cli import runs
 from snooker_cli.errors import StoreError
 from snooker_cli.files import write_json
-from snooker_cli.runs import MANIFEST, Run
+from snooker_cli.runs import MANIFEST, RunFolder
 
 Content = dict[str, Any]
 
@@ -24,7 +24,7 @@ MAPPING = " is given where a mapping of keys to values is needed"
 
 
 @pytest.fixture
-def grown(tmp_path: Path, small_config: str) -> Run:
+def grown(tmp_path: Path, small_config: str) -> RunFolder:
     """A run with points that its sweep no longer lists; without repeats."""
     made(tmp_path, small_config, "container.mass=.inf,1e7")
     run = runs.continued(run_of(tmp_path, small_config, "container.mass=1e6,1e7"))
@@ -32,7 +32,7 @@ def grown(tmp_path: Path, small_config: str) -> Run:
     return run
 
 
-def test_a_manifest_is_read_as_it_was_written(grown: Run) -> None:
+def test_a_manifest_is_read_as_it_was_written(grown: RunFolder) -> None:
     assert [point.index for point in grown.points] == [4, 1, 5, 3]
     assert [point.index for point in grown.former] == [0, 2]
     assert runs.open_run(grown.directory) == grown
@@ -83,7 +83,7 @@ DAMAGES: dict[str, Callable[[Content], object]] = {
 
 
 @pytest.mark.parametrize("reason", DAMAGES)
-def test_a_wrong_value_is_named(reason: str, grown: Run) -> None:
+def test_a_wrong_value_is_named(reason: str, grown: RunFolder) -> None:
     path = grown.directory / MANIFEST
     content = json.loads(path.read_text())
     DAMAGES[reason](content)
@@ -92,7 +92,7 @@ def test_a_wrong_value_is_named(reason: str, grown: Run) -> None:
         runs.open_run(grown.directory)
 
 
-def test_a_mapping_is_no_value_of_a_swept_key(grown: Run) -> None:
+def test_a_mapping_is_no_value_of_a_swept_key(grown: RunFolder) -> None:
     path = grown.directory / MANIFEST
     content = json.loads(path.read_text())
     former = content["former"][0]
@@ -102,7 +102,7 @@ def test_a_mapping_is_no_value_of_a_swept_key(grown: Run) -> None:
         runs.open_run(grown.directory)
 
 
-def test_a_new_point_has_a_number_that_can_be_stored(grown: Run, small_config: str) -> None:
+def test_a_new_point_has_a_number_that_can_be_stored(grown: RunFolder, small_config: str) -> None:
     """Even if another program gave a point the largest one."""
     path = grown.directory / MANIFEST
     content = json.loads(path.read_text())

@@ -145,7 +145,7 @@ def test_a_forged_ending_out_of_range_is_found(tmp_path: Path, one_point: str) -
 def test_a_repeat_whose_start_cannot_be_stored_fails(tmp_path: Path, one_point: str) -> None:
     """With a sentence; the others of its batch are stored."""
     run = made(tmp_path / "run", one_point, "repeats=3")
-    bad = run.points[0].experiment
+    bad = run.points[0].config
 
     def check(traces: list[Trace]) -> None:
         if any(store.scene_hash(trace.start) == hashes[1] for trace in traces):

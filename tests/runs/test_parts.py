@@ -55,7 +55,7 @@ def test_parts_delete_nothing_and_a_plain_run_does(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="it cannot lock folders")
 def test_parts_share_the_lock_with_parts_of_the_same_config_only(tmp_path: Path) -> None:
-    run = created(tmp_path / "run", run_of(tmp_path, SMALL).experiment)
+    run = created(tmp_path / "run", run_of(tmp_path, SMALL).config)
     other = run_of(run.directory, SMALL, "repeats=9")
     with locked_for_part(run), locked_for_part(run):
         for refused in (runs.locked(run.directory), locked_for_part(other)):

@@ -9,7 +9,7 @@ import pytest
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.runs.plan import (
     BATCH_BYTES,
     EVENT_IN_MEMORY,
@@ -28,7 +28,7 @@ collisions: 10
 """
 
 
-def test_a_plan_counts_what_is_left_to_do(finished_run: Run) -> None:
+def test_a_plan_counts_what_is_left_to_do(finished_run: RunFolder) -> None:
     classes = scene_classes(finished_run.points)
     plan = run_plan(finished_run, classes, workers=2)
     assert (plan["cached"], plan["to_do"], plan["collisions"], plan["bytes"]) == (6, 0, 0, 0)
@@ -51,10 +51,10 @@ def test_the_collisions_of_a_repeat_that_ends_at_a_time_are_estimated(
     timed = GAS.replace("collisions: 10", "time: 5")
     loaded = parse(timed, overrides=overrides)
     every, classes = points_and_classes(loaded)
-    plan = run_plan(Run(Path("absent"), loaded.experiment, every), classes, workers=1)
+    plan = run_plan(RunFolder(Path("absent"), loaded.config, every), classes, workers=1)
     (point,) = every
-    scene, experiment = starting_scene(point.experiment, 0), point.experiment
-    found = simulate(scene, time=experiment.time, collisions=experiment.collisions)
+    scene, config = starting_scene(point.config, 0), point.config
+    found = simulate(scene, time=config.time, collisions=config.collisions)
     assert found.stop.reason.complete
     assert plan["collisions"] == pytest.approx(found.collisions, rel=0.15)
     assert plan["by_time"]
@@ -65,7 +65,7 @@ def test_the_collisions_of_a_repeat_that_ends_at_a_time_are_estimated(
 def test_a_repeat_without_an_end_is_planned() -> None:
     loaded = parse(GAS, overrides=["collisions=null", "time=1e308"])
     every, classes = points_and_classes(loaded)
-    plan = run_plan(Run(Path("absent"), loaded.experiment, every), classes, workers=1)
+    plan = run_plan(RunFolder(Path("absent"), loaded.config, every), classes, workers=1)
     assert plan["collisions"] == 1e18
     assert is_excessive(plan)
 
@@ -74,7 +74,7 @@ def sizes(*overrides: str) -> list[int]:
     """The batch size of a small gas for each of several limits."""
     common = ("balls.count=37", *overrides)
     return [
-        batch_size(parse(GAS, overrides=[*common, f"collisions={10**k}"]).experiment)
+        batch_size(parse(GAS, overrides=[*common, f"collisions={10**k}"]).config)
         for k in range(2, 8)
     ]
 

@@ -84,7 +84,7 @@ class Kills(Watcher):
 
 def test_a_killed_process_is_one_sentence(small_config: str, tmp_path: Path) -> None:
     run = made(tmp_path / "run", small_config, "repeats=60")
-    with pytest.raises(RunError, match=r"the system ended a process of this run.*fewer --jobs"):
+    with pytest.raises(RunError, match=r"the system ended a process of this run.*fewer jobs"):
         done(run, workers=2, watcher=Kills(), processes=True)
     assert not multiprocessing.active_children()
     assert len(done(run)) == 120

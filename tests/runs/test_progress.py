@@ -12,7 +12,7 @@ from snooker_cli.config import parse, points
 from snooker_cli.engine import simulation
 from snooker_cli.runs import progress
 from snooker_cli.runs.batch import Batch, Progress, RepeatResult
-from snooker_cli.runs.progress import RunProgress
+from snooker_cli.runs.watched_execution import RunProgress
 from snooker_cli.trace import Stop, StopReason
 
 BALLS = "container: {radius: 10.0}\nballs: {rings: 1, radius: 1.0, speed: 1.0}\ncor: 0.9\n"
@@ -20,7 +20,7 @@ BALLS = "container: {radius: 10.0}\nballs: {rings: 1, radius: 1.0, speed: 1.0}\n
 
 def watcher(limits: str, repeats: int = 2, shown: bool = False) -> RunProgress:
     """The progress of a run of points with limits, and how many repeats each has."""
-    of_run = points(parse(BALLS + limits).experiment)
+    of_run = points(parse(BALLS + limits).config)
     return RunProgress(of_run, {point.index: repeats for point in of_run}, shown)
 
 

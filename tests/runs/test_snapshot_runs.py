@@ -49,10 +49,8 @@ def test_a_changed_snapshot_is_noticed(tmp_path: Path) -> None:
 
 
 def times_of(*overrides: str, end: float = 1e9) -> tuple[float, ...]:
-    experiment = parse(
-        SNAPSHOTS.replace("snapshots: [1, 10, 20]\n", ""), overrides=overrides
-    ).experiment
-    return snapshot_times(experiment, first_scene(experiment, 0), end)
+    config = parse(SNAPSHOTS.replace("snapshots: [1, 10, 20]\n", ""), overrides=overrides).config
+    return snapshot_times(config, first_scene(config, 0), end)
 
 
 def test_times_of_a_decade() -> None:
@@ -70,9 +68,9 @@ def test_times_of_a_decade() -> None:
 
 def test_few_collisions_are_stored_instead() -> None:
     """They are smaller, and give the state at any time."""
-    few = parse(SNAPSHOTS, overrides=("time=null", "collisions=999")).experiment
+    few = parse(SNAPSHOTS, overrides=("time=null", "collisions=999")).config
     assert (few.keeps_events, few.stored_times) == (True, ())
-    many = parse(SNAPSHOTS, overrides=("time=null", "collisions=1000")).experiment
+    many = parse(SNAPSHOTS, overrides=("time=null", "collisions=1000")).config
     assert (many.keeps_events, many.stored_times) == (False, (1.0, 10.0, 20.0))
     assert batch_size(many) == 1 < batch_size(few)
 

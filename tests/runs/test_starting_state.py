@@ -15,8 +15,8 @@ import pytest
 from command_line import Snooker
 
 import snooker_cli
-from snooker_cli import api
-from snooker_cli.config import Experiment, Start, digest, to_json
+import snooker_cli as snooker
+from snooker_cli.config import Config, Start, digest, to_json
 from snooker_cli.errors import SnookerError
 from snooker_cli.runs.starting_state import load, state_of
 
@@ -50,13 +50,13 @@ PERIODIC = {
 }
 
 
-def done(config: Any, out: str, **overrides: Any) -> api.Run:
+def done(config: Any, out: str, **overrides: Any) -> snooker.Run:
     return snooker_cli.run(config, overrides, out=f"runs/{out}", progress=False)
 
 
-def of_state(config: Any, *overrides: str) -> Experiment:
+def of_state(config: Any, *overrides: str) -> Config:
     """The experiment of a config that starts from a state."""
-    return load(config, overrides).experiment
+    return load(config, overrides).config
 
 
 def test_an_exported_state_is_a_start(here: Path, snooker: Snooker) -> None:

@@ -28,7 +28,7 @@ from snooker_cli.engine.replay import repeat_events, repeat_states
 from snooker_cli.runs import warm_up
 from snooker_cli.runs.plan import first_scene
 
-experiment = load(Path({config!r})).points()[0].experiment
+experiment = load(Path({config!r})).points()[0].config
 for step in warm_up.STEPS:
     step(experiment)
 kernels = repeat_events, repeat_states
@@ -83,9 +83,9 @@ def pools(monkeypatch: pytest.MonkeyPatch) -> list[Pool]:
 
 def test_kernels_of_analyses_are_compiled_beside_those_of_a_run(pools: list[Pool]) -> None:
     """From the first function on, and no longer than the block; summaries need none."""
-    events = parse(SMALL).experiment
+    events = parse(SMALL).config
     many = SMALL.replace("collisions: 150", "collisions: 100000")
-    summary = parse(f"{many}record: summary\n").experiment
+    summary = parse(f"{many}record: summary\n").config
     with warm_up.compiling_beside([events, summary]):
         assert not pools
         for done_functions in range(3):
@@ -115,7 +115,7 @@ def test_without_a_second_processor_nothing_is_compiled_beside(
 ) -> None:
     monkeypatch.setattr(warm_up, "processors", lambda: 1)
     before = [*COMPILATION.watchers]
-    with warm_up.compiling_beside([parse(SMALL).experiment]):
+    with warm_up.compiling_beside([parse(SMALL).config]):
         assert before == COMPILATION.watchers
     assert not pools
 
@@ -123,14 +123,14 @@ def test_without_a_second_processor_nothing_is_compiled_beside(
 def test_warm_up_compiles_in_processes(caplog: pytest.LogCaptureFixture) -> None:
     """All steps of a scene; a real process takes them."""
     with caplog.at_level(logging.WARNING):
-        assert [*warm_up.compiled_steps([parse(SMALL).experiment])] == [3, 1, 2, 3]
+        assert [*warm_up.compiled_steps([parse(SMALL).config])] == [3, 1, 2, 3]
     assert not caplog.records
 
 
 def test_warm_up_needs_a_cache(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(warm_up, "cache_folder", lambda: None)
     with pytest.raises(UserError):
-        next(warm_up.compiled_steps([parse(SMALL).experiment]))
+        next(warm_up.compiled_steps([parse(SMALL).config]))
 
 
 INTERRUPTED = """
@@ -141,7 +141,7 @@ from snooker_cli.runs import warm_up
 
 if __name__ == "__main__":
     warm_up.processors = lambda: 2
-    with warm_up.compiling_beside([parse({config!r}).experiment]):
+    with warm_up.compiling_beside([parse({config!r}).config]):
         for watcher in COMPILATION.watchers:
             watcher(0, 2)
     os._exit(0)  # as after an interrupt

@@ -31,7 +31,7 @@ LONG = 3 * ROWS + 1000
 
 @pytest.fixture(scope="module")
 def scene(small_config: str) -> Scene:
-    return starting_scene(parse(small_config, overrides=["cor=1"]).experiment, 0)
+    return starting_scene(parse(small_config, overrides=["cor=1"]).config, 0)
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +116,7 @@ from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
 
-scene = starting_scene(parse(sys.stdin.read()).experiment, 0)
+scene = starting_scene(parse(sys.stdin.read()).config, 0)
 source = store.Provenance("{}", "", "{}", 0, 1, "{}", "", "", "", 0.0)
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 for case in sys.argv[2:]:

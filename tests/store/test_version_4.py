@@ -13,7 +13,7 @@ import pytest
 import snooker_cli
 from snooker_cli import store
 from snooker_cli.laws import Constant, Sides, Viscoelastic
-from snooker_cli.runs import Run, open_run
+from snooker_cli.runs import RunFolder, open_run
 from snooker_cli.runs.run import RepeatState
 from snooker_cli.runs.verification import verify
 from snooker_cli.store import version_4
@@ -22,31 +22,31 @@ STORED = Path(__file__).parents[1] / "data/version_4"
 
 
 @pytest.fixture(params=["plain", "rough"])
-def run(request: pytest.FixtureRequest, tmp_path: Path) -> Run:
+def run(request: pytest.FixtureRequest, tmp_path: Path) -> RunFolder:
     """A copy of a run with one law for all walls, or with all that has numbers of its own."""
     copy = tmp_path / request.param
     shutil.copytree(STORED / request.param, copy)
     return open_run(copy)
 
 
-def test_its_rules_are_those_of_its_config(run: Run) -> None:
+def test_its_rules_are_those_of_its_config(run: RunFolder) -> None:
     (path,) = run.batches(0)
     with h5py.File(path) as file:
         parameters = file["parameters/snooker"].attrs
         assert parameters["schema_version"] == version_4.VERSION
         assert "restitution" in json.loads(parameters["scene"])
-    wanted = run.points[0].experiment.collision_rules
+    wanted = run.points[0].config.collision_rules
     assert type(wanted.pair_law) is (Constant if wanted.surface is None else Viscoelastic)
     assert type(wanted.wall_law) is (Constant if wanted.surface is None else Sides)
     for trace, header in store.read(path):
         assert header.rules == trace.start.rules == wanted
 
 
-def test_simulating_it_again_gives_the_same_bits(run: Run) -> None:
+def test_simulating_it_again_gives_the_same_bits(run: RunFolder) -> None:
     assert {status.state for status in verify(run, replay=True, workers=1)} == {RepeatState.DONE}
 
 
-def test_its_content_has_the_same_hash_in_this_version(run: Run) -> None:
+def test_its_content_has_the_same_hash_in_this_version(run: RunFolder) -> None:
     (path,) = run.batches(0)
     before = store.read(path)
     store.write(path, [(header.repeat, trace) for trace, header in before], before[0][1].provenance)
@@ -55,7 +55,7 @@ def test_its_content_has_the_same_hash_in_this_version(run: Run) -> None:
     assert [h.fingerprint for _, h in store.read(path)] == [h.fingerprint for _, h in before]
 
 
-def test_a_longer_run_has_its_events(run: Run) -> None:
+def test_a_longer_run_has_its_events(run: RunFolder) -> None:
     before = [trace.events.time for trace, _ in store.read(*run.batches(0))]
     config = json.loads((run.directory / "run.json").read_text("utf-8"))["experiment"]
     longer = snooker_cli.run(config, {"collisions": 30}, out=run.directory, progress=False)

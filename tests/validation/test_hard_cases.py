@@ -51,7 +51,7 @@ def trace() -> Trace:
     collisions: 200
     seed: 2
     """
-    found = simulate(starting_scene(parse(text).experiment, 0), collisions=200)
+    found = simulate(starting_scene(parse(text).config, 0), collisions=200)
     assert judged(found, SEVEN)[1] == []
     return found
 

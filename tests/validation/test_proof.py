@@ -19,11 +19,12 @@ from command_line import SMALL, Snooker, output_of
 from scenes import gas, scene_of
 
 from snooker_cli import runs, store
-from snooker_cli.config import EXAMPLES, load
+from snooker_cli.config import load
+from snooker_cli.config.template_configs import EXAMPLES
 from snooker_cli.engine import replay, simulate
 from snooker_cli.laws import Surface
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, SLIDE, Events, Snapshots, StopReason, Trace
 from snooker_cli.validation.methods import rings
@@ -72,7 +73,7 @@ def test_a_repeat_that_ends_at_a_time_has_no_further_event() -> None:
 def test_bounces_before_a_slide_are_not_wrong() -> None:
     """While a ball bounces infinitely often, another has an event far away."""
     config = load(EXAMPLES / "sliding.yaml", overrides=["cor=0.9", "collapse=slide"])
-    slid = simulate(starting_scene(config.points()[0].experiment, 0), collisions=500)
+    slid = simulate(starting_scene(config.points()[0].config, 0), collisions=500)
     proof = prove(slid, 500)
     assert (proof["verdict"], proof["certain"]) == ("slide", 379)
     assert proof["reason"] == "event 380 is a bounce before a slide, which has no twin"
@@ -222,7 +223,7 @@ def test_a_forged_ending_is_found(reason: StopReason, finished: Path, snooker: S
     assert f"the stored ending is reason {reason}, time " in ended.out
 
 
-def proof_of(run: Run) -> dict[str, Any]:
+def proof_of(run: RunFolder) -> dict[str, Any]:
     return proven(run, 0, 0, 1000, lambda items, _label, _total: items)
 
 

@@ -15,15 +15,18 @@ from repeating import batches_of, file_of, run_of
 from snooker_cli.analysis import quantities, theories
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Points, Selection, registry, selected
-from snooker_cli.figures.caption_text import Caption, unfinished
-from snooker_cli.figures.selection import along, as_series, evenly, matching, value_at
-from snooker_cli.runs import Run
+from snooker_cli.figures import registry
+from snooker_cli.figures.caption_text import Caption
+from snooker_cli.figures.figure_data import Points
+from snooker_cli.figures.registry import FIGURES
+from snooker_cli.figures.series import along, as_series, evenly
+from snooker_cli.runs import RunFolder
+from snooker_cli.runs.selection import Selection, matching, selected, unfinished, value_at
 from snooker_cli.trace import StopReason
 
 
 @pytest.fixture
-def broken(tmp_path: Path) -> Run:
+def broken(tmp_path: Path) -> RunFolder:
     """The run ``decaying``, interrupted: CoR 0.8 is whole, 0.9 has its last repeat, 1.0 none."""
     with batches_of(1):
         run = made(tmp_path / "broken", *DECAYING)
@@ -32,7 +35,7 @@ def broken(tmp_path: Path) -> Run:
     return run
 
 
-def test_captions_describe_the_scene_and_its_repeats(decaying: Run, tmp_path: Path) -> None:
+def test_captions_describe_the_scene_and_its_repeats(decaying: RunFolder, tmp_path: Path) -> None:
     scene = "Scene: N = 19, r = 1 m, v₀ = 10 m/s, R = 10 m, CoR 0.8, wall CoR 1; "
     one = shown(decaying, "energy", repeat=2, cor=0.8).caption
     assert one.endswith(scene + "repeat 2 of 3, 200 collisions: complete.")
@@ -49,7 +52,7 @@ def test_a_caption_says_what_y_is_then_the_result_the_theory_and_the_scene() -> 
     assert parts.text == "Y. α = 1 s⁻¹. Theory. Bold. Scene."
 
 
-def test_captions_cite_theories_from_their_table(periodic: Run) -> None:
+def test_captions_cite_theories_from_their_table(periodic: RunFolder) -> None:
     found = shown(periodic, "pair-correlation", cor=1.0).caption
     source = theories.source_of(quantities.CONTACT, theories.CHI)
     assert source in found
@@ -77,7 +80,7 @@ def test_captions_count_what_ended_early(tmp_path: Path) -> None:
     assert "the repeat ended early, in a wall trap." in alone
 
 
-def test_figures_of_an_unfinished_run(broken: Run, decaying: Run) -> None:
+def test_figures_of_an_unfinished_run(broken: RunFolder, decaying: RunFolder) -> None:
     missing = "the run is unfinished: 4 of 9 repeats are there, of 2 of 3 points"
     assert unfinished(broken, Selection()) == missing
     assert unfinished(decaying, Selection()) == ""
@@ -100,7 +103,7 @@ def test_figures_of_an_unfinished_run(broken: Run, decaying: Run) -> None:
         ({"cor": 1.0, "balls.mass": 1}, [0, 1, 2, 3, 4, 5]),  # which are not swept
     ],
 )
-def test_selections(warm: Run, where: dict[str, Any], indices: list[int]) -> None:
+def test_selections(warm: RunFolder, where: dict[str, Any], indices: list[int]) -> None:
     assert [point.index for point in selected(warm, Selection(where))] == indices
 
 
@@ -119,7 +122,7 @@ def test_many_points_over_several_keys_have_the_middle_of_the_others() -> None:
 
 
 def test_many_collisions_are_those_of_few_repeats(
-    decaying: Run, monkeypatch: pytest.MonkeyPatch
+    decaying: RunFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each repeat has 200: two fit. Means of pressures and fits use all repeats."""
     monkeypatch.setattr(registry, "MOST_COLLISIONS", 3 * 599)
@@ -138,7 +141,7 @@ def test_a_rounded_value_finds_the_only_one(tmp_path: Path) -> None:
     run = run_of(tmp_path / "run", f"{text}sweep: {{cor: {[*values]}}}\n")
     for given, value in ((0.536, values[0]), (0.692857, values[1]), (0.7, 0.7)):
         (point,) = matching(run, Selection({"cor": given}))
-        assert point.experiment.cor == value
+        assert point.config.cor == value
     there = r"there it is 0\.535714, 0\.692857, 0\.7 and 0\.75"
     for given in (0.8, 0.694):
         with pytest.raises(FigureError, match=there):

@@ -1,26 +1,21 @@
-"""A run and a selection -> points, their repeats, and words for them."""
+"""Points as series of a figure: which of them, in which order and colours, and words for them."""
 
-import difflib
 import math
-import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from decimal import Decimal
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Sequence
+from typing import NamedTuple, TypeVar
 
 from snooker_cli import facts
 from snooker_cli.config import Point, unit_of
-from snooker_cli.config.points import single_values
 from snooker_cli.config.problems import key_path
 from snooker_cli.containers import SHAPES
-from snooker_cli.errors import FigureError, KeyAbsentError
+from snooker_cli.errors import FigureError
 from snooker_cli.facts import GasType, gas_type, traits_of
-from snooker_cli.formatting import listed, short, value_text
+from snooker_cli.formatting import listed, short
 from snooker_cli.laws import SIDES
+from snooker_cli.options import WHERE
 from snooker_cli.ranges import Model
-from snooker_cli.runs import RepeatState, RepeatStatus, Run
-from snooker_cli.runs.run import point_and_repeats
-from snooker_cli.runs.side_by_side import RUN
+from snooker_cli.runs.run import RUN
+from snooker_cli.runs.selection import distinct, value_at, varying
 from snooker_cli.trace import even_choice
 
 Item = TypeVar("Item")
@@ -28,138 +23,6 @@ Item = TypeVar("Item")
 MOST_DIFFERENCES = 2  # between runs side by side, that a legend names
 MOST_KEYS = 2  # in which series of one figure differ
 MOST_SERIES = 16  # a figure with more series than this is unreadable
-
-
-@dataclass(frozen=True)
-class Selection:
-    """The points and repeats to show.
-
-    where : keys of the config and the value that a point must have there; a tuple is a choice
-    repeat : a repeat's number, from 0; ``None`` for all, or the first in a figure of one repeat
-    times : of the states in a figure of states, s; none for the end
-    colour : what the colours of balls show, of ``snapshot.COLOURS``; ``None`` for the gas's own
-    """
-
-    where: Mapping[str, Any] = field(default_factory=dict)
-    repeat: int | None = None
-    times: tuple[float, ...] = ()
-    colour: str | None = None
-
-
-def file_stem(name: str, selection: Selection) -> str:
-    """The name of a file without its ending: a figure's name and what is selected."""
-    parts = []
-    for key, value in selection.where.items():
-        values = value if isinstance(value, tuple) else (value,)
-        parts += [
-            *([key] if key != RUN else []),
-            *map(value_text, values),
-        ]
-    if selection.repeat is not None:
-        parts += ["repeat", str(selection.repeat)]
-    parts += ["time", *(f"{time:.6g}" for time in selection.times)] if selection.times else []
-    parts += [selection.colour] if selection.colour else []
-    return name + "".join("-" + re.sub(r"[^A-Za-z0-9._-]", "_", part) for part in parts)
-
-
-def with_runs(where: Mapping[str, Any], points: Sequence[Point]) -> dict[str, Any]:
-    """Conditions as a file's name has them: of runs side by side, their names too."""
-    if RUN not in dict(points[0].parameters):
-        return dict(where)
-    return {RUN: tuple(distinct(points, RUN)), **where}
-
-
-def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
-    """The selected points that have a repeat, at least one. Raises ``FigureError``."""
-    return _some(run, selection, lambda point: bool(statuses(run, point, selection)))
-
-
-def _some(run: Run, selection: Selection, is_there: Callable[[Point], bool]) -> tuple[Point, ...]:
-    """The selected points that something is true of, at least one. Raises ``FigureError``."""
-    points = tuple(filter(is_there, matching(run, selection)))
-    if not points:
-        what = "no repeat is" if selection.repeat is None else f"repeat {selection.repeat} is not"
-        raise FigureError(f"{run.name}: {what} there yet; run the config again")
-    return points
-
-
-def begun(run: Run, selection: Selection) -> tuple[Point, ...]:
-    """`selected` by the names of files alone, which are not opened. Raises ``FigureError``."""
-
-    def is_there(point: Point) -> bool:
-        files = run.batches(point.index)
-        return (
-            bool(files)
-            if selection.repeat is None
-            else any(selection.repeat in point_and_repeats(file)[1] for file in files)
-        )
-
-    return _some(run, selection, is_there)
-
-
-FEWEST_DIGITS = 3  # of a value that may stand for one with more
-
-
-def matching(run: Run, selection: Selection) -> tuple[Point, ...]:
-    """The points that are selected, simulated or not, at least one. Raises ``FigureError``."""
-    repeats = max(run.requested(point) for point in run.points)
-    if selection.repeat is not None and not 0 <= selection.repeat < repeats:
-        raise FigureError(
-            f"there is no repeat {selection.repeat}: {run.name} has repeats 0 to {repeats - 1}"
-        )
-    points = run.points
-    for key, wanted in selection.where.items():
-        # A list of coordinates is itself a tuple, and may be the one value that is wanted.
-        values = (wanted, *wanted) if isinstance(wanted, tuple) else (wanted,)
-        known = distinct(points, key)
-        values = tuple(_known_value(value, known) for value in values)
-        chosen = tuple(point for point in points if value_at(point, key) in values)
-        if not chosen:
-            present = listed([value_text(value) for value in known])
-            raise FigureError(f"{run.name}: no point has {key} = {wanted}: there it is {present}")
-        points = chosen
-    return points
-
-
-def _known_value(wanted: Any, known: Sequence[Any]) -> Any:
-    """A wanted value, or the only one of the known numbers that rounds to its three or more digits.
-
-    With fewer digits, 0.8 would stand for 0.75.
-    """
-    if wanted in known or not isinstance(wanted, float) or not math.isfinite(wanted):
-        return wanted
-    digits = len(Decimal(repr(wanted)).normalize().as_tuple().digits)
-    if digits < FEWEST_DIGITS:
-        return wanted
-    rounded = [n for n in known if isinstance(n, float) and float(f"{n:.{digits}g}") == wanted]
-    return rounded[0] if len(rounded) == 1 else wanted
-
-
-def value_at(point: Point, key: str) -> Any:
-    """A point's value of a key such as ``balls.radius``. Raises ``KeyAbsentError``."""
-    parameters = dict(point.parameters)
-    if key in parameters:
-        return parameters[key]
-    value: Any = point.experiment
-    for name in key.split("."):
-        if name not in getattr(type(value), "model_fields", ()):
-            keys = [*parameters, *single_values(point.experiment)]
-            longer = [swept for swept in parameters if swept.endswith(f".{key}")]
-            meant = longer or difflib.get_close_matches(key, keys, n=1)
-            advice = f"did you mean {meant[0]}?" if meant else "name one that its config has"
-            raise KeyAbsentError(key, keys, advice)
-        value = getattr(value, name)
-    return value
-
-
-def distinct(points: Sequence[Point], key: str) -> list[Any]:
-    """The values of a key over points, each once, in order."""
-    return list(dict.fromkeys(value_at(point, key) for point in points))
-
-
-def varying(points: Sequence[Point]) -> list[str]:
-    """The swept keys that have more than one value over the points."""
-    return [key for key, _ in points[0].parameters if len(distinct(points, key)) > 1]
 
 
 def by_run(points: Sequence[Point]) -> list[list[Point]]:
@@ -328,7 +191,7 @@ def along(
             return [group for run in swept for group in along(run, [x], by, together=together)]
         keys.remove(RUN)  # a value of x from each run
         if len(distinct(points, x)) < len(points):
-            raise FigureError(f"it needs one value of {x} from each run; choose it with --where")
+            raise FigureError(f"it needs one value of {x} from each run; choose it with {WHERE}")
     points = at_middle(points, [key for key in keys if key not in (x, by)])
     keys = [key for key in varying(points) if key != RUN]
     linked = [key for key in changing_with(points, x) if key != by]
@@ -338,7 +201,7 @@ def along(
             f"not show {x} alone; run a sweep of {x} alone"
         )
     if others := [key for key in keys if key not in (x, by, *linked)]:
-        raise FigureError(f"it needs one value of {listed(others)}; choose it with --where")
+        raise FigureError(f"it needs one value of {listed(others)}; choose it with {WHERE}")
     ordered = sorted(points, key=lambda point: float(value_at(point, x)))
     if by is None or by == x or by not in keys:
         return [ordered]
@@ -348,21 +211,12 @@ def along(
 
 def gas_type_of(point: Point) -> GasType:
     """Whether walls give energy to a point's gas; else whether collisions take some."""
-    return gas_type(traits_of(point.experiment))
+    return gas_type(traits_of(point.config))
 
 
 def elastic(point: Point) -> bool:
     """Whether no collision of a point loses or gives energy."""
     return gas_type_of(point) == "elastic"
-
-
-def statuses(run: Run, point: Point, selection: Selection) -> list[RepeatStatus]:
-    """The selected repeats of a point that have a file; all of them if none is chosen."""
-    return [
-        status
-        for status in run.statuses(point.index)
-        if selection.repeat in (None, status.repeat) and status.state is not RepeatState.MISSING
-    ]
 
 
 SCENE_WORDS = {  # of the keys whose common values a caption prints
@@ -424,7 +278,7 @@ def described(point: Point, key: str) -> str:
     if key == RUN:
         return str(value)
     if key in _ABSENT and value in (None, math.inf):
-        return _ABSENT[key] if facts.hold(point.experiment, "walls") else "no wall"
+        return _ABSENT[key] if facts.hold(point.config, "walls") else "no wall"
     if value is None:
         return "" if RUN in dict(point.parameters) else f"no {_name(key)}"
     return _words(point, key).format(_shown(point, key))
@@ -448,7 +302,7 @@ def scale(points: Sequence[Point]) -> tuple[str, tuple[str, ...]]:
 
 def axis_label(point: Point, key: str) -> str:
     """The label of an axis of a swept key, with its unit: ``ball radius (m)``."""
-    unit = unit_of(point.experiment, key)
+    unit = unit_of(point.config, key)
     return AXES.get(key) or (f"{_name(key)} ({unit})" if unit else _name(key))
 
 
@@ -457,7 +311,7 @@ def _words(point: Point, key: str) -> str:
     wall, _, side = key.rpartition(".")
     if side in SIDES:
         return f"{side} {_WORDS[wall]}"
-    return _WORDS.get(key) or f"{_name(key)} = {{}} {unit_of(point.experiment, key)}".rstrip()
+    return _WORDS.get(key) or f"{_name(key)} = {{}} {unit_of(point.config, key)}".rstrip()
 
 
 def _name(key: str) -> str:

@@ -46,19 +46,11 @@ from snooker_cli.figures.figure_data import (
     more_than_a_decade,
     remaining,
 )
-from snooker_cli.figures.selection import (
-    Selection,
-    described,
-    of_label,
-    ranks,
-    scale,
-    spread,
-    statuses,
-    two_keys,
-    varying,
-)
+from snooker_cli.figures.series import described, of_label, ranks, scale, spread, two_keys
 from snooker_cli.formatting import counted, short
-from snooker_cli.runs import RepeatStatus, Run
+from snooker_cli.options import WHERE
+from snooker_cli.runs import RepeatStatus, RunFolder
+from snooker_cli.runs.selection import Selection, statuses, varying
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace, even_choice
 
@@ -109,7 +101,7 @@ class FigureBuilder:
     reading : is called for each repeat that is read
     """
 
-    run: Run
+    run: RunFolder
     selection: Selection
     groups: Sequence[Sequence[Point]]
     fields: Mapping[str, Any]
@@ -254,7 +246,7 @@ class FigureBuilder:
     def _choice(self) -> str:
         """Sentences if there are more points or repeats than the figure uses."""
         shown, used = len(self.points), [len(self.repeats(point)) for point in self.points]
-        points = f"{shown} of {self.total} points; choose with --where." * (shown < self.total)
+        points = f"{shown} of {self.total} points; choose with {WHERE.name}." * (shown < self.total)
         if used == [len(self.statuses(point)) for point in self.points]:
             return points
         number = " to ".join(map(str, sorted({min(used), max(used)})))

@@ -8,10 +8,9 @@ from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import Any
 
-from snooker_cli import store
+from snooker_cli import options, store
 from snooker_cli.api.output_files import check_free
-from snooker_cli.api.results import Result, Results, Verdicts
-from snooker_cli.api.wording import first, in_python_words
+from snooker_cli.api.results import CommandResult, CommandResults, Verdicts, first
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import UserError, explained, notice
 from snooker_cli.files import write_text
@@ -24,7 +23,7 @@ from snooker_cli.formatting import (
     size,
     text_table,
 )
-from snooker_cli.runs import RepeatState, Run, open_run, runs_in
+from snooker_cli.runs import RepeatState, RunFolder, open_run, runs_in
 from snooker_cli.runs.folder import former_kept
 from snooker_cli.runs.processes import processors
 from snooker_cli.runs.progress import counting, reporting
@@ -34,10 +33,9 @@ from snooker_cli.runs.verification import verify
 from snooker_cli.trace import event_hashes
 
 COUNT_HEADINGS = (">done", ">running", ">failed", ">to do", ">collisions")
-AT_COLLAPSE = "Run the config with --fresh to end such repeats at the collapse."
 
 
-def statuses_in(folder: Path) -> Results:
+def statuses_in(folder: Path) -> CommandResults:
     """What ``snooker.statuses`` returns."""
     found: list[dict[str, Any]] = []
     paths = runs_in(folder)
@@ -68,16 +66,16 @@ def statuses_in(folder: Path) -> Results:
         for status in found
         if "error" not in status
     ]
-    return Results(found, text_table(headings, rows))
+    return CommandResults(found, text_table(headings, rows))
 
 
-def status_of(run: Run) -> Result:
+def status_of(run: RunFolder) -> CommandResult:
     """What ``Run.status`` returns."""
     with reporting() as show:
         status = run_status(run, show)
     content = status | {
-        "title": run.experiment.title,
-        "common_random": run.experiment.common_random,
+        "title": run.config.title,
+        "common_random": run.config.common_random,
         "figures": [path.name for path in run.figures()],
     }
     hidden = hidden_collapses(run)
@@ -105,22 +103,24 @@ def status_of(run: Run) -> Result:
         *first(text_table(["point", *COUNT_HEADINGS, "ended"], rows)),
         *first([*remarks], 10, ""),
         *first([_not_listed(point) for point in content["former"]], 10, ""),
-        *[in_python_words(AT_COLLAPSE)][: len(hidden)],
+        *[f"Run the config with {options.FRESH} to end such repeats at the collapse."][
+            : len(hidden)
+        ],
         listed(contents),
     ]
     if content["command"]:
         written = _local_time(content["last_file"])
         lines.append(f"last file {written}, by: {printable(content['command'])}")
-    return Result(content, lines + run.common_random_notes)
+    return CommandResult(content, lines + run.common_random_notes)
 
 
-def hashes_of(run: Run, point: int | None, repeat: int | None) -> Results:
+def hashes_of(run: RunFolder, point: int | None, repeat: int | None) -> CommandResults:
     """What ``Run.hashes`` returns. Memory stays bounded: events are read in parts."""
     run.chosen(point, repeat or 0)
     found: list[dict[str, Any]] = []
     for chosen in run.points if point is None else [run.by_number[point]]:
-        if not chosen.experiment.keeps_events:
-            record = chosen.experiment.record
+        if not chosen.config.keeps_events:
+            record = chosen.config.record
             problem = f"{run.name} was run with `record: {record}`: it has no events to hash"
             raise UserError(problem, "run the config with `record: events`")
         there = [
@@ -153,7 +153,7 @@ def hashes_of(run: Run, point: int | None, repeat: int | None) -> Results:
     )
     if not found:
         lines = [f"{run.directory}: no repeat is there yet; run the config to make it"]
-    return Results(found, lines)
+    return CommandResults(found, lines)
 
 
 def _not_listed(point: Mapping[str, Any]) -> str:
@@ -178,10 +178,10 @@ def _local_time(text: str | None) -> str:
     return f"{time:%Y-%m-%d %H:%M}{zone}"
 
 
-def verified(run: Run, *, replay: bool, jobs: int | None) -> Verdicts:
+def verified(run: RunFolder, *, replay: bool, jobs: int | None) -> Verdicts:
     """What ``Run.verify`` returns."""
     verdicts = verify(run, replay=replay, workers=jobs or processors())
-    total = len(run.points) * run.experiment.repeats
+    total = len(run.points) * run.config.repeats
     found = sorted(counting(verdicts, "", total), key=lambda status: (status.point, status.repeat))
     counts = {str(state): sum(status.state is state for status in found) for state in RepeatState}
     del counts[str(RepeatState.UNUSABLE)]
@@ -212,14 +212,16 @@ def verified(run: Run, *, replay: bool, jobs: int | None) -> Verdicts:
 
 
 def proofs(
-    run: Run, point: int | None, repeat: int, collisions: int, out: Path | None, replace: bool
+    run: RunFolder, point: int | None, repeat: int, collisions: int, out: Path | None, replace: bool
 ) -> Verdicts:
     """What ``Run.prove`` returns."""
     from snooker_cli.validation.proof import ERRORS, proven
 
     chosen = [*run.by_number] if point is None else [point]
     if out is not None and len(chosen) > 1:
-        raise UserError("--out writes the certificate of one repeat", "give --point too")
+        raise UserError(
+            f"{options.OUT} writes the certificate of one repeat", f"give {options.POINT} too"
+        )
     if out is not None:
         check_free(out, replace)
     records, lines = [], []
@@ -245,7 +247,7 @@ def proofs(
     if not verdicts & {"interrupted", "wrong"}:
         start = "the config's" if run.engine_version == ENGINE_VERSION else "the stored"
         lines.append(f"The bodies and the order of these events are certain, from {start} start.")
-        recorded = {number: run.by_number[number].experiment.record for number in chosen}
+        recorded = {number: run.by_number[number].config.record for number in chosen}
         rest = (_about_the_rest(record, recorded[record["point"]]) for record in records)
         lines += dict.fromkeys(rest)
     result = Verdicts({"run": str(run.directory), "exact": records}, lines)
