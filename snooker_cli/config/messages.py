@@ -35,7 +35,7 @@ _SYNONYMS = {"restitution": "cor", "e": "cor", "number": "count", "n": "count", 
 
 
 def config_error(error: ValidationError, outer: tuple[str, ...] = ()) -> ConfigError:
-    """The problems of a validation error, of an Experiment or its part `outer`; no positions."""
+    """The problems of a validation error, of a Config or its part `outer`; no positions."""
     problems: list[Problem] = []
     suggested: set[KeyPath] = set()
     missing: list[Problem] = []

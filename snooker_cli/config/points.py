@@ -1,4 +1,4 @@
-"""Data -> a valid Experiment; its points; the digest that identifies a point's physics."""
+"""Data -> a valid Config; its points; the digest that identifies a point's physics."""
 
 import functools
 import hashlib
