@@ -44,13 +44,13 @@ _SHADES, LIGHTEST = matplotlib.colormaps["plasma"], 0.75  # its yellow end is pa
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _DASHES: tuple[Any, ...] = (
     MEASURED,
-    (0, (9, 1.5)),
-    (0, (9, 1.5, 3, 1.5)),
-    (0, (4, 1)),
-    (0, (9, 1.5, 3, 1.5, 3, 1.5)),
+    (0, (7, 1.2)),
+    (0, (7, 1.2, 2, 1.2)),
+    (0, (7, 1.2, 2, 1.2, 2, 1.2)),
+    (0, (3, 1, 1, 1)),
     (0, (2, 1)),
 )
-"""Of series: longer than those that tell a theory from a measurement."""
+"""Of series: none like those of a theory, and drawn thicker."""
 
 
 def colour(series: int, shades: Sequence[float] = (), hues: Sequence[int] = ()) -> str:
