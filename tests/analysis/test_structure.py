@@ -194,7 +194,7 @@ def test_a_flow_of_one_species_changes_the_temperature_of_none() -> None:
     speeds = random.normal(size=(number, 2)) * np.sqrt(heats / masses)[:, None]
     speeds[:, 1] += np.where(masses == 4.0, 0.0, 20.0)
     at = scene(box, places, speeds, 0.1, masses)
-    # The streams share the column of cells in the middle, one of 39, with up to 20²/8 J for each kg.
+    # Both share the column of cells in the middle, one of 39, with up to 20²/8 J for each kg.
     found = value(structure.species_temperature, at)
     expected, error = [2.0, 3.0], 4 * 3.0 / math.sqrt(number / 2)
     assert np.all(found > 0)
