@@ -6,7 +6,7 @@ in a periodic box of the images inside it.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from snooker_cli import two_temperatures
 from snooker_cli.engine import States, replayed
 from snooker_cli.neighbours import near, near_pairs
 from snooker_cli.scene import Scene
@@ -32,7 +33,7 @@ BINS_OF_AREA = 10.0
 """Such bins are at most this times the balls' number and packing, so that each has some pairs."""
 
 BALLS_IN_CELL = 5.0  # balls of a cell on average, over which the flow is averaged
-ALONE = 1e-9  # share of the mass that is in a cell with other balls, below which none is
+ALONE = 1e-9  # determinant below which species have no temperatures relative to cells
 NEARBY = 4.0  # mean spacings from a periodic box, up to which images are triangulated at first
 ROWS = 1024  # balls whose rings are computed at once, which limits the memory
 
@@ -191,31 +192,39 @@ def species_names(scene: Scene) -> list[str]:
 def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Array:
     """Mean kinetic energy of a ball of each species relative to the flow, J; as `species` orders.
 
-    T_i = E_i − m_i φ. E_i is the mean energy, without walls relative to the centre of mass. φ is
-    the energy of the flow over the mass, J/kg: what cells with ``BALLS_IN_CELL`` balls on average
-    have as p²/(2M) beyond that of independent velocities at T_i. So φ is 0 on average in a gas
-    without a flow, and in a single cell without walls. The energy of a flow goes as the mass: with
-    it, E_1/E_2 would rise to m_1/m_2 where vortices grow.
+    The flow is that of cells with ``BALLS_IN_CELL`` balls on average. It takes a part of the heat:
+    of independent velocities at T_k, a ball of the mass m in a cell with the mass M = Σ m_k keeps
+    T (1 − 2m/M) + m Σ m_k T_k/M². The result are the temperatures that leave what is measured. So
+    it is the mean energy in a gas without a flow; without walls that of balls whose momentum is
+    zero, see `two_temperatures.temperatures_at_rest`. The energy of a flow goes as the mass: with
+    it, the ratio of two species would rise to that of their masses where vortices grow.
     """
-    groups, masses, total = species(scene), scene.masses, float(np.sum(scene.masses))
-    at_rest = not scene.container.has_wall
-    if at_rest:
-        velocities = velocities - masses @ velocities / total
-    energies = masses * np.sum(velocities**2, axis=1) / 2
-    means = np.array([energies[balls].mean() for balls in groups])
-    own = np.array([masses[balls[0]] for balls in groups])
+    groups, masses = species(scene), scene.masses
     cell, _ = _cells(positions, scene, BALLS_IN_CELL)
-    in_cell = np.bincount(cell, masses)
-    momenta = [np.bincount(cell, masses * component)[in_cell > 0] for component in velocities.T]
-    flow = float(np.sum(np.square(momenta) / in_cell[in_cell > 0])) / 2
-    # Of n independent balls a cell has a share of the heat, less what their common rest takes.
-    parts = masses / in_cell[cell] - at_rest * masses / total
-    shares = np.array([parts[balls].sum() for balls in groups])
-    left = total - float(shares @ own)
-    if left <= ALONE * total:  # each ball is alone in its cell
-        return means
-    by_chance = float(shares @ (means / (1 - at_rest * own / total)))
-    return np.asarray(means - own * (flow - by_chance) / left)
+    in_cell = np.bincount(cell, masses)[cell]
+    part, flow = masses / in_cell, np.zeros_like(velocities)
+    for axis in range(2):
+        flow[:, axis] = np.bincount(cell, masses * velocities[:, axis])[cell] / in_cell
+    own = np.array([masses[balls[0]] for balls in groups])
+    numbers = np.array([float(len(balls)) for balls in groups])
+    others = [np.bincount(cell[balls], part[balls], cell.max() + 1)[cell] for balls in groups]
+    left = np.array([[np.mean(part[balls] * of[balls]) for of in others] for balls in groups])
+    left += np.diag([np.mean(1 - 2 * part[balls]) for balls in groups])
+    if np.linalg.det(left) <= ALONE:  # too few balls share a cell to tell the species apart
+        total = masses @ velocities / np.sum(masses)
+        return _mean_energies(groups, masses, velocities - total * (not scene.container.has_wall))
+    found = np.linalg.solve(left, _mean_energies(groups, masses, velocities - flow))
+    if scene.container.has_wall:
+        return np.asarray(found)
+    return two_temperatures.temperatures_at_rest(found, numbers, own)
+
+
+def _mean_energies(
+    groups: Sequence[NDArray[np.intp]], masses: Array, velocities: Array
+) -> NDArray[np.float64]:
+    """Mean kinetic energy of the balls of each group, J."""
+    energies = masses * np.sum(velocities**2, axis=1) / 2
+    return np.array([energies[balls].mean() for balls in groups])
 
 
 def a2(positions: Array, velocities: Array, scene: Scene) -> Array:

@@ -184,6 +184,23 @@ def test_temperatures_of_species_are_without_the_flow(box: Container, speed: flo
     assert (energies[::2].mean() > 20) == (speed > 0)
 
 
+def test_a_flow_of_one_species_changes_the_temperature_of_none() -> None:
+    """Heavy balls at rest on the left, light ones that stream upwards on the right."""
+    random, number, box = np.random.default_rng(6), 4000, Box(60.0, 40.0)
+    masses = np.where(np.arange(number) % 2 == 0, 4.0, 1.0)
+    places = random_places(box, np.full(number, 0.1), random)
+    places[:, 0] = np.where(masses == 4.0, -1, 1) * np.abs(places[:, 0])
+    heats = np.where(masses == 4.0, 2.0, 3.0)
+    speeds = random.normal(size=(number, 2)) * np.sqrt(heats / masses)[:, None]
+    speeds[:, 1] += np.where(masses == 4.0, 0.0, 20.0)
+    at = scene(box, places, speeds, 0.1, masses)
+    # Both share the column of cells in the middle, one of 39, with up to 20²/8 J for each kg.
+    found = value(structure.species_temperature, at)
+    expected, error = [2.0, 3.0], 4 * 3.0 / math.sqrt(number / 2)
+    assert np.all(found > 0)
+    assert found == pytest.approx(expected, abs=error + 4 * 50 / 39)
+
+
 def test_a_common_drift_is_no_temperature_of_species() -> None:
     """A gas with a common velocity is the same gas."""
     random, masses = np.random.default_rng(4), np.repeat([4.0, 1.0], 100)
