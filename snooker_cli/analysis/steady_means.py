@@ -52,7 +52,9 @@ class SteadyMeans(NamedTuple):
             parts.append(f"these change within their part: {listed([*self.changing])}")
         if self.steady:
             of_all = f" in {listed([*self.steady])}" if self.changing else ""
-            missed = f"some of up to {short(100 * max(self.least))} % may be missed"
+            largest = 100 * max(self.least)
+            size = short(largest, 2 if largest < 99 else 3)
+            missed = f"some of up to {size} % may be missed"
             parts.append(f"no change is found{of_all}; {missed}")
         return Note(f"means over time: {'; '.join(parts)} ({how})", ", ".join(names))
 

@@ -2,14 +2,10 @@
 
 from functools import partial
 
-import numpy as np
-
 from snooker_cli.analysis import quantities, theories, velocity_correlations
 from snooker_cli.analysis.observables import mean_and_error, standard_errors
-from snooker_cli.analysis.structure import over_time
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.distributions import MOMENTS, MOST_STATES, at_moments, second_half
-from snooker_cli.figures.distributions import times_of_parts as times_of
+from snooker_cli.figures.distributions import MOMENTS
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     EXTRAPOLATED,
@@ -23,8 +19,7 @@ from snooker_cli.figures.figure_data import (
     Reference,
     more_than_a_decade,
 )
-from snooker_cli.figures.series import gas_type_of
-from snooker_cli.formatting import short
+from snooker_cli.figures.structure_at_times import at_times, shades, when
 
 MOST_SUMMED, OF_A_STATE = 4_000_000, 40_000
 """Balls times states of a figure, which take seconds; a state counts as this many balls more."""
@@ -33,74 +28,43 @@ MODELS = theories.FIXED_MOMENTUM, theories.INDEPENDENT
 
 
 def against_distance(build: FigureBuilder) -> FigureData:
-    """Longitudinal and transverse correlation, and the vorticity, below each other.
-
-    Means over the second half of repeats that do not cool; of others the last state. A single point
-    that cools has curves at the later ones of ``MOMENTS``.
-    """
-    across, turning = list[Layer](), list[Layer]()
-    cools = [gas_type_of(point) == "cooling" for point in build.points]
-    several = cools == [True]
-    shades: list[float] = []
-    references = dict[float, Reference]()
-    for index, (point, cooling) in enumerate(zip(build.points, cools, strict=True)):
+    """Longitudinal and transverse correlation, and the vorticity, below each other."""
+    across, turning, references = list[Layer](), list[Layer](), dict[float, Reference]()
+    for index, point in enumerate(build.points):
         scene = build.start(point)
-        edges = velocity_correlations.distance_edges(scene)
+        edges, diameter = velocity_correlations.distance_edges(scene), 2 * float(scene.radii.mean())
         if edges[-1] <= edges[0]:
             raise FigureError(
                 "the balls have hardly more room than they need; use a larger container"
             )
-        x = (edges[1:] + edges[:-1]) / 2 / (2 * float(np.mean(scene.radii)))
-        upper = edges[1:] / (2 * float(np.mean(scene.radii)))
+        x, upper = (edges[1:] + edges[:-1]) / 2 / diameter, edges[1:] / diameter
         sums = partial(velocity_correlations.pair_sums, edges=edges)
-        if several:
-            parts = np.array(MOMENTS[1:])
-            build.states(point, len(parts), MOST_SUMMED, each=OF_A_STATE, fewest=len(parts))
-            found, times = at_moments(sums, build, point, parts)
-            rows = [found[:, k] for k in range(len(times))]
-            labels = [f"t = {short(time)} s" for time in times]
-            shades = np.linspace(0.0, 1.0, len(times)).tolist()
-        else:
-            wanted = 1 if cooling else MOST_STATES
-            parts = second_half(build, point, wanted, MOST_SUMMED, each=OF_A_STATE)
-            rows = [
-                np.array(
-                    [
-                        over_time(sums, trace, times_of(trace, parts)).sum(axis=0)
-                        for trace in build.traces(point)
-                    ]
-                )
-            ]
-            labels = [build.label(point) or ""]
-        for series, (label, of_repeats) in enumerate(zip(labels, rows, strict=True), index):
-            curves = velocity_correlations.correlations(of_repeats)
-            build.add_means(series, label or None, x, curves[0], MEASURED)
-            across += _mean(series, x, curves[1])
-            turning += _mean(series, upper, curves[2])
+        later = MOMENTS[1:]  # a start has no correlations
+        found = at_times(build, point, sums, MOST_SUMMED, each=OF_A_STATE, moments=later)
+        for series, (label, rows) in enumerate(zip(*found, strict=True), index):
+            along, *others = velocity_correlations.correlations(rows)
+            build.add_means(series, label, x, along, MEASURED)
+            across += _mean(series, x, others[0])
+            turning += _mean(series, upper, others[1])
         expected = build.predicted(scene, quantities.NEIGHBOURS, *MODELS)
         if expected is not None:
             name = None if references else "elastic balls"
             references.setdefault(expected, Reference("y", expected, name, EXTRAPOLATED))
-        build.record(point, nearest=mean_and_error(curves[0][:, 0]), theory=expected)
+        build.record(point, nearest=mean_and_error(along[:, 0]), theory=expected)
     build.lines += references.values()
     across += [Reference("y", line.value, None, line.style) for line in references.values()]
     turning.append(Reference("y", 1.0))
     if not references:
         build.lines.append(Reference("y", 0.0, "independent velocities"))
         across.append(Reference("y", 0.0))
-    when = "The last state of repeats that cool; else the mean over the second half."
-    if len(cools) == 1:
-        when = "One state of each repeat." if several else "The mean over the second half."
     caption = (
-        f"{when} Top: the product of both velocities along the line of centres; middle: across it; "
-        "both over the mean u² of a component. Bottom: (Σ r × u)²/Σ r² of the balls nearer than r, "
-        "over that of independent velocities."
+        f"{when(build)} Top: the product of both velocities along the line of centres; middle: "
+        "across it; both over the mean u² of a component. Bottom: (Σ r × u)²/Σ r² of the balls "
+        "nearer than r, over that of independent velocities."
     )
     log = more_than_a_decade(line.y for line in turning if isinstance(line, Line))
     panels = Panel(tuple(across), "across"), Panel(tuple(turning), "vorticity", log)
-    if several:
-        return build.figure(caption, panels=panels, shades=shades)
-    return build.figure(caption, panels=panels)
+    return build.figure(caption, panels=panels, numbers=None, logarithmic=False, **shades(build))
 
 
 def _mean(series: int, x: Array, rows: Array) -> list[Layer]:

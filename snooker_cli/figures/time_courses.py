@@ -383,15 +383,20 @@ DENSEST_CLUSTERS = 0.5
 """Packing beyond which elastic balls are as close as those of a cluster, almost everywhere."""
 
 
-def cluster_growth(build: FigureBuilder) -> FigureData:
-    """Clusters over time; below the fluctuations of the density, and energies beside Haff's law."""
-    scenes = [build.start(point) for point in build.points]
-    for scene in scenes:
-        if (packing := scene.packing_fraction) > DENSEST_CLUSTERS:
+def check_clusters(build: FigureBuilder) -> None:
+    """Raise ``FigureError`` for a point that is too dense for clusters."""
+    for point in build.points:
+        if (packing := build.start(point).packing_fraction) > DENSEST_CLUSTERS:
             raise FigureError(
                 f"at a packing of {short(packing, 2)} elastic balls are one cluster too; use a "
                 f"packing of {DENSEST_CLUSTERS:g} at most, or choose such points with {WHERE}"
             )
+
+
+def cluster_growth(build: FigureBuilder) -> FigureData:
+    """Clusters over time; below the fluctuations of the density, and energies beside Haff's law."""
+    check_clusters(build)
+    scenes = [build.start(point) for point in build.points]
     without = dict[str, Reference]()  # by the packing
     density, energies = build.for_panel(), build.for_panel()
     many = all(facts.hold(scene, "many") for scene in scenes)

@@ -39,6 +39,7 @@ def test_figures_describe_the_shape_that_is_there(
     others |= {"species-temperature", "rotation", "wall-impulses", "result-histogram"}
     others |= {"stationary", "profiles", "energy-balance", "heat-flux", "equation-of-state"}
     others |= {"structure-factor"} if shape == "box" else set()
+    others |= {"local-density"}
     assert set(missing) == others | sweeps
     assert "only the wall of a circle is at one distance" in missing["central-distances"]
     assert ("take momentum" if shape == "box" else "is zero at the start") in missing["momentum-x"]
@@ -137,7 +138,13 @@ RATIOS = (
     "collisions per",
 )
 RATIOS += ("packing fraction", "coefficient of restitution", "reduced", "k times", "density")
-RATIOS += ("correlation", "rings of balls", "tangential restitution", "friction")
+RATIOS += (
+    "correlation",
+    "share of the balls",
+    "rings of balls",
+    "tangential restitution",
+    "friction",
+)
 """Words of the labels of axes that are numbers without a unit."""
 
 
