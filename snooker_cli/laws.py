@@ -209,7 +209,14 @@ class AbsentLaw(PackageLaw):
         return dict(self.written)
 
     def with_cor(self, cor: float) -> "PackageLaw":
-        return AbsentLaw(tuple({**dict(self.written), "cor": cor}.items()))
+        return absent_law({**self.as_json(), "cor": cor})
+
+
+def absent_law(written: Mapping[str, Any]) -> AbsentLaw:
+    """A law that is not installed, with its numbers in the order of files."""
+    numbers = {key: value for key, value in written.items() if key not in ("name", "cor", "origin")}
+    ordered = {"name": written["name"], "cor": written["cor"], **numbers}
+    return AbsentLaw((*ordered.items(), ("origin", written["origin"])))
 
 
 def _taken(thing: object) -> tuple[str, type[PackageLaw]]:
@@ -268,7 +275,7 @@ def package_law(written: Mapping[str, Any]) -> PackageLaw:
     fit = all(type(value) is float and math.isfinite(value) for value in numbers.values())
     if not fit or not 0 <= numbers.get("cor", -1) <= 1 or len(numbers) > MOST_NUMBERS:
         raise ValueError(f"wrong numbers of the law {name!r}")
-    return AbsentLaw(tuple(written.items()))
+    return absent_law(written)
 
 
 SIDES = "left", "right", "bottom", "top"

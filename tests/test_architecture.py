@@ -272,7 +272,9 @@ def test_a_part_imports_only_parts_above_it() -> None:
 
 COMPUTING = (
     *("analysis.diffusion", "analysis.gas", "analysis.measurement", "analysis.observables"),
-    *("analysis.profiles", "analysis.time_series", "analysis.velocity_correlations"),
+    *("analysis.profiles", "analysis.structure", "analysis.time_series"),
+    "analysis.velocity_correlations",
+    "figures.snapshot",  # it draws each wall by its law
     "runs.warm_up",  # it copies states
 )
 """They add up other columns for some laws and shapes, which is no question of theory."""

@@ -5,6 +5,7 @@ import logging
 import os
 import platform
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache, cached_property, update_wrapper, wraps
@@ -131,8 +132,9 @@ def helper_options(*, inline: bool = False) -> dict[str, Any]:
 def learn_functions() -> Any:
     """Make Numba, which this gives, know all functions that kernels may call."""
     numba = set_up_numba()
-    while _unknown:
-        _unknown.pop()(numba.extending)
+    with _setting_up:
+        while _unknown:
+            _unknown.pop()(numba.extending)
     return numba
 
 
@@ -255,9 +257,18 @@ def _warn(text: str, *values: object) -> None:
     _log.warning(text, *values)
 
 
-@cache
 def set_up_numba() -> Any:
-    """Import Numba, which takes half a second, and set it up. Raises ``UserError``.
+    """Import Numba, which takes half a second, and set it up once. Raises ``UserError``."""
+    with _setting_up:  # of two threads that begin together, two would listen and lock each other out
+        return _set_up_numba()
+
+
+_setting_up = threading.RLock()
+
+
+@cache
+def _set_up_numba() -> Any:
+    """What ``set_up_numba`` does.
 
     Numba reads settings of the processor when it compiles the first function of a process.
     """
