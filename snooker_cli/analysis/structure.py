@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli import two_temperatures
+from snooker_cli import facts, two_temperatures
 from snooker_cli.engine import States, replayed
 from snooker_cli.neighbours import near, near_pairs
 from snooker_cli.scene import Scene
@@ -210,11 +210,12 @@ def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Ar
     others = [np.bincount(cell[balls], part[balls], cell.max() + 1)[cell] for balls in groups]
     left = np.array([[np.mean(part[balls] * of[balls]) for of in others] for balls in groups])
     left += np.diag([np.mean(1 - 2 * part[balls]) for balls in groups])
+    walls = facts.hold(scene, "walls")
     if np.linalg.det(left) <= ALONE:  # too few balls share a cell to tell the species apart
         total = masses @ velocities / np.sum(masses)
-        return _mean_energies(groups, masses, velocities - total * (not scene.container.has_wall))
+        return _mean_energies(groups, masses, velocities - total * (not walls))
     found = np.linalg.solve(left, _mean_energies(groups, masses, velocities - flow))
-    if scene.container.has_wall:
+    if walls:
         return np.asarray(found)
     return two_temperatures.temperatures_at_rest(found, numbers, own)
 

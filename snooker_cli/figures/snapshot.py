@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from snooker_cli import facts
 from snooker_cli.analysis import quantities, structure, theories
 from snooker_cli.containers import ENDS
 from snooker_cli.engine import state_at
@@ -15,7 +16,7 @@ from snooker_cli.figures.distributions import MOMENTS
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import Array, FigureData, Picture, Pictures, Wall
 from snooker_cli.formatting import listed, short
-from snooker_cli.laws import Driven, Law, Thermal
+from snooker_cli.laws import Driven, Law
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
@@ -158,20 +159,21 @@ def _walls(scene: Scene) -> tuple[Wall, ...]:
         axis = int(np.argmax(np.abs(middle)))
         side = ENDS["xy"[axis]][int(middle[axis] > 0)]
         lines.setdefault(getattr(law, side, law), []).append(line)
-    if len(lines) < 2 and not law.adds_energy:
+    if len(lines) < 2 and not facts.hold(scene, "warm_walls"):
         return ()
-    heats = sorted({each.temperature for each in lines if isinstance(each, Thermal)})
-    walls = [Wall(np.array(own), *_of_law(each, heats)) for each, own in lines.items()]
+    heats = sorted({law.temperature for law in lines if hasattr(law, "temperature")})
+    walls = [Wall(np.array(own), *_of_law(law, heats)) for law, own in lines.items()]
     return tuple(sorted(walls, key=lambda wall: (wall.heat is None, wall.heat, not wall.drives)))
 
 
 def _of_law(law: Law, heats: Sequence[float]) -> tuple[str, float | None, bool]:
     """The name of a wall, the rank of its temperature, and whether it drives; see ``Wall``."""
-    if isinstance(law, Thermal):
-        rank = heats.index(law.temperature) / (len(heats) - 1) if heats[1:] else 0.5
-        return f"wall at {law.temperature:g} J", rank, False
-    if isinstance(law, Driven):
-        return f"wall driven at {law.speed:g} m/s", None, True
+    heat = getattr(law, "temperature", None)
+    if heat is not None:
+        rank = heats.index(heat) / (len(heats) - 1) if heats[1:] else 0.5
+        return f"wall at {heat:g} J", rank, False
+    if law.name == Driven.name:
+        return f"wall driven at {law.as_json()['speed']:g} m/s", None, True
     return f"wall, CoR {law.cor:g}", None, False
 
 
