@@ -12,16 +12,16 @@ from figure_runs import PERIODIC, STORED, layers, made, shown, traces, why_not
 from snooker_cli.analysis import structure
 from snooker_cli.engine import state_at, stored_times
 from snooker_cli.figures.figure_data import Line
-from snooker_cli.runs import Run
+from snooker_cli.runs import RunFolder
 from snooker_cli.scene import Scene
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def stored(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     return made(tmp_path_factory.mktemp("stored") / "run", text=STORED)
 
 
-def states(run: Run, share: float) -> list[Scene]:
+def states(run: RunFolder, share: float) -> list[Scene]:
     """The stored states of the repeats nearest to a share of their time."""
     found = []
     for trace in traces(run, 0):
@@ -46,7 +46,7 @@ def share_in_dense_cells(scene: Scene, packing: float) -> float:
     ("name", "share"),
     [("cluster-sizes", share_in_clusters), ("local-density", share_in_dense_cells)],
 )
-def test_a_gas_that_cools_has_four_times(stored: Run, name: str, share: Any) -> None:
+def test_a_gas_that_cools_has_four_times(stored: RunFolder, name: str, share: Any) -> None:
     figure = shown(stored, name)
     curves = [line for line in layers(figure, Line) if line.label]
     assert len(curves) == 4
@@ -60,7 +60,7 @@ def test_a_gas_that_cools_has_four_times(stored: Run, name: str, share: Any) -> 
     assert curves[-1].y[15] > curves[0].y[15]  # clusters grow
 
 
-def test_the_results_are_those_of_the_last_states(stored: Run) -> None:
+def test_the_results_are_those_of_the_last_states(stored: RunFolder) -> None:
     last = states(stored, 0.99)
     sizes = [structure.mean_cluster(s.positions, s.velocities, s)[0] for s in last]
     packings = [structure.local_packing(s.positions, s.velocities, s).mean() for s in last]
