@@ -259,7 +259,9 @@ def _warn(text: str, *values: object) -> None:
 
 def set_up_numba() -> Any:
     """Import Numba, which takes half a second, and set it up once. Raises ``UserError``."""
-    with _setting_up:  # of two threads that begin together, two would listen and lock each other out
+    with (
+        _setting_up
+    ):  # of two threads that begin together, two would listen and lock each other out
         return _set_up_numba()
 
 

@@ -543,3 +543,21 @@ def test_functions_of_other_processes_count_and_their_number_becomes_known(
         for _ in range(3):
             count()
     assert seen == [(0, 130), (1, 130), (2, 3), (3, 4), (3, 3)]
+
+
+TWO_THREADS = """
+import threading
+from snooker_cli.engine import jit
+start = threading.Barrier(2)
+threads = [threading.Thread(target=lambda: (start.wait(), jit.learn_functions())) for _ in "ab"]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+print(jit._set_up_numba.cache_info().misses)
+"""
+
+
+def test_two_threads_set_numba_up_once() -> None:
+    """Two listeners would each lock the cache, and the second would wait for the first for ever."""
+    assert output_of(TWO_THREADS) == "1\n"
