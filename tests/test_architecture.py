@@ -273,7 +273,7 @@ def test_a_part_imports_only_parts_above_it() -> None:
 COMPUTING = (
     *("analysis.diffusion", "analysis.gas", "analysis.measurement", "analysis.observables"),
     *("analysis.profiles", "analysis.time_series", "analysis.velocity_correlations"),
-    "runs.warm_up",  # it copies states
+    *("figures.snapshot", "runs.warm_up"),  # they draw walls by their laws, and copy states
 )
 """They add up other columns for some laws and shapes, which is no question of theory."""
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli import two_temperatures
+from snooker_cli import facts, two_temperatures
 from snooker_cli.engine import States, replayed
 from snooker_cli.neighbours import near, near_pairs
 from snooker_cli.scene import Scene
@@ -199,7 +199,7 @@ def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Ar
     zero, see `two_temperatures.temperatures_at_rest`. The energy of a flow goes as the mass: with
     it, the ratio of two species would rise to that of their masses where vortices grow.
     """
-    groups, masses = species(scene), scene.masses
+    groups, masses, walls = species(scene), scene.masses, facts.hold(scene, "walls")
     cell, _ = _cells(positions, scene, BALLS_IN_CELL)
     in_cell = np.bincount(cell, masses)[cell]
     part, flow = masses / in_cell, np.zeros_like(velocities)
@@ -212,9 +212,9 @@ def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Ar
     left += np.diag([np.mean(1 - 2 * part[balls]) for balls in groups])
     if np.linalg.det(left) <= ALONE:  # too few balls share a cell to tell the species apart
         total = masses @ velocities / np.sum(masses)
-        return _mean_energies(groups, masses, velocities - total * (not scene.container.has_wall))
+        return _mean_energies(groups, masses, velocities - total * (not walls))
     found = np.linalg.solve(left, _mean_energies(groups, masses, velocities - flow))
-    if scene.container.has_wall:
+    if walls:
         return np.asarray(found)
     return two_temperatures.temperatures_at_rest(found, numbers, own)
 
