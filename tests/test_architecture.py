@@ -272,10 +272,8 @@ def test_a_part_imports_only_parts_above_it() -> None:
 
 COMPUTING = (
     *("analysis.diffusion", "analysis.gas", "analysis.measurement", "analysis.observables"),
-    *("analysis.profiles", "analysis.structure", "analysis.time_series"),
-    "analysis.velocity_correlations",
-    "figures.snapshot",  # it draws each wall by its law
-    "runs.warm_up",  # it copies states
+    *("analysis.profiles", "analysis.time_series", "analysis.velocity_correlations"),
+    *("figures.snapshot", "runs.warm_up"),  # they draw walls by their laws, and copy states
 )
 """They add up other columns for some laws and shapes, which is no question of theory."""
 

@@ -199,7 +199,7 @@ def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Ar
     zero, see `two_temperatures.temperatures_at_rest`. The energy of a flow goes as the mass: with
     it, the ratio of two species would rise to that of their masses where vortices grow.
     """
-    groups, masses = species(scene), scene.masses
+    groups, masses, walls = species(scene), scene.masses, facts.hold(scene, "walls")
     cell, _ = _cells(positions, scene, BALLS_IN_CELL)
     in_cell = np.bincount(cell, masses)[cell]
     part, flow = masses / in_cell, np.zeros_like(velocities)
