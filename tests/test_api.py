@@ -499,6 +499,9 @@ def test_sentences_name_options_by_their_table() -> None:
     assert named == []
 
 
+PUBLIC = [getattr(snooker, name) for name in snooker.__all__]  # their modules fill OPTIONS_OF
+
+
 @pytest.mark.parametrize("name", OPTIONS_OF)
 def test_methods_have_the_words_and_defaults_of_options(name: str) -> None:
     module, _, function = name.removeprefix("snooker_cli.api.").partition(".")

@@ -5,8 +5,10 @@ from typing import Any
 
 from griffe import Extension, Object
 
-import snooker_cli.api  # noqa: F401  (its functions note their options)
+import snooker_cli
 from snooker_cli.api.arguments import OPTIONS_OF
+
+PUBLIC = [getattr(snooker_cli, name) for name in snooker_cli.__all__]  # they fill OPTIONS_OF
 
 PARAMETER = re.compile(r"^(\w[\w, ]*) : (.*(?:\n {4}.*)*)", re.MULTILINE)
 

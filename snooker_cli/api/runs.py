@@ -28,10 +28,6 @@ _log = logging.getLogger(__name__)
 class Run(AnalysedRun):
     """A run's folder: its ``points``, and the repeats that are there.
 
-    This is a ``RunFolder`` with what scripts use. ``run[point, repeat]`` is a
-    repeat, and ``for repeat in run`` gives all of them. One file is in memory at a time: a long
-    repeat, or a batch of short ones.
-
     outcome : what ``snooker.run`` has just done; ``None`` for a run that was opened
     """
 
