@@ -75,7 +75,7 @@ def test_the_list_of_figures_opens_no_result(
     before = snooker("plot", "small", "--list")
     for path in Path("runs/small").glob("point-*/*.h5"):
         path.write_bytes(b"")
-    monkeypatch.setattr("snooker_cli.runs.run.Run.statuses", None)
+    monkeypatch.setattr("snooker_cli.runs.run.RunFolder.statuses", None)
     after = snooker("plot", "small", "--list")
     assert (after.code, after.out, after.err) == (0, before.out, "")
     assert "cooling left out at 1 of 2 points: nothing decays" in " ".join(after.out.split())
