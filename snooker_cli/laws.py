@@ -167,6 +167,10 @@ class PackageLaw(Law):
     def as_json(self) -> dict[str, Any]:
         return {**super().as_json(), "origin": self.origin}
 
+    def in_config(self) -> dict[str, Any]:
+        """The law as a config has it: its CoR is another key."""
+        return {key: value for key, value in self.as_json().items() if key != "cor"}
+
     def with_cor(self, cor: float) -> "PackageLaw":
         """The law with the CoR of a config."""
         return replace(self, cor=cor)  # type: ignore[type-var]  # a dataclass

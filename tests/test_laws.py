@@ -21,7 +21,9 @@ from snooker_cli.analysis import quantities, theories
 from snooker_cli.engine import collision, jit, restitution
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.conversion import new_states
-from snooker_cli.engine.restitution import WALL, kick, law_rows
+from snooker_cli.engine.kernel_state import Setup
+from snooker_cli.engine.package_laws import package_laws
+from snooker_cli.engine.restitution import WALL, kick, law_rows, laws_of_rows
 from snooker_cli.errors import StoreError
 from snooker_cli.laws import (
     CollisionRules,
@@ -68,8 +70,14 @@ def damped(monkeypatch: pytest.MonkeyPatch) -> Damped:
 
 
 @jit.kernel
-def kicked(law, normal, length):
-    return kick(law, normal, length, False)
+def kicked(setup, normal, length):
+    return kick(WALL, normal, length, False, setup)
+
+
+def setup_with(law: Law) -> Setup:
+    """What collisions do where the wall has a law."""
+    rows = laws_of_rows(Constant(1.0), law)
+    return Setup(law_rows(rows), 0.0, 0.0, False, package_laws(rows, len(rows)), 1.0)
 
 
 KICKS = [  # law, normal speed over a length, length, change
@@ -88,16 +96,16 @@ KICKS = [  # law, normal speed over a length, length, change
 @pytest.mark.parametrize(("law", "normal", "length", "change"), KICKS)
 def test_kicks_of_other_laws(law, normal, length, change) -> None:
     """Compiled and in plain Python."""
-    row = law_rows(Constant(1.0), law)[WALL]
-    assert kicked(row, normal, length) == pytest.approx(change, rel=1e-15)
-    assert kicked(row, normal, length) == kick(row, normal, length, False)
+    setup = setup_with(law)
+    assert kicked(setup, normal, length) == pytest.approx(change, rel=1e-15)
+    assert kicked(setup, normal, length) == kick(WALL, normal, length, False, setup)
 
 
 def test_the_engine_has_each_law() -> None:
     assert list(restitution.KINDS) == list(laws.LAWS)
     for law in laws.LAWS.values():
         numbers = [0.5 + k for k, _ in enumerate(law.numbers())]
-        kind, cor, *others = law_rows(Constant(1.0), law(*numbers))[WALL]
+        kind, cor, *others = setup_with(law(*numbers)).laws[WALL]
         assert kind == restitution.KINDS[law.name]
         assert [*others] == (numbers[-1:] if law.numbers()[-1] != "cor" else [0.0])
         assert cor == (0.5 if "cor" in law.numbers() else 0.0)
@@ -143,20 +151,20 @@ def test_json_of_no_rules_is_refused(where, value) -> None:
 
 
 def test_a_theory_refuses_a_law_that_it_does_not_know(damped) -> None:
-    with pytest.raises(ValueError, match="no mean_loss of the damped law"):
+    with pytest.raises(ValueError, match="no theory has the mean loss of the damped law"):
         mean_loss(damped, 1.0)
 
 
 def test_the_engine_refuses_a_law_that_it_does_not_know(damped) -> None:
     with pytest.raises(ValueError, match=r"no damped law.*engine/restitution\.py"):
-        law_rows(damped, damped)
+        law_rows([damped])
 
 
 def test_the_keys_of_a_config_choose_the_law() -> None:
     assert laws.law_of_pairs(0.5, 2.0) == Viscoelastic(0.5, 2.0)
     still = config(WARM, "wall_speed=0", "wall_temperature=null")
-    assert still.wall_law == Constant(0.9)
-    assert config(WARM).wall_law == Sides(
+    assert still.collision_rules.wall_law == Constant(0.9)
+    assert config(WARM).collision_rules.wall_law == Sides(
         Driven(0.9, 1.0), Thermal(80.0), Constant(0.9), Constant(0.9)
     )
 
@@ -169,7 +177,7 @@ def test_a_warm_run_is_stored_and_verified(tmp_path: Path) -> None:
     assert {status.state for status in verify(run, replay=True, workers=1)} == {RepeatState.DONE}
     traces = [trace for trace, _ in store.read(run.batches(0)[0])]
     assert len({trace.start.wall_key for trace in traces}) == 3
-    assert traces[0].start.wall_law == config(WARM).wall_law
+    assert traces[0].start.wall_law == config(WARM).collision_rules.wall_law
     longer = snooker_cli.run(data, {"collisions": 500}, out=tmp_path / "warm", progress=False)
     for before, (after, _) in zip(traces, store.read(longer.batches(0)[0]), strict=True):
         assert after.start.wall_key == before.start.wall_key

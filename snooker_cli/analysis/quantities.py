@@ -308,10 +308,6 @@ OF_FIGURES = (
         "length of the way", "d", "m", "distance from the start to the end", "distance", "curve"
     ),
     Quantity("hexatic order", "|ψ₆|", "1", "hexatic order", "hexatic_order", "snapshots"),
-    Quantity(
-        *("packing around a ball", "η", "1", "mean packing of a ball's cell"),
-        *("ball_packing", "snapshots"),
-    ),
 )
 """Further results of figures, which no theory and no table has."""
 

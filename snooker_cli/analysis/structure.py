@@ -210,7 +210,6 @@ def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Ar
     others = [np.bincount(cell[balls], part[balls], cell.max() + 1)[cell] for balls in groups]
     left = np.array([[np.mean(part[balls] * of[balls]) for of in others] for balls in groups])
     left += np.diag([np.mean(1 - 2 * part[balls]) for balls in groups])
-    walls = facts.hold(scene, "walls")
     if np.linalg.det(left) <= ALONE:  # too few balls share a cell to tell the species apart
         total = masses @ velocities / np.sum(masses)
         return _mean_energies(groups, masses, velocities - total * (not walls))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from snooker_cli import laws, options
 from snooker_cli.api.results import WIDTH, CommandResult
 from snooker_cli.config import Config, Loaded, Point, template_configs
+from snooker_cli.config.models import describe_laws
 from snooker_cli.config.template_configs import SCHEMA, SCHEMA_FILE
 from snooker_cli.engine import webassembly
 from snooker_cli.engine.page_kernels import boundaries_of
@@ -153,4 +154,10 @@ def laws_of_packages() -> dict[str, str]:
 
 def schema_text() -> str:
     """The JSON schema of configs, for editors."""
-    return SCHEMA_FILE.read_text("utf-8")
+    text = SCHEMA_FILE.read_text("utf-8")
+    if not laws.laws_of_packages():
+        return text
+    schema = json.loads(text)
+    for key in ("law", "wall_law"):
+        describe_laws(schema["properties"][key])
+    return json.dumps(schema, indent=2) + "\n"

@@ -436,14 +436,7 @@ def _given(key: str) -> PlainValidator:
     )
 
 
-def _written_law(law: PackageLaw | None) -> dict[str, Any] | None:
-    """A law of a config: its CoR is another key."""
-    if law is None:
-        return None
-    return {key: value for key, value in law.as_json().items() if key != "cor"}
-
-
-def _describe_laws(schema: dict[str, Any]) -> None:
+def describe_laws(schema: dict[str, Any]) -> None:
     """Add the laws of installed packages to the schema of a key."""
     laws = laws_of_packages()
     numbers = {
@@ -456,8 +449,10 @@ def _describe_laws(schema: dict[str, Any]) -> None:
     schema["anyOf"][0] |= {"properties": properties, "required": ["name"]}
 
 
-WRITTEN_LAW = PlainSerializer(_written_law, return_type=dict[str, Any] | None)
-WITH_LAWS = Field(json_schema_extra=_describe_laws)
+WRITTEN_LAW = PlainSerializer(
+    lambda law: None if law is None else law.in_config(), return_type=dict[str, Any] | None
+)
+WITH_LAWS = Field(json_schema_extra=describe_laws)
 
 
 class Config(Model):

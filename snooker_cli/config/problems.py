@@ -11,6 +11,7 @@ from pydantic import BaseModel
 
 from snooker_cli.errors import ExitCode, SnookerError
 from snooker_cli.formatting import printable
+from snooker_cli.laws import PackageLaw
 
 KeyPath: TypeAlias = tuple[str | int, ...]
 """Mapping keys (str) and list indices (int), outermost first; () is the whole document."""
@@ -63,6 +64,8 @@ def substituted(node: Any, path: KeyPath, value: Any, depth: int = 0) -> Any:
     if depth == len(path):
         return value
     part, here = path[depth], rendered(path[:depth])
+    if isinstance(node, PackageLaw):
+        node = node.in_config()
     if isinstance(part, int):
         if not isinstance(node, list | tuple) or part >= len(node):
             raise PathError(f"{here} has no item [{part}]")

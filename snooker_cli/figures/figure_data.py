@@ -284,12 +284,17 @@ def legend_marker(text: str, *, filled: bool = True) -> Points:
 def markers(
     x: Array, y: Array, error: Array, label: str | None, series: int, apart: NDArray[np.bool_]
 ) -> list[Points]:
-    """Markers, which are open where they are ``apart``; the filled ones have the name, if any."""
-    return [
-        Points(x[own], y[own], error[own], label if k == 0 or apart.all() else None, series, k == 0)
-        for k, own in enumerate((~apart, apart))
-        if own.any()
-    ]
+    """Markers, which are open where they are ``apart``; the filled ones have the name, if any.
+
+    error : nan without one
+    """
+    found = []
+    for filled, own in ((True, ~apart), (False, apart)):
+        if own.any():
+            bars = error[own] if np.isfinite(error[own]).any() else None
+            named = label if filled or apart.all() else None
+            found.append(Points(x[own], y[own], bars, named, series, filled))
+    return found
 
 
 def level(x: Array, y: float, series: int, style: LineStyle = BY_THEORY) -> Line:

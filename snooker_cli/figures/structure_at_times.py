@@ -1,4 +1,4 @@
-"""What a gas looks like at several times: sizes of clusters, and the density around balls."""
+"""What a gas looks like at several times: sizes of clusters, and what other figures need for it."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -19,7 +19,7 @@ from snooker_cli.figures.time_courses import check_clusters
 from snooker_cli.formatting import short
 from snooker_cli.scene import Scene
 
-SIZES, PACKINGS = 40, 60  # places of a curve
+SIZES = 40  # places of a curve
 MOST_BALLS = 5_000_000  # balls times states of a figure, which take seconds
 
 
@@ -88,7 +88,11 @@ def cluster_sizes(build: FigureBuilder) -> FigureData:
     check_clusters(build)
     last = max(build.start(point).number for point in build.points)
     sizes = np.unique(np.geomspace(1, last, SIZES).round())
-    _add(build, sizes, partial(_in_clusters, sizes), "mean")
+    for index, point in enumerate(build.points):
+        found = at_times(build, point, partial(_in_clusters, sizes), MOST_BALLS)
+        for series, (label, rows) in enumerate(zip(*found, strict=True), index):
+            build.add_means(series, label, sizes, rows[:, :-1], MEASURED)
+        build.record(point, mean=mean_and_error(found.rows[-1][:, -1]))
     caption = (
         f"{when(build)} Balls with a gap of at most {structure.CLUSTER_GAP:g} mean diameters are "
         "in one cluster (Luding & Herrmann 1999)."
@@ -96,31 +100,8 @@ def cluster_sizes(build: FigureBuilder) -> FigureData:
     return build.figure(caption, logarithmic=False, numbers=None, **shades(build))
 
 
-def local_density(build: FigureBuilder) -> FigureData:
-    """The share of balls around which the packing is at least so high."""
-    packings = np.linspace(0.0, 1.0, PACKINGS + 1)
-    _add(build, packings, partial(_in_dense_cells, packings), "packing")
-    caption = f"{when(build)} Cells have {structure.BALLS_IN_CELL:g} balls on average."
-    return build.figure(caption, logarithmic=False, numbers=None, **shades(build))
-
-
-def _add(build: FigureBuilder, x: Array, observable: Observable, number: str) -> None:
-    """Add the curves of all points; the last place of an observable is the result."""
-    for index, point in enumerate(build.points):
-        found = at_times(build, point, observable, MOST_BALLS)
-        for series, (label, rows) in enumerate(zip(*found, strict=True), index):
-            build.add_means(series, label, x, rows[:, :-1], MEASURED)
-        build.record(point, **{number: mean_and_error(found.rows[-1][:, -1])})
-
-
 def _in_clusters(sizes: Array, positions: Array, velocities: Array, scene: Scene) -> Array:
     """The share of balls in clusters of at least these sizes; last the mean size of a ball's."""
     found = structure.cluster_sizes(positions, velocities, scene).astype(np.float64)
     shares = [found[found >= size].sum() for size in sizes]
     return np.array([*shares, np.sum(found**2)]) / scene.number
-
-
-def _in_dense_cells(packings: Array, positions: Array, velocities: Array, scene: Scene) -> Array:
-    """The share of balls around which the packing is at least these; last its mean."""
-    found = structure.local_packing(positions, velocities, scene)
-    return np.append(np.mean(found >= packings[:, np.newaxis], axis=1), found.mean())

@@ -35,6 +35,7 @@ from snooker_cli.files import (
     write_json,
 )
 from snooker_cli.formatting import counted, listed
+from snooker_cli.laws import PackageLaw
 from snooker_cli.options import FRESH, OUT, RUN_CONFIG, RUNS_LISTED
 from snooker_cli.runs import manifest
 from snooker_cli.runs.run import FIGURES, MANIFEST, RepeatState, RunFolder, point_and_repeats
@@ -135,7 +136,9 @@ def planned_change(run: RunFolder, *, fresh: bool = False) -> str:
         keys = [key for key in Config.model_fields if key not in ("title", "repeats")]
         new, old = run.config, stored.config
         changed = ", ".join(key for key in keys if getattr(new, key) != getattr(old, key))
-        code, refusal = "other_config", f"results of another config ({changed} changed)"
+        problems = [law.problem for law in old.collision_rules.laws if isinstance(law, PackageLaw)]
+        why = f": {problems[0]}" if any(problems) else ""
+        code, refusal = "other_config", f"results of another config ({changed} changed{why})"
     elif earlier and _has_longer_repeat(run):
         code, refusal = "shorter_limits", f"repeats longer than this config asks for ({limits})"
     if refusal:

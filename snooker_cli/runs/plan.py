@@ -14,8 +14,10 @@ from snooker_cli import facts, store, theory
 from snooker_cli.config import BallList, Config, Loaded, Point
 from snooker_cli.containers import Container
 from snooker_cli.engine import specialisation
+from snooker_cli.engine.conversion import setup_of
 from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
+from snooker_cli.laws import PackageLaw
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.results_cache import MEMORY
 from snooker_cli.runs.run import RepeatState, RunFolder
@@ -110,6 +112,9 @@ def scene_classes(
                 )
             scene = first_scene(config, 0)
             models = specialisation(scene)
+            for rules in {point.config.collision_rules for point in same}:
+                if any(isinstance(law, PackageLaw) for law in rules.laws):
+                    setup_of(replace(scene, **vars(rules)))  # refuses what the engine lacks
         except (SceneError, ValueError) as error:
             label = point_label(same[0].as_json())
             where = f" (at the point {label})" if same[0].parameters else ""

@@ -79,19 +79,6 @@ def test_distances_are_those_of_the_states(shape: str) -> None:
     np.testing.assert_allclose(observables.central_distances(states), expected, rtol=4 * EPSILON)
 
 
-@pytest.mark.parametrize("shape", ["circle", "periodic"])
-def test_the_closest_balls_are_found_among_neighbours(shape: str) -> None:
-    """Beside all pairs. In a mixture, small balls far apart have nearer centres than large ones."""
-    trace = simulate(gas(shape, 60, 0.2, mixed=True), collisions=200)
-    states, scene = observables.at_collisions(trace, 5), trace.start
-    first, second = np.triu_indices(scene.number, k=1)
-    distances = observables.pair_distances(states, scene).reshape(5, -1)
-    overlap = float(np.max(scene.radii[first] + scene.radii[second] - distances))
-    least, found = observables.closest(states, scene)
-    assert least == pytest.approx(distances.min(), rel=64 * EPSILON)
-    assert found == pytest.approx(overlap, abs=64 * EPSILON * max(scene.container.size))
-
-
 @pytest.mark.parametrize("most", [7, 402])
 def test_states_are_thinned_evenly(
     most: int, simulated: Trace, summarised: Trace, monkeypatch: pytest.MonkeyPatch

@@ -17,11 +17,14 @@ from snooker_cli import engine, theory
 from snooker_cli.analysis import observables, structure
 from snooker_cli.analysis.time_series import series
 from snooker_cli.containers import Box, Channel, Circle, Container, PeriodicBox
+from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 
 Array = NDArray[np.float64]
 SHAPES = (Circle(10.0), Box(20.0, 14.0), PeriodicBox(20.0, 14.0))
 SPREADS = 200
+
+ELASTIC = Constant(1.0)
 
 
 def scene(
@@ -31,7 +34,7 @@ def scene(
     full = [np.array(np.broadcast_to(values, number), dtype=float) for values in (radii, masses)]
     speeds = np.array(np.broadcast_to(velocities, (number, 2)), dtype=float)
     rest = np.zeros(2)
-    return Scene(positions, speeds, *full, container, math.inf, rest, rest, 1.0, 1.0)
+    return Scene(positions, speeds, *full, container, math.inf, rest, rest, ELASTIC, ELASTIC)
 
 
 def value(function: structure.Observable, at: Scene, *arguments: Any) -> Any:

@@ -39,7 +39,6 @@ def test_figures_describe_the_shape_that_is_there(
     others |= {"species-temperature", "rotation", "wall-impulses", "result-histogram"}
     others |= {"stationary", "profiles", "energy-balance", "heat-flux", "equation-of-state"}
     others |= {"structure-factor"} if shape == "box" else set()
-    others |= {"local-density"}
     assert set(missing) == others | sweeps
     assert "only the wall of a circle is at one distance" in missing["central-distances"]
     assert ("take momentum" if shape == "box" else "is zero at the start") in missing["momentum-x"]

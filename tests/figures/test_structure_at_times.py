@@ -1,9 +1,8 @@
-"""Sizes of clusters and the density around balls at several times."""
+"""Sizes of clusters, at several times where the gas cools."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -37,17 +36,8 @@ def share_in_clusters(scene: Scene, size: float) -> float:
     return float(np.mean([np.sum(labels == label) >= size for label in labels]))
 
 
-def share_in_dense_cells(scene: Scene, packing: float) -> float:
-    found = structure.local_packing(scene.positions, scene.velocities, scene)
-    return float(np.mean([value >= packing for value in found]))
-
-
-@pytest.mark.parametrize(
-    ("name", "share"),
-    [("cluster-sizes", share_in_clusters), ("local-density", share_in_dense_cells)],
-)
-def test_a_gas_that_cools_has_four_times(stored: RunFolder, name: str, share: Any) -> None:
-    figure = shown(stored, name)
+def test_a_gas_that_cools_has_four_times(stored: RunFolder) -> None:
+    figure = shown(stored, "cluster-sizes")
     curves = [line for line in layers(figure, Line) if line.label]
     assert len(curves) == 4
     assert figure.shades == pytest.approx([0, 1 / 3, 2 / 3, 1])
@@ -55,22 +45,19 @@ def test_a_gas_that_cools_has_four_times(stored: RunFolder, name: str, share: An
         assert curve.y[0] == 1.0
         assert np.all(np.diff(curve.y) <= 0)
         for place in (5, 15, 25):
-            expected = np.mean([share(scene, curve.x[place]) for scene in states(stored, part)])
+            expected = np.mean(
+                [share_in_clusters(scene, curve.x[place]) for scene in states(stored, part)]
+            )
             assert curve.y[place] == pytest.approx(expected)
     assert curves[-1].y[15] > curves[0].y[15]  # clusters grow
 
 
-def test_the_results_are_those_of_the_last_states(stored: RunFolder) -> None:
+def test_the_result_is_that_of_the_last_states(stored: RunFolder) -> None:
     last = states(stored, 0.99)
     sizes = [structure.mean_cluster(s.positions, s.velocities, s)[0] for s in last]
-    packings = [structure.local_packing(s.positions, s.velocities, s).mean() for s in last]
-    for name, number, values in (
-        ("cluster-sizes", "mean", sizes),
-        ("local-density", "packing", packings),
-    ):
-        numbers = shown(stored, name).numbers
-        (row,) = numbers.get("points", [numbers])
-        assert row[number] == pytest.approx(np.mean(values)), name
+    numbers = shown(stored, "cluster-sizes").numbers
+    (row,) = numbers.get("points", [numbers])
+    assert row["mean"] == pytest.approx(np.mean(sizes))
 
 
 def test_points_are_shown_beside_each_other(tmp_path: Path) -> None:
@@ -80,4 +67,3 @@ def test_points_are_shown_beside_each_other(tmp_path: Path) -> None:
     assert len(curves) == 3
     dense = made(tmp_path / "dense", "balls.radius=1.5", text=PERIODIC)
     assert "elastic balls are one cluster too" in why_not(dense, "cluster-sizes")
-    assert "500 balls or more" in why_not(run, "local-density")

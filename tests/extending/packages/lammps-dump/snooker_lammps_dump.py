@@ -39,7 +39,7 @@ def write(
         step = 0
         for batch in batches:
             for k, time in enumerate(batch.time.tolist()):
-                centre = np.append(batch.container_positions[k], 0.0)
+                centre = np.append(batch.container_position[k], 0.0)
                 box = {"low": (centre - half).tolist(), "high": (centre + half).tolist()}
                 frame = {"step": step, "time": time, "number": start.number, "bounds": bounds}
                 file.write(HEAD.format(**frame, **box))
