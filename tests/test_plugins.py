@@ -76,7 +76,7 @@ CASES: tuple[tuple[str, str, str], ...] = (
         "from snooker_cli.export import FORMATS\nIT = [*FORMATS]",
         "it asks for what is installed while it is loaded",
     ),
-    ("colours", "IT = 1", "the groups are snooker.quantities, snooker.theories"),
+    ("colours", "IT = 1", "the groups are snooker.laws, snooker.quantities"),
 )
 """The group, the source of a module, and the problem."""
 

@@ -229,12 +229,8 @@ def description(laws: Sequence[Law] = ()) -> dict[str, Any]:
             ),
             "law": constants_of(restitution, "KIND", "COR", "SPEED", "COLUMNS"),
             "laws": {
-                name: {
-                    "number": kinds[name],
-                    "addsEnergy": law.adds_energy,
-                    "numbers": law.numbers(),
-                    "ofPackage": issubclass(law, PackageLaw),
-                }
+                name: {"number": kinds[name], "addsEnergy": law.adds_energy}
+                | ({"ofPackage": law.numbers()} if issubclass(law, PackageLaw) else {})
                 for name, law in known.items()
             },
             "shapes": {name: shape_of(shape) for name, shape in SHAPES.items()},
@@ -260,17 +256,17 @@ def description(laws: Sequence[Law] = ()) -> dict[str, Any]:
     }
 
 
-def event_columns() -> list[dict[str, Any]]:
-    """Where the columns of an event are in its record, in words of 4 bytes, and how many."""
+def event_columns() -> list[tuple[str, int, int, str]]:
+    """The columns of an event: name; first word of 4 bytes in its record, and how many; `needs`."""
     columns = [column for column in EVENT_COLUMNS if column.title]
     places = dict(record_type([column.name for column in columns]).fields or {})
     return [
-        {
-            "name": column.name,
-            "begin": places[column.name][1] // 4,
-            "words": places[column.name][0].itemsize // 4,
-            "needs": column.needs,
-        }
+        (
+            column.name,
+            places[column.name][1] // 4,
+            places[column.name][0].itemsize // 4,
+            column.needs,
+        )
         for column in columns
     ]
 

@@ -89,7 +89,7 @@ function lawRow({ name, cor = 0, ...others }) {
 }
 
 /** The numbers of a law of a package, in order; none of one of snooker. */
-const packageNumbers = (law) => (LAWS[law.name].ofPackage ? LAWS[law.name].numbers.map((name) => law[name]) : []);
+const packageNumbers = (law) => (LAWS[law.name].ofPackage ?? []).map((name) => law[name]);
 
 const SMOOTH = { inertia: 0.5, tangential_cor: -1, friction: 0, wall_tangential_cor: -1, wall_friction: 0 };
 
@@ -126,15 +126,15 @@ function writeSetup(scene, parts) {
 const givesEnergy = (law) => lawsOfWall(law).some(({ name }) => LAWS[name].addsEnergy);
 
 // Events are records of words of 4 bytes: their columns, one after the other, see fields.py.
-const EVENT_WORDS = EVENT_COLUMNS.reduce((total, { words }) => total + words, 0);
+const EVENT_WORDS = EVENT_COLUMNS.reduce((total, [, , words]) => total + words, 0);
 
 /** The words of the columns that events of a scene have. */
-const wordsOf = (scene) => EVENT_COLUMNS.filter(({ needs }) => Boolean(scene[needs]))
-  .flatMap(({ begin, words }) => Array.from({ length: words }, (_, k) => begin + k));
+const wordsOf = (scene) => EVENT_COLUMNS.filter(([, , , needs]) => Boolean(scene[needs]))
+  .flatMap(([, begin, words]) => Array.from({ length: words }, (_, k) => begin + k));
 
 /** A column of records: the value in a row. */
 function eventColumn(name, records) {
-  const { begin, words } = EVENT_COLUMNS.find((column) => column.name === name), step = EVENT_WORDS / words;
+  const [, begin, words] = EVENT_COLUMNS.find(([own]) => own === name), step = EVENT_WORDS / words;
   const values = new (words === 2 ? Float64Array : Int32Array)(records.buffer, records.byteOffset + 4 * begin);
   return (row) => values[row * step];
 }

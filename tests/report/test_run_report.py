@@ -116,8 +116,8 @@ def test_its_config_makes_the_same_points(
 @pytest.mark.parametrize(
     ("overrides", "left_out"),
     [
-        (["cor=1"], {"energy", "a2", "hexatic-order", "local-energy"}),
-        (["cor=0.9"], {"hexatic-order", "local-energy"}),
+        (["cor=1"], {"energy", "a2", "hexatic-order"}),
+        (["cor=0.9"], {"hexatic-order"}),
         (["balls.radius=1.9"], set()),
         # L/L_c is 2.7: clusters are dense in a dilute gas.
         (["cor=0.5", "balls.rings=9", "balls.radius=0.3"], set()),
@@ -152,8 +152,8 @@ def test_figures_of_the_main_quantities_come_first() -> None:
     assert shown(order("cooling")[0]) == "Haff's α"
     assert shown(order("elastic")[0]) == "PV/NT"
     clusters = by_relevance(module.ordered(), ["cooling", "clusters"])
-    assert clusters[:2] == ["snapshot", "cluster-growth"]
-    assert shown(clusters[2]) == "Haff's α"
+    assert clusters[:3] == ["snapshot", "cluster-growth", "cluster-sizes"]
+    assert shown(clusters[3]) == "Haff's α"
     for kind in KINDS:
         assert sorted(order(kind)) == sorted(FIGURES)
 
