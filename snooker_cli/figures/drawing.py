@@ -207,8 +207,8 @@ def _few_decades(axis: Axis, most: int | None = None) -> None:
     """
     low, high = axis.get_view_interval()
     least = LEAST_TICKS if most is None else FEWEST_TICKS
-    few = ticker.LogLocator(subs=(1, 2, 5), numticks=most)
-    for locator in (ticker.LogLocator(numticks=most), few, ticker.AutoLocator()):
+    few = [ticker.LogLocator(subs=subs, numticks=most) for subs in ((1, 2, 5), (1, 3))]
+    for locator in (ticker.LogLocator(numticks=most), *few, ticker.AutoLocator()):
         axis.set_major_locator(locator)
         number = sum(low <= tick <= high for tick in axis.get_majorticklocs())
         if least <= number <= (most or number):
