@@ -33,7 +33,10 @@ BINS_OF_AREA = 10.0
 """Such bins are at most this times the balls' number and packing, so that each has some pairs."""
 
 BALLS_IN_CELL = 5.0  # balls of a cell on average, over which the flow is averaged
-ALONE = 1e-9  # determinant below which species have no temperatures relative to cells
+FEWEST_OF_SPECIES = 25
+"""Balls of each species from which on their temperatures are relative to cells: the error of a few
+balls would be larger than what the flow adds."""
+
 NEARBY = 4.0  # mean spacings from a periodic box, up to which images are triangulated at first
 ROWS = 1024  # balls whose rings are computed at once, which limits the memory
 
@@ -197,9 +200,13 @@ def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Ar
     T (1 − 2m/M) + m Σ m_k T_k/M². The result are the temperatures that leave what is measured. So
     it is the mean energy in a gas without a flow; without walls that of balls whose momentum is
     zero, see `two_temperatures.temperatures_at_rest`. The energy of a flow goes as the mass: with
-    it, the ratio of two species would rise to that of their masses where vortices grow.
+    it, the ratio of two species would rise to that of their masses where vortices grow. If a
+    species has fewer balls than ``FEWEST_OF_SPECIES``, nothing but a common drift is taken off.
     """
     groups, masses, walls = species(scene), scene.masses, facts.hold(scene, "walls")
+    if min(map(len, groups)) < FEWEST_OF_SPECIES:
+        drift = masses @ velocities / np.sum(masses)
+        return _mean_energies(groups, masses, velocities - drift * (not walls))
     cell, _ = _cells(positions, scene, BALLS_IN_CELL)
     in_cell = np.bincount(cell, masses)[cell]
     part, flow = masses / in_cell, np.zeros_like(velocities)
@@ -210,9 +217,6 @@ def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Ar
     others = [np.bincount(cell[balls], part[balls], cell.max() + 1)[cell] for balls in groups]
     left = np.array([[np.mean(part[balls] * of[balls]) for of in others] for balls in groups])
     left += np.diag([np.mean(1 - 2 * part[balls]) for balls in groups])
-    if np.linalg.det(left) <= ALONE:  # too few balls share a cell to tell the species apart
-        total = masses @ velocities / np.sum(masses)
-        return _mean_energies(groups, masses, velocities - total * (not walls))
     found = np.linalg.solve(left, _mean_energies(groups, masses, velocities - flow))
     if walls:
         return np.asarray(found)

@@ -204,6 +204,17 @@ def test_a_flow_of_one_species_changes_the_temperature_of_none() -> None:
     assert found == pytest.approx(expected, abs=error + 4 * 50 / 39)
 
 
+def test_the_temperature_of_one_ball_is_its_energy() -> None:
+    """Relative to the few balls of its cell it would be a difference, and often negative."""
+    random, masses = np.random.default_rng(7), np.repeat([10.0, 1.0], [1, 300])
+    box, radii = Box(60.0, 40.0), np.repeat([1.0, 0.1], [1, 300])
+    at = scene(box, random_places(box, radii, random), random.normal(size=(301, 2)), radii, masses)
+    heavy, light = value(structure.species_temperature, at)
+    energies = masses * np.sum(at.velocities**2, axis=1) / 2
+    assert heavy == pytest.approx(energies[0], rel=1e-14)
+    assert light == pytest.approx(energies[1:].mean(), rel=1e-14)
+
+
 def test_a_common_drift_is_no_temperature_of_species() -> None:
     """A gas with a common velocity is the same gas."""
     random, masses = np.random.default_rng(4), np.repeat([4.0, 1.0], 100)
