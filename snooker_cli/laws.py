@@ -8,6 +8,7 @@ of an installed package has a function of its own, see `PackageLaw`.
 import math
 from collections.abc import Mapping
 from dataclasses import fields, replace
+from inspect import signature
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import (
@@ -231,6 +232,10 @@ def _taken(thing: object) -> tuple[str, type[PackageLaw]]:
     if names[:1] != ("cor",) or not 1 < len(names) <= MOST_NUMBERS:
         advice = "make it a class of numbers with `@law`"
         raise PluginError(f"its fields are not `cor` and up to {MOST_NUMBERS - 1} others", advice)
+    arguments = [*signature(thing.restitution).parameters]
+    if arguments[1:] != [*names]:
+        expected = ", ".join(["speed", *names])
+        raise PluginError(f"restitution has the arguments {', '.join(arguments)}, not {expected}")
     if thing.name == Sides.name:
         raise PluginError(f"snooker has {thing.name} itself", "give it another name")
     if thing.adds_energy or thing.is_random:

@@ -74,6 +74,8 @@ container: {shape: circle, radius: 10.0, mass: 1.0e7, velocity: [1, 0]}
 balls:
   {rings: 2, radius: 1.0, mass: 1, speed: 10, ring_extent: 0.8, common_rotation: false, spin: 1}
 cor: 0.8
+law: null
+wall_law: null
 wall_cor: null
 tangential_cor: 0.5
 friction: 0.2

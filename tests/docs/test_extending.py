@@ -129,7 +129,7 @@ def printed(installed: Installed) -> dict[str, str]:
     """What commands print, by the names of the page."""
     lines = installed.snooker("plugins").splitlines()
     first = next(n for n, line in enumerate(lines) if "snooker-neighbour" in line)
-    own = lines[first : first + 3]
+    own = lines[first : first + 2]
     compared = installed.snooker("compare", "gas").splitlines()
     (row,) = (line for line in compared if line.startswith("alignment"))
     caption = installed.snooker("plot", "gas", "free-times").splitlines()[3:]

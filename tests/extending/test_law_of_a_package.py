@@ -237,14 +237,21 @@ def test_a_law_that_gives_energy_is_refused(installed: Installed) -> None:
     assert "the law yielding of snooker-yielding has the CoR 1.5 at 1e-12 m/s" in sentence
 
 
+def test_swapped_arguments_are_refused(installed: Installed) -> None:
+    with changed(
+        installed, "speed: float, cor: float, yield_speed", "speed: float, other: float, cor"
+    ):
+        (problem,) = [row["problem"] for row in installed.plugins()]
+        assert problem.startswith("restitution has the arguments speed, other, cor, not speed, cor")
+
+
 def test_without_the_package_results_stay_readable(installed: Installed) -> None:
     with changed(installed):
         for command in ("show gas", "ls", "verify gas", "export gas --out events.csv"):
             installed.snooker(*command.split())
         assert (installed.here / "events.csv").read_text().count("\n") > 300
-        for command in ("verify gas --replay", "compare gas", "fit gas"):
-            sentence = refused(installed, *command.split())
-            assert "snooker-yielding 0.1, which is not installed" in sentence
+        sentence = refused(installed, "verify", "gas", "--replay")
+        assert "snooker-yielding 0.1, which is not installed" in sentence
         sentence = refused(installed, "run", "gas.yaml")
         assert "law.name: there is no law yielding; no installed package has a law" in sentence
 

@@ -242,7 +242,8 @@ with JavaScript(["lying"]) as page:
     )
 print(json.dumps([view["sides"], view["periodic"], region, others]))
 """
-    sides, repeats, region, others = extended.value(script)
+    with extended.compiling():
+        sides, repeats, region, others = extended.value(script)
     assert (sides, repeats) == (["bottom", "top"], True)
     assert region == {"area": 14 * 9, "edge": 28, "spreading": 0}
     assert others == [True, True, 28]

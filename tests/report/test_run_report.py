@@ -116,8 +116,8 @@ def test_its_config_makes_the_same_points(
 @pytest.mark.parametrize(
     ("overrides", "left_out"),
     [
-        (["cor=1"], {"energy", "a2", "hexatic-order"}),
-        (["cor=0.9"], {"hexatic-order"}),
+        (["cor=1"], {"energy", "a2", "hexatic-order", "cluster-growth"}),
+        (["cor=0.9"], {"hexatic-order", "cluster-growth"}),
         (["balls.radius=1.9"], set()),
         # L/L_c is 2.7: clusters are dense in a dilute gas.
         (["cor=0.5", "balls.rings=9", "balls.radius=0.3"], set()),
