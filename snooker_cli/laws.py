@@ -155,6 +155,10 @@ class PackageLaw(Law):
         """The numbers in order."""
         return tuple(getattr(self, name) for name in self.numbers())
 
+    def cor_at(self, speed: float) -> float:
+        """The coefficient of restitution at a normal speed, m/s, with the law's own numbers."""
+        return self.restitution(speed, *self.values)
+
     @property
     def origin(self) -> str:
         """Where it comes from, see `origin_of`."""
@@ -206,7 +210,7 @@ class AbsentLaw(PackageLaw):
     def problem(self) -> str:
         distribution, version, *_ = self.origin.split()
         where = f"the law {self.name} is of {distribution} {version}"
-        if self.name not in laws_of_packages():
+        if self.name not in installed_laws():
             return f"{where}, which is not installed"
         return f"{where} with other sources than {origin_of(self.name)}, which is installed"
 
@@ -247,7 +251,7 @@ EVERY_LAW: Table[type[Law]] = Table("snooker.laws", LAWS, _taken)
 """The laws of one contact by their names, with those of installed packages."""
 
 
-def laws_of_packages() -> dict[str, type[PackageLaw]]:
+def installed_laws() -> dict[str, type[PackageLaw]]:
     """The laws of installed packages by their names."""
     return {name: law for name, law in EVERY_LAW.items() if issubclass(law, PackageLaw)}
 
@@ -278,7 +282,7 @@ def package_law(written: Mapping[str, Any]) -> PackageLaw:
     numbers = {key: value for key, value in written.items() if key not in ("name", "origin")}
     if not (isinstance(name, str) and isinstance(origin, str) and len(origin.split()) > 1):
         raise ValueError(f"no law of collision has the name {name!r}")
-    known = laws_of_packages().get(name)
+    known = installed_laws().get(name)
     if known and origin_of(name) == origin:
         return known(**numbers)
     fit = all(type(value) is float and math.isfinite(value) for value in numbers.values())

@@ -137,7 +137,7 @@ class Table(Mapping[str, T]):
     def _without_twins(
         self, values: dict[str, T], plugins: list[Plugin]
     ) -> tuple[dict[str, T], list[Plugin]]:
-        """Without the names that occur twice: which one is meant nobody can know."""
+        """Without the names that occur twice: it is not known which one is meant."""
         names = [plugin.name for plugin in plugins if plugin.name]
         twins = {name for name in names if names.count(name) > 1}
         for place, plugin in enumerate(plugins):

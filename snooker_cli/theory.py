@@ -715,18 +715,12 @@ def mean_loss(law: Law, temperature: Real, mass: float = 1.0, a2: float = 0.0) -
         if isinstance(law, Viscoelastic):
             share = loss * np.minimum(roots * unit / law.cor_speed, 1.0) ** 0.75
         else:
-            share = 1 - np.vectorize(_restitution(law), [float])(roots * unit)
+            assert isinstance(law, PackageLaw)
+            share = 1 - np.vectorize(law.cor_at, [float])(roots * unit)
         density = x * np.exp(-x) * (1 + a2 * (4 * x**2 - 12 * x + 3) / 16) * 2 * roots
         total += np.sum(_WEIGHTS * density * share * (2 - share) * (high - low) / 2, axis=-1)
     mean: Real = total[()]  # a number for one temperature
     return mean
-
-
-def _restitution(law: Law) -> Callable[[float], float]:
-    """e at a speed, m/s, of a law of a package."""
-    assert isinstance(law, PackageLaw)
-    numbers, formula = law.values, law.restitution
-    return lambda speed: formula(float(speed), *numbers)
 
 
 _NODES, _WEIGHTS = leggauss(64)  # of integrals from −1 to 1

@@ -147,15 +147,15 @@ def write_template(name: str, out: str | PathLike[str] | None = None) -> list[Pa
     return [path, schema]
 
 
-def laws_of_packages() -> dict[str, str]:
+def installed_laws() -> dict[str, str]:
     """The laws of installed packages, and the distribution and version of each."""
-    return {name: " ".join(laws.origin_of(name).split()[:2]) for name in laws.laws_of_packages()}
+    return {name: " ".join(laws.origin_of(name).split()[:2]) for name in laws.installed_laws()}
 
 
 def schema_text() -> str:
     """The JSON schema of configs, for editors."""
     text = SCHEMA_FILE.read_text("utf-8")
-    if not laws.laws_of_packages():
+    if not laws.installed_laws():
         return text
     schema = json.loads(text)
     for key in ("law", "wall_law"):

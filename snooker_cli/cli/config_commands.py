@@ -7,7 +7,7 @@ import typer
 
 import snooker_cli as snooker
 from snooker_cli import options
-from snooker_cli.api.configs import laws_of_packages, schema_text
+from snooker_cli.api.configs import installed_laws, schema_text
 from snooker_cli.cli.output import print_line, print_table
 from snooker_cli.cli.parameters import ConfigPath, takes
 from snooker_cli.config.template_configs import SCHEMA
@@ -35,7 +35,7 @@ def init(
             raise UserError(f"--out {out}: give the TEMPLATE to write; `snooker init` lists them")
         purposes = snooker.templates(examples=list_all)
         print_table(["template", "what it is"], [*map(list, purposes.items())])
-        if laws := laws_of_packages():
+        if laws := installed_laws():
             print_line("")
             print_table(["law", "from"], [[name, source] for name, source in laws.items()])
         return

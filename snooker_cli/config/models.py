@@ -32,9 +32,9 @@ from snooker_cli.laws import (
     Law,
     PackageLaw,
     Sides,
+    installed_laws,
     law_of_pairs,
     law_of_wall,
-    laws_of_packages,
     origin_of,
     package_law,
     surface_of,
@@ -404,7 +404,7 @@ def given_law(value: Any, key: str) -> PackageLaw:
     def wrong(sentence: str, *path: str) -> ConfigError:
         return ConfigError([Problem((key, *path), sentence)])
 
-    laws = laws_of_packages()
+    laws = installed_laws()
     known = f"installed are {', '.join(laws)}" if laws else "no installed package has a law"
     if not isinstance(value, Mapping) or not isinstance(value.get("name"), str):
         raise wrong(f"{{name: …}} and the numbers of the law are needed; {known}")
@@ -438,7 +438,7 @@ def _given(key: str) -> PlainValidator:
 
 def describe_laws(schema: dict[str, Any]) -> None:
     """Add the laws of installed packages to the schema of a key."""
-    laws = laws_of_packages()
+    laws = installed_laws()
     numbers = {
         name: {"type": "number", "description": f"Of the law {law.name}."}
         for law in laws.values()

@@ -259,9 +259,7 @@ def _warn(text: str, *values: object) -> None:
 
 def set_up_numba() -> Any:
     """Import Numba, which takes half a second, and set it up once. Raises ``UserError``."""
-    with (
-        _setting_up
-    ):  # of two threads that begin together, two would listen and lock each other out
+    with _setting_up:  # two listeners would wait for each other's lock
         return _set_up_numba()
 
 

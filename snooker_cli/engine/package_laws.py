@@ -16,11 +16,11 @@ import numpy as np
 from snooker_cli.engine.jit import called_by_kernels, inlined, learn_functions
 from snooker_cli.engine.kernel_state import Floats, Part
 from snooker_cli.errors import SceneError
-from snooker_cli.laws import MOST_NUMBERS, Law, PackageLaw
+from snooker_cli.laws import LAWS, MOST_NUMBERS, Law, PackageLaw
 
 Formula: TypeAlias = Callable[..., float]
 
-FIRST_KIND = 4
+FIRST_KIND = len(LAWS)
 """The number of the first of these laws in ``Setup.laws``; others follow by their names."""
 
 TRIED = np.logspace(-12, 12, 97)  # m/s
@@ -76,13 +76,14 @@ def hash_of(laws: tuple[tuple[str, type[PackageLaw]], ...]) -> str:
     return text and hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
+@cache  # a replay of each repeat asks for the same law
 def check(law: PackageLaw) -> None:
     """Raise ``SceneError`` for a law that is not installed, or whose e is not from 0 to 1."""
     if law.problem:
         advice = "install it as it was, or remove the law's origin to use what is installed"
         raise SceneError("law", f"{law.problem}; {advice}")
     for speed in TRIED.tolist():
-        e = law.restitution(speed, *law.values)
+        e = law.cor_at(speed)
         if not 0.0 <= e <= 1.0:
             where = f"the law {law.name} of {law.origin.split()[0]}"
             raise SceneError("law", f"{where} has the CoR {e!r} at {speed:.3g} m/s; correct it")

@@ -31,14 +31,12 @@ from snooker_cli.figures.figure_data import (
     EXTRAPOLATED,
     MEASURED,
     NEUTRAL,
-    SECOND,
     Array,
     FigureData,
     Layer,
     Line,
     Points,
     Reference,
-    legend_line,
     legend_marker,
 )
 from snooker_cli.figures.series import elastic, gas_type_of
@@ -183,11 +181,11 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             build.lines.append(legend_marker(name, filled=filled))
     if markers:
         caption += " g(σ⁺) is from a straight line through the two bins beside contact."
-    x_label = f"distance / {_diameter(build)}"
+    x_label = f"distance / {unit_of_distance(build)}"
     return build.figure(caption, x_label=x_label, x_limits=(CLOSEST * nearest, None))
 
 
-def _diameter(build: FigureBuilder) -> str:
+def unit_of_distance(build: FigureBuilder) -> str:
     """The unit of lengths, in words."""
     return "diameter" if build.all_hold("equal_balls") else "mean diameter"
 
@@ -223,71 +221,6 @@ def times_of_parts(trace: Trace, parts: Array, *, each: bool = False) -> Array:
         times = np.array([stored[np.argmin(np.abs(stored - time))] for time in times])
     return times if each else np.unique(times)
 
-
-MOMENTS = 0.0, 0.01, 0.1, LAST
-"""Parts of the time of a gas that cools, at which its structure factor is shown."""
-
-
-def structure_factor(build: FigureBuilder) -> FigureData:
-    """S(k): mean over the second half of repeats that do not cool; else at the end, or four times.
-
-    A single point that cools has a curve for each of ``MOMENTS``.
-    """
-    build.lines.append(Reference("y", 1.0, "independent points"))
-    cooling = [gas_type_of(point) == "cooling" for point in build.points]
-    others: dict[str, Any] = {}
-    for index, (point, cools) in enumerate(zip(build.points, cooling, strict=True)):
-        scene = build.start(point)
-        chosen = structure.waves(scene)
-        x = chosen.numbers * 2 * float(np.mean(scene.radii))
-        most, parts = MOST_WAVES // len(chosen.vectors), np.array(MOMENTS)
-        if not cools:
-            parts = second_half(build, point, MOST_STATES, most)
-        else:
-            parts = parts if len(build.points) == 1 else parts[[0, -1]]
-            build.states(point, len(parts), most, fewest=len(parts))
-        s = partial(structure.structure_factor, chosen=chosen)
-        if cools:
-            rows, times = at_moments(s, build, point, parts)
-            last = rows[:, -1]
-        else:
-            last = np.array([_mean(s, trace, parts) for trace in build.traces(point)])
-        if cools and len(build.points) == 1:
-            for series, time in enumerate(times):
-                build.add_means(series, f"t = {short(time)} s", x, rows[:, series], MEASURED)
-            others["shades"] = np.linspace(0.0, 1.0, len(times)).tolist()
-        else:
-            build.add_means(index, build.label(point), x, last)
-            if cools:
-                build.lines.append(Line(x, rows[:, 0].mean(axis=0), None, index, SECOND))
-        expected = build.predicted(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
-        if expected is not None:
-            long_waves, level = x[: max(2, len(x) // 4)], np.full(2, expected)
-            build.lines.append(Line(long_waves[[0, -1]], level, None, index, EXTRAPOLATED))
-        build.record(point, longest=mean_and_error(last[:, 0]), theory=expected)
-    if any(record["theory"] is not None for record in build.records):
-        build.lines.append(legend_line("theory, k → 0", EXTRAPOLATED))
-    if any(cooling) and len(cooling) > 1:
-        build.lines.append(legend_line("the same at the start", SECOND))
-    when = "The last state of repeats that cool; else the mean over the second half."
-    if len(cooling) == 1:
-        when = "One state of each repeat." if cooling[0] else "The mean over the second half."
-    x_label = f"wave number k times the {_diameter(build)}"
-    return build.figure(when, x_label=x_label, logarithmic=build.covers_decades, **others)
-
-
-def at_moments(
-    observable: structure.Observable, build: FigureBuilder, point: Point, parts: Array
-) -> tuple[Array, Array]:
-    """An observable at parts of the time of each repeat (*n*, *t*, ...); mean times (*t*,), s."""
-    times = np.array([times_of_parts(trace, parts, each=True) for trace in build.traces(point)])
-    kept = np.flatnonzero(np.append(True, np.diff(times.mean(axis=0)) > 0))
-    pairs = zip(build.traces(point), times, strict=True)
-    rows = [over_time(observable, trace, own[kept]) for trace, own in pairs]
-    return np.array(rows), times[:, kept].mean(axis=0)
-
-
-MOST_WAVES = 300_000_000  # balls times states times waves of a figure, which take seconds
 
 LEAST_SPEEDS = 100  # fewer show a distribution to no more than a tenth, 1/√n
 

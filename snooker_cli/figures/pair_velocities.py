@@ -5,7 +5,6 @@ from functools import partial
 from snooker_cli.analysis import quantities, theories, velocity_correlations
 from snooker_cli.analysis.observables import mean_and_error, standard_errors
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.distributions import MOMENTS
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     EXTRAPOLATED,
@@ -19,7 +18,7 @@ from snooker_cli.figures.figure_data import (
     Reference,
     more_than_a_decade,
 )
-from snooker_cli.figures.structure_at_times import at_times, shades, when
+from snooker_cli.figures.structure_at_times import MOMENTS, at_times, shades, when
 
 MOST_SUMMED, OF_A_STATE = 4_000_000, 40_000
 """Balls times states of a figure, which take seconds; a state counts as this many balls more."""

@@ -12,9 +12,9 @@ from snooker_cli.containers import ENDS
 from snooker_cli.engine import state_at
 from snooker_cli.errors import FigureError
 from snooker_cli.facts import MOST_SPECIES
-from snooker_cli.figures.distributions import MOMENTS
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import Array, FigureData, Picture, Pictures, Wall
+from snooker_cli.figures.structure_at_times import MOMENTS
 from snooker_cli.formatting import listed, short
 from snooker_cli.laws import Driven, Law
 from snooker_cli.scene import Scene

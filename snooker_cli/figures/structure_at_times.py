@@ -1,4 +1,4 @@
-"""What a gas looks like at several times: sizes of clusters, and what other figures need for it."""
+"""What a gas looks like at several times: its structure factor and the sizes of its clusters."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -6,20 +6,33 @@ from typing import NamedTuple
 
 import numpy as np
 
-from snooker_cli.analysis import structure
+from snooker_cli.analysis import quantities, structure, theories
 from snooker_cli.analysis.observables import mean_and_error
 from snooker_cli.analysis.structure import Observable, over_time
 from snooker_cli.config import Point
-from snooker_cli.figures.distributions import MOMENTS, MOST_STATES, at_moments, second_half
+from snooker_cli.figures.distributions import LAST, MOST_STATES, second_half, unit_of_distance
 from snooker_cli.figures.distributions import times_of_parts as times_of
 from snooker_cli.figures.figure_builder import FigureBuilder
-from snooker_cli.figures.figure_data import MEASURED, Array, FigureData, Line
+from snooker_cli.figures.figure_data import (
+    EXTRAPOLATED,
+    MEASURED,
+    SECOND,
+    Array,
+    FigureData,
+    Line,
+    Reference,
+    legend_line,
+)
 from snooker_cli.figures.series import gas_type_of
 from snooker_cli.figures.time_courses import check_clusters
 from snooker_cli.formatting import short
 from snooker_cli.scene import Scene
 
+MOMENTS = 0.0, 0.01, 0.1, LAST
+"""Parts of the time of a gas that cools, at which it is shown."""
+
 SIZES = 40  # places of a curve
+MOST_WAVES = 300_000_000  # balls times states times waves of a figure, which take seconds
 MOST_BALLS = 5_000_000  # balls times states of a figure, which take seconds
 
 
@@ -63,6 +76,17 @@ def at_times(
     return AtTimes([build.label(point)], [np.array(means)])
 
 
+def at_moments(
+    observable: structure.Observable, build: FigureBuilder, point: Point, parts: Array
+) -> tuple[Array, Array]:
+    """An observable at parts of the time of each repeat (*n*, *t*, ...); mean times (*t*,), s."""
+    times = np.array([times_of(trace, parts, each=True) for trace in build.traces(point)])
+    kept = np.flatnonzero(np.append(True, np.diff(times.mean(axis=0)) > 0))
+    pairs = zip(build.traces(point), times, strict=True)
+    rows = [over_time(observable, trace, own[kept]) for trace, own in pairs]
+    return np.array(rows), times[:, kept].mean(axis=0)
+
+
 def has_times(build: FigureBuilder) -> bool:
     """Whether a figure shows several times: its only point cools."""
     return [gas_type_of(point) for point in build.points] == ["cooling"]
@@ -83,8 +107,45 @@ def when(build: FigureBuilder) -> str:
     return "The last state of repeats that cool; else the mean over the second half."
 
 
+def structure_factor(build: FigureBuilder) -> FigureData:
+    """S(k) at the times of `at_times`; of several points that cool also at the start."""
+    build.lines.append(Reference("y", 1.0, "independent points"))
+    cooled, style = False, MEASURED if has_times(build) else "series"
+    for index, point in enumerate(build.points):
+        scene = build.start(point)
+        chosen = structure.waves(scene)
+        x = chosen.numbers * 2 * float(np.mean(scene.radii))
+        s = partial(structure.structure_factor, chosen=chosen)
+        most, start = MOST_WAVES // len(chosen.vectors), None
+        if gas_type_of(point) == "cooling" and not has_times(build):
+            parts, cooled = np.array([MOMENTS[0], MOMENTS[-1]]), True
+            build.states(point, len(parts), most, fewest=len(parts))
+            rows, _ = at_moments(s, build, point, parts)
+            found, start = AtTimes([build.label(point)], [rows[:, -1]]), rows[:, 0]
+        else:
+            found = at_times(build, point, s, most)
+        for series, (label, rows) in enumerate(zip(*found, strict=True), index):
+            build.add_means(series, label, x, rows, style)
+        if start is not None:
+            build.lines.append(Line(x, start.mean(axis=0), None, index, SECOND))
+        expected = build.predicted(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
+        if expected is not None:
+            long_waves, level = x[: max(2, len(x) // 4)], np.full(2, expected)
+            build.lines.append(Line(long_waves[[0, -1]], level, None, index, EXTRAPOLATED))
+        build.record(point, longest=mean_and_error(found.rows[-1][:, 0]), theory=expected)
+    if any(record["theory"] is not None for record in build.records):
+        build.lines.append(legend_line("theory, k → 0", EXTRAPOLATED))
+    if cooled:
+        build.lines.append(legend_line("the same at the start", SECOND))
+    x_label = f"wave number k times the {unit_of_distance(build)}"
+    log = build.covers_decades
+    return build.figure(
+        when(build), x_label=x_label, logarithmic=log, numbers=None, **shades(build)
+    )
+
+
 def cluster_sizes(build: FigureBuilder) -> FigureData:
-    """The share of balls in clusters of at least so many balls."""
+    """The share of balls in clusters of at least a number of balls."""
     check_clusters(build)
     last = max(build.start(point).number for point in build.points)
     sizes = np.unique(np.geomspace(1, last, SIZES).round())

@@ -226,14 +226,16 @@ def _carried(
     groups = given if isinstance(given, tuple) else (given,)
     counts = [getattr(group, "number", getattr(group, "count", 1)) for group in groups]
     values = np.zeros((len(repeats), *field.shape(len(radii))))
+    starts = [getattr(group, field.key, None) for group in groups]
+    warm = any(isinstance(start, SpinTemperature) for start in starts)
+    normals = random_normals(len(radii), seed, repeats, SPIN)[..., 0] if warm else values
     first = 0
-    for group, count in zip(groups, counts, strict=True):
-        part, start = slice(first, first + count), getattr(group, field.key, None)
+    for start, count in zip(starts, counts, strict=True):
+        part = slice(first, first + count)
         if isinstance(start, SpinTemperature):
-            normals = random_normals(len(radii), seed, repeats, SPIN)[:, part, 0]
             moments = config.inertia * masses[part] * radii[part] ** 2
             with np.errstate(over="ignore"):  # to infinity, which ``check_speeds`` refuses
-                values[:, part] = normals * np.sqrt(start.temperature / moments)
+                values[:, part] = normals[:, part] * np.sqrt(start.temperature / moments)
         elif start is not None:
             values[:, part] = start
         first += count

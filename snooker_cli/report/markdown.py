@@ -8,7 +8,7 @@ from typing import Any
 from snooker_cli.files import write_text
 
 _JOINED = str.maketrans({"\u2060": "", "\u00a0": " "})
-"""Marks of the pages at which no line breaks, which nobody sees in a text that is edited."""
+"""Marks of the pages at which no line breaks: they are invisible in a text that is edited."""
 
 _MARKS = re.compile(r"[\\`*\[\]|~$]|(?<!\w)_|_(?!\w)")  # an underscore inside a word is none
 _BEGINNING = re.compile(r"^(\d*)([-+.)#=]+)(?=\s|$)")  # of a list, a heading or a line below one
