@@ -178,6 +178,12 @@ def probability(value: float | None) -> str:
     return "<0.001" if value is not None and value < 0.001 else short(value, 2)
 
 
+def percent(share: float) -> str:
+    """A share in percent with two digits, or all before the point: ``1.3 %``, ``150 %``."""
+    value = 100 * share
+    return f"{value:.0f} %" if abs(value) >= 10 else f"{short(value, 2)} %"
+
+
 def chance(value: float) -> str:
     """A probability in a sentence: ``p = 0.03``, ``p <0.001``."""
     return f"p {'' if value < 0.001 else '= '}{probability(value)}"

@@ -372,6 +372,23 @@ def fixed_energy_speed_cdf(speed: Real, number: int, temperature: float, mass: f
     return probability
 
 
+def fixed_energy_component_density(c: NDArray[np.float64], number: int) -> NDArray[np.float64]:
+    """Exact density of c = v_x √(m/2T) of one of N ≥ 2 balls that share the energy N T.
+
+    c² over N is one of 2N squares with the sum 1: Γ(N)/(Γ(N − ½) √(πN)) (1 − c²/N)^(N − 3/2).
+    """
+    norm = math.exp(math.lgamma(number) - math.lgamma(number - 0.5)) / math.sqrt(math.pi * number)
+    return np.asarray(norm * np.maximum(1 - c**2 / number, 0.0) ** (number - 1.5))
+
+
+def fixed_energy_component_share(edges: NDArray[np.float64], number: int) -> NDArray[np.float64]:
+    """The share of |c| between edges (*n* + 1,) by `fixed_energy_component_density`; (*n*,)."""
+    from scipy import special  # takes a while to load
+
+    below = special.betainc(0.5, number - 0.5, np.minimum(edges**2 / number, 1.0))
+    return np.asarray(np.diff(below))
+
+
 def fixed_energy_kurtosis(number: int) -> float:
     """⟨v⁴⟩/⟨v²⟩² of N balls at fixed energy, exact: 2N/(N + 1); 2 for Maxwell-Boltzmann."""
     return 2 * number / (number + 1)

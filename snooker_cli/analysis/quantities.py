@@ -285,6 +285,10 @@ DIFFUSION = Quantity(
     *("diffusion_coefficient", "curve"),
 )
 OF_FIGURES = (
+    Quantity(
+        *("share of fast velocities", "w", "1", "share of fast velocities over that of the law"),
+        *("fast_share", "snapshots"),
+    ),
     Quantity("energy over that at the start", "E/E₀", "1", "energy", "energy_ratio", "curve"),
     Quantity("largest overlap", "δ", "m", "largest overlap", "largest_overlap", "curve"),
     Quantity(

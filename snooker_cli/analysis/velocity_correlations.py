@@ -14,6 +14,7 @@ from snooker_cli.neighbours import near
 from snooker_cli.scene import Scene
 
 BINS = 30  # of distances at most
+FINER = 5.0  # the mean width of a bin in a large container over that of the first
 BINS_OF_DIAMETER = 2  # at most, so that each has some pairs
 MOST_PAIRS, FEWEST_CENTRES, MOST_CENTRES = 400_000, 20, 400
 """Pairs of a state about; balls around which others count, of many an even choice."""
@@ -27,7 +28,21 @@ def distance_edges(scene: Scene) -> Array:
     least = 2 * float(np.min(scene.radii))
     half = min(scene.container.size) / 2 * (1 - 1e-9)  # images are apart
     bins = math.floor((half - least) / least * BINS_OF_DIAMETER)
-    return np.linspace(least, half, min(max(bins, 1), BINS) + 1)
+    if bins <= BINS:
+        return np.linspace(least, half, max(bins, 1) + 1)
+
+    from scipy import optimize  # takes a while to load
+
+    # Widths grow by a factor. The first has enough pairs, and some are near a contact.
+    first = max(least / BINS_OF_DIAMETER, (half - least) / BINS / FINER)
+
+    def beyond(log_scale: float) -> float:
+        scale = first * math.exp(log_scale)
+        return scale * math.expm1(BINS * math.log1p(first / scale)) - (half - least)
+
+    scale = first * math.exp(optimize.brentq(beyond, -5.0, 20.0))
+    ways = scale * np.expm1(np.arange(BINS) * math.log1p(first / scale))
+    return np.append(least + ways, half)
 
 
 def pair_sums(positions: Array, velocities: Array, scene: Scene, edges: Array) -> Array:

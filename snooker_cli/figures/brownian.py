@@ -27,6 +27,7 @@ from snooker_cli.figures.figure_data import (
     thinned,
 )
 from snooker_cli.formatting import short
+from snooker_cli.scene import EPSILON
 
 BALL = 0  # the tagged ball. Single balls with a position come first, so that it is one of them.
 FARTHEST, LAGS = 8.0, 50  # the last lag of velocities, in relaxation times; their number
@@ -37,8 +38,10 @@ SLOPE, OF_TWO, SHORTEST = (5.0, 10.0), 3, -20
 """Lags between which the displacement gives D, in relaxation times; lags from one to its double,
 and number of the first lag, which is 0.05 relaxation times, counted from that of 5."""
 
+CLEAR = 2.0  # errors from zero from which on a logarithm is drawn
+
 DOT = 0.25  # a path of less than this share of its container is shown without it
-COLOURS = 24  # parts of a path, each with the colour of its time
+COLOURS = 12  # parts of a path at most, each with the colour of its time
 
 
 def tagged_path(build: FigureBuilder) -> FigureData:
@@ -56,7 +59,7 @@ def tagged_path(build: FigureBuilder) -> FigureData:
     else:
         corners = container.outline[np.arange(-1, len(container.outline))].T
         build.lines.append(Line(corners[0], corners[1], container.title, NEUTRAL, MEASURED))
-    even = np.linspace(0.0, shown[-1], COLOURS + 1)[1:]
+    even = _round_times(float(shown[-1]))
     ends = np.unique(np.append(0, np.maximum(np.searchsorted(shown, even), 1)))
     parts = [*pairwise(ends.tolist())]
     for series, (first, last) in enumerate(parts):
@@ -67,12 +70,22 @@ def tagged_path(build: FigureBuilder) -> FigureData:
         Points(x[-1:], y[-1:], label="end", series=NEUTRAL),
     ]
     build.record(point, time=trace.stop.time, distance=distance, collisions=len(times) - 2)
+    build.headline = f"{short(distance)} m from its start after {short(trace.stop.time)} s"
     return build.figure(
         f"The first repeat, with every collision of the ball.{around}",
         shades=[series / max(len(parts) - 1, 1) for series in range(len(parts))],
-        scale=[short(float(shown[last]), 2) for _, last in parts],
+        scale=[short(float(even[np.argmin(np.abs(even - shown[last]))])) for _, last in parts],
         scale_label="time (s)",
     )
+
+
+def _round_times(end: float) -> Array:
+    """Up to ``COLOURS`` times after the start, s: multiples of 1, 2 or 5 times a power of ten."""
+    decade = 10.0 ** math.floor(math.log10(end / COLOURS))
+    step = next(
+        step for step in (decade, 2 * decade, 5 * decade, 10 * decade) if end <= COLOURS * step
+    )
+    return np.append(np.arange(step, end * (1 - EPSILON), step), end)
 
 
 def mean_squared_displacement(build: FigureBuilder) -> FigureData:
@@ -106,7 +119,8 @@ def mean_squared_displacement(build: FigureBuilder) -> FigureData:
         panel.append(Points(lags / tau, mean, errors, None, index))
         low, high = -SHORTEST, OF_TWO - SHORTEST
         rises = (rows[:, high] - rows[:, low]) / (4 * (lags[high] - lags[low]))
-        _add(build, point, index, lags / tau, rows, rises)
+        build.add_points(index, build.label(point), lags / tau, rows)
+        _record(build, point, rises)
     build.lines += [
         *(Reference("y", most, name) for most, name in limits.items()),
         legend_line("Langevin's equation, Enskog's τ", BY_THEORY),
@@ -139,16 +153,19 @@ def velocity_autocorrelation(build: FigureBuilder) -> FigureData:
         integrals = np.trapezoid(rows, lags, axis=1) / 2
         # ⟨v²⟩ is that of the same samples, so that the curve begins at 1.
         square = float(rows[:, 0].mean())
-        mean, errors = rows.mean(axis=0) / square, standard_errors(rows / square)
+        mean = rows.mean(axis=0) / square
+        errors = standard_errors((rows - mean * rows[:, :1]) / square)  # of a ratio of means
         panel.append(Points(delays, mean - law, errors, None, index))
-        known = ~(mean <= np.nan_to_num(errors))  # a logarithm of noise shows nothing
-        until = len(mean) if known.all() else int(np.argmin(known))
-        _add(build, point, index, delays[:until], rows[:, :until] / square, integrals)
+        known = ~(mean <= CLEAR * np.nan_to_num(errors))  # a logarithm of noise shows nothing
+        until = slice(len(mean) if known.all() else int(np.argmin(known)))
+        label = build.label(point) or "simulation"
+        build.lines.append(Points(delays[until], mean[until], errors[until], label, index))
+        _record(build, point, integrals)
         build.records[-1]["mean_square_speed"] = square
     build.lines.append(legend_line("exp(−t/τ) with Enskog's τ", BY_THEORY))
     return build.figure(
-        f"D is half of the integral times ⟨v(0)²⟩. {_tagged(tagged)} A curve ends where it is "
-        "within its error of zero; below: all of it, less exp(−t/τ).",
+        f"D is half of the integral times ⟨v(0)²⟩. {_tagged(tagged)} Markers end where they are "
+        f"within {CLEAR:g} errors of zero; below: all of them, less exp(−t/τ).",
         panel=tuple(panel),
         panel_label="less exp(−t/τ)",
     )
@@ -189,11 +206,8 @@ def _repeats(build: FigureBuilder, point: Point, lags: Array, tagged: set[int]) 
     return np.array(rows).transpose(1, 0, 2)
 
 
-def _add(
-    build: FigureBuilder, point: Point, index: int, x: Array, rows: Array, constants: Array
-) -> None:
-    """Add the means of a point, and what its repeats (*repeats*,) have as D, m²/s."""
-    build.add_points(index, build.label(point), x, rows)
+def _record(build: FigureBuilder, point: Point, constants: Array) -> None:
+    """Record what the repeats (*repeats*,) of a point have as D, m²/s, beside theory."""
     constant, theory = mean_and_error(constants), _theory(build, point)
     build.cite(quantities.DIFFUSION, theories.ENSKOG)
     numbers: dict[str, Any] = {f"theory_{key}": value for key, value in theory._asdict().items()}

@@ -85,4 +85,4 @@ def _constants(points: Sequence[Point]) -> Iterator[str]:
             continue  # not a key of these balls
         is_default = first is None or first == Circle.name or (key == "wall_cor" and not wall)
         if not others and not is_default:
-            yield described(points[0], key)
+            yield described(points[0], key, SCENE_WORDS)

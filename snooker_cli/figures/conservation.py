@@ -27,6 +27,7 @@ from snooker_cli.figures.figure_data import (
     more_than_a_decade,
 )
 from snooker_cli.figures.series import elastic
+from snooker_cli.formatting import percent, short
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import Trace
 
@@ -49,7 +50,7 @@ def energy(build: FigureBuilder) -> FigureData:
     Beside points that lose energy, the change of the others is in a panel. The reproduction has
     energies alone.
     """
-    changes, log = build.for_panel(), False
+    changes, log, means = build.for_panel(), False, list[Course]()
     kept, top = [], 1.0
     for index, point in enumerate(build.points):
         falling = course(build.measurement(point), "kinetic_energy")
@@ -63,6 +64,7 @@ def energy(build: FigureBuilder) -> FigureData:
             times, rows = build.add_mean_course(index, point, curves)
             log |= more_than_a_decade(ratio for _, ratio in curves)
             top = max(top, *(float(ratio.max()) for _, ratio in curves))
+        means.append((times, rows.mean(axis=0)))
         build.record(
             point,
             elastic=elastic(point),
@@ -70,6 +72,8 @@ def energy(build: FigureBuilder) -> FigureData:
             time=float(times[-1]),
             largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves),
         )
+    if not all(record["elastic"] for record in build.records):
+        build.headline = _left(means)
     axes: dict[str, Any] = {"logarithmic": log}
     if not log:
         axes["y_limits"] = 0.0, MORE * top
@@ -82,6 +86,8 @@ def energy(build: FigureBuilder) -> FigureData:
         build.lines, build.bands, build.singles = changes.lines, changes.bands, changes.singles
         build.lines += rounding
         build.brief, build.fewest, build.result = changes.brief, changes.fewest, ENERGY_CHANGE
+        largest = max(record["largest_deviation"] for record in build.records)
+        build.headline = f"at most {short(largest, 1)} of it"
         build.shows = "The change of the total kinetic energy, over the energy at the start."
         build.fields = {**build.fields, "title": "Change of the kinetic energy"}
         if not all(facts.hold(point.config, *KEPT) for point in kept):
@@ -98,6 +104,14 @@ def energy(build: FigureBuilder) -> FigureData:
         panels=(changes.as_panel(CHANGE_LABEL),),
         **axes,
     )
+
+
+def _left(means: Sequence[Course]) -> str:
+    """How much of the energy is left when the first of the points ends, in a few words."""
+    end = min(float(times[-1]) for times, _ in means)
+    left = sorted(float(np.interp(end, *mean)) for mean in means)
+    amount = " to ".join(dict.fromkeys((percent(left[0]), percent(left[-1]))))
+    return f"{amount} is left after {short(end)} s"
 
 
 DECADES = 100.0  # from this factor on, a falling energy is a power of the time

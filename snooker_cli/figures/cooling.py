@@ -27,6 +27,7 @@ from snooker_cli.analysis.observables import (
 from snooker_cli.analysis.trend import Trend
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
+from snooker_cli.figures.declared_result import beside_theory
 from snooker_cli.figures.figure_builder import LOG_SPREAD, SPREAD, FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
@@ -50,7 +51,7 @@ from snooker_cli.figures.figure_data import (
     mean_of_remaining,
     places,
 )
-from snooker_cli.formatting import point_label, short, with_error
+from snooker_cli.formatting import percent, point_label, short, with_error
 from snooker_cli.laws import Constant
 from snooker_cli.runs.selection import Selection
 from snooker_cli.scene import Scene
@@ -200,16 +201,16 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
 def _title_beside_theory(build: FigureBuilder) -> str:
     """The title, and how far α is from theory where it differs by most errors."""
     points = [layer for layer in build.panel if isinstance(layer, Points)]
-    if not points or min(len(build.repeats(point)) for point in build.points) < FEWEST_TESTED:
+    if not points or build.fewest_repeats < FEWEST_TESTED:
         return build.title
     logs, errors, cors = np.concatenate([[one.y, one.y_error, one.x] for one in points], axis=1)
     in_errors = np.abs(np.expm1(logs)) / (errors * np.exp(logs))  # of α itself, as in findings
     place = int(np.argmax(in_errors))
     if not in_errors[place] > MOST_ERRORS:
         return f"{build.title}: agrees with theory"
-    share = short(100 * abs(float(np.expm1(logs[place]))), 2)
+    share = percent(abs(float(np.expm1(logs[place]))))
     side = "above" if logs[place] > 0 else "below"
-    return f"{build.title}: {share} % {side} theory at CoR {cors[place]:g}"
+    return f"{build.title}: {share} {side} theory at CoR {cors[place]:g}"
 
 
 def _loses_alike(point: Point) -> bool:
@@ -360,7 +361,8 @@ def cooling(build: FigureBuilder) -> FigureData:
         if drawn:
             text, style = _HAFF["floor"]
             build.lines.append(legend_line(text.format(**words), style))
-    elif math.isfinite(holds):
+    build.headline = _law_holds(build, decays)
+    if not several and math.isfinite(holds):
         build.lines.append(Reference("x", holds, "Haff's law is refused"))
     return build.figure(
         " ".join(filter(None, _cooling_sentences(build, drawn, kept))),
@@ -368,6 +370,19 @@ def cooling(build: FigureBuilder) -> FigureData:
         panels=(Panel(tuple(rate), f"−d ln E/dt ({unit})", log=True),),
         **labels,
     )
+
+
+def _law_holds(build: FigureBuilder, decays: Sequence[_LocalDecay]) -> str:
+    """Whether Haff's law is refused, in a few words; of one point also how far α is from theory."""
+    refused = [decay.holds for decay in decays if math.isfinite(decay.holds)]
+    if len(decays) > 1:
+        return f"refused at {len(refused)} of {len(decays)} points" if refused else "not refused"
+    if refused:
+        return f"refused from {short(refused[0])} s on"
+    assert build.result is not None
+    residuals = [point for row in build.records if (point := build.result.residual(row))]
+    beside = beside_theory(residuals, build.fewest_repeats)
+    return f"not refused; α {beside}" if beside else "not refused"
 
 
 def _cooling_sentences(build: FigureBuilder, drawn: Collection[str], kept: str) -> Iterator[str]:

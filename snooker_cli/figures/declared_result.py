@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from snooker_cli.analysis.findings import FEWEST_TESTED, TOO_FEW
+from snooker_cli.analysis.findings import FEWEST_TESTED, MOST_ERRORS, TOO_FEW
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity
 from snooker_cli.figures.figure_data import Layer, Points
-from snooker_cli.formatting import short, with_error
+from snooker_cli.formatting import percent, short, with_error
 
 UNITS = {"1/s": "s⁻¹", "Pa m": "Pa·m", "J/(m s)": "J m⁻¹ s⁻¹"}
 """The units of tables as axes and captions print them, where they differ."""
@@ -69,11 +69,14 @@ class Result(NamedTuple):
         names = {"number": self.number, "theory": self.theory}
         return {"quantity": self.quantity, "unit": self.unit, **names}
 
-    def sentence(self, rows: Sequence[Mapping[str, Any]], places: Sequence[str]) -> str:
+    def sentence(
+        self, rows: Sequence[Mapping[str, Any]], places: Sequence[str], repeats: int
+    ) -> str:
         """The result of one row, or the least and the largest of several; empty without any.
 
         rows : the numbers of the figure, or those of each point
         places : the points in words
+        repeats : of a point at least
         """
         pairs = zip(rows, places, strict=True)
         known = [(row, place) for row, place in pairs if math.isfinite(self._mean(row))]
@@ -83,9 +86,7 @@ class Result(NamedTuple):
         low, high = (self._value(row) for row, _ in (least, most))
         name = f"{self.name} {self.when}".rstrip()
         if len(rows) == 1:
-            theory = rows[0].get(self.theory)
-            beside = f" (theory: {short(theory, 4)}{self._unit})" if theory is not None else ""
-            return f"{name} = {low}{beside}."
+            return f"{name} = {low}{self._beside_theory(rows[0], repeats)}."
         missing = len(rows) - len(known)
         without = f"; {missing} of {len(rows)} points have no such value" if missing else ""
         if len(known) == 1:
@@ -97,9 +98,25 @@ class Result(NamedTuple):
             )
         return f"{name} is between {low} ({least[1]}) and {high} ({most[1]}){without}."
 
-    @property
-    def _unit(self) -> str:
-        return f" {self.unit}" if self.unit else ""
+    def _beside_theory(self, row: Mapping[str, Any], repeats: int) -> str:
+        """The theory of a row, and how many standard errors the result is from it, in brackets."""
+        theory, error = row.get(self.theory), row.get(f"{self.number}_error") or 0.0
+        if theory is None:
+            return ""
+        unit = f" {self.unit}" if self.unit else ""
+        apart = ""
+        if error > 0 and repeats >= FEWEST_TESTED:
+            apart = f", {abs(self._mean(row) - theory) / error:.1f} errors away"
+        return f" (theory: {short(theory, 4)}{unit}{apart})"
+
+    def residual(self, row: Mapping[str, Any]) -> Points | None:
+        """ln(result/theory) of a row with its standard error; ``None`` without both."""
+        mean, theory = self._mean(row), row.get(self.theory)
+        error = row.get(f"{self.number}_error")
+        if theory is None or error is None or not mean / theory > 0:
+            return None
+        x, y, bar = np.zeros(1), np.log([mean / theory]), np.array([error / abs(mean)])
+        return Points(x, y, bar)
 
     def _mean(self, row: Mapping[str, Any]) -> float:
         value = row.get(self.number)
@@ -107,16 +124,19 @@ class Result(NamedTuple):
 
     def _value(self, row: Mapping[str, Any]) -> str:
         mean, error = self._mean(row), row.get(f"{self.number}_error")
+        if error is not None and math.isnan(error):  # of one repeat
+            return f"{short(mean)} {self.unit}".rstrip()
         exact = error is None or not error > ROUNDING * abs(mean)
         return with_error(mean, None if exact else error, self.unit)
 
 
 class _Deviation(NamedTuple):
-    """ln(result/theory), its standard error, and the series."""
+    """ln(result/theory), its standard error, the series, and the place on the x axis."""
 
     residual: float
     error: float
     series: int
+    x: float
 
     @property
     def percent(self) -> tuple[float, float]:
@@ -125,54 +145,99 @@ class _Deviation(NamedTuple):
             share, factor = float(np.expm1(self.residual)), float(np.exp(self.residual))
         return 100 * share, 100 * factor * self.error
 
+    @property
+    def in_errors(self) -> float:
+        """The share over its error; 0 without one."""
+        share, error = self.percent
+        return abs(share) / error if error > 0 else 0.0
 
-def _largest(points: Sequence[Points]) -> tuple[_Deviation, _Deviation]:
+
+def _deviations(panel: Sequence[Layer]) -> list[_Deviation]:
+    """The residuals of a panel; an error is nan without one."""
+    return [
+        _Deviation(y, error, layer.series, x)
+        for layer in panel
+        if isinstance(layer, Points) and layer.y_error is not None
+        for x, y, error in np.column_stack([layer.x, layer.y, layer.y_error]).tolist()
+        if math.isfinite(y)
+    ]
+
+
+def _largest(found: Sequence[_Deviation]) -> tuple[_Deviation, _Deviation]:
     """The residual that is largest in errors, and the one that is largest by itself.
 
     Without errors both are the second.
     """
-    y = np.concatenate([layer.y for layer in points])
-    error = np.concatenate([layer.y_error for layer in points if layer.y_error is not None])
-    series = np.concatenate([np.full(len(layer.y), layer.series) for layer in points])
-    has_error, size = np.isfinite(error) & (error > 0), np.nan_to_num(np.abs(y))
-    in_errors = np.where(has_error, size / np.where(has_error, error, 1.0), -1.0)
-    places = int(np.argmax(in_errors if np.any(has_error) else size)), int(np.argmax(size))
-    first, second = (_Deviation(float(y[k]), float(error[k]), int(series[k])) for k in places)
-    return first, second
+    largest = max(found, key=lambda deviation: abs(deviation.residual))
+    first = max(found, key=lambda deviation: deviation.in_errors)
+    return first if first.in_errors else largest, largest
 
 
 def deviations(panel: Sequence[Layer]) -> dict[str, Any]:
     """The numbers of a panel of residuals: how many, and the largest in errors in %; or nothing."""
-    points = [layer for layer in panel if isinstance(layer, Points)]
-    if not points:
+    found = _deviations(panel)
+    if not found:
         return {}
-    share, error = _largest(points)[0].percent
-    number = sum(len(layer.x) for layer in points)
-    return {"residuals": number, "largest_residual": share, "largest_residual_error": error}
+    share, error = _largest(found)[0].percent
+    return {"residuals": len(found), "largest_residual": share, "largest_residual_error": error}
 
 
 def deviation_sentence(
-    panel: Sequence[Layer], names: Mapping[int, str], repeats: int = FEWEST_TESTED
+    panel: Sequence[Layer],
+    names: Mapping[int, str],
+    axis: str = "",
+    repeats: int = FEWEST_TESTED,
 ) -> str:
     """A sentence on the residuals of a panel; empty without any.
 
     names : of series
+    axis : the label of the x axis; empty if x has no meaning
     repeats : of a point at least; few do not count errors, as in findings
     """
-    points = [layer for layer in panel if isinstance(layer, Points)]
-    if not points:
+    found = _deviations(panel)
+    if not found:
         return ""
-    number, several = sum(len(layer.x) for layer in points), len({layer.series for layer in points})
-    shown = names if several > 1 else {}
-    values = [_described(deviation, shown, repeats) for deviation in _largest(points)]
-    if number == 1:
+    values = []
+    for deviation in _largest(found):
+        several = {other.series for other in found} != {deviation.series}
+        where = [names.get(deviation.series, "")] * several
+        where += [_place(axis, deviation.x)] * (axis != "" and len(found) > 1)
+        values.append(_described(deviation, [*filter(None, where)], repeats))
+    if len(found) == 1:
         return f"The deviation from theory is {values[0]}."
-    text = f"Of {number} deviations from theory, the most significant is {values[0]}"
+    text = f"Of {len(found)} deviations from theory, the most significant is {values[0]}"
     return f"{text}." if values[0] == values[1] else f"{text}, and the largest {values[1]}."
 
 
-def _described(deviation: _Deviation, names: Mapping[int, str], repeats: int) -> str:
-    """A deviation in %, or as a factor, and in errors; and which series it is of."""
+def beside_theory(panel: Sequence[Layer], repeats: int) -> str:
+    """How far results are from theory, for a title; empty without a test.
+
+    The largest deviation by more than ``MOST_ERRORS``. Without one, within which share all are.
+    """
+    found = [deviation for deviation in _deviations(panel) if deviation.error > 0]
+    if not found or repeats < FEWEST_TESTED:
+        return ""
+    beyond = [deviation for deviation in found if deviation.in_errors > MOST_ERRORS]
+    (largest,) = sorted(beyond or found, key=lambda deviation: abs(deviation.residual))[-1:]
+    share, error = largest.percent
+    if not 1 / FACTOR < 1 + share / 100 < FACTOR:
+        return f"{'up to ' * (len(found) > 1)}{short(1 + share / 100, 2)} times theory"
+    side = "above" if share > 0 else "below"
+    if len(found) == 1:
+        return f"{with_error(abs(share), error, '%')} {side} theory"
+    if not beyond:
+        return f"within {percent(abs(share) / 100)} of theory"
+    return f"up to {percent(abs(share) / 100)} {side} theory"
+
+
+def _place(axis: str, x: float) -> str:
+    """A place on an axis in words: ``ball radius 0.2 m``."""
+    name, _, unit = axis.partition(" (")
+    return f"{name} {short(x)} {unit.removesuffix(')')}".rstrip()
+
+
+def _described(deviation: _Deviation, where: Sequence[str], repeats: int) -> str:
+    """A deviation in %, or as a factor, and in errors; and where it is."""
     share, error = deviation.percent
     value = with_error(share, error, "%")
     if not 1 / FACTOR < 1 + share / 100 < FACTOR:
@@ -181,8 +246,6 @@ def _described(deviation: _Deviation, names: Mapping[int, str], repeats: int) ->
     if deviation.error > 0 and repeats < FEWEST_TESTED:
         about.append(TOO_FEW)
     elif deviation.error > 0:
-        of_logarithm = f"{abs(deviation.residual / deviation.error):.1f} errors"
-        same = of_logarithm == f"{abs(share / error):.1f} errors"
-        about.append(of_logarithm if same else f"{of_logarithm} of its logarithm")
-    about += [names[deviation.series]] if deviation.series in names else []
+        about.append(f"{deviation.in_errors:.1f} errors")
+    about += where
     return value + f" ({', '.join(about)})" * bool(about)

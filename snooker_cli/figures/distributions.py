@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -25,6 +25,7 @@ from snooker_cli.analysis.structure import over_time
 from snooker_cli.config import Point
 from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
+from snooker_cli.figures.declared_result import Result, beside_theory
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
@@ -40,7 +41,7 @@ from snooker_cli.figures.figure_data import (
     legend_marker,
 )
 from snooker_cli.figures.series import elastic, gas_type_of
-from snooker_cli.formatting import chance, short
+from snooker_cli.formatting import chance, percent, short
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace
 
@@ -152,7 +153,8 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         g = partial(structure.pair_correlation, edges=edges)
         rows = np.array([_mean(g, trace, parts) for trace in build.traces(point)])
         middle, label = (edges[1:] + edges[:-1]) / 2 / diameter, build.label(point) or "simulation"
-        build.add_means(index, label, middle, rows)
+        states = len(rows) * len(parts)
+        build.add_means(index, label, *_broader(middle, rows, edges, scene, states), MEASURED)
         if not facts.hold(scene, *theories.FINITE_FLUID):
             build.record(point, contact=None, theory=None)
             continue
@@ -175,6 +177,7 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
     if len(kinds) > 1:
         when = "Elastic points: mean over the second half; others: the last state"
     caption = f"{when} of each repeat."
+    build.singles = build.singles if len(build.points) == 1 else []  # they hide the means
     markers = [layer for layer in build.lines if isinstance(layer, Points)]
     for filled, name in ((True, "g(σ⁺)"), (False, theories.CHI)):
         if any(marker.filled is filled for marker in markers):
@@ -183,6 +186,29 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         caption += " g(σ⁺) is from a straight line through the two bins beside contact."
     x_label = f"distance / {unit_of_distance(build)}"
     return build.figure(caption, x_label=x_label, x_limits=(CLOSEST * nearest, None))
+
+
+ENOUGH_PAIRS = 50  # of a bin beside contact, so that it is known to about a seventh
+MOST_BINS = 3  # that one place of the curve is a mean of
+
+
+def _broader(
+    middle: Array, rows: Array, edges: Array, scene: Scene, states: int
+) -> tuple[Array, Array]:
+    """Middles (*k*,) and rows (*n*, *k*) of fewer bins, if those of few states have few pairs."""
+    width, density = float(np.diff(edges).mean()), scene.number / scene.container.area
+    shell = 2 * math.pi * 2 * float(np.mean(scene.radii)) * width
+    pairs = states * scene.number * density * shell / 2
+    share = min(MOST_BINS, math.ceil(ENOUGH_PAIRS / pairs))
+    first = int(np.argmax(rows.mean(axis=0) > 0))
+    last = first + (len(middle) - first) // share * share
+    joined = [
+        column[..., first:last].reshape(*column.shape[:-1], -1, share).mean(axis=-1)
+        for column in (middle, rows)
+    ]
+    before = (column[..., :first] for column in (middle, rows))
+    x, g = (np.concatenate(pair, axis=-1) for pair in zip(before, joined, strict=True))
+    return x, g
 
 
 def unit_of_distance(build: FigureBuilder) -> str:
@@ -275,6 +301,8 @@ def speeds(build: FigureBuilder) -> FigureData:
         few |= bool(np.any(counts[:used] < len(POISSON)))
         if not crowded:
             build.add_histogram(index, point, edges[: used + 1] * unit, heights, errors)
+            if len(build.points) > 1 and not build.source:  # they would hide each other
+                build.bands = []
         free = independent_velocities(scene) if theories.FIXED in of_scene else None
         laws[free, unit] = None
         # The largest difference of cumulative shares, at the bins' edges.
@@ -299,7 +327,8 @@ def speeds(build: FigureBuilder) -> FigureData:
         )
     counted = [row["speeds"] for row in build.records]
     span = " to ".join(f"{number:,}" for number in sorted({min(counted), max(counted)}))
-    build.errors = f"Bars and bands: standard errors of {span} independent speeds."
+    what = "Bars and bands" if build.bands else "Bars"
+    build.errors = f"{what}: standard errors of {span} independent speeds."
     build.errors += f" {FEW_WORDS}" * few
     of_law = "law at fixed energy" if fixed else "Maxwell's law"
     if crowded:
@@ -345,6 +374,7 @@ def _test_of_law(build: FigureBuilder) -> str:
     where = f" ({build.places[[row['probability'] for row in build.records].index(least)]})"
     of_points = f"{where}, the least of {number} points" if number > 1 else ""
     refused = number * least < LEAST_PROBABILITY
+    build.headline = f"the law at fixed energy is {'' if refused else 'not '}refused"
     return (
         f"Independent speeds of the law have D as large with {chance(least)}{of_points}: the law "
         f"is {'' if refused else 'not '}refused."
@@ -363,6 +393,7 @@ def count_errors(counts: Array, errors: Array) -> Array:
     return np.where(few, POISSON[np.where(few, counts, 0).astype(int)], errors)
 
 
+TAIL = 1.5  # reduced velocity from which on the tail is counted
 TAIL_BIN = 0.25  # of reduced velocities, whose Maxwell's law has the width 1/√2
 FEWEST_BALLS = 5  # of a species beside others; T of fewer follows each ball too closely
 TAIL_STATES = 400  # of all repeats of a point, at most
@@ -373,7 +404,11 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
 
     Each species of a mixture has a law and a temperature of its own.
     """
-    farthest, mixed, few = 0.0, False, False
+    farthest, mixed, few, number = 0.0, False, False, _balls_at_fixed_energy(build)
+    shares = theory.maxwell_component_share
+    if number is not None:
+        shares = partial(theory.fixed_energy_component_share, number=number)
+    beyond_tail = float(shares(np.array([TAIL, np.inf]))[0])
     for point in build.points:
         scene = build.start(point)
         names = [None] if facts.hold(scene, "equal_balls") else structure.species_names(scene)
@@ -386,17 +421,28 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
         for name, of_species in itertools.compress(of_all, enough):
             index = len(build.records)
             label = ", ".join(filter(None, [build.label(point), name])) or None
-            counts, edges = _add_tail(build, index, label, of_species)
+            counts, edges = _add_tail(build, index, label, of_species, shares)
             farthest = max(farthest, float(edges[1:][counts > 0].max(initial=0.0)))
             few |= bool(np.any(counts[counts > 0] < len(POISSON)))
             largest = max(float(np.max(values)) for values in of_species)
-            build.record(point, species=name, velocities=sum(map(len, of_species)), largest=largest)
+            beyond = np.array([np.mean(values > TAIL) for values in of_species]) / beyond_tail
+            build.record(
+                point,
+                species=name,
+                velocities=sum(map(len, of_species)),
+                largest=largest,
+                beyond=mean_and_error(beyond),
+                theory=1.0,
+            )
     if farthest == 0.0:
         raise FigureError("nothing moves in its states, so there is no law of velocities")
     c = np.linspace(0.0, farthest, 160)
-    build.lines.append(
-        Line(c, theory.maxwell_component_density(c), "Maxwell's law", NEUTRAL, BY_THEORY)
-    )
+    maxwell, style = theory.maxwell_component_density(c), BY_THEORY
+    if number is not None:
+        exact, style = theory.fixed_energy_component_density(c, number), EXTRAPOLATED
+        name = f"fixed energy, {number} free balls"
+        build.lines.append(Line(c, exact, name, NEUTRAL, BY_THEORY))
+    build.lines.append(Line(c, maxwell, "Maxwell's law", NEUTRAL, style))
     when = "States of the second half of each repeat."
     whose = "each species" if mixed else "the gas"
     if not all(map(elastic, build.points)):
@@ -406,13 +452,38 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
         )
     elif mixed:
         when += f" T is that of {whose}."
-    return build.figure(f"{when} {FEW_WORDS * few}".rstrip(), panel_label="ln(density / law)")
+    law = "Maxwell's law" if number is None else "the law at fixed energy"
+    tail = f"Fast is beyond {TAIL:g}; {law} has {percent(beyond_tail)} there."
+    build.result = Result("share of fast velocities", "beyond", theory="theory")
+    build.headline = beside_theory(
+        [tested for row in build.records if (tested := build.result.residual(row))],
+        build.fewest_repeats,
+    ).replace("theory", law)
+    return build.figure(
+        f"{tail} {when} {FEW_WORDS * few}".rstrip(), panel_label="ln(density / law)"
+    )
+
+
+def _balls_at_fixed_energy(build: FigureBuilder) -> int | None:
+    """The number of balls in the law at fixed energy, if it is that of all points."""
+    starts = [build.start(point) for point in build.points]
+    if not all(theories.FIXED in theories.speed_laws(scene) for scene in starts):
+        return None
+    numbers = {independent_velocities(scene) for scene in starts}
+    return min(numbers) if len(numbers) == 1 else None
 
 
 def _add_tail(
-    build: FigureBuilder, index: int, label: str | None, repeats: Sequence[Array]
+    build: FigureBuilder,
+    index: int,
+    label: str | None,
+    repeats: Sequence[Array],
+    shares: Callable[[Array], Array],
 ) -> tuple[Array, Array]:
-    """Add the shares of reduced components of balls in each repeat; counts and edges of bins."""
+    """Add the shares of reduced components of balls in each repeat; counts and edges of bins.
+
+    shares : those of the law between edges
+    """
     largest = max(float(np.max(values)) for values in repeats)
     edges = np.arange(math.ceil(largest / TAIL_BIN) + 1, dtype=np.float64) * TAIL_BIN
     counts = np.array([np.histogram(values, edges)[0] for values in repeats])
@@ -424,8 +495,7 @@ def _add_tail(
     unit = mean / total[filled]
     errors = count_errors(total[filled], standard_errors(rows[:, filled]) / unit) * unit
     build.lines.append(Points(middle, mean, errors, label or "simulation", index))
-    maxwell = theory.maxwell_component_share(edges) / (2 * TAIL_BIN)
-    build.add_residuals(index, middle, mean, errors, maxwell[filled])
+    build.add_residuals(index, middle, mean, errors, shares(edges)[filled] / (2 * TAIL_BIN))
     return total, edges
 
 

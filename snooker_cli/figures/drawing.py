@@ -1,5 +1,6 @@
 """Figure data -> a matplotlib figure and its files, without pyplot and its global state."""
 
+import itertools
 import json
 import textwrap
 from collections.abc import Sequence
@@ -45,6 +46,7 @@ with out_of_sight("matplotlibrc"):
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
+    from matplotlib.transforms import ScaledTranslation
 
 HEIGHT = 2.4  # height of a figure with a title of one line and nothing else around the axes, inches
 PANEL_HEIGHT = 0.8  # height of a panel with its distance from the axes above, inches
@@ -119,7 +121,36 @@ def _added(axes: Axes, data: FigureData, layers: Sequence[Layer]) -> list[tuple[
     """Draw layers from the back to the front; each with its artist for the legend."""
     markers = sum(len(layer.x) for layer in layers if isinstance(layer, Points))
     size = 2.8 if markers > MANY_MARKERS else 4.0
-    return [(layer, _artist(axes, layer, depth, data, size)) for depth, layer in enumerate(layers)]
+    drawn = [(layer, _artist(axes, layer, depth, data, size)) for depth, layer in enumerate(layers)]
+    if layers is not data.layers:
+        _set_apart(axes, [(layer, bars) for layer, bars in drawn if isinstance(layer, Points)])
+    return drawn
+
+
+APART = 4.0  # distance of markers of several series at one x of a panel, in points
+WIDEST = 14.0  # way from the first of them to the last
+
+
+def _set_apart(axes: Axes, drawn: Sequence[tuple[Points, Any]]) -> None:
+    """Move markers of several series at one x sideways, as far as each can be seen.
+
+    Axes of residuals have all of them near zero; the x of their numbers stays.
+    """
+    of_series = {layer.series: layer.x for layer, _ in drawn if len(layer.x)}
+    if not any(np.isin(x, y).any() for x, y in itertools.combinations(of_series.values(), 2)):
+        return
+    to_axes = axes.transScale + axes.transLimits
+    columns = [np.column_stack([x, np.ones_like(x)]) for x in of_series.values() if len(x) > 1]
+    gaps = [np.min(np.abs(np.diff(to_axes.transform(column)[:, 0]))) for column in columns]
+    between = min(gaps, default=1.0) * axes.bbox.width / axes.figure.dpi * 72
+    step = min(APART, min(WIDEST, between / 2) / (len(of_series) - 1)) / 72
+    ranks = {series: rank - (len(of_series) - 1) / 2 for rank, series in enumerate(of_series)}
+    for layer, container in drawn:
+        if layer.series in ranks:
+            way = ScaledTranslation(ranks[layer.series] * step, 0, axes.figure.dpi_scale_trans)
+            line, caps, bars = container
+            for artist in (line, *caps, *bars):
+                artist.set_transform(axes.transData + way)
 
 
 def _artist(axes: Axes, layer: Layer, depth: int, data: FigureData, size: float) -> Any:
@@ -152,7 +183,7 @@ def _artist(axes: Axes, layer: Layer, depth: int, data: FigureData, size: float)
                 elinewidth=0.8,
                 marker=marker(series, data),
                 markersize=size,
-                markerfacecolor=common["color"] if layer.filled else "none",
+                markerfacecolor=common["color"] if layer.filled else "white",
                 markeredgewidth=0.7,
                 **common,
             )
@@ -181,8 +212,12 @@ def _scale(axes: Axes, data: FigureData) -> None:
     if data.equal_axes:
         axes.set_aspect("equal", adjustable="datalim")
         axes.autoscale()
+    below = [layer for panel in data.all_panels for layer in panel.layers]
+    farthest = [np.max(layer.x) for layer in below if isinstance(layer, Points) and len(layer.x)]
     for axis, limits in ((axes.xaxis, data.x_limits), (axes.yaxis, data.y_limits)):
         _, highest = axis.get_data_interval()
+        if axis is axes.xaxis:
+            highest = max(highest, *farthest, highest)
         least, most = limits
         if least is not None and most is None and least < highest < np.inf:
             # Matplotlib's margin is a share of the data's span, which may be nothing.

@@ -14,12 +14,14 @@ from snooker_cli.analysis.observables import collisions_per_ball
 from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.cooling import FLOOR_MATTERS, FLOORS, kept_letter
+from snooker_cli.figures.declared_result import beside_theory
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     SECOND,
     Array,
     FigureData,
+    Layer,
     Line,
     LineStyle,
     Points,
@@ -33,7 +35,7 @@ TOO_FAR = 100.0  # from this many times the measured energy on, a theory of it s
 
 _THEORIES: dict[str, tuple[str, LineStyle]] = {
     "theory": ("expected from the counted collisions", BY_THEORY),
-    "theory_above_floor": ("the same above the energy kept by {}", SECOND),
+    "theory_above_floor": ("the same, but {} keeps some energy", SECOND),
     "mean_field": (f"theory, {two_temperatures.MEAN_FIELD}", BY_THEORY),
 }
 """Theories of the energy left: in the legend, and their dashes."""
@@ -46,6 +48,7 @@ def event_decay(build: FigureBuilder) -> FigureData:
     A curve of theory ends where the energy is ``TOO_FAR`` from it.
     """
     kept, drawn, ends = kept_letter(build.points), dict[str, None](), False
+    ends_beside = list[Layer]()
     for index, point in enumerate(build.points):
         measurement = build.measurement(point)
         scene, events = measurement.scene, measurement.calm_events.sum(axis=1)
@@ -80,15 +83,20 @@ def event_decay(build: FigureBuilder) -> FigureData:
         # E(0) is exact.
         build.add_residuals(index, x[1:], mean[1:], error[1:], nearest[1:])
         build.record(point, **record, final_ratio=(mean[-1], error[-1]))
+        if math.isfinite(nearest[-1]):
+            share, ratio = error[-1:] / mean[-1:], np.log(mean[-1:] / nearest[-1:])
+            ends_beside.append(Points(x[-1:], ratio, share, None, index))
     build.lines += [
         legend_line(_THEORIES[name][0].format(kept), _THEORIES[name][1]) for name in drawn
     ]
+    said = beside_theory(ends_beside, build.fewest_repeats)
+    build.headline = f"{said} at the end" if said else ""
     caption = ""
     if "theory" in drawn:
         shared = "(N + ½)" if kept == "L" else "(N − ½)"
         caption += f"A collision takes (1 − e²)E/{shared} by theory."
     if "theory_above_floor" in drawn:
-        caption += f"{FLOORS[kept][:-1]}, counted below."
+        caption += f"{FLOORS[kept][:-1]}, and what is above it is lost: so below."
     if ends:
         caption += f" A curve of theory ends where the energy is {TOO_FAR:g} times as large."
     return build.figure(caption)

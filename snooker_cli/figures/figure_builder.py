@@ -21,6 +21,7 @@ from snooker_cli.figures.axis_limits import beginning_of_decades, farthest
 from snooker_cli.figures.caption_text import Caption, setting, theory_sentence
 from snooker_cli.figures.declared_result import (
     Result,
+    beside_theory,
     deviation_sentence,
     deviations,
 )
@@ -48,7 +49,6 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.series import described, of_label, ranks, scale, spread, two_keys
 from snooker_cli.formatting import counted, short
-from snooker_cli.options import WHERE
 from snooker_cli.runs import RepeatStatus, RunFolder
 from snooker_cli.runs.selection import Selection, statuses, varying
 from snooker_cli.scene import Scene
@@ -59,6 +59,9 @@ SPREAD = "mean ± standard deviation of a repeat"  # what the band of a fit show
 LOG_SPREAD = "mean ± standard deviation of logarithms"  # the same on a logarithmic axis
 FEWEST_STATES = 2  # of a repeat that a figure over time or space can have
 BARS = "Bars: standard errors over the repeats."  # of all markers with errors
+ENERGIES = (
+    "Temperatures are energies: Boltzmann's constant is 1."  # of a figure with a temperature in J
+)
 OVER_THEORY = "ln(result / theory)"  # the y label of a panel of residuals
 MOST_SINGLE = 12  # thin lines of single repeats in a figure at most
 EARLY = 0.8  # share of the median end, before which the end of a repeat is early
@@ -94,6 +97,7 @@ class FigureBuilder:
         points with mean courses, the one with the least share
     errors : what bars and bands are, if not standard errors over the repeats
     beside_theory : whether the caption of the figure itself says the result beside theory
+    headline : the result in a few words, after the title; without it, how far theory is
     key : the swept key that the x axis shows; empty without one
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
@@ -121,6 +125,7 @@ class FigureBuilder:
     fewest: tuple[int, int] = (1, 1)
     errors: str = ""
     beside_theory: bool = False
+    headline: str = ""
     key: str = ""
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
@@ -240,13 +245,18 @@ class FigureBuilder:
         if self.result is None or self.beside_theory:
             return ""
         if self.result.number in numbers:
-            return self.result.sentence([numbers], [""])
-        return self.result.sentence(self.records, self.places)
+            return self.result.sentence([numbers], [""], self.fewest_repeats)
+        return self.result.sentence(self.records, self.places, self.fewest_repeats)
+
+    @property
+    def fewest_repeats(self) -> int:
+        """Repeats that the point with the fewest has."""
+        return min(len(self.repeats(point)) for point in self.points)
 
     def _choice(self) -> str:
         """Sentences if there are more points or repeats than the figure uses."""
         shown, used = len(self.points), [len(self.repeats(point)) for point in self.points]
-        points = f"{shown} of {self.total} points; choose with {WHERE.name}." * (shown < self.total)
+        points = f"Shown: {shown} of {self.total} points." * (shown < self.total)
         if used == [len(self.statuses(point)) for point in self.points]:
             return points
         number = " to ".join(map(str, sorted({min(used), max(used)})))
@@ -275,12 +285,14 @@ class FigureBuilder:
             + "."
         )
 
-    def _largest_deviation(self, panel_label: str) -> str:
+    def _largest_deviation(self, panel_label: str, axis: str) -> str:
         """A sentence on the residuals, unless the caption has one already."""
         residuals = self.results or self.panel * (panel_label == OVER_THEORY)
         names = {_owner(line): line.label for line in self.lines if line.label}
-        repeats = min(len(self.repeats(point)) for point in self.points)
-        return "" if self.beside_theory else deviation_sentence(residuals, names, repeats)
+        if self.beside_theory:
+            return ""
+        axis = "" if self.results else axis
+        return deviation_sentence(residuals, names, axis, self.fewest_repeats)
 
     @property
     def title(self) -> str:
@@ -289,6 +301,29 @@ class FigureBuilder:
         fixed = [key for key in varying(self.run.points) if key not in shown]
         where = _joined(self.points[0], fixed)
         return f"{self.fields['title']}: {where}" if where else self.fields["title"]
+
+    def _beside_theory(self, numbers: Mapping[str, Any], panel_label: str) -> str:
+        """How far the residuals, or else the result, are from theory, in a few words."""
+        tested, symbol = self.results, ""
+        rows = self.records if self.result and self.result.number not in numbers else [numbers]
+        if not tested and panel_label == OVER_THEORY:
+            tested = self.panel
+        elif self.result:
+            symbol = f"{self.result.definition.symbol} "
+            own = map(self.result.residual, rows)
+            tested = tested or [replace(one, series=k) for k, one in enumerate(own) if one]
+        said = beside_theory(tested, self.fewest_repeats)
+        if said and len(tested) == 1 < len(self.places):
+            said += f" at {self.places[_owner(tested[0])]}"
+        return f"{symbol}{said}" if said else ""
+
+    def _title_with_result(self, numbers: Mapping[str, Any], panel_label: str) -> str:
+        """The title, and the result in a few words. Titles of the source report have none."""
+        if self.source:
+            return self.title
+        said = self.headline or self._beside_theory(numbers, panel_label)
+        mark = "," if ":" in self.title else ":"
+        return f"{self.title}{mark} {said}" if said else self.title
 
     def add_mean_course(self, index: int, point: Point, curves: Sequence[Course]) -> Course:
         """`add_means` of curves that have times of their own, at common times."""
@@ -304,8 +339,8 @@ class FigureBuilder:
         """Add the mean of rows (*n*, *x*) of the repeats, the band of its error, and the repeats.
 
         A row is nan where its repeat has ended: the mean goes on with those that remain, with a gap
-        if it jumps. Where fewer than half remain it is thin, and ends there if this is near the
-        end.
+        if it jumps. Where fewer than half remain it is thin. Near the end of all it ends where it
+        would be thin or jump.
 
         Returns the rows of which results are: `lasting`.
         """
@@ -317,8 +352,12 @@ class FigureBuilder:
         mean, error = mean_of_remaining(rows)
         # Where a repeat ends, a mean of few others may jump, which is no event of the gas.
         known = np.isfinite(rows[:, 1:])
-        left = mean_of_remaining(np.where(known, rows[:, :-1], math.nan))[0]
-        jumps = 1 + np.flatnonzero(np.abs(left - mean[:-1]) > error[:-1] / 2)
+        before = mean_of_remaining(np.where(known, rows[:, :-1], math.nan))[0]
+        steps = np.abs(before - mean[:-1])
+        late = 1 + np.flatnonzero((steps > error[:-1] / 4) & (x[1:] >= EARLY * x[-1]))
+        until = int(late[0]) if len(late) else len(x)
+        x, rows, mean, error = (column[..., :until] for column in (x, rows, mean, error))
+        few, jumps = min(few, until), 1 + np.flatnonzero(steps[: until - 1] > error[:-1] / 2)
         few += int(np.count_nonzero(jumps < few))
         times = np.insert(x, jumps, x[jumps])
         mean, error = (np.insert(column, jumps, math.nan) for column in (mean, error))
@@ -481,18 +520,22 @@ class FigureBuilder:
             labels = {layer.label for layer in layers if _owner(layer) != NEUTRAL}
             others = self._series_styles(series, labels - {None}) | others
         if len(owners) == 1:  # entries of the legend alone have the colour of the only series
-            for number, layer in enumerate(layers):
-                if np.size(getattr(layer, "x", 0)) == 0:
-                    layers[number] = replace(layer, series=min(owners))
+            (owner,) = owners
+            layers = [_with_owner(layer, owner) for layer in layers]
+            others["panels"] = tuple(
+                replace(panel, layers=tuple(_with_owner(layer, owner) for layer in panel.layers))
+                for panel in others.get("panels", ())
+            )
         errors = [layer.y_error for layer in layers if isinstance(layer, Points)]
         barred = any(error is not None and np.isfinite(error).any() for error in errors)
         limits = others.get("y_limits", self.fields.get("y_limits", (None, None)))
+        axes = [{**self.fields, **others}[f"{axis}_label"] for axis in "xy"]
         text = Caption(
             shows=[self.shows],
             result=[
                 self._result_sentence(numbers or {}),
                 caption,
-                self._largest_deviation(others.get("panel_label", "")),
+                self._largest_deviation(others.get("panel_label", ""), axes[0]),
             ],
             theory=[
                 theory_sentence(self.cited),
@@ -501,6 +544,7 @@ class FigureBuilder:
             drawn=[
                 self._arrows_sentence(limits[1]),
                 self.errors or BARS * barred,
+                ENERGIES * any("temperature" in axis and "(J)" in axis for axis in axes),
                 self._means_sentence(bool(singles)),
                 self._remaining_sentence(),
                 self._left_out(),
@@ -516,7 +560,11 @@ class FigureBuilder:
                 **({"points": self.records} if self.records else {}),
             },
             result=self.result.as_json() if self.result else {},
-            **{**self.fields, "title": self.title, **others},
+            **{
+                **self.fields,
+                "title": self._title_with_result(numbers or {}, others.get("panel_label", "")),
+                **others,
+            },
         )
 
 
@@ -528,6 +576,11 @@ def _joined(point: Point, keys: Iterable[str]) -> str:
 def _owner(layer: Layer) -> int:
     """The series of a layer."""
     return getattr(layer, "series", NEUTRAL)
+
+
+def _with_owner(layer: Any, owner: int) -> Any:
+    """A layer; if it is an entry of the legend alone, it belongs to this series."""
+    return layer if np.size(getattr(layer, "x", 0)) else replace(layer, series=owner)
 
 
 SAME_CURVE = 1e-3  # share of y by which curves of theory differ that a reader cannot tell apart

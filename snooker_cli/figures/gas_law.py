@@ -33,7 +33,6 @@ from snooker_cli.figures.figure_data import (
     legend_marker,
     mean_of_remaining,
 )
-from snooker_cli.figures.legends import MOST_ENTRIES
 from snooker_cli.figures.series import gas_type_of
 from snooker_cli.formatting import chance, short, with_error
 from snooker_cli.options import WHERE
@@ -61,6 +60,7 @@ class _GasState(NamedTuple):
     number: float
     temperature: float
     area: float
+    meeting_ratio: float
     pressures: Array
     over_ideal: Array
 
@@ -76,7 +76,11 @@ class _GasState(NamedTuple):
         size = self.number, self.radius, container
         if not facts.hold(facts.resized(self.traits, *size), *theories.FINITE_DISKS):
             return math.nan
-        return theory.fluid_state(self.number, self.temperature, *size[1:]).pressure
+        added = theory.fluid_state(self.number, self.temperature, *size[1:]).pressure
+        added -= self.ideal_pressure
+        # Balls meet at the temperature without the energy of what all share, which has few axes.
+        shared = (1 - 1 / self.meeting_ratio) * self.scene.number / self.number
+        return self.ideal_pressure + added / (1 - shared)
 
     @property
     def conditions(self) -> dict[str, float]:
@@ -134,7 +138,8 @@ def pressures(build: FigureBuilder) -> FigureData:
         for state, pressure, ratio in zip(states, means, ratios, strict=True):
             build.record(state.point, **state.conditions, pressure=pressure, over_ideal=ratio)
     build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), BY_THEORY))
-    return build.figure(parts.text)
+    exact = "That of hard disks is proportional to T. " * (axis == "temperature")
+    return build.figure(f"{exact}{parts.text}")
 
 
 def temperature_ratio(build: FigureBuilder) -> FigureData:
@@ -164,7 +169,7 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
 def van_der_waals(build: FigureBuilder) -> FigureData:
     """Van der Waals' b of each point against packing, with theory; b and a of all of them.
 
-    Where the points refuse one b, their trend is drawn instead.
+    Where the points refuse one b, none is drawn.
     """
     parts = CountedParts(build)
     states = [_gas_state(parts, point) for point in build.points]
@@ -220,19 +225,11 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     by_chance = variance_probability(spread, free, sum(len(s.over_ideal) - 1 for s in states))
     numbers["probability"] = by_chance
     if by_chance < LEAST_PROBABILITY:
-        (slope, at_zero), covariance = np.polyfit(
-            packing, excluded, 1, w=1 / excluded_errors, cov="unscaled"
-        )
-        numbers |= {"slope": slope, "slope_error": (error := math.sqrt(covariance[0, 0]))}
-        changes = "falls" if slope < 0 else "rises"
-        name = "trend of the points, a straight line"
-        build.lines.insert(1, Line(grid, at_zero + slope * grid, name, NEUTRAL, SECOND))
-        said = f"One b for all packings is refused ({chance(by_chance)}): b {changes} by"
-        return build.figure(
-            f"{said} {with_error(abs(slope), error)} areas of a disk for a packing of 1. {caption}",
-            numbers=numbers,
-            title=f"Van der Waals' b {changes} with the packing",
-        )
+        first, last = excluded[[np.argmin(packing), np.argmax(packing)]]
+        changes = "falls" if last < first else "rises"
+        build.fields = {**build.fields, "title": f"Van der Waals' b {changes} with the packing"}
+        said = f"One b for all packings is refused ({chance(by_chance)}). {caption}"
+        return build.figure(said, numbers=numbers)
     # The points may differ from the law by more than their errors.
     b_error *= max(1.0, math.sqrt(spread))
     build.lines.insert(1, Reference("y", b, f"b = {short(b)}, fitted to all", SECOND))
@@ -264,12 +261,10 @@ def pressure(build: FigureBuilder) -> FigureData:
         rows = ratio * scene.container.area
         if not np.any(rows > 0):
             raise FigureError("nothing hits the wall, so there is no pressure; run longer")
-        mean, error = mean_of_remaining(rows)
-        bars = error if len(build.points) <= MOST_ENTRIES else None  # many hide each other
+        (mean, error), x = mean_of_remaining(rows), middles(edges)
         build.note_remaining(along[:, -1], edges[-1])
-        build.lines.append(
-            Points(middles(edges), mean, bars, build.label(point) or "simulation", index)
-        )
+        label = build.label(point) or "simulation"
+        build.lines.append(Points(x, mean, error, label, index))
         whole = mean_and_error(measured(gas, quantities.RATIO))
         begin = np.maximum(0.0, curve.time[:, -1].mean() - gas.means.length.mean())
         begins = float(interpolated(np.array([begin]), curve.time, along).mean())
@@ -282,7 +277,7 @@ def pressure(build: FigureBuilder) -> FigureData:
         if law is not None:
             flat = np.array([expected, expected])
             build.lines.append(Line(edges[[0, -1]], flat, None, index, BY_THEORY))
-            build.add_residuals(index, middles(edges), mean, error, np.full(len(mean), expected))
+            build.add_residuals(index, x, mean, error, np.full(len(mean), expected))
             mean_of_all = (np.array([number]) for number in (ends.mean(), *whole, expected))
             means.add_residuals(index, *mean_of_all)
         build.record(
@@ -348,6 +343,8 @@ def _gas_state(parts: CountedParts, point: Point) -> _GasState:
     pressures, over_ideal = gas.pressure, measured(gas, quantities.RATIO)
     if not np.all(pressures > 0):
         raise FigureError("a repeat has no collisions with the wall, so no pressure; run longer")
-    scene, area, number = gas.scene, gas.container.area, gas.number
-    traits, heat = facts.traits_of(scene), float(gas.temperature.mean())
-    return _GasState(point, scene, traits, gas.radius, number, heat, area, pressures, over_ideal)
+    scene, traits, heat = gas.scene, facts.traits_of(gas.scene), float(gas.temperature.mean())
+    size = gas.radius, gas.number, heat, gas.container.area
+    return _GasState(
+        point, scene, traits, *size, float(gas.meeting_ratio.mean()), pressures, over_ideal
+    )

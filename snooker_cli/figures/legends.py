@@ -20,6 +20,7 @@ from snooker_cli.figures.figure_data import (
     Layer,
     Line,
     Points,
+    Reference,
 )
 from snooker_cli.files import out_of_sight
 from snooker_cli.trace import even_choice
@@ -35,7 +36,7 @@ with out_of_sight("matplotlibrc"):
 
 PALEST = 0.5  # share of white in the palest series of a hue
 MOST_ENTRIES = 4  # names of series at lines or in a legend; more shades are a colour scale
-SCALE_TICKS = 9  # values at a colour scale at most
+SCALE_TICKS = 10  # values at a colour scale at most
 LEGEND_SHARE = 0.97  # of the figure's width, for the legend
 
 _COLOURS = matplotlib.color_sequences["petroff10"]
@@ -272,22 +273,36 @@ def entries(
 
     drawn : layers with their artists
     named : names that are at the lines
+
+    What looks alike in several axes has one entry with all names.
     """
-    found: dict[str, tuple[bool, Any]] = {}  # several series may have limits of one name
+    found: dict[str, tuple[bool, Layer, Any]] = {}  # several series may have limits of one name
     elsewhere = is_scaled(data) or bool(data.hue_names)
     for layer, artist in drawn:
         neutral = getattr(layer, "series", NEUTRAL) == NEUTRAL
         if layer.label and layer.label not in named and (neutral or not elsewhere):
-            found.setdefault(layer.label, (neutral, artist))
-    ordered = sorted(found.items(), key=lambda entry: entry[1][0])
-    return [*_of_two_keys(data), *((name, artist) for name, (_, artist) in ordered)]
+            found.setdefault(layer.label, (neutral, layer, artist))
+    alike: dict[Any, tuple[list[str], Any]] = {}
+    for name, (_, layer, artist) in sorted(found.items(), key=lambda entry: entry[1][0]):
+        names, _ = alike.setdefault(_look(layer), ([], artist))
+        names.append(name)
+    return [*_of_two_keys(data), *(("; ".join(names), artist) for names, artist in alike.values())]
+
+
+def _look(layer: Layer) -> tuple[Any, ...]:
+    """What a reader sees of a layer's entry in the legend: kind, series, dashes or filling."""
+    owner = getattr(layer, "series", NEUTRAL)
+    if isinstance(layer, Line | Reference):
+        return "line", owner, layer.style
+    return type(layer).__name__, owner, getattr(layer, "filled", None)
 
 
 def _of_two_keys(data: FigureData) -> Iterator[tuple[str, Any]]:
     """An entry for each hue, and one for each shade, in grey."""
     marked = any(isinstance(layer, Points) for layer in data.layers)
+    dashed = any(isinstance(layer, Line) and layer.style == "series" for layer in data.layers)
     for hue, name in enumerate(data.hue_names):
-        style = {"linestyle": _DASHES[pattern(hue)]}
+        style: dict[str, Any] = {"linestyle": _DASHES[pattern(hue)] if dashed else MEASURED}
         if marked:
             style = {"linestyle": "none", "marker": _MARKERS[pattern(hue)]}
         yield name, Line2D([], [], color=_HUES[hue % len(_HUES)], markersize=3, **style)

@@ -27,6 +27,7 @@ from snooker_cli.figures.figure_data import (
     Reference,
 )
 from snooker_cli.figures.series import gas_type_of
+from snooker_cli.formatting import percent
 from snooker_cli.theory import FINITE
 from snooker_cli.trace import Trace, even_choice
 
@@ -63,7 +64,7 @@ def histogram_of_repeats(build: FigureBuilder) -> FigureData:
     share = "The standard error is the standard deviation over √n, n the number of repeats."
     return build.figure(
         f"{share} {parts.text if quantity.source == 'means' else ''}".strip(),
-        title=f"{quantity.symbol} of each repeat",
+        title=f"{quantity.symbol} of each repeat: scatter of {percent(spread / abs(mean))}",
         x_label=build.result.axis_label,
     )
 
@@ -100,14 +101,16 @@ def wall_impulses(build: FigureBuilder) -> FigureData:
     hits = [_hits(trace) for trace in build.traces(point)]
     if not len(hits[0][0]):
         raise FigureError("nothing hits the wall, so there is no pressure; run longer")
-    chosen = even_choice(len(hits[0][0]), HITS)
-    time, impulses = (column[chosen] for column in hits[0])
     end = min(trace.stop.time for trace in build.traces(point))
+    number = int(np.count_nonzero(hits[0][0] <= end))
+    chosen = even_choice(number, HITS)
+    time, impulses = (column[chosen] for column in hits[0])
     times = np.linspace(0.0, end, TIMES + 1)[1:]
     sums = [np.append(0.0, np.cumsum(of))[np.searchsorted(at, times, "right")] for at, of in hits]
     build.add_means(0, "simulation", times, np.array(sums) / (scene.container.wall_length * times))
     pressure = mean_and_error(gas.pressure)
-    build.lines.append(Reference("y", pressure[0], "mean pressure P", MEASURED))
+    later = np.array([max(0.0, end - float(gas.means.length.mean())), end])
+    build.lines.append(Line(later, np.full(2, pressure[0]), "mean P", NEUTRAL, MEASURED))
     law = theories.theory_of(scene, quantities.PRESSURE, FINITE)
     expected = None if law is None else float(np.mean(law.value(gas)))
     if expected is not None:
@@ -121,7 +124,7 @@ def wall_impulses(build: FigureBuilder) -> FigureData:
         hits=float(len(impulses)),
     )
     below = Panel((Points(time, impulses),), "J (kg m/s)")
-    which = "all" if len(time) == len(hits[0][0]) else "an even choice of"
+    which = "all" if len(time) == number else "an even choice of"
     caption = f"Below: {which} {len(time)} hits of the wall in the first repeat. {parts.text}"
     return build.figure(caption, panels=(below,))
 

@@ -19,9 +19,12 @@ from snooker_cli.figures.figure_data import (
     more_than_a_decade,
 )
 from snooker_cli.figures.structure_at_times import MOMENTS, at_times, shades, when
+from snooker_cli.formatting import short
 
 MOST_SUMMED, OF_A_STATE = 4_000_000, 40_000
 """Balls times states of a figure, which take seconds; a state counts as this many balls more."""
+
+WIDE = 20.0  # farthest over least distance from which on its axis is logarithmic
 
 MODELS = theories.FIXED_MOMENTUM, theories.INDEPENDENT
 
@@ -29,6 +32,7 @@ MODELS = theories.FIXED_MOMENTUM, theories.INDEPENDENT
 def against_distance(build: FigureBuilder) -> FigureData:
     """Longitudinal and transverse correlation, and the vorticity, below each other."""
     across, turning, references = list[Layer](), list[Layer](), dict[float, Reference]()
+    wide = False
     for index, point in enumerate(build.points):
         scene = build.start(point)
         edges, diameter = velocity_correlations.distance_edges(scene), 2 * float(scene.radii.mean())
@@ -37,6 +41,7 @@ def against_distance(build: FigureBuilder) -> FigureData:
                 "the balls have hardly more room than they need; use a larger container"
             )
         x, upper = (edges[1:] + edges[:-1]) / 2 / diameter, edges[1:] / diameter
+        wide |= bool(edges[-1] > WIDE * edges[0])
         sums = partial(velocity_correlations.pair_sums, edges=edges)
         later = MOMENTS[1:]  # a start has no correlations
         found = at_times(build, point, sums, MOST_SUMMED, each=OF_A_STATE, moments=later)
@@ -56,14 +61,28 @@ def against_distance(build: FigureBuilder) -> FigureData:
     if not references:
         build.lines.append(Reference("y", 0.0, "independent velocities"))
         across.append(Reference("y", 0.0))
+    reach = max(float(line.x[0]) for line in turning if isinstance(line, Line))
+    nearest = max((float(record["nearest"]) for record in build.records), key=abs)
+    up_to = "up to " * (len(build.records) > 1)
+    build.headline = f"{up_to}{short(nearest, 2)} within {short(reach, 2)} diameters"
     caption = (
         f"{when(build)} Top: the product of both velocities along the line of centres; middle: "
-        "across it; both over the mean u² of a component. Bottom: (Σ r × u)²/Σ r² of the balls "
-        "nearer than r, over that of independent velocities."
+        "across it; both over the mean u² of a component, so that 1 is one velocity and 0 none in "
+        "common. Bottom: (Σ r × u)²/Σ r² of the balls nearer than r, over that of independent "
+        "velocities: balls turn around each other where it is large."
     )
     log = more_than_a_decade(line.y for line in turning if isinstance(line, Line))
     panels = Panel(tuple(across), "across"), Panel(tuple(turning), "vorticity", log)
-    return build.figure(caption, panels=panels, numbers=None, logarithmic=False, **shades(build))
+    limits = (None, None) if wide else (0.0, None)
+    return build.figure(
+        caption,
+        panels=panels,
+        numbers=None,
+        logarithmic=False,
+        x_log=wide,
+        x_limits=limits,
+        **shades(build),
+    )
 
 
 def _mean(series: int, x: Array, rows: Array) -> list[Layer]:

@@ -1,7 +1,7 @@
 """Points as series of a figure: which of them, in which order and colours, and words for them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
 from snooker_cli import facts
@@ -233,14 +233,16 @@ SCENE_WORDS = {  # of the keys whose common values a caption prints
     "cor_speed": "as at {} m/s",
     "wall_cor": "wall CoR {}",
     "wall_cor_speed": "wall CoR as at {} m/s",
-    "tangential_cor": "β = {}",
+    "tangential_cor": "tangential restitution β = {}",
     "friction": "μ = {}",
     "wall_tangential_cor": "wall β = {}",
     "wall_friction": "wall μ = {}",
-    "wall_speed": "V = {} m/s",
+    "wall_speed": "walls driven at V = {} m/s",
     "wall_temperature": "wall at {} J",
 }
 _WORDS = SCENE_WORDS | {
+    "tangential_cor": "β = {}",
+    "wall_speed": "V = {} m/s",
     "balls.mass": "m = {} kg",
     "balls.ring_extent": "ring extent {}",
     "container.mass": "M = {} kg",
@@ -269,8 +271,10 @@ _ABSENT = {"wall_cor": "wall CoR = ball CoR", "container.mass": "fixed wall"}
 """The meaning of a key that is null or infinite."""
 
 
-def described(point: Point, key: str) -> str:
+def described(point: Point, key: str, words: Mapping[str, str] = {}) -> str:
     """A key and its value in words: ``CoR 0.8``, ``r = 0.1 m``.
+
+    words : of keys, if they have others here, as ``SCENE_WORDS``
 
     Empty for a key that one of the runs side by side does not have.
     """
@@ -281,7 +285,7 @@ def described(point: Point, key: str) -> str:
         return _ABSENT[key] if facts.hold(point.config, "walls") else "no wall"
     if value is None:
         return "" if RUN in dict(point.parameters) else f"no {_name(key)}"
-    return _words(point, key).format(_shown(point, key))
+    return words.get(key, _words(point, key)).format(_shown(point, key))
 
 
 def scale(points: Sequence[Point]) -> tuple[str, tuple[str, ...]]:

@@ -141,13 +141,37 @@ def _pictures(
     )
     if len(found) == 1:
         build.record(build.points[0], time=found[0][0])
+    changes = _change(build, colours, [scene for _, scene in found])
     empty = "White space has no balls." if pictures.high_is_dark else ""
     moved = _moved(trace, times if asked else (), [time for time, _ in found])
     return build.figure(
-        f"{empty} {moved}".strip(),
+        " ".join(filter(None, [changes, empty, moved])),
         numbers={"times": [time for time, _ in found]},
         pictures=pictures,
     )
+
+
+def _change(build: FigureBuilder, colours: Colours, states: Sequence[Scene]) -> str:
+    """A sentence on what changes from the first to the last state, and the headline."""
+    if colours.names:
+        return ""
+    packing = colours.high_is_dark
+    if packing:
+        first, last = (float(np.mean(colours.values[k])) for k in (0, -1))
+        what, unit = "packing around a ball", ""
+    else:
+        speeds = [np.hypot(*states[k].velocities.T) for k in (0, -1)]
+        first, last = (math.sqrt(float(np.mean(speed**2))) for speed in speeds)
+        what, unit = "root mean square speed", " m/s"
+    low, high = (short(value, 2) for value in (first, last))
+    if len(states) == 1:
+        return f"The mean {what} is {low}{unit}." if packing else f"The {what} is {low}{unit}."
+    build.headline = f"{'packing around a ball' if packing else 'speed'} "
+    if low == high:
+        build.headline += f"stays {low}{unit}"
+        return f"The {'mean ' * packing}{what} is {low}{unit} at the first and the last time."
+    build.headline += f"{low} to {high}{unit}"
+    return f"The {'mean ' * packing}{what} goes from {low} to {high}{unit}."
 
 
 def _walls(scene: Scene) -> tuple[Wall, ...]:

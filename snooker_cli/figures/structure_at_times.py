@@ -1,5 +1,6 @@
 """What a gas looks like at several times: its structure factor and the sizes of its clusters."""
 
+import math
 from collections.abc import Sequence
 from functools import partial
 from typing import NamedTuple
@@ -25,7 +26,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.series import gas_type_of
 from snooker_cli.figures.time_courses import check_clusters
-from snooker_cli.formatting import short
+from snooker_cli.formatting import percent, short
 from snooker_cli.scene import Scene
 
 MOMENTS = 0.0, 0.01, 0.1, LAST
@@ -65,7 +66,7 @@ def at_times(
         parts = np.array(moments)
         build.states(point, len(parts), most, each=each, fewest=len(parts))
         rows, times = at_moments(observable, build, point, parts)
-        labels: list[str | None] = [f"t = {short(time)} s" for time in times]
+        labels: list[str | None] = [f"t = {short(time, 4)} s" for time in times]
         return AtTimes(labels, [rows[:, k] for k in range(len(times))])
     wanted = 1 if gas_type_of(point) == "cooling" else MOST_STATES
     parts = second_half(build, point, wanted, most, each=each)
@@ -132,33 +133,71 @@ def structure_factor(build: FigureBuilder) -> FigureData:
         if expected is not None:
             long_waves, level = x[: max(2, len(x) // 4)], np.full(2, expected)
             build.lines.append(Line(long_waves[[0, -1]], level, None, index, EXTRAPOLATED))
-        build.record(point, longest=mean_and_error(found.rows[-1][:, 0]), theory=expected)
+        last, long = found.rows[-1].mean(axis=0), x < LONG
+        build.record(
+            point,
+            longest=mean_and_error(found.rows[-1][:, 0]),
+            theory=expected,
+            mean_of_long=float(np.mean(last[long])) if long.any() else None,
+            wave_length=_mean_wave_length(x[long], last[long]),
+        )
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line("theory, k → 0", EXTRAPOLATED))
     if cooled:
         build.lines.append(legend_line("the same at the start", SECOND))
-    x_label = f"wave number k times the {unit_of_distance(build)}"
-    log = build.covers_decades
-    return build.figure(
-        when(build), x_label=x_label, logarithmic=log, numbers=None, **shades(build)
-    )
+    unit, log = unit_of_distance(build), build.covers_decades
+    clustered = [one for one in build.records if (one["mean_of_long"] or 0.0) > CLUSTERED]
+    caption = when(build)
+    if clustered:
+        largest = max(clustered, key=lambda record: float(record["mean_of_long"]))
+        length = short(largest["wave_length"], 2)
+        build.headline = f"waves of about {length} {unit}s grow"
+        at = f" ({build.places[build.records.index(largest)]})" if len(build.points) > 1 else ""
+        caption += f" The mean of k with the weight S is that of waves of {length} {unit}s{at}."
+    x_label = f"wave number k times the {unit}"
+    return build.figure(caption, x_label=x_label, logarithmic=log, numbers=None, **shades(build))
+
+
+def _mean_wave_length(x: Array, s: Array) -> float | None:
+    """2π over the mean of wave numbers with the weight S; ``None`` of fewer than two."""
+    if len(x) < 2:
+        return None
+    return float(2 * math.pi * np.trapezoid(s, x) / np.trapezoid(s * x, x))
+
+
+LONG, CLUSTERED = 0.5, 3.0
+"""Wave numbers times the diameter below which waves are many diameters long; the mean S there of a
+gas in which clusters have grown."""
 
 
 def cluster_sizes(build: FigureBuilder) -> FigureData:
     """The share of balls in clusters of at least a number of balls."""
     check_clusters(build)
     last = max(build.start(point).number for point in build.points)
-    sizes = np.unique(np.geomspace(1, last, SIZES).round())
+    sizes = np.union1d(np.geomspace(1, last, SIZES).round(), min(LARGE, last))
     for index, point in enumerate(build.points):
         found = at_times(build, point, partial(_in_clusters, sizes), MOST_BALLS)
         for series, (label, rows) in enumerate(zip(*found, strict=True), index):
-            build.add_means(series, label, sizes, rows[:, :-1], MEASURED)
-        build.record(point, mean=mean_and_error(found.rows[-1][:, -1]))
+            largest = np.count_nonzero(rows[:, :-1].mean(axis=0))  # zero is on no logarithmic axis
+            build.add_means(series, label, sizes[:largest], rows[:, :largest], MEASURED)
+        in_large = found.rows[-1][:, int(np.argmax(sizes >= LARGE))] if last >= LARGE else None
+        build.record(
+            point,
+            mean=mean_and_error(found.rows[-1][:, -1]),
+            in_large=None if in_large is None else mean_and_error(in_large),
+        )
+    share = max(record["in_large"] or 0.0 for record in build.records)
+    build.headline = f"up to {percent(share)} of the balls in those of {LARGE} or more"
+    if len(build.points) == 1:
+        build.headline = build.headline.removeprefix("up to ") + " at the end" * has_times(build)
     caption = (
         f"{when(build)} Balls with a gap of at most {structure.CLUSTER_GAP:g} mean diameters are "
         "in one cluster (Luding & Herrmann 1999)."
     )
-    return build.figure(caption, logarithmic=False, numbers=None, **shades(build))
+    return build.figure(caption, numbers=None, logarithmic=False, y_log=True, **shades(build))
+
+
+LARGE = 10  # balls of a cluster that hardly forms without clustering, below a packing of 0.3
 
 
 def _in_clusters(sizes: Array, positions: Array, velocities: Array, scene: Scene) -> Array:

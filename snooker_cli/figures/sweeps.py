@@ -82,9 +82,10 @@ def against_key(build: FigureBuilder) -> FigureData:
     linked = [axis_label(build.points[0], name) for name in changing_with(build.points, key)]
     others = ", ".join(label.partition(" (")[0] for label in linked)
     also = f"Along with it changes: {others}." if linked else ""
+    title = f"{symbol} against {x_label.partition(' (')[0]}"
+    build.fields = {**build.fields, "title": title}
     return build.figure(
         " ".join(filter(None, [seen, also, _left_out(build)])),
-        title=f"{symbol} against {x_label.partition(' (')[0]}",
         x_label=x_label,
         y_label=build.result.axis_label,
         logarithmic=more_than_a_decade([values]) and bool(values.min() > 0),

@@ -1,7 +1,8 @@
 """Over time: pressure, hexatic order, a2, species' temperatures, local energy."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -45,7 +46,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.legends import MOST_ENTRIES
 from snooker_cli.figures.series import along, elastic, gas_type_of
-from snooker_cli.formatting import short
+from snooker_cli.formatting import short, with_error
 from snooker_cli.options import WHERE
 from snooker_cli.runs.selection import varying
 from snooker_cli.scene import Scene
@@ -196,20 +197,23 @@ def _stored_times(build: FigureBuilder, point: Point, count: int) -> Array:
 def hexatic_order(build: FigureBuilder) -> FigureData:
     """|⟨ψ6⟩| and ⟨|ψ6|⟩ over time, and what |⟨ψ6⟩| is for independent directions."""
     over_time = _over_time(build, structure.hexatic_orders, TRIANGLES, logarithmic=True)
-    numbers = dict[int, None]()
     for index, (point, scene, times, rows) in enumerate(over_time):
         _, of_all = build.add_means(index, build.label(point), times, rows[..., 0], MEASURED)
         _, of_each = build.add_means(index, None, times, rows[..., 1], SECOND)
         final, local = mean_and_error(of_all[:, -1]), mean_and_error(of_each[:, -1])
-        build.record(point, final=final, local=local, balls=scene.number)
-        numbers[scene.number] = None
+        alone = local[0] / math.sqrt(scene.number)
+        build.lines.append(level(times, alone, index, EXTRAPOLATED))
+        build.record(point, final=final, local=local, balls=scene.number, independent=alone)
     build.lines.append(legend_line("all balls, |⟨ψ₆⟩|", MEASURED))
     build.lines.append(legend_line("of each ball, ⟨|ψ₆|⟩", SECOND))
-    build.lines += [
-        Reference("y", number**-0.5, f"1/√N, N = {number:,}", EXTRAPOLATED) for number in numbers
-    ]
+    build.lines.append(legend_line("independent balls, ⟨|ψ₆|⟩/√N", EXTRAPOLATED))
+    ratios = sorted(record["final"] / record["independent"] for record in build.records)
+    span = " to ".join(dict.fromkeys(short(ratio, 2) for ratio in (ratios[0], ratios[-1])))
+    build.headline = f"{span} times ⟨|ψ₆|⟩/√N"
+    build.singles = build.singles if len(build.points) == 1 else []  # they hide the means
     return build.figure(
-        "Both are 1 in a crystal. Without order |⟨ψ₆⟩| is below 1/√N.",
+        "Both are 1 in a crystal. If each ball had a direction of its own, |⟨ψ₆⟩| would be near "
+        "⟨|ψ₆|⟩/√N; in a liquid neighbours share one, and in a crystal all do.",
         logarithmic=build.covers_decades,
     )
 
@@ -272,15 +276,43 @@ def _a2_against_cor(build: FigureBuilder) -> FigureData:
             build.lines.append(Line(grid, curve, None if several else "theory", index, BY_THEORY))
             law = np.array([expected[point.index] for point in group])
             difference.append(Points(cors, mean - law, error, None, index))
+    caption = _differences(build) if difference else ""
     if difference:
         difference.insert(0, Reference("y", 0.0))
         build.lines += [legend_line("theory", BY_THEORY)] if several else []
     return build.figure(
-        title="Second Sonine coefficient: a₂ against the CoR",
+        caption,
         x_label="coefficient of restitution e",
         x_limits=(None, None),
         panels=(Panel(tuple(difference), "a₂ − theory"),) if difference else (),
     )
+
+
+def _differences(build: FigureBuilder) -> str:
+    """A sentence on how far a₂ is from theory, which may be zero; it is also the headline."""
+    apart = [
+        ((row["second_half"] - row["theory"]) / row["second_half_error"], row, place)
+        for row, place in zip(build.records, build.places, strict=True)
+        if row["theory"] is not None and row["second_half_error"] > 0
+    ]
+    if not apart:
+        return ""
+    differences = np.array([row["second_half"] - row["theory"] for _, row, _ in apart])
+    weights = np.array([row["second_half_error"] ** -2 for _, row, _ in apart])
+    mean, error = np.average(differences, weights=weights), np.sum(weights) ** -0.5
+    said = f"{with_error(abs(mean), error)} {'above' if mean > 0 else 'below'} theory"
+    build.headline = f"{said} in the mean"
+    errors, row, place = max(apart, key=lambda known: abs(known[0]))
+    difference = row["second_half"] - row["theory"]
+    size = with_error(abs(difference), row["second_half_error"])
+    text = (
+        f"a₂ is {build.headline} of {len(apart)} points; the most significant deviation is {size} "
+        f"{'above' if difference > 0 else 'below'} it ({abs(errors):.1f} errors, {place})."
+    )
+    number = build.start(build.points[0]).number
+    if theories.COOLING in build.cited:
+        text += f" Below CoR 1 theory is of a large gas; {number} elastic balls have 1/N less."
+    return text
 
 
 def _second_half(rows: Array) -> tuple[float, float]:
@@ -366,7 +398,7 @@ def rotation(build: FigureBuilder) -> FigureData:
                 of_motion = interpolated(x, collisions, rows).mean(axis=0)
                 decay.append(Line(x, of_motion, None, index, BY_THEORY))
             mean, error = mean_of_remaining(ratio)
-            few = np.searchsorted(x, np.linspace(0.0, x[-1], RESIDUALS + 1)[1:])
+            few = np.searchsorted(x, np.linspace(0.0, x[-1], RESIDUALS + 2)[1:-1])
             build.add_residuals(index, x[few], mean[few], error[few], of_ratio[few])
             final = float(of_ratio[last])
         build.record(point, final_ratio=mean_and_error(kept[:, -1]), theory=final)
@@ -376,7 +408,7 @@ def rotation(build: FigureBuilder) -> FigureData:
     return build.figure(panels=(Panel(tuple(decay), "T / T_tr(0)", log=True),))
 
 
-RESIDUALS = 10  # of a curve
+RESIDUALS = 5  # of a curve
 
 
 DENSEST_CLUSTERS = 0.5
@@ -427,10 +459,13 @@ def cluster_growth(build: FigureBuilder) -> FigureData:
     build.lines += without.values()
     build.lines.append(legend_line("cluster of a ball, mean", MEASURED))
     build.lines.append(legend_line("the largest cluster", SECOND))
+    build.headline = _growth(build.records)
+    below = "Below: the variance over the mean of the number of balls in cells, and" * many
     caption = (
-        f"Balls with a gap of at most {structure.CLUSTER_GAP:g} mean diameters are in one cluster "
-        "(Luding & Herrmann 1999); without clustering: elastic balls, or else the start. The flow "
-        f"is that of cells with {structure.BALLS_IN_CELL:g} balls on average."
+        f"{below or 'Below:'} the energy of a ball, thermal and of the flow. Balls with a gap of "
+        f"at most {structure.CLUSTER_GAP:g} mean diameters are in one cluster (Luding & Herrmann "
+        "1999); without clustering: elastic balls, or else the start. The flow is that of cells "
+        f"with {structure.BALLS_IN_CELL:g} balls on average."
     )
     pairs = zip(build.points, build.records, strict=True)
     lossy = [record["haff_rate"] for point, record in pairs if not elastic(point)]
@@ -441,6 +476,19 @@ def cluster_growth(build: FigureBuilder) -> FigureData:
         caption += f" Cells of the density have {structure.DENSITY_BALLS:g} balls on average."
         panels.insert(0, _density_panel(density, scenes))
     return build.figure(caption, logarithmic=build.covers_decades, panels=tuple(panels))
+
+
+GROWN = 1.5  # times the size without clustering from which on clusters have grown
+
+
+def _growth(records: Sequence[Mapping[str, Any]]) -> str:
+    """How large the cluster of a ball is at the end, in a few words."""
+    grown = [record for record in records if record["mean"] > GROWN * record["uniform"]]
+    if not grown:
+        return "none grow"
+    if len(records) > 1:
+        return f"they grow at {len(grown)} of {len(records)} points"
+    return f"that of a ball grows to {short(grown[0]['mean'])} balls"
 
 
 def _density_panel(panel: FigureBuilder, scenes: Sequence[Scene]) -> Panel:
@@ -457,7 +505,9 @@ def _energy_panel(panel: FigureBuilder) -> Panel:
     """The energies; over Haff's law if one of the points has it."""
     known = any(record["haff_rate"] is not None for record in panel.records)
     name, style = ("Haff's law", BY_THEORY) if known else ("E(0)/N", MEASURED)
-    panel.lines += [legend_line("thermal, E_th", MEASURED), legend_line("flow", SECOND)]
+    panel.lines.append(legend_line("thermal energy", MEASURED))
+    if any(isinstance(line, Line) and line.style == SECOND for line in panel.lines):
+        panel.lines.append(legend_line("energy of the flow", SECOND))
     log, one = panel.covers_decades, Reference("y", 1.0, name, style)
     return panel.as_panel(f"energy over {name}", one, log=log)
 

@@ -91,6 +91,7 @@ def stationary(build: FigureBuilder) -> FigureData:
         build.lines.append(legend_line(", ".join(build.cited), BY_THEORY))
     columns = [line.y for line in build.lines if isinstance(line, Points)]
     log = more_than_a_decade(columns)
+    columns += [line.y[np.isfinite(line.y)] for line in build.lines if isinstance(line, Line)]
     highest = max(float(column.max()) for column in columns if len(column))  # also of open markers
     return build.figure(
         caption,
@@ -126,10 +127,11 @@ def profiles(build: FigureBuilder) -> FigureData:
     places, temperature = profile.middles, profile.temperature
     _, density, across, along = profile
     gas, circle = steady.gas(point), is_radial(scene)
+    way = "along the radius" if circle else "across"
     warm = gas.temperature
     columns = {
         "T": temperature,
-        "T along the radius" if circle else "T across": across,
+        f"T {way}": across,
     }  # T is the mean of this one and of the other component
     styles: tuple[LineStyle, ...] = (MEASURED, SECOND)
     for index, ((name, rows), style) in enumerate(zip(columns.items(), styles, strict=True)):
@@ -141,7 +143,11 @@ def profiles(build: FigureBuilder) -> FigureData:
         build.lines.append(Points(*at, None, "T of the walls", NEUTRAL, filled=False))
     packing = math.pi * float(np.mean(scene.radii**2)) * density
     panels, pressure = [Panel(mean_layers(places, packing), "packing")], None
-    caption = ""
+    coldest, heat = int(np.argmin(temperature.mean(axis=0))), temperature.mean(axis=0)
+    hottest = int(np.argmax(heat))
+    build.headline = f"from {short(heat[hottest], 2)} J down to {short(heat[coldest], 2)} J"
+    ends = [f"{short(heat[k])} J at {short(places[k], 2)} m" for k in (hottest, coldest)]
+    caption = f" T is highest with {ends[0]}, lowest with {ends[1]}. T {way} is of that component."
     if facts.hold(scene, *theories.LARGE):
         factor = theory.granular_compressibility(packing.mean(axis=0), scene.restitution)
         # Beside a wall balls are in layers, of which Z of a uniform gas says nothing.
@@ -152,7 +158,8 @@ def profiles(build: FigureBuilder) -> FigureData:
         force = mean_and_error(gas.pressure * scene.container.wall_length / edge)
         line = Reference("y", force[0], "force on the walls", SECOND)
         panels.append(Panel((line, *mean_layers(places, pressure)), "nTZ (Pa·m)"))
-        caption += f" Z is that of the packing there. The walls have {with_error(*force, 'Pa·m')}."
+        caption += " Z is that of the packing there. The force on the walls over their length is "
+        caption += f"{with_error(*force, 'Pa·m')}."
     with np.errstate(divide="ignore", invalid="ignore"):  # balls that move along one line
         ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
     build.record(
@@ -208,7 +215,7 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         change = increments(edges, curve.time, curve.kinetic_energy) / np.diff(edges)
         rests.append(float(np.nanmax(np.abs(given - lost - change))))
         heats = mean_of_remaining(change)[0] / unit
-        shares.append(Line(middles(edges), heats, None, index, SECOND))
+        shares.append(Line(middles(edges), heats, None, index, BY_THEORY))
         first = len(heats) if point.index in steady.changing else steady.gas(point).first_window
         settled = np.arange(len(heats)) >= (first or 0)
         x = middles(edges)
@@ -216,14 +223,19 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         given_rate = mean_and_error(part.wall_energy / part.length)
         taken_rate = mean_and_error(part.lost_energy * lossy / part.length)
         rest = mean_and_error((part.wall_energy - part.lost_energy * lossy) / part.length)
-        build.record(point, given_rate=given_rate, taken_rate=taken_rate, rest_rate=rest)
+        name = "changing_rate" if point.index in steady.changing else "given_rate"
+        build.record(point, **{name: given_rate}, taken_rate=taken_rate, rest_rate=rest)
     build.lines += [
         legend_line("in: walls give", MEASURED),
         legend_line("out: collisions take", SECOND),
     ]
-    shares += [legend_line("gain of the gas", SECOND), legend_marker("in − out")]
+    shares += [legend_line("gain of the gas", BY_THEORY), legend_marker("in − out")]
     if any(isinstance(layer, Points) and not layer.filled for layer in shares):
         shares.append(legend_marker("while the gas changes", filled=False))
+    build.headline = "it still changes" if steady.changing else "in and out are equal"
+    if len(build.points) > 1:
+        build.headline = f"steady at {counted(len(build.points) - len(steady.changing), 'point')}"
+        build.headline += f" of {len(build.points)}"
     unexplained = f"The rest, in − out − gain of the gas, is at most {short(max(rests), 1)} W."
     number, still = len(steady.changing), ""
     if number:
@@ -264,9 +276,14 @@ def heat_flux(build: FigureBuilder) -> FigureData:
             over, mean = flux[0] / middle[0], local.mean(axis=0)
             ratio = over, math.hypot(flux[1], over * middle[1]) / abs(middle[0])
             numbers |= {"over_enskog": ratio}
-            caption += f" The flux is {with_error(*ratio)} times Enskog's."
+            caption += f" The flux is {with_error(*ratio)} times Enskog's in the middle."
             # To first order, as the mean of ratios would be too large.
             ratios = mean_layers(places, flux[0] / mean * (2 - local / mean))
+            along = np.concatenate([layer.y for layer in ratios if isinstance(layer, Line)])
+            build.headline = f"{with_error(*ratio)} times Enskog's"
+            caption += (
+                f" Place by place it is {short(along.min(), 2)} to {short(along.max())} times."
+            )
             panels.append(Panel((Reference("y", 1.0), *ratios), "flux / Enskog's"))
         else:
             caption += " κ is that of elastic balls."
@@ -353,7 +370,8 @@ def equation_of_state(build: FigureBuilder) -> FigureData:
     grid = np.linspace(0.0, densest, CURVE)
     chi = np.array([float(theory.contact_value(packing)) for packing in grid])
     name = build.cite(quantities.PAIR_RATE, theories.ENSKOG)
-    panel = Panel((Line(grid, chi, f"χ, {name}", NEUTRAL, BY_THEORY), *rates), "rate / Boltzmann's")
+    owner = NEUTRAL if len(build.groups) > 1 else 0
+    panel = Panel((Line(grid, chi, f"χ, {name}", owner, BY_THEORY), *rates), "rate / Boltzmann's")
     return build.figure(caption, panels=(panel,))
 
 

@@ -74,8 +74,8 @@ def test_residuals_are_logarithms_of_ratios(decaying: RunFolder) -> None:
     assert below.y_error == pytest.approx([1 / 101, 1 / 200])
     figure = build.figure()
     assert figure.panel_label == "ln(result / theory)"
-    errors = f"({200 * math.log(2e31):.1f} errors of its logarithm)"
-    assert f"is a factor of (2.000 ± 0.010) × 10³¹ {errors}." in figure.caption
+    assert "is a factor of (2.000 ± 0.010) × 10³¹ (200.0 errors, x 2 m)." in figure.caption
+    assert figure.title == "x: CoR 0.8, up to 2 × 10³¹ times theory"
 
 
 def test_markers_of_many_decades_are_no_part_of_the_axis() -> None:

@@ -11,6 +11,7 @@ import pytest
 from figure_runs import layers, made, shown, traces
 
 from snooker_cli.analysis import diffusion
+from snooker_cli.figures.brownian import CLEAR
 from snooker_cli.figures.drawing import draw
 from snooker_cli.figures.figure_data import BY_THEORY, Line, Points, Reference
 from snooker_cli.runs import RunFolder
@@ -71,7 +72,7 @@ def test_velocities_forget_and_their_integral_is_a_coefficient(brownian: RunFold
     numbers = found.numbers["points"][0]
     lags = law.x * theory.relaxation_time
     rows = [diffusion.correlations(trace, [0], lags)[1] for trace in traces(brownian, 0)]
-    mean, errors = np.mean(rows, axis=0), np.std(rows, axis=0, ddof=1) / np.sqrt(3)
+    mean = np.mean(rows, axis=0)
     assert numbers["mean_square_speed"] == pytest.approx(mean[0], rel=1e-12)
     assert numbers["mean_square_speed"] != pytest.approx(theory.mean_square_speed, rel=1e-3)
     integral = np.trapezoid(mean, lags) / 2
@@ -81,7 +82,10 @@ def test_velocities_forget_and_their_integral_is_a_coefficient(brownian: RunFold
     end = len(points.x)
     assert found.y_log
     assert np.all(points.y > 0)
-    assert mean[end] <= errors[end]
+    of_ratio = np.std(np.array(rows) - mean / mean[0] * np.array(rows)[:, :1], axis=0, ddof=1)
+    errors = of_ratio / np.sqrt(3)
+    assert points.y_error == pytest.approx(errors[:end] / mean[0], abs=1e-9)
+    assert mean[end] <= CLEAR * errors[end]
     over = next(layer for layer in found.panel if isinstance(layer, Points))
     assert over.y == pytest.approx(mean / mean[0] - law.y, rel=1e-9)
 

@@ -244,10 +244,22 @@ def test_velocity_tails_are_shares_of_all_states(periodic: RunFolder) -> None:
     (points,) = layers(found, Points)
     assert 2 * 0.25 * points.y.sum() == pytest.approx(1, rel=1e-9)  # no bin is left out
     assert 2 * 0.25 * np.sum(points.y * points.x**2) == pytest.approx(0.5, rel=0.05)
-    (maxwell,) = layers(found, Line)
+    exact, maxwell = layers(found, Line)
     assert maxwell.y[0] == pytest.approx(1 / math.sqrt(math.pi))
     edges = np.array([0.0, 0.25, 30.0])
     shares = theory.maxwell_component_share(edges)
     assert shares == pytest.approx([math.erf(0.25), math.erfc(0.25)])
+    # The law at fixed energy is the density of its shares, and that of many balls is Maxwell's.
+    step = np.array([0.3, 0.3 + 1e-6])
+    (share,), density = theory.fixed_energy_component_share(step, 7), 1e6 / 2
+    at = theory.fixed_energy_component_density(step.mean(keepdims=True), 7)
+    assert share * density == pytest.approx(at[0], rel=1e-6)
+    many = theory.fixed_energy_component_share(edges, 10**7)
+    assert many == pytest.approx(shares, rel=1e-6)
     (record,) = found.numbers["points"]
+    assert exact.label == "fixed energy, 63 free balls"
+    assert exact.y[0] < maxwell.y[0]
+    fast = theory.fixed_energy_component_share(np.array([1.5, 30.0]), 63)[0]
+    assert record["beyond"] == pytest.approx(points.y[6:].sum() * 2 * 0.25 / fast, rel=1e-9)
+    assert "the law at fixed energy" in found.title
     assert record["velocities"] % (2 * 64) == 0

@@ -111,6 +111,8 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
         assert points.x[k] == state["packing"]
         ratio = theory.compressibility(state["packing"])
         ratio -= theory.missing_ratio(state["packing"], state["number"])
+        # Balls meet at a temperature without the motion of the centre of mass.
+        ratio = 1 + (ratio - 1) * state["number"] / (state["number"] - 1)
         assert state["theory"] == pytest.approx(ratio, rel=1e-12)
     numbers = found.numbers
     assert abs(numbers["attraction"]) < 3 * numbers["attraction_error"]
@@ -119,12 +121,8 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
     # The b of these packings differ by far more than their errors.
     assert numbers["probability"] < 0.01
     assert "excluded_disks" not in numbers
-    trend = next(line for line in layers(found, Line) if str(line.label).startswith("trend"))
-    assert found.title == "Van der Waals' b falls with the packing"
-    assert "One b for all packings is refused (p <0.001): b falls by" in found.caption
-    inside = np.interp(points.x, trend.x, trend.y)
-    assert inside == pytest.approx(points.y, abs=0.1)
-    assert numbers["slope"] == pytest.approx(np.ptp(trend.y) / -np.ptp(trend.x), rel=1e-9)
+    assert found.title.startswith("Van der Waals' b falls with the packing: ")
+    assert "One b for all packings is refused (p <0.001)." in found.caption
     dilute = made(
         tmp_path / "dilute",
         *("cor=1", "repeats=4", "record=summary", "collisions=2000"),
@@ -135,7 +133,6 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
     assert same.numbers["probability"] > 0.01
     labels = [layer.label for layer in same.layers]
     assert f"b = {short(same.numbers['excluded_disks'])}, fitted to all" in labels
-    assert not any(str(label).startswith("trend") for label in labels)
     # A law of one constant says nothing of two packings.
     two = shown(run, "van-der-waals", balls__count=(20, 120))
     assert "Fewer than 3 packings fit no b." in two.caption

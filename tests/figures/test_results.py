@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 
@@ -10,7 +11,12 @@ import pytest
 from figure_runs import ADRIFT, ROUGH, STORED, check_caption, made, shown, unnamed_lines
 
 from snooker_cli.analysis.findings import result_and_theory
-from snooker_cli.figures.declared_result import Result, deviation_sentence, with_units_of_axes
+from snooker_cli.figures.declared_result import (
+    Result,
+    beside_theory,
+    deviation_sentence,
+    with_units_of_axes,
+)
 from snooker_cli.figures.figure_data import FigureData, Points
 from snooker_cli.figures.registry import FIGURES, figures_of
 from snooker_cli.figures.series import described
@@ -45,17 +51,19 @@ def test_a_result_is_the_least_and_the_largest_of_the_points(
     """Not the first and the last. Errors of rounding are none."""
     least = Result("temperature", "mean", "in the second half")
     rows = [{"mean": mean, "mean_error": 0.01} for mean in (2.0, 1.0, 4.0, 3.0)]
-    assert least.sentence([*rows, {"mean": None}], list("abcde")) == (
+    assert least.sentence([*rows, {"mean": None}], list("abcde"), 3) == (
         "Temperature T in the second half is between 1.000 ± 0.010 J (b) and 4.000 ± 0.010 J (c); "
         "1 of 5 points have no such value."
     )
-    assert least.sentence(rows[:1], ["a"]) == "Temperature T in the second half = 2.000 ± 0.010 J."
-    assert least.sentence([{"mean": None}], ["a"]) == ""
+    assert (
+        least.sentence(rows[:1], ["a"], 3) == "Temperature T in the second half = 2.000 ± 0.010 J."
+    )
+    assert least.sentence([{"mean": None}], ["a"], 3) == ""
     alike = [{"mean": 1.0}, {"mean": 1.0}]
-    assert "in the second half is 1 J at all 2 points." in least.sentence(alike, ["a", "b"])
+    assert "in the second half is 1 J at all 2 points." in least.sentence(alike, ["a", "b"], 3)
     alone = [{"mean": 2.0}, {"mean": None}]
     known = "Temperature T in the second half is 2 J (a); 1 of 2 points have no such value."
-    assert least.sentence(alone, ["a", "b"]) == known
+    assert least.sentence(alone, ["a", "b"], 3) == known
     caption = shown(decaying, "energy").caption
     assert re.search(r"between 0\.\d+ ± 0\.\d+ \(CoR 0\.8\) and 1 \(CoR 1\)\.", caption)
 
@@ -71,7 +79,7 @@ def test_species_count_from_one_and_have_a_record_each(mixture: RunFolder) -> No
     found = shown(mixture, "species-temperature")
     first, second = (record["temperature"] for record in found.numbers["points"])
     assert found.result["quantity"] == "T₁/T₂"
-    assert "(theory: 1.381)" in found.caption
+    assert re.search(r"\(theory: 1\.381, \d\.\d errors away\)", found.caption)
     assert 1.0 < first / second < 2.0
 
 
@@ -86,17 +94,16 @@ def test_keys_of_a_config_have_words(heated: RunFolder, key: str, words: str) ->
     assert described(heated.points[0], key) == words
 
 
-def test_a_deviation_counts_errors_of_its_logarithm_where_those_are_others() -> None:
-    """37 ± 12 % are no 3.5 errors, but the logarithm has them, and the panel draws it."""
+def test_a_deviation_counts_the_errors_that_it_prints() -> None:
+    """The panel draws logarithms, which have others: 37 ± 12 % are no 3.5 errors."""
 
     def sentence(residual: float, error: float) -> str:
         (x, y, y_error) = np.array([[1.0], [residual], [error]])
         return deviation_sentence([Points(x, y, y_error)], {})
 
     assert sentence(0.01, 0.004) == "The deviation from theory is 1.01 ± 0.40 % (2.5 errors)."
-    far = "The deviation from theory is 37 ± 12 % (3.6 errors of its logarithm)."
-    assert sentence(0.315, 0.088) == far
-    assert sentence(-0.965, 0.113).endswith("0.381 ± 0.043 (8.5 errors of its logarithm).")
+    assert sentence(0.315, 0.088) == "The deviation from theory is 37 ± 12 % (3.1 errors)."
+    assert sentence(-0.965, 0.113).endswith("0.381 ± 0.043 (14.4 errors).")
     assert sentence(0.315, 0.0) == "The deviation from theory is 37.03 %."
 
 
@@ -107,7 +114,7 @@ def test_two_repeats_count_no_errors_in_captions_and_findings(repeats: int) -> N
     row = {"quantity": "PV/NT", "model": "Enskog", "measured": 1.1, "predicted": 1.0}
     row |= {"error": 0.01, "difference": 0.1, "difference_error": 0.01, "repeats": repeats}
     row |= {"difference_in_errors": 10.0}
-    for text in (deviation_sentence([residual], {}, repeats), result_and_theory(row)):
+    for text in (deviation_sentence([residual], {}, "", repeats), result_and_theory(row)):
         assert ("(too few repeats for a test)" in text) == (repeats == 2), text
         assert (" errors" in text) == (repeats == 3), text
 
@@ -126,9 +133,24 @@ def test_the_most_significant_and_the_largest_deviation_are_named() -> None:
         Points(np.arange(2.0), np.log([1.02, 1.01]), np.array([0.001, 0.01]), None, 0),
         Points(np.arange(1.0), np.log([1.3]), np.array([0.2]), None, 1),
     ]
-    assert deviation_sentence(panel, {0: "CoR 0.8", 1: "CoR 0.9"}) == (
-        "Of 3 deviations from theory, the most significant is 2.00 ± 0.10 % (19.8 errors of its "
-        "logarithm, CoR 0.8), and the largest 30 ± 26 % (1.3 errors of its logarithm, CoR 0.9)."
+    assert deviation_sentence(panel, {0: "CoR 0.8", 1: "CoR 0.9"}, "ball radius (m)") == (
+        "Of 3 deviations from theory, the most significant is 2.00 ± 0.10 % (19.6 errors, CoR 0.8, "
+        "ball radius 0 m), and the largest 30 ± 26 % (1.2 errors, CoR 0.9, ball radius 0 m)."
     )
-    alone = "Of 2 deviations from theory, the most significant is 2.00 ± 0.10 % (19.8 errors of its"
-    assert deviation_sentence(panel[:1], {}) == f"{alone} logarithm)."
+    alone = "Of 2 deviations from theory, the most significant is 2.00 ± 0.10 % (19.6 errors)."
+    assert deviation_sentence(panel[:1], {}) == alone
+
+
+def test_a_title_says_how_far_theory_is() -> None:
+    def said(residuals: list[float], errors: list[float], repeats: int = 3) -> str:
+        x = np.arange(float(len(residuals)))
+        return beside_theory([Points(x, np.log(residuals), np.array(errors))], repeats)
+
+    assert said([1.02, 0.99], [0.01, 0.01]) == "within 2 % of theory"
+    assert said([1.02, 0.9], [0.001, 0.01]) == "up to 10 % below theory"
+    assert said([1.02, 0.9], [0.001, 0.5]) == "up to 2 % above theory"  # not the one within errors
+    assert said([0.9], [0.01]) == "10.00 ± 0.90 % below theory"
+    assert said([3.0, 1.0], [0.01, 0.01]) == "up to 3 times theory"
+    assert said([0.9], [0.01], repeats=2) == ""
+    assert said([0.9], [math.nan]) == ""
+    assert beside_theory([], 3) == ""
