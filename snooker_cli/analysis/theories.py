@@ -398,7 +398,12 @@ OWN: tuple[Theory, ...] = (
     Theory(
         *(q.SONINE, COOLING, "van Noije & Ernst 1998"),
         (*EQUAL, "one_cor", "one_wall_cor", "smooth", "lossy_cor", "bouncing"),
-        lambda g: theory.sonine_coefficient(g.scene.restitution),
+        lambda g: (
+            theory.fixed_energy_kurtosis(gas_numbers.independent_velocities(g.scene))
+            / 2
+            * (1 + theory.sonine_coefficient(g.scene.restitution))
+            - 1
+        ),
     ),
     Theory(
         *(q.CONTACT, CHI, VIRIALS, ("elastic", *FINITE_FLUID)),

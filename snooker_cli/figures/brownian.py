@@ -165,9 +165,9 @@ def velocity_autocorrelation(build: FigureBuilder) -> FigureData:
     build.lines.append(legend_line("exp(−t/τ) with Enskog's τ", BY_THEORY))
     return build.figure(
         f"D is half of the integral times ⟨v(0)²⟩. {_tagged(tagged)} Markers end where they are "
-        f"within {CLEAR:g} errors of zero; below: all of them, less exp(−t/τ).",
+        f"within {CLEAR:g} errors of zero; below: all of them, minus exp(−t/τ).",
         panel=tuple(panel),
-        panel_label="less exp(−t/τ)",
+        panel_label="minus exp(−t/τ)",
     )
 
 

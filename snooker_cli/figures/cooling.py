@@ -28,7 +28,7 @@ from snooker_cli.analysis.trend import Trend
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.declared_result import beside_theory
-from snooker_cli.figures.figure_builder import LOG_SPREAD, SPREAD, FigureBuilder
+from snooker_cli.figures.figure_builder import LOG_SPREAD, OVER_THEORY, SPREAD, FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     COMMON_TIMES,
@@ -367,6 +367,7 @@ def cooling(build: FigureBuilder) -> FigureData:
     return build.figure(
         " ".join(filter(None, _cooling_sentences(build, drawn, kept))),
         y_limits=(min(ends) / 2, None),
+        panel_label=OVER_THEORY if common == "theory" else "ln(result / fit)",
         panels=(Panel(tuple(rate), f"−d ln E/dt ({unit})", log=True),),
         **labels,
     )
@@ -382,7 +383,7 @@ def _law_holds(build: FigureBuilder, decays: Sequence[_LocalDecay]) -> str:
     assert build.result is not None
     residuals = [point for row in build.records if (point := build.result.residual(row))]
     beside = beside_theory(residuals, build.fewest_repeats)
-    return f"not refused; α {beside}" if beside else "not refused"
+    return f"not refused; α is {beside}" if beside else "not refused"
 
 
 def _cooling_sentences(build: FigureBuilder, drawn: Collection[str], kept: str) -> Iterator[str]:

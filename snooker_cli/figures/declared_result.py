@@ -10,11 +10,12 @@ import numpy as np
 from snooker_cli.analysis.findings import FEWEST_TESTED, MOST_ERRORS, TOO_FEW
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity
 from snooker_cli.figures.figure_data import Layer, Points
-from snooker_cli.formatting import percent, short, with_error
+from snooker_cli.formatting import listed, percent, short, with_error
 
 UNITS = {"1/s": "s⁻¹", "Pa m": "Pa·m", "J/(m s)": "J m⁻¹ s⁻¹"}
 """The units of tables as axes and captions print them, where they differ."""
 
+FEW = 3  # points whose results a caption lists; of more it has the least and the largest
 FACTOR = 2.0  # from this many times theory on, or a half of it, a result has no percentage
 ROUNDING = 1e-12  # up to this share of its value, an error is only rounding
 
@@ -96,6 +97,9 @@ class Result(NamedTuple):
             return (
                 f"{name} is {low} at {f'all {number}' if number == len(rows) else number} points."
             )
+        if len(rows) == len(known) <= FEW:
+            each = listed([f"{self._value(row)} ({place})" for row, place in known])
+            return f"{name} is {each}."
         return f"{name} is between {low} ({least[1]}) and {high} ({most[1]}){without}."
 
     def _beside_theory(self, row: Mapping[str, Any], repeats: int) -> str:
@@ -224,9 +228,12 @@ def beside_theory(panel: Sequence[Layer], repeats: int) -> str:
         return f"{'up to ' * (len(found) > 1)}{short(1 + share / 100, 2)} times theory"
     side = "above" if share > 0 else "below"
     if len(found) == 1:
-        return f"{with_error(abs(share), error, '%')} {side} theory"
+        size = with_error(abs(share), error, "%")
+        return f"{size} {side} theory" if beyond else f"within {size} of theory"
     if not beyond:
         return f"within {percent(abs(share) / 100)} of theory"
+    if any(abs(other.residual) > abs(largest.residual) for other in found):
+        return f"some points differ by {percent(abs(share) / 100)}"
     return f"up to {percent(abs(share) / 100)} {side} theory"
 
 

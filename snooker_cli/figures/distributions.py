@@ -376,8 +376,8 @@ def _test_of_law(build: FigureBuilder) -> str:
     refused = number * least < LEAST_PROBABILITY
     build.headline = f"the law at fixed energy is {'' if refused else 'not '}refused"
     return (
-        f"Independent speeds of the law have D as large with {chance(least)}{of_points}: the law "
-        f"is {'' if refused else 'not '}refused."
+        f"If speeds were independent and had this law, D would be as large with {chance(least)}"
+        f"{of_points}: the law is {'' if refused else 'not '}refused."
     )
 
 

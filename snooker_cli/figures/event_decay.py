@@ -35,7 +35,7 @@ TOO_FAR = 100.0  # from this many times the measured energy on, a theory of it s
 
 _THEORIES: dict[str, tuple[str, LineStyle]] = {
     "theory": ("expected from the counted collisions", BY_THEORY),
-    "theory_above_floor": ("the same, but {} keeps some energy", SECOND),
+    "theory_above_floor": ("the same with the energy that {} keeps", SECOND),
     "mean_field": (f"theory, {two_temperatures.MEAN_FIELD}", BY_THEORY),
 }
 """Theories of the energy left: in the legend, and their dashes."""
@@ -96,7 +96,7 @@ def event_decay(build: FigureBuilder) -> FigureData:
         shared = "(N + ½)" if kept == "L" else "(N − ½)"
         caption += f"A collision takes (1 − e²)E/{shared} by theory."
     if "theory_above_floor" in drawn:
-        caption += f"{FLOORS[kept][:-1]}, and what is above it is lost: so below."
+        caption += f"{FLOORS[kept]} The panel is over theory with it."
     if ends:
         caption += f" A curve of theory ends where the energy is {TOO_FAR:g} times as large."
     return build.figure(caption)

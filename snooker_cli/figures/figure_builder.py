@@ -309,11 +309,12 @@ class FigureBuilder:
         if not tested and panel_label == OVER_THEORY:
             tested = self.panel
         elif self.result:
-            symbol = f"{self.result.definition.symbol} "
+            symbol = f"{self.result.definition.symbol} is "
             own = map(self.result.residual, rows)
             tested = tested or [replace(one, series=k) for k, one in enumerate(own) if one]
         said = beside_theory(tested, self.fewest_repeats)
-        if said and len(tested) == 1 < len(self.places):
+        alone = sum(np.size(getattr(layer, "x", 0)) for layer in tested) == 1
+        if said and alone and len(self.places) == len(self.points) > 1:
             said += f" at {self.places[_owner(tested[0])]}"
         return f"{symbol}{said}" if said else ""
 

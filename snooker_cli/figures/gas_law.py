@@ -264,7 +264,8 @@ def pressure(build: FigureBuilder) -> FigureData:
         (mean, error), x = mean_of_remaining(rows), middles(edges)
         build.note_remaining(along[:, -1], edges[-1])
         label = build.label(point) or "simulation"
-        build.lines.append(Points(x, mean, error, label, index))
+        changes = point.index in parts.changing
+        build.lines.append(Points(x, mean, error, label, index, not changes))
         whole = mean_and_error(measured(gas, quantities.RATIO))
         begin = np.maximum(0.0, curve.time[:, -1].mean() - gas.means.length.mean())
         begins = float(interpolated(np.array([begin]), curve.time, along).mean())
@@ -277,17 +278,21 @@ def pressure(build: FigureBuilder) -> FigureData:
         if law is not None:
             flat = np.array([expected, expected])
             build.lines.append(Line(edges[[0, -1]], flat, None, index, BY_THEORY))
-            build.add_residuals(index, x, mean, error, np.full(len(mean), expected))
+            law_there = np.full(len(mean), expected)
+            build.add_residuals(index, x, mean, error, law_there, filled=not changes)
             mean_of_all = (np.array([number]) for number in (ends.mean(), *whole, expected))
-            means.add_residuals(index, *mean_of_all)
+            if not changes:
+                means.add_residuals(index, *mean_of_all)
         build.record(
             point,
-            over_ideal=whole,
+            **{"changing_over_ideal" if changes else "over_ideal": whole},
             pressure=mean_and_error(gas.pressure),
             temperature=mean_and_error(gas.temperature),
             theory=None if law is None else expected,
         )
     build.lines.append(legend_line("mean over the time", MEASURED))
+    if parts.changing:
+        build.lines.append(legend_marker("the gas still changes", filled=False))
     build.errors = "Bars, and bands around the means: standard errors over the repeats."
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), BY_THEORY))

@@ -60,6 +60,7 @@ def histogram_of_repeats(build: FigureBuilder) -> FigureData:
         Line(np.array([mean, mean]), top, "mean", NEUTRAL, MEASURED),
     ]
     build.result = Result(quantity.name, "value")
+    build.shows = f"How single repeats scatter: the number of repeats by their {quantity.words}."
     build.record(point, value=(mean, error), standard_deviation=spread, counted=float(number))
     share = "The standard error is the standard deviation over √n, n the number of repeats."
     return build.figure(

@@ -18,7 +18,7 @@ from snooker_cli.figures.figure_data import (
     Reference,
     more_than_a_decade,
 )
-from snooker_cli.figures.structure_at_times import MOMENTS, at_times, shades, when
+from snooker_cli.figures.structure_at_times import MOMENTS, at_times, has_times, shades, when
 from snooker_cli.formatting import short
 
 MOST_SUMMED, OF_A_STATE = 4_000_000, 40_000
@@ -65,6 +65,7 @@ def against_distance(build: FigureBuilder) -> FigureData:
     nearest = max((float(record["nearest"]) for record in build.records), key=abs)
     up_to = "up to " * (len(build.records) > 1)
     build.headline = f"{up_to}{short(nearest, 2)} within {short(reach, 2)} diameters"
+    build.headline += " at the end" * has_times(build)
     caption = (
         f"{when(build)} Top: the product of both velocities along the line of centres; middle: "
         "across it; both over the mean u² of a component, so that 1 is one velocity and 0 none in "

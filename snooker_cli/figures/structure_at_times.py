@@ -133,41 +133,39 @@ def structure_factor(build: FigureBuilder) -> FigureData:
         if expected is not None:
             long_waves, level = x[: max(2, len(x) // 4)], np.full(2, expected)
             build.lines.append(Line(long_waves[[0, -1]], level, None, index, EXTRAPOLATED))
-        last, long = found.rows[-1].mean(axis=0), x < LONG
         build.record(
             point,
             longest=mean_and_error(found.rows[-1][:, 0]),
             theory=expected,
-            mean_of_long=float(np.mean(last[long])) if long.any() else None,
-            wave_length=_mean_wave_length(x[long], last[long]),
+            grown_from=_grown_from(x, found.rows[-1].mean(axis=0)),
         )
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line("theory, k → 0", EXTRAPOLATED))
     if cooled:
         build.lines.append(legend_line("the same at the start", SECOND))
     unit, log = unit_of_distance(build), build.covers_decades
-    clustered = [one for one in build.records if (one["mean_of_long"] or 0.0) > CLUSTERED]
     caption = when(build)
-    if clustered:
-        largest = max(clustered, key=lambda record: float(record["mean_of_long"]))
-        length = short(largest["wave_length"], 2)
-        build.headline = f"waves of about {length} {unit}s grow"
-        at = f" ({build.places[build.records.index(largest)]})" if len(build.points) > 1 else ""
-        caption += f" The mean of k with the weight S is that of waves of {length} {unit}s{at}."
+    grown = [record["grown_from"] for record in build.records if record["grown_from"]]
+    if grown:
+        build.headline = f"waves from {short(min(grown), 2)} {unit}s on have grown"
+        caption += f" S is above 1 for waves from {short(min(grown), 2)} {unit}s on."
     x_label = f"wave number k times the {unit}"
     return build.figure(caption, x_label=x_label, logarithmic=log, numbers=None, **shades(build))
 
 
-def _mean_wave_length(x: Array, s: Array) -> float | None:
-    """2π over the mean of wave numbers with the weight S; ``None`` of fewer than two."""
-    if len(x) < 2:
+GROWN = 3.0  # S of long waves in a gas in which clusters have grown
+LONG = 0.5  # wave numbers times the diameter below which waves are long
+
+
+def _grown_from(x: Array, s: Array) -> float | None:
+    """The length in diameters from which on waves have S above 1, if clusters have grown."""
+    long = x < LONG
+    if not long.any() or np.mean(s[long]) < GROWN:
         return None
-    return float(2 * math.pi * np.trapezoid(s, x) / np.trapezoid(s * x, x))
-
-
-LONG, CLUSTERED = 0.5, 3.0
-"""Wave numbers times the diameter below which waves are many diameters long; the mean S there of a
-gas in which clusters have grown."""
+    peak = int(np.argmax(np.where(long, s, 0.0)))
+    above = s[peak:] > 1
+    last = peak + (len(above) if above.all() else int(np.argmin(above))) - 1
+    return float(2 * math.pi / x[last])
 
 
 def cluster_sizes(build: FigureBuilder) -> FigureData:

@@ -9,6 +9,7 @@ import numpy as np
 from snooker_cli import facts, theory, two_temperatures
 from snooker_cli.analysis import observables, quantities, structure, theories
 from snooker_cli.analysis.comparison import species_change
+from snooker_cli.analysis.findings import MOST_ERRORS
 from snooker_cli.analysis.gas import cooling_spins, fluid_state, haff_rate, temperatures
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
@@ -300,19 +301,16 @@ def _differences(build: FigureBuilder) -> str:
     differences = np.array([row["second_half"] - row["theory"] for _, row, _ in apart])
     weights = np.array([row["second_half_error"] ** -2 for _, row, _ in apart])
     mean, error = np.average(differences, weights=weights), np.sum(weights) ** -0.5
-    said = f"{with_error(abs(mean), error)} {'above' if mean > 0 else 'below'} theory"
-    build.headline = f"{said} in the mean"
+    side = ("below", "above")[int(mean > 0)] if abs(mean) > MOST_ERRORS * error else "from"
+    build.headline = f"{with_error(abs(mean), error)} {side} theory in the mean"
     errors, row, place = max(apart, key=lambda known: abs(known[0]))
     difference = row["second_half"] - row["theory"]
     size = with_error(abs(difference), row["second_half_error"])
-    text = (
-        f"a₂ is {build.headline} of {len(apart)} points; the most significant deviation is {size} "
-        f"{'above' if difference > 0 else 'below'} it ({abs(errors):.1f} errors, {place})."
+    return (
+        f"a₂ is {build.headline} of {len(apart)} points, weighted by their errors; the most "
+        f"significant deviation is {size} {'above' if difference > 0 else 'below'} it "
+        f"({abs(errors):.1f} errors, {place})."
     )
-    number = build.start(build.points[0]).number
-    if theories.COOLING in build.cited:
-        text += f" Below CoR 1 theory is of a large gas; {number} elastic balls have 1/N less."
-    return text
 
 
 def _second_half(rows: Array) -> tuple[float, float]:
@@ -460,11 +458,12 @@ def cluster_growth(build: FigureBuilder) -> FigureData:
     build.lines.append(legend_line("cluster of a ball, mean", MEASURED))
     build.lines.append(legend_line("the largest cluster", SECOND))
     build.headline = _growth(build.records)
+    reference = "that of elastic balls" if any(map(elastic, build.points)) else "the start"
     below = "Below: the variance over the mean of the number of balls in cells, and" * many
     caption = (
         f"{below or 'Below:'} the energy of a ball, thermal and of the flow. Balls with a gap of "
         f"at most {structure.CLUSTER_GAP:g} mean diameters are in one cluster (Luding & Herrmann "
-        "1999); without clustering: elastic balls, or else the start. The flow is that of cells "
+        f"1999). Without clustering is {reference}. The flow is that of cells "
         f"with {structure.BALLS_IN_CELL:g} balls on average."
     )
     pairs = zip(build.points, build.records, strict=True)

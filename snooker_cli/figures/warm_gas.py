@@ -147,7 +147,8 @@ def profiles(build: FigureBuilder) -> FigureData:
     hottest = int(np.argmax(heat))
     build.headline = f"from {short(heat[hottest], 2)} J down to {short(heat[coldest], 2)} J"
     ends = [f"{short(heat[k])} J at {short(places[k], 2)} m" for k in (hottest, coldest)]
-    caption = f" T is highest with {ends[0]}, lowest with {ends[1]}. T {way} is of that component."
+    caption = f" T is highest with {ends[0]}, lowest with {ends[1]}. "
+    caption += f"T {way} is that of the velocities {way} alone."
     if facts.hold(scene, *theories.LARGE):
         factor = theory.granular_compressibility(packing.mean(axis=0), scene.restitution)
         # Beside a wall balls are in layers, of which Z of a uniform gas says nothing.

@@ -148,7 +148,7 @@ def test_pressure_in_windows(decaying: RunFolder) -> None:
     markers = [points for points in layers(found, Points) if len(points.x)]
     means = [line for line in layers(found, Line) if line.style == MEASURED and len(line.x)]
     flat = [line for line in layers(found, Line) if line.style == BY_THEORY and len(line.x)]
-    assert "PV/NT over the time is between" in found.caption
+    assert "PV/NT over the time is " in found.caption
     assert "Of 3 deviations from theory" in found.caption  # those of the means
     for index, (record, row) in enumerate(zip(found.numbers["points"], compared, strict=True)):
         assert (record["over_ideal"], record["over_ideal_error"]) == (row["measured"], row["error"])
