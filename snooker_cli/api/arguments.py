@@ -9,7 +9,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.config.axes import MAX_POINTS, option_values
+from snooker_cli.config.axes import MAX_POINTS
 from snooker_cli.config.problems import PathError
 from snooker_cli.errors import ArgumentError, KeyAbsentError, KeywordError
 from snooker_cli.options import Option
@@ -59,6 +59,8 @@ def _by_keyword(function: Callable[..., Any]) -> list[str]:
 
 def times_given(text: str, option: Option) -> NDArray[np.float64]:
     """The times of an option, s. Raises ``UserError``."""
+    from snooker_cli.config.reading import option_values  # loads what reads YAML
+
     with suppress(PathError, TypeError, ValueError):
         if values := option_values(text, option.of(text)):
             return np.array([float(value) for value in values])  # type: ignore[arg-type]

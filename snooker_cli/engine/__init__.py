@@ -1,5 +1,7 @@
 """The simulator: arrays and floats in, a trace out. It knows no config, files or plots."""
 
+from typing import TYPE_CHECKING
+
 from snooker_cli.engine.conversion import CheckpointError, stands_still
 from snooker_cli.engine.replay import (
     Rows,
@@ -14,12 +16,15 @@ from snooker_cli.engine.replay import (
     stored_times,
     times_within,
 )
-from snooker_cli.engine.simulation import (
-    share_done,
-    simulate,
-    simulate_batch,
-    specialisation,
-)
+from snooker_cli.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from snooker_cli.engine.simulation import (
+        share_done,
+        simulate,
+        simulate_batch,
+        specialisation,
+    )
 
 __all__ = [
     "ENGINE_VERSION",
@@ -42,6 +47,10 @@ __all__ = [
     "times_within",
 ]
 
+# Most commands replay events, and do not simulate.
+__getattr__ = lazy_names(
+    __name__, {"simulation": "share_done simulate simulate_batch specialisation"}
+)
 
 ENGINE_VERSION = 11
 """Goes up when the same config may give other bits; results of two versions are never mixed."""

@@ -20,7 +20,6 @@ from snooker_cli.engine.collision import (
 )
 from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_delay
 from snooker_cli.engine.edge import Edge
-from snooker_cli.engine.everyone import LANE_TIME, NEXT_TIME, PAIR_TIME, WALL_TIME
 from snooker_cli.engine.frames import (
     FARTHEST,
     Frame,
@@ -28,7 +27,19 @@ from snooker_cli.engine.frames import (
     leave_behind,
 )
 from snooker_cli.engine.jit import inlined
-from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
+from snooker_cli.engine.kernel_state import (
+    CLOCK,
+    LANE_TIME,
+    NEXT_TIME,
+    PAIR_TIME,
+    WALL_TIME,
+    Floats,
+    State,
+    U,
+    V,
+    X,
+    Y,
+)
 from snooker_cli.engine.prediction import candidates_from, padded_square
 from snooker_cli.engine.restitution import WALL, bounce_sums
 from snooker_cli.errors import SceneError

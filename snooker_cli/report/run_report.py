@@ -10,7 +10,6 @@ import yaml
 
 from snooker_cli import __version__, facts
 from snooker_cli.analysis import tables
-from snooker_cli.analysis.comparison import gas_kinds
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.findings import (
     MOST_ERRORS,
@@ -23,7 +22,7 @@ from snooker_cli.analysis.findings import (
 )
 from snooker_cli.analysis.quantities import CRITICAL_RATIO, GasKind, main_quantities
 from snooker_cli.analysis.run_analysis import JsonRows, RunAnalysis, comparisons, fits
-from snooker_cli.analysis.theories import CRITICAL, value_of
+from snooker_cli.analysis.theories import CRITICAL, gas_kinds, value_of
 from snooker_cli.analysis.trend import trends
 from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError
