@@ -28,6 +28,10 @@ def with_options(
 ) -> Callable[[Callable[Arguments, Returned]], Callable[Arguments, Returned]]:
     """Decorates what scripts call with arguments that are options of a command.
 
+    Types stay in the signatures, because type checkers read nothing else: they cannot make types of
+    values, and a ``TypedDict`` leaves no room for ``**where``. Many are wider than a command's
+    text: ``times`` is also a list of numbers. ``tests/test_api.py`` compares words and defaults.
+
     Their help is added to the docstring. A keyword that is no key of the config is a ``TypeError``,
     as one that a function does not have.
     """

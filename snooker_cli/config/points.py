@@ -253,4 +253,9 @@ def extends(longer: Config, shorter: Config) -> bool:
         end, other = getattr(longer, limit), getattr(shorter, limit)
         if end is not None and (other is None or end < other):
             return False
-    return digest(longer, without=LIMITS) == digest(shorter, without=LIMITS)
+    return same_physics(longer, shorter)
+
+
+def same_physics(config: Config, other: Config) -> bool:
+    """Whether two points differ in nothing but their ends."""
+    return digest(config, without=LIMITS) == digest(other, without=LIMITS)
