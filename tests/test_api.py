@@ -508,7 +508,8 @@ def test_methods_have_the_words_and_defaults_of_options(name: str) -> None:
     method = attrgetter(function)(import_module(f"snooker_cli.api.{module}"))
     arguments = inspect.signature(method).parameters
     for option in OPTIONS_OF[name]:
-        assert arguments[option.word].default == option.default_in_python
+        default = option.default if option.python_default is None else option.python_default
+        assert arguments[option.word].default == default
         assert f"{option.word} : {option.help}" in method.__doc__
 
 

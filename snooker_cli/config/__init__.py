@@ -5,7 +5,7 @@ Everything that a user can get wrong is raised as ConfigError, all problems at o
 
 from typing import TYPE_CHECKING
 
-from snooker_cli.config.models import BallCount, BallList, Config, Rings, Start
+from snooker_cli.config.models import BallList, Config, Rings, Start
 from snooker_cli.config.points import (
     LIMITS,
     Point,
@@ -22,12 +22,12 @@ from snooker_cli.config.problems import ConfigError
 from snooker_cli.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from snooker_cli.config.reading import Loaded, StateReader, load, parse
+    from snooker_cli.config.reading import Loaded, load, parse
 
-__all__ = ["LIMITS", "BallCount", "BallList", "Rings"]
-__all__ += ["Config", "ConfigError", "Loaded", "Point", "PointConfig", "Start", "StateReader"]
+__all__ = ["LIMITS", "BallList", "Rings"]
+__all__ += ["Config", "ConfigError", "Loaded", "Point", "PointConfig", "Start"]
 __all__ += ["digest", "extends", "load", "parse", "points", "to_json", "unit_of", "validated"]
 __all__ += ["with_values"]
 
 # Most commands read a run, and no YAML.
-__getattr__ = lazy_names(__name__, {"reading": "Loaded StateReader load parse"})
+__getattr__ = lazy_names(__name__, {"reading": "Loaded load parse"})

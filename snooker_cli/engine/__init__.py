@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING
 
 from snooker_cli.engine.conversion import CheckpointError, stands_still
 from snooker_cli.engine.replay import (
-    Rows,
     States,
     batch_series,
     is_short,
@@ -14,22 +13,15 @@ from snooker_cli.engine.replay import (
     series,
     state_at,
     stored_times,
-    times_within,
 )
 from snooker_cli.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from snooker_cli.engine.simulation import (
-        share_done,
-        simulate,
-        simulate_batch,
-        specialisation,
-    )
+    from snooker_cli.engine.simulation import share_done, simulate, simulate_batch, specialisation
 
 __all__ = [
     "ENGINE_VERSION",
     "CheckpointError",
-    "Rows",
     "States",
     "batch_series",
     "is_short",
@@ -44,7 +36,6 @@ __all__ = [
     "stands_still",
     "state_at",
     "stored_times",
-    "times_within",
 ]
 
 # Most commands replay events, and do not simulate.

@@ -12,20 +12,10 @@ import numpy as np
 from snooker_cli.containers import Container
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import earlier, enter_lanes
-from snooker_cli.engine.collision import (
-    change_at_circle,
-    hit_circle,
-    hit_side,
-    shares,
-)
+from snooker_cli.engine.collision import change_at_circle, hit_circle, hit_side, shares
 from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_delay
 from snooker_cli.engine.edge import Edge
-from snooker_cli.engine.frames import (
-    FARTHEST,
-    Frame,
-    laboratory_velocity,
-    leave_behind,
-)
+from snooker_cli.engine.frames import FARTHEST, Frame, laboratory_velocity, leave_behind
 from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import (
     CLOCK,

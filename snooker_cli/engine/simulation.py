@@ -24,12 +24,7 @@ from snooker_cli.engine.clock import (
     TIME,
 )
 from snooker_cli.engine.contact import never_meet
-from snooker_cli.engine.conversion import (
-    copied,
-    new_states,
-    restored,
-    scenes_at,
-)
+from snooker_cli.engine.conversion import copied, new_states, restored, scenes_at
 from snooker_cli.engine.event_queue import new_tree
 from snooker_cli.engine.frames import FARTHEST, MovingFrame
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Records, State, UnequalBalls
@@ -38,16 +33,7 @@ from snooker_cli.engine.sliding import bounces_to_come
 from snooker_cli.fields import MOVING, record_type_of
 from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
-from snooker_cli.trace import (
-    CONTAINER,
-    Events,
-    Snapshots,
-    Stop,
-    StopReason,
-    Summary,
-    Trace,
-    joined,
-)
+from snooker_cli.trace import CONTAINER, Events, Snapshots, Stop, StopReason, Summary, Trace, joined
 
 Sink: TypeAlias = Callable[[Events], None]
 Watch: TypeAlias = Callable[[int, float], object]

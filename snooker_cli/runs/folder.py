@@ -14,15 +14,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from snooker_cli import store
-from snooker_cli.config import (
-    LIMITS,
-    Config,
-    ConfigError,
-    Point,
-    digest,
-    extends,
-    with_values,
-)
+from snooker_cli.config import LIMITS, Config, ConfigError, Point, digest, extends, with_values
 from snooker_cli.config.points import same_physics
 from snooker_cli.config.problems import key_path, value_at
 from snooker_cli.errors import DeniedError, RunError, SnookerError, StoreError
