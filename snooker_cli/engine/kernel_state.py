@@ -132,10 +132,6 @@ class State(NamedTuple):
     def collisions(self) -> int:
         return int(self.counts[WALL_EVENTS] + self.counts[PAIR_EVENTS])
 
-    def next_epoch(self, epoch: float, shift: float) -> None:
-        """As ``begin_epoch``."""
-        begin_epoch(self, epoch, shift)
-
 
 @inlined
 def state_of(states: State, repeat: int) -> State:

@@ -210,7 +210,7 @@ class Simulation(ABC):
                 (self.chunks[repeat].append if sink is None else sink)(events)
         for row in np.flatnonzero((done > before) & (done % epoch_length == 0)).tolist():
             following = clock.following(float(epochs[row]), float(clocks[row]))
-            ks.state_of(self.states, int(active[row])).next_epoch(*following)
+            ks.begin_epoch(ks.state_of(self.states, int(active[row])), *following)
             self._predict_anew(int(active[row]))
         ended = (done >= self.wanted) | (answers != FULL)
         for row in np.flatnonzero(ended).tolist():
