@@ -1,5 +1,7 @@
 """Experiments with inelastic hard disks. ``import snooker_cli as snooker`` has these names."""
 
+from snooker_cli.lazy_names import lazy_names
+
 TYPE_CHECKING = False  # type checkers take it as true; typing takes 10 ms to load
 if TYPE_CHECKING:
     from snooker_cli.api.configs import check_config, template, templates, warm_up, write_template
@@ -51,16 +53,7 @@ _NAMES = {
 }
 """The names by their modules."""
 
-_HOMES = {name: module for module, names in _NAMES.items() for name in names.split()}
-
-
-def __getattr__(name: str) -> object:
-    """A name of ``__all__``, whose module is loaded now: ``import snooker_cli`` takes no time."""
-    if name in _HOMES:
-        from importlib import import_module  # here, so that `snooker` begins sooner
-
-        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = lazy_names(__name__, _NAMES)  # so that ``import snooker_cli`` takes no time
 
 
 def __dir__() -> list[str]:

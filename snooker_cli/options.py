@@ -84,11 +84,6 @@ class Option:
             return f"{self.name} {value}"
         return f"{self.word}={value if isinstance(value, int | float) else repr(str(value))}"
 
-    @property
-    def default_in_python(self) -> Any:
-        """The default of the argument in Python."""
-        return self.default if self.python_default is None else self.python_default
-
 
 # Of several commands.
 

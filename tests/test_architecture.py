@@ -24,6 +24,7 @@ SIMULATING = (
     "fields",
     "files",
     "laws",
+    "lazy_names",
     "ranges",
     "plugins",
     "results_cache",
@@ -49,6 +50,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     # Nothing of ours below
     "files": (),
     "formatting": (),
+    "lazy_names": (),
     "neighbours": (),
     "signals": (),
     "fields": (),
@@ -61,7 +63,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "ranges": ("containers",),
     "laws": ("plugins", "ranges"),
     # A scene and its trace
-    "config": ("containers", "errors", "formatting", "laws", "ranges"),
+    "config": ("containers", "errors", "formatting", "laws", "lazy_names", "ranges"),
     "scene": ("containers", "errors", "fields", "laws", "neighbours"),
     "theory": ("containers", "laws", "scene"),
     "facts": ("config", "containers", "laws", "scene", "theory"),
@@ -69,8 +71,8 @@ PARTS: dict[str, tuple[str, ...]] = {
     "two_temperatures": (),
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "fields", "laws", "neighbours", "scene"),
-    "engine": ("containers", "errors", "fields", "files", "laws", "scene", "trace"),
-    "store": ("containers", "errors", "fields", "files", "laws", "scene", "trace"),
+    "engine": ("containers", "errors", "fields", "files", "laws", "lazy_names", "scene", "trace"),
+    "store": ("containers", "errors", "fields", "files", "laws", "lazy_names", "scene", "trace"),
     "runs": tuple(part for part in RUNNING if part != "runs"),
     "export": ("engine", "errors", "fields", "files", "plugins", "scene", "store", "trace"),
     # From repeats to conclusions
@@ -107,7 +109,7 @@ PARTS["reproduction"] = (
     "runs.selection",
     *("validation.accuracy_study", "validation.physics_study"),  # figures of saved measurements
 )
-PARTS["__init__"] = ("api", "config", "containers", "errors", "scene", "trace")
+PARTS["__init__"] = ("api", "config", "containers", "errors", "lazy_names", "scene", "trace")
 # A command reads options, calls the API and prints. `reproduce` and `bench` have their own parts.
 PARTS["cli"] = (
     *("api", "errors", "formatting", "options", "report.document", "reproduction", "signals"),

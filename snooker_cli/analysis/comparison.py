@@ -33,13 +33,11 @@ from snooker_cli.analysis.quantities import (
     QUANTITIES,
     SPECIES_RATIO,
     SPIN_RATIO,
-    GasKind,
 )
 from snooker_cli.analysis.stationarity import Change, change_of, stationary_part_of
 from snooker_cli.analysis.steady_means import steady_means
-from snooker_cli.analysis.theories import NO_THEORY, TheoryRow
+from snooker_cli.analysis.theories import NO_THEORY, TheoryRow, gas_kinds
 from snooker_cli.formatting import plain
-from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
 
 LEAST_EXPECTED = 8
@@ -162,21 +160,6 @@ def species_change(measurement: Measurement) -> Change:
     """Whether T₁/T₂ of these repeats changes within the part that its mean is over."""
     first, second = np.moveaxis(measurement.species_quarters, 2, 0)
     return change_of(first / second)
-
-
-def gas_kinds(gas: facts.Traits | Scene) -> tuple[GasKind, ...]:
-    """What decides the main quantities of a gas. Traits alone do not show clusters."""
-    traits = gas if isinstance(gas, facts.Traits) else facts.traits_of(gas)
-    critical = None
-    if isinstance(gas, Scene):
-        critical = theories.value_of(gas, CRITICAL_RATIO, theories.CRITICAL)
-    further: dict[GasKind, bool] = {
-        "mixture": not facts.hold(traits, "equal_balls"),
-        "rough": facts.hold(traits, "rough"),
-        "clusters": critical is not None and critical > 1,
-        "uneven": facts.hold(traits, "uneven"),
-    }
-    return facts.gas_type(traits), *(kind for kind, holds in further.items() if holds)
 
 
 def state_of(measurement: Measurement) -> dict[str, Any]:

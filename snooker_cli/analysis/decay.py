@@ -364,6 +364,12 @@ def _fits(
     return fit_all(falling.points, origin, rounding, name, 1.0 if held else None)
 
 
+def fit_records(constants: Sequence[Decay]) -> dict[str, list[dict[str, Any]]]:
+    """Rows and notes of ``fit --json``."""
+    rows = [decay.as_json() for decay in constants if not decay.warm]
+    return {"rows": rows, "notes": [note._asdict() for note in fit_notes(constants)]}
+
+
 def fit_notes(constants: Sequence[Decay]) -> list[Note]:
     """Notes for a reader of a point's decay constants."""
     notes, total = early_notes(constants[0].ended), len(constants[0].fits)

@@ -16,7 +16,10 @@ from snooker_cli.analysis.fitting import LAWS
 from snooker_cli.analysis.goodness import (
     ENOUGH_REPEATS,
     FEW_REPEATS,
+    FEWEST_TESTED,
     LEAST_PROBABILITY,
+    MOST_ERRORS,
+    TOO_FEW,
     cannot_be_tested,
     joint_probability,
     verdict,
@@ -35,14 +38,6 @@ from snooker_cli.analysis.theories import (
 from snooker_cli.formatting import chance, counted, listed, point_label, ratio, short, with_error
 from snooker_cli.theory import IDEAL, PUBLISHED_RATIOS
 from snooker_cli.two_temperatures import EQUAL_RATES, MEAN_FIELD
-
-MOST_ERRORS = 3.0
-"""Standard errors up to which a result agrees with theory."""
-
-FEWEST_TESTED = 3
-"""Repeats from which on a difference counts in errors. The error of two says little."""
-
-TOO_FEW = "too few repeats for a test"
 
 MOST_NAMED = 3  # points that a sentence names
 LARGE_FACTOR = 2.0  # from this many times theory on, a factor says more than a percentage

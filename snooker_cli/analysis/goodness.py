@@ -27,6 +27,14 @@ not refuse it, of groups of 20 a third do not, of groups of 40 none.
 FEW_REPEATS = f"Fewer than {ENOUGH_REPEATS} repeats refuse only a law that is far off."
 """What a reader of a law that few repeats do not refuse has to know."""
 
+MOST_ERRORS = 3.0
+"""Standard errors up to which a result agrees with theory."""
+
+FEWEST_TESTED = 3
+"""Repeats from which on a difference counts in errors. The error of two says little."""
+
+TOO_FEW = "too few repeats for a test"
+
 FAR = 2.0
 """A factor between a quantity at the end and its law from which on few repeats cannot test the law:
 their errors are so large that they do not refuse it, and yet it does not describe them."""

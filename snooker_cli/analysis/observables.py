@@ -153,7 +153,6 @@ def mean_and_error(values: Array) -> tuple[float, float]:
 
 MOST_BALLS = 2**22  # balls times states in memory at once, some hundred megabytes
 STATES_IN_WINDOW = 5
-FIRST_GAP = 0.05  # mean spacings between surfaces, half of the first up to which pairs are searched
 COLLISIONS_BETWEEN = 5.0  # collisions of a ball between two times at which its speed counts
 
 

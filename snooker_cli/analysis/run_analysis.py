@@ -11,25 +11,20 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from snooker_cli import facts
 from snooker_cli.analysis import decay
-from snooker_cli.analysis.comparison import comparisons_of, state_of
-from snooker_cli.analysis.decay import Decay, Note, decays_of, fit_notes
-from snooker_cli.analysis.measurement import WINDOWS, Measurement, measure, typical_pairs
+from snooker_cli.analysis.decay import Note
+from snooker_cli.analysis.measurement import Measurement, measure, typical_pairs
 from snooker_cli.analysis.quantities import QUANTITIES
-from snooker_cli.analysis.stationarity import stationary_part_of
 from snooker_cli.analysis.theories import THEORIES, observables
 from snooker_cli.config import Point
 from snooker_cli.errors import RunError, UserError
 from snooker_cli.files import sources_hash
-from snooker_cli.formatting import plain
 from snooker_cli.options import FIT_SINCE, FIT_UNTIL
 from snooker_cli.plugins import origins
 from snooker_cli.results_cache import MEMORY, from_cache
 from snooker_cli.runs import RunFolder
 from snooker_cli.runs.run import RepeatState, RepeatStatus
-from snooker_cli.runs.status import ending
-from snooker_cli.trace import StopReason, Trace
+from snooker_cli.trace import Trace
 
 Counting = Callable[[Iterator[Trace], str, int], Iterator[Trace]]
 """Repeats, a label and their number -> the repeats, while something shows how many were read."""
@@ -90,7 +85,9 @@ def fits(
         if present := run.present(point):
             traces = _traces(run, point, present, counting)()
             span = since, until
-            records = _fit_records(decays_of(measure(traces, *span), decay.QUANTITIES, *span))
+            records = decay.fit_records(
+                decay.decays_of(measure(traces, *span), decay.QUANTITIES, *span)
+            )
         entries.append({"fits": records})
     return _joined(run, chosen, entries, "fits")
 
@@ -150,7 +147,7 @@ def _entries(run: RunFolder, points: Sequence[Point], counting: Counting) -> lis
     for own_run, point in map(run.origin, points):
         repeats = _fingerprints(own_run.statuses(point.index))
         origin = sources_hash(*SOURCES), *origins(QUANTITIES, THEORIES), *repeats
-        make = partial(_all_results, own_run, point, counting)
+        make = partial(_results, own_run, point, counting)
         entries.append(from_cache(origin, make))
     return entries
 
@@ -201,63 +198,13 @@ def _traces(
     return lambda: counting(run.traces(point, present), run.place(point), len(present))
 
 
-def _all_results(run: RunFolder, point: Point, counting: Counting) -> dict[str, Any]:
+def _results(run: RunFolder, point: Point, counting: Counting) -> dict[str, Any]:
     """Fits, comparisons and table of a point; of an unfinished run, of the repeats that it has."""
     present = run.present(point)
     if not present:
         return {"fits": NOTHING, "comparisons": NOTHING, "table": {}, "state": NO_STATE}
     measurement = measurement_of(run, point, present, _traces(run, point, present, counting))
 
-    constants = decays_of(measurement)
-    compared, notes = comparisons_of(measurement, constants)
-    return {
-        "fits": _fit_records(constants),
-        "comparisons": {
-            "rows": [row.as_json() for row in compared],
-            "notes": [note._asdict() for note in notes],
-        },
-        "table": _columns(measurement, constants),
-        "state": state_of(measurement),
-    }
+    from snooker_cli.analysis.point_results import all_results  # kept results do without
 
-
-def _fit_records(constants: Sequence[Decay]) -> dict[str, JsonRows]:
-    rows = [decay.as_json() for decay in constants if not decay.warm]
-    return {"rows": rows, "notes": [note._asdict() for note in fit_notes(constants)]}
-
-
-def _columns(measurement: Measurement, constants: Sequence[Decay]) -> dict[str, list[Any]]:
-    """The columns of ``Run.table`` of ``api`` that follow from the repeats."""
-    fitted = {decay.law: decay.fits for decay in constants if decay.quantity == "kinetic_energy"}
-    whole, scene = measurement.whole, measurement.scene
-    lasts = whole.length > 0  # or else the mean over its time is what it starts with
-    energy = np.where(lasts, whole.kinetic_energy, measurement.start_energy)
-    speed = np.where(lasts | (measurement.start_energy > 0), whole.mean_speed, 0.0)
-    pressure = np.where(lasts, whole.pressure(scene), 0.0)
-    with np.errstate(invalid="ignore"):  # nothing may move at all
-        ratio = measurement.last_energy / measurement.first_energy
-    begins = np.full_like(whole.length, math.nan)
-    is_warm = facts.hold(scene, "warm_walls")
-
-    if is_warm and (first := stationary_part_of(measurement).first_window) is not None:
-        begins[measurement.complete] = first / WINDOWS * measurement.time[measurement.complete]
-    columns = {
-        "ending": [ending(StopReason(name)) for name in measurement.endings],
-        "complete": measurement.complete,
-        "collisions": measurement.collisions,
-        "wall_collisions": measurement.events[:, 0],
-        "pair_collisions": measurement.events[:, 1],
-        "time": measurement.time,
-        "temperature": energy / scene.number,
-        "pressure": pressure,
-        "mean_speed": speed,
-        "energy_ratio": ratio,
-        "k": [fit.value for fit in fitted["exponential"]],
-        "alpha": [fit.value for fit in fitted["haff"]],
-        "wall_energy": whole.wall_energy,
-        "lost_energy": whole.lost_energy,
-        "stationary_from": begins,
-    }
-    if facts.hold(scene, "rough"):
-        columns["rotational_temperature"] = 2 * whole.spin_energy / scene.number
-    return dict(plain(columns))
+    return all_results(measurement)

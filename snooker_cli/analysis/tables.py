@@ -5,7 +5,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 from snooker_cli.analysis.decay import FURTHER
-from snooker_cli.analysis.findings import FEWEST_TESTED, Findings, few_repeats
+from snooker_cli.analysis.findings import Findings, few_repeats
+from snooker_cli.analysis.goodness import FEWEST_TESTED
 from snooker_cli.analysis.quantities import QUANTITIES
 from snooker_cli.analysis.run_analysis import JsonRows
 from snooker_cli.analysis.theories import SOURCE_REPORT

@@ -613,3 +613,18 @@ def speed_laws(scene: Scene) -> dict[str, SpeedLaw]:
         if model not in laws and facts.missing(traits, needs) is None:
             laws[model] = law(scene)
     return laws
+
+
+def gas_kinds(gas: Traits | Scene) -> tuple[q.GasKind, ...]:
+    """What decides the main quantities of a gas. Traits alone do not show clusters."""
+    traits = gas if isinstance(gas, Traits) else facts.traits_of(gas)
+    critical = None
+    if isinstance(gas, Scene):
+        critical = value_of(gas, q.CRITICAL_RATIO, CRITICAL)
+    further: dict[q.GasKind, bool] = {
+        "mixture": not facts.hold(traits, "equal_balls"),
+        "rough": facts.hold(traits, "rough"),
+        "clusters": critical is not None and critical > 1,
+        "uneven": facts.hold(traits, "uneven"),
+    }
+    return facts.gas_type(traits), *(kind for kind, holds in further.items() if holds)

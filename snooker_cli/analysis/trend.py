@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.analysis.findings import (
-    MOST_ERRORS,
     distance,
     has_theory,
     main_result,
     theory_name,
 )
+from snooker_cli.analysis.goodness import MOST_ERRORS
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity
 from snooker_cli.analysis.run_analysis import JsonRows
 from snooker_cli.formatting import point_label, value_text, with_error

@@ -9,7 +9,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.config.axes import MAX_POINTS, option_values
+from snooker_cli.config.axes import MAX_POINTS
 from snooker_cli.config.problems import PathError
 from snooker_cli.errors import ArgumentError, KeyAbsentError, KeywordError
 from snooker_cli.options import Option
@@ -27,6 +27,10 @@ def with_options(
     *options: Option,
 ) -> Callable[[Callable[Arguments, Returned]], Callable[Arguments, Returned]]:
     """Decorates what scripts call with arguments that are options of a command.
+
+    Types stay in the signatures, because type checkers read nothing else: they cannot make types of
+    values, and a ``TypedDict`` leaves no room for ``**where``. Many are wider than a command's
+    text: ``times`` is also a list of numbers. ``tests/test_api.py`` compares words and defaults.
 
     Their help is added to the docstring. A keyword that is no key of the config is a ``TypeError``,
     as one that a function does not have.
@@ -59,6 +63,8 @@ def _by_keyword(function: Callable[..., Any]) -> list[str]:
 
 def times_given(text: str, option: Option) -> NDArray[np.float64]:
     """The times of an option, s. Raises ``UserError``."""
+    from snooker_cli.config.reading import option_values  # loads what reads YAML
+
     with suppress(PathError, TypeError, ValueError):
         if values := option_values(text, option.of(text)):
             return np.array([float(value) for value in values])  # type: ignore[arg-type]

@@ -14,15 +14,7 @@ from snooker_cli.api.results import CommandResult, CommandResults, Verdicts, fir
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import UserError, explained, notice
 from snooker_cli.files import write_text
-from snooker_cli.formatting import (
-    counted,
-    listed,
-    point_label,
-    printable,
-    short,
-    size,
-    text_table,
-)
+from snooker_cli.formatting import counted, listed, point_label, printable, short, size, text_table
 from snooker_cli.runs import RepeatState, RunFolder, open_run, runs_in
 from snooker_cli.runs.folder import former_kept
 from snooker_cli.runs.processes import processors

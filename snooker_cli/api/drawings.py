@@ -13,13 +13,7 @@ from snooker_cli.analysis.run_analysis import shorter_note
 from snooker_cli.api.arguments import TIMES_NEEDED, times_given
 from snooker_cli.api.output_files import own_output
 from snooker_cli.api.results import SavedFigure, first
-from snooker_cli.errors import (
-    ArgumentError,
-    ArgumentTypeError,
-    FigureError,
-    UserError,
-    check_name,
-)
+from snooker_cli.errors import ArgumentError, ArgumentTypeError, FigureError, UserError, check_name
 from snooker_cli.figures.figure_data import FigureData, with_logarithmic_axes
 from snooker_cli.figures.registry import FIGURES, figures_of, former_names, own_figures, possible
 from snooker_cli.figures.series import MOST_SERIES

@@ -1,4 +1,4 @@
-"""The axes of a sweep: which keys take which values; ranges, and overrides of the command line.
+"""The axes of a sweep: which keys take which values; ranges.
 
 A sweep is a grid. Each of its keys is an axis. The keys of a group under `zip` are one axis
 together, at the place of `zip`; the groups of a list under `zip` are consecutive axes.
@@ -6,8 +6,7 @@ together, at the place of `zip`; the groups of a list under `zip` are consecutiv
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from itertools import chain, islice
 from typing import Any, TypeAlias
@@ -17,15 +16,11 @@ from snooker_cli.config.problems import (
     Data,
     KeyPath,
     PathError,
-    Position,
     Problem,
     excerpt,
     in_words,
     key_path,
-    rendered,
-    substituted,
 )
-from snooker_cli.config.yaml_document import Mark, YamlDocument, document
 
 Scalar: TypeAlias = bool | int | float | str | None
 Value: TypeAlias = Scalar | tuple[Scalar, ...]
@@ -97,7 +92,7 @@ def axes(sweep: object) -> Axes:
     if isinstance(sweep, tuple):
         return sweep
     problems: list[Problem] = []
-    grid = tuple(axis for group in _groups(sweep) if (axis := _axis(group, problems)))
+    grid = tuple(axis for group in groups_of(sweep) if (axis := _axis(group, problems)))
     keys = [key for axis in grid for key, _ in axis]
     problems += [
         _fault(key, "the sweep sets this key twice; keep one of the two")
@@ -130,7 +125,7 @@ def is_inside(key: str, outer: str) -> bool:
     return key.startswith((f"{outer}.", f"{outer}["))
 
 
-def _groups(sweep: object) -> list[object]:
+def groups_of(sweep: object) -> list[object]:
     """The mapping of keys to values of each axis of a sweep."""
     if not isinstance(sweep, Mapping | None):
         return [sweep]
@@ -192,71 +187,3 @@ def _values(key: str, values: object) -> tuple[Value, ...]:
                 needs = "single values or pairs are needed; sweep the keys inside one by one"
                 raise PathError(f"{in_words(part)} is given where {needs}")
     return tuple(tuple(value) if isinstance(value, list) else value for value in values)
-
-
-# Overrides: KEY=VALUE, or KEY=several values for a sweep over that key.
-
-
-def overridden(source: YamlDocument, overrides: Iterable[str]) -> YamlDocument:
-    """The document with KEY=VALUE texts applied in order. Raises ConfigError.
-
-    A single value replaces the value and removes every sweep of that key or of keys inside it.
-    Several values replace the sweep of that key at its place.
-    """
-    earlier: dict[str, str] = {}
-    for override in overrides:
-        label = Position(source=f"-o {excerpt(override)}")
-        key, _, text = override.partition("=")
-        key = key.strip()
-        try:
-            path = key_path(key)
-            if key in earlier:
-                raise PathError(
-                    f"the key is given twice, here and in -o {earlier[key]}; keep one of them, or "
-                    f"write -o {key}=VALUE,VALUE to sweep it"
-                )
-            if path[0] == "sweep" and len(path) > 1:
-                raise PathError("sweep is set as a whole, or by its keys: -o KEY=VALUE,VALUE")
-            values = option_values(text, label.source)
-            if not values:
-                advice = "add a value, or null to mean none"
-                raise PathError(f"an override is written KEY=VALUE; {advice}")
-            source = _replaced(source, path, values, Mark(label, label))
-        except PathError as error:
-            raise ConfigError([Problem((key,), str(error), position=label)]) from None
-        earlier[key] = excerpt(override)
-    return source
-
-
-def option_values(text: str, name: str) -> list[Data]:
-    """The values that an option such as -o lists, or those of its range; `name` is the option.
-
-    Raises ConfigError and PathError.
-    """
-    try:
-        # The line break ends a comment, which would hide the bracket.
-        return range_values(text) or document(f"[{text}\n]", name).data
-    except ConfigError as error:
-        here = Position(source=name)
-        raise ConfigError(replace(problem, position=here) for problem in error.problems) from None
-
-
-def _replaced(source: YamlDocument, path: KeyPath, values: list[Data], mark: Mark) -> YamlDocument:
-    """The document with the values of an override at a path. Raises PathError."""
-    key, swept = rendered(path), len(values) > 1
-    target: KeyPath = ("sweep", key) if swept else path
-    data = source.data if swept else substituted(source.data, path, values[0])
-    groups: list[Any] = []
-    for group in _groups(data.get("sweep")):
-        if isinstance(group, Mapping):
-            group = {
-                other: values if other == key else old
-                for other, old in group.items()
-                if swept or not (other == key or is_inside(other, key))
-            }
-        groups.append(group)
-    if swept and not any(key in group for group in groups):
-        groups.append({key: values})
-    marks = {place: old for place, old in source.marks.items() if place[: len(target)] != target}
-    above = {target[:end]: mark for end in range(1, len(target))}
-    return YamlDocument({**data, "sweep": {ZIP: groups}}, {**above, **marks, target: mark})

@@ -15,7 +15,6 @@ from typing import Any, NewType, TypeAlias, cast
 from pydantic import BaseModel, ValidationError
 
 from snooker_cli.config.axes import Value, axes
-from snooker_cli.config.messages import config_error
 from snooker_cli.config.models import Config
 from snooker_cli.config.problems import (
     MOST_SHOWN,
@@ -71,13 +70,20 @@ def validated(data: Mapping[str, Any]) -> Config:
     except ValidationError as error:
         unset = _unset(data)
         if not unset:
-            raise config_error(error) from None
+            raise _in_sentences(error) from None
         config = _point(0, data, unset).config
     total = len(points(config)) * config.repeats
     if total > MAX_REPEATS:
         sentence = f"the points have {total:,} repeats in all; at most {MAX_REPEATS:,} are allowed"
         raise ConfigError([Problem(("repeats",), f"{sentence}, so give fewer")])
     return config
+
+
+def _in_sentences(error: ValidationError) -> ConfigError:
+    """The problems of a validation error, in sentences."""
+    from snooker_cli.config.messages import config_error  # loaded when there is a problem
+
+    return config_error(error)
 
 
 def _unset(data: object) -> list[_Step]:
@@ -138,7 +144,7 @@ def _point(index: int, base: Mapping[str, Any], steps: Iterable[_Step]) -> Point
     try:
         config = Config.model_validate(data)
     except ValidationError as error:
-        problems = config_error(error).problems
+        problems = _in_sentences(error).problems
         raise ConfigError(_in_sweep(problem, steps) for problem in problems) from None
     # As the model reads them: 1.0 for a written 1.
     parameters = tuple((key, value_at(config, key_path(key))) for key, *_ in steps)
@@ -247,4 +253,9 @@ def extends(longer: Config, shorter: Config) -> bool:
         end, other = getattr(longer, limit), getattr(shorter, limit)
         if end is not None and (other is None or end < other):
             return False
-    return digest(longer, without=LIMITS) == digest(shorter, without=LIMITS)
+    return same_physics(longer, shorter)
+
+
+def same_physics(config: Config, other: Config) -> bool:
+    """Whether two points differ in nothing but their ends."""
+    return digest(config, without=LIMITS) == digest(other, without=LIMITS)

@@ -12,23 +12,24 @@ import numpy as np
 from snooker_cli.containers import Container
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import earlier, enter_lanes
-from snooker_cli.engine.collision import (
-    change_at_circle,
-    hit_circle,
-    hit_side,
-    shares,
-)
+from snooker_cli.engine.collision import change_at_circle, hit_circle, hit_side, shares
 from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_delay
 from snooker_cli.engine.edge import Edge
-from snooker_cli.engine.everyone import LANE_TIME, NEXT_TIME, PAIR_TIME, WALL_TIME
-from snooker_cli.engine.frames import (
-    FARTHEST,
-    Frame,
-    laboratory_velocity,
-    leave_behind,
-)
+from snooker_cli.engine.frames import FARTHEST, Frame, laboratory_velocity, leave_behind
 from snooker_cli.engine.jit import inlined
-from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
+from snooker_cli.engine.kernel_state import (
+    CLOCK,
+    LANE_TIME,
+    NEXT_TIME,
+    PAIR_TIME,
+    WALL_TIME,
+    Floats,
+    State,
+    U,
+    V,
+    X,
+    Y,
+)
 from snooker_cli.engine.prediction import candidates_from, padded_square
 from snooker_cli.engine.restitution import WALL, bounce_sums
 from snooker_cli.errors import SceneError

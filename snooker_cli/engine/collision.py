@@ -9,16 +9,7 @@ from typing import Any
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import fused
 from snooker_cli.engine.jit import helper, inlined
-from snooker_cli.engine.kernel_state import (
-    CLOCK,
-    Floats,
-    Setup,
-    State,
-    U,
-    V,
-    X,
-    Y,
-)
+from snooker_cli.engine.kernel_state import CLOCK, Floats, Setup, State, U, V, X, Y
 from snooker_cli.engine.restitution import (
     BOTTOM,
     KIND,

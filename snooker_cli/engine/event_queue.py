@@ -38,16 +38,6 @@ def new_tree(number: int) -> Tree:
     return Tree(times, times.view(np.int64), np.zeros(1 << WATCHED * STEP))
 
 
-def nodes_agree(tree: Tree) -> bool:
-    """Whether each node has the earliest time of its children, and no time is negative."""
-    times, size, agree = tree.times, 1, bool(np.all(tree.times >= 0.0))
-    while 2 * CHILDREN * size <= len(times):
-        children = times[CHILDREN * size : 2 * CHILDREN * size].reshape(size, CHILDREN)
-        agree = agree and np.array_equal(times[size : 2 * size], children.min(axis=1))
-        size *= CHILDREN
-    return agree
-
-
 @inlined
 def update(i: int, time: float, tree: Tree) -> None:
     """Give ball i another time."""

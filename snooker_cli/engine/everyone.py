@@ -14,12 +14,18 @@ from snooker_cli.engine.bit_tricks import LANES, earlier, enter_lane, soonest
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.event_loop import Search
 from snooker_cli.engine.jit import helper, inlined
-from snooker_cli.engine.kernel_state import EVENTS, Flags, Floats, Indices, State
-
-# Rows of ``Everyone.times``, s: a ball's earliest contact with another, or when it searches again;
-# its hit of the wall; the earlier of the two; and of each lane of balls the least of these, see
-# ``soonest``.
-PAIR_TIME, WALL_TIME, NEXT_TIME, LANE_TIME, TIME_ROWS = range(5)
+from snooker_cli.engine.kernel_state import (
+    EVENTS,
+    LANE_TIME,
+    NEXT_TIME,
+    PAIR_TIME,
+    TIME_ROWS,
+    WALL_TIME,
+    Flags,
+    Floats,
+    Indices,
+    State,
+)
 
 # Rows of ``Everyone.links``: the partner of the earliest contact, and its number of events when the
 # contact was found.

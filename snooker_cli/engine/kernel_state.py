@@ -54,6 +54,11 @@ ACCOUNT_REST = FROM_WALLS_REST - FROM_WALLS
 WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED, INVOLVED, COUNTS = range(7)
 KEY = COUNTS
 
+# Rows of ``Everyone.times``, s, which a boundary that moves enters too: a ball's earliest contact
+# with another, or when it searches again; its hit of the wall; the earlier of the two; and of each
+# lane of balls the least of these, see ``soonest``.
+PAIR_TIME, WALL_TIME, NEXT_TIME, LANE_TIME, TIME_ROWS = range(5)
+
 NO_LIMIT = 2**62  # as good as no limit for a number of events
 
 
@@ -126,10 +131,6 @@ class State(NamedTuple):
     @property
     def collisions(self) -> int:
         return int(self.counts[WALL_EVENTS] + self.counts[PAIR_EVENTS])
-
-    def next_epoch(self, epoch: float, shift: float) -> None:
-        """As ``begin_epoch``."""
-        begin_epoch(self, epoch, shift)
 
 
 @inlined

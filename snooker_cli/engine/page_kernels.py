@@ -256,7 +256,7 @@ def follow(page: Page) -> None:
             elif reason == clock.FULL:
                 following = NEVER
                 for k in range(number):
-                    following = earlier(following, search.times[everyone.NEXT_TIME, k])
+                    following = earlier(following, search.times[ks.NEXT_TIME, k])
                 answers[REACHED] = sums[ks.EPOCH] + following
             break
         # Over more collisions the energy may fall by orders of magnitude, and the account would not

@@ -353,7 +353,7 @@ class Replay:
         """Note that events are carried out, and begin an epoch after its number of them."""
         if stop == self._epoch_end:
             epoch = float(self.state.sums[ks.EPOCH])
-            self.state.next_epoch(*clock.following(epoch, float(record["time"][-1])))
+            ks.begin_epoch(self.state, *clock.following(epoch, float(record["time"][-1])))
         self.done = stop
 
 

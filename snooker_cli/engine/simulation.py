@@ -24,12 +24,7 @@ from snooker_cli.engine.clock import (
     TIME,
 )
 from snooker_cli.engine.contact import never_meet
-from snooker_cli.engine.conversion import (
-    copied,
-    new_states,
-    restored,
-    scenes_at,
-)
+from snooker_cli.engine.conversion import copied, new_states, restored, scenes_at
 from snooker_cli.engine.event_queue import new_tree
 from snooker_cli.engine.frames import FARTHEST, MovingFrame
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Records, State, UnequalBalls
@@ -38,16 +33,7 @@ from snooker_cli.engine.sliding import bounces_to_come
 from snooker_cli.fields import MOVING, record_type_of
 from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
-from snooker_cli.trace import (
-    CONTAINER,
-    Events,
-    Snapshots,
-    Stop,
-    StopReason,
-    Summary,
-    Trace,
-    joined,
-)
+from snooker_cli.trace import CONTAINER, Events, Snapshots, Stop, StopReason, Summary, Trace, joined
 
 Sink: TypeAlias = Callable[[Events], None]
 Watch: TypeAlias = Callable[[int, float], object]
@@ -224,7 +210,7 @@ class Simulation(ABC):
                 (self.chunks[repeat].append if sink is None else sink)(events)
         for row in np.flatnonzero((done > before) & (done % epoch_length == 0)).tolist():
             following = clock.following(float(epochs[row]), float(clocks[row]))
-            ks.state_of(self.states, int(active[row])).next_epoch(*following)
+            ks.begin_epoch(ks.state_of(self.states, int(active[row])), *following)
             self._predict_anew(int(active[row]))
         ended = (done >= self.wanted) | (answers != FULL)
         for row in np.flatnonzero(ended).tolist():

@@ -23,12 +23,7 @@ from snooker_cli.engine import clock, jit, page_kernels, products, restitution
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import LANES
 from snooker_cli.engine.compilation import COMPILATION, known_functions, watching
-from snooker_cli.engine.package_laws import (
-    hash_of,
-    identity_of,
-    kinds_of,
-    laws_of_packages,
-)
+from snooker_cli.engine.package_laws import hash_of, identity_of, kinds_of, laws_of_packages
 from snooker_cli.engine.page_kernels import (
     EVENTS,
     KERNELS,

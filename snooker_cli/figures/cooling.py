@@ -11,7 +11,7 @@ from snooker_cli import facts, theory
 from snooker_cli.analysis import quantities, theories
 from snooker_cli.analysis.comparison import comparisons_of
 from snooker_cli.analysis.decay import QUANTITIES, course, decays_of, reported_constants
-from snooker_cli.analysis.findings import FEWEST_TESTED, MOST_ERRORS, Findings
+from snooker_cli.analysis.findings import Findings
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.gas import (
     enskog_rates,
@@ -20,6 +20,7 @@ from snooker_cli.analysis.gas import (
     haff_rate,
     starting_temperature,
 )
+from snooker_cli.analysis.goodness import FEWEST_TESTED, MOST_ERRORS
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
     mean_and_error,

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from snooker_cli.analysis.findings import FEWEST_TESTED, MOST_ERRORS, TOO_FEW
+from snooker_cli.analysis.goodness import FEWEST_TESTED, MOST_ERRORS, TOO_FEW
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity
 from snooker_cli.figures.figure_data import Layer, Points
 from snooker_cli.formatting import listed, percent, short, with_error

@@ -5,10 +5,10 @@ import math
 import numpy as np
 
 from snooker_cli.analysis import quantities, theories
-from snooker_cli.analysis.comparison import gas_kinds
 from snooker_cli.analysis.gas import Gas
 from snooker_cli.analysis.observables import mean_and_error
 from snooker_cli.analysis.quantities import Quantity, main_quantities
+from snooker_cli.analysis.theories import gas_kinds
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.counted_parts import CountedParts, measured

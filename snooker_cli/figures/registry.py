@@ -13,8 +13,8 @@ from typing import Any
 import yaml
 
 from snooker_cli import facts
-from snooker_cli.analysis.comparison import gas_kinds
 from snooker_cli.analysis.quantities import QUANTITIES, Quantity, main_quantities
+from snooker_cli.analysis.theories import gas_kinds
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.declared_result import Result

@@ -9,8 +9,8 @@ import numpy as np
 from snooker_cli import facts, theory, two_temperatures
 from snooker_cli.analysis import observables, quantities, structure, theories
 from snooker_cli.analysis.comparison import species_change
-from snooker_cli.analysis.findings import MOST_ERRORS
 from snooker_cli.analysis.gas import cooling_spins, fluid_state, haff_rate, temperatures
+from snooker_cli.analysis.goodness import MOST_ERRORS
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
     collisions_per_ball,

@@ -10,10 +10,8 @@ import yaml
 
 from snooker_cli import __version__, facts
 from snooker_cli.analysis import tables
-from snooker_cli.analysis.comparison import gas_kinds
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.findings import (
-    MOST_ERRORS,
     Findings,
     cools,
     errors_from_theory,
@@ -21,9 +19,10 @@ from snooker_cli.analysis.findings import (
     has_theory,
     main_quantity_rows,
 )
+from snooker_cli.analysis.goodness import MOST_ERRORS
 from snooker_cli.analysis.quantities import CRITICAL_RATIO, GasKind, main_quantities
 from snooker_cli.analysis.run_analysis import JsonRows, RunAnalysis, comparisons, fits
-from snooker_cli.analysis.theories import CRITICAL, value_of
+from snooker_cli.analysis.theories import CRITICAL, gas_kinds, value_of
 from snooker_cli.analysis.trend import trends
 from snooker_cli.config import Point, unit_of
 from snooker_cli.errors import FigureError

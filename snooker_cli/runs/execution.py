@@ -35,12 +35,7 @@ from snooker_cli.runs.batch import (
     simulate_and_store,
     stored_result,
 )
-from snooker_cli.runs.folder import (
-    FAILURES,
-    holds_manifest,
-    manifest_number,
-    record_failure,
-)
+from snooker_cli.runs.folder import FAILURES, holds_manifest, manifest_number, record_failure
 from snooker_cli.runs.plan import alike, batch_size
 from snooker_cli.runs.processes import Processes, safe_path, using_shared_memory
 from snooker_cli.runs.run import RepeatState, RepeatStatus, RunFolder

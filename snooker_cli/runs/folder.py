@@ -14,15 +14,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from snooker_cli import store
-from snooker_cli.config import (
-    LIMITS,
-    Config,
-    ConfigError,
-    Point,
-    digest,
-    extends,
-    with_values,
-)
+from snooker_cli.config import LIMITS, Config, ConfigError, Point, digest, extends, with_values
+from snooker_cli.config.points import same_physics
 from snooker_cli.config.problems import key_path, value_at
 from snooker_cli.errors import DeniedError, RunError, SnookerError, StoreError
 from snooker_cli.files import (
@@ -130,7 +123,7 @@ def planned_change(run: RunFolder, *, fresh: bool = False) -> str:
             f"{run.engine_version}, which may give other bits"
         )
     elif not (
-        all(_physics(new) == _physics(old) for new, old in pairs)
+        all(same_physics(new.config, old.config) for new, old in pairs)
         and all(_is_of_sweep(stored, point) for point in added)
     ):
         keys = [key for key in Config.model_fields if key not in ("title", "repeats")]
@@ -216,7 +209,7 @@ def _is_of_sweep(stored: RunFolder, point: Point) -> bool:
         )
     except (ConfigError, *NO_VALUE):
         return False
-    return digest(here, without=LIMITS) == digest(point.config, without=LIMITS)
+    return same_physics(here, point.config)
 
 
 def _swept(points: Iterable[Point]) -> list[str]:
@@ -255,11 +248,6 @@ def _restored(run: RunFolder) -> str:
 def _repeat_files(directory: Path) -> list[Path]:
     """The files of repeats in a folder."""
     return [path for path in directory.glob("point-*/repeats-*-*.h5") if point_and_repeats(path)[1]]
-
-
-def _physics(point: Point) -> str:
-    """What two points have in common if one continues the other."""
-    return digest(point.config, without=LIMITS)
 
 
 def _changed_limits(pairs: Sequence[tuple[Point, Point]]) -> str:

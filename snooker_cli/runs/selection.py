@@ -10,7 +10,6 @@ from decimal import Decimal
 from typing import Any
 
 from snooker_cli.config import Point
-from snooker_cli.config.axes import option_values
 from snooker_cli.config.points import single_values
 from snooker_cli.config.problems import PathError
 from snooker_cli.errors import ArgumentError, FigureError, KeyAbsentError
@@ -179,6 +178,8 @@ def chosen_values(run: RunFolder, conditions: Sequence[str]) -> dict[str, Any]:
         value_at(run.points[0], key)  # raises for a key that the experiment does not have
         try:
             if sign == "=" and value.count(":") != 1:
+                from snooker_cli.config.reading import option_values  # loads what reads YAML
+
                 values = option_values(value, where)
             else:
                 low, *high = map(float, value.split(":") if sign == "=" else [value])

@@ -5,9 +5,9 @@ name, flushed to the disk and then renamed, so a file is never incomplete. Value
 would refuse are not written, see ``value_ranges``.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
+from snooker_cli.lazy_names import lazy_names
 from snooker_cli.store.file_format import READABLE as READABLE
 from snooker_cli.store.file_format import SCHEMA_VERSION as SCHEMA_VERSION
 from snooker_cli.store.file_format import Fingerprint as Fingerprint
@@ -30,9 +30,4 @@ if TYPE_CHECKING:
     from snooker_cli.store.writer import Recorder as Recorder
     from snooker_cli.store.writer import write as write
 
-
-def __getattr__(name: str) -> object:
-    """``write`` and ``Recorder``, whose module is loaded now: most commands only read."""
-    if name in ("Recorder", "write"):
-        return getattr(import_module("snooker_cli.store.writer"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = lazy_names(__name__, {"writer": "Recorder write"})  # most commands only read

@@ -23,11 +23,11 @@ from snooker_cli.fields import EVENT_COLUMNS, REQUIRED, MovingField, moving_fiel
 from snooker_cli.files import sources_hash, user_hash
 from snooker_cli.laws import RULES, CollisionRules, Constant
 from snooker_cli.scene import Scene
-from snooker_cli.store import version_4
 from snooker_cli.trace import Events, Stop, Trace
 
 SCHEMA_VERSION = 5  # goes up when the files change
-READABLE = version_4.VERSION, SCHEMA_VERSION
+OLDEST = 4  # that is read, see ``version_4``
+READABLE = OLDEST, SCHEMA_VERSION
 
 BALLS, CONTAINER = "particles/balls", "particles/container"
 EVENTS = {column.name: column.path for column in EVENT_COLUMNS}

@@ -20,7 +20,7 @@ from snooker_cli.fields import ALWAYS, EVENT_COLUMNS, MOVING
 from snooker_cli.laws import RULES, CollisionRules
 from snooker_cli.scene import Scene
 from snooker_cli.store import file_format as layout
-from snooker_cli.store import hdf5, version_4
+from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, RepeatHeader
 from snooker_cli.store.value_ranges import (
     SUMMARY_ROWS,
@@ -205,7 +205,9 @@ def _shape_and_rules(file: h5py.File) -> tuple[str, CollisionRules]:
     """The name of the container's shape, and what collisions do. Raises ``UnsoundError``."""
     written = {**json.loads(_parameter(file, "scene"))}
     shape = written.pop("shape")
-    if _parameter(file, "schema_version") == version_4.VERSION:
+    if _parameter(file, "schema_version") == layout.OLDEST:
+        from snooker_cli.store import version_4  # of such files alone
+
         written = version_4.rules(written)
     try:
         return shape, RULES.validate_json(json.dumps(written))

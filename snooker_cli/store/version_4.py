@@ -5,8 +5,6 @@ from typing import Any
 
 from snooker_cli.laws import Constant
 
-VERSION = 4
-
 LAWS = {"pair_law": "restitution", "wall_law": "wall_restitution"}
 """The entries of the laws' CoR. A law of further numbers has an entry of its own name too."""
 

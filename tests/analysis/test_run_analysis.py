@@ -153,7 +153,7 @@ main()
 """
 
 
-@pytest.mark.parametrize(("command", "most"), [("fit small", 95), ("plot small energy", 107)])
+@pytest.mark.parametrize(("command", "most"), [("fit small", 80), ("plot small energy", 92)])
 def test_a_command_loads_few_files_before_its_analysis(
     command: str, most: int, finished: Path, tmp_path: Path
 ) -> None:

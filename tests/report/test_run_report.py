@@ -18,8 +18,8 @@ from gas_kinds import KINDS, scene_of
 from pypdf import PdfReader
 
 import snooker_cli as snooker
-from snooker_cli.analysis.comparison import gas_kinds
 from snooker_cli.analysis.decay import NO_LOSSES
+from snooker_cli.analysis.theories import gas_kinds
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.caption_text import setting
