@@ -31,18 +31,10 @@ def distance_edges(scene: Scene) -> Array:
     if bins <= BINS:
         return np.linspace(least, half, max(bins, 1) + 1)
 
-    from scipy import optimize  # takes a while to load
-
-    # Widths grow by a factor. The first has enough pairs, and some are near a contact.
-    first = max(least / BINS_OF_DIAMETER, (half - least) / BINS / FINER)
-
-    def beyond(log_scale: float) -> float:
-        scale = first * math.exp(log_scale)
-        return scale * math.expm1(BINS * math.log1p(first / scale)) - (half - least)
-
-    scale = first * math.exp(optimize.brentq(beyond, -5.0, 20.0))
-    ways = scale * np.expm1(np.arange(BINS) * math.log1p(first / scale))
-    return np.append(least + ways, half)
+    # Widths grow evenly. The first bin has enough pairs, and is near a contact.
+    first, steps = max(least / BINS_OF_DIAMETER, (half - least) / BINS / FINER), np.arange(BINS)
+    growth = ((half - least) - first * BINS) / BINS**2
+    return np.append(least + first * steps + growth * steps**2, half)
 
 
 def pair_sums(positions: Array, velocities: Array, scene: Scene, edges: Array) -> Array:

@@ -152,5 +152,9 @@ def test_bins_reach_from_contact_to_half_of_the_container() -> None:
     assert edges[0] == 2.0
     assert edges[-1] == pytest.approx(scene.container.size[0] / 2)
     assert len(distance_edges(gas("periodic", 4, 0.3))) >= 2
+    # In a large container the first are narrow, and widths grow.
+    widths = np.diff(distance_edges(gas("periodic", 5000, 0.1)))
+    assert np.all(np.diff(widths) > 0)
+    assert widths[0] == pytest.approx(widths.mean() / 5, rel=0.15)
     sums = np.zeros((5, 3))
     assert np.isnan(correlations(sums)).all()
