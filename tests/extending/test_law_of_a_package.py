@@ -212,7 +212,7 @@ def test_messages_and_the_schema_name_it(installed: Installed) -> None:
         assert sentence in refused(installed, "validate", "wrong.yaml")
     (installed.here / "wrong.yaml").write_text(GAS.replace("name: yielding", "name: yelding"))
     sentence = refused(installed, "validate", "wrong.yaml")
-    assert "law.name: there is no law yelding; installed are yielding" in sentence
+    assert "law.name: there is no law yelding; installed are yielding; install" in sentence
     (installed.here / "wrong.yaml").write_text(GAS + "cor_speed: 1\n")
     assert "law replaces cor_speed; remove one of them" in refused(
         installed, "validate", "wrong.yaml"
@@ -258,7 +258,24 @@ def test_without_the_package_results_stay_readable(installed: Installed) -> None
         sentence = refused(installed, "verify", "gas", "--replay")
         assert "snooker-yielding 0.1, which is not installed" in sentence
         sentence = refused(installed, "run", "gas.yaml")
-        assert "law.name: there is no law yielding; no installed package has a law" in sentence
+        assert "law.name: there is no law yielding; no installed package adds a law" in sentence
+
+
+def test_a_law_that_is_left_out_is_not_called_absent(installed: Installed) -> None:
+    """Its package is there, so the sentences lead to the reason why it does not work."""
+    with changed(installed, "import math\n", "import nothing_there\n"):
+        sentence = refused(installed, "run", "gas.yaml")
+        assert "install its package, or see in `snooker plugins` why it is left out" in sentence
+        sentence = refused(installed, "verify", "gas", "--replay")
+        assert "0.1, which is left out (`snooker plugins` has the reason)" in sentence
+        script = (
+            "try:\n    snooker_cli.check_config('gas.yaml')\n"
+            "except Exception as error:\n    print(json.dumps(str(error)))"
+        )
+        assert "or see in snooker.plugin_list() why it is left out" in str(value(installed, script))
+        assert "ModuleNotFoundError: No module named 'nothing_there'" in " ".join(
+            installed.snooker("plugins").split()
+        )
 
 
 def test_results_of_other_sources_are_not_mixed(installed: Installed) -> None:
