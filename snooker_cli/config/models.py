@@ -420,13 +420,14 @@ def given_law(value: Any, key: str) -> PackageLaw:
         return laws[name](**{"cor": 0.0, **numbers})
     except ValidationError as error:
         fault = error.errors(include_url=False)[0]
-        needed = fault.get("ctx", {}).get("needs", "")
+        needed = fault.get("ctx", {}).get("needs")
+        range_text = f"{needed} is needed" if needed else fault["msg"]
         has = ", ".join(laws[name].numbers()[1:])
         what = {
             "missing_argument": f"the law {name} needs it; it has {has}",
             "missing": f"the law {name} needs it; it has {has}",
             "unexpected_keyword_argument": f"the law {name} has no such number; it has {has}",
-        }.get(fault["type"], f"{needed or fault['msg']} is needed, not {fault['input']!r}")
+        }.get(fault["type"], f"{range_text}, not {fault['input']!r}")
         raise wrong(what, *map(str, fault["loc"])) from None
 
 

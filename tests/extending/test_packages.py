@@ -85,8 +85,9 @@ def test_a_state_with_no_number_is_a_sentence_about_the_package(installed: Insta
         module.write_text(source, "utf-8")
     assert done.returncode == 2
     assert " ".join(done.stderr.split()) == (
-        f"snooker: the quantity {ALIGNMENT} of snooker-neighbour-alignment 0.1: `of_state` returned "
-        "an array of the shape (20, 2); it must return one number for a state, nan without a value"
+        f"snooker: the quantity {ALIGNMENT} of snooker-neighbour-alignment 0.1: "
+        "`of_state` returned an array of the shape (20, 2); "
+        "it must return one number for a state, nan without a value"
     )
 
 
