@@ -22,6 +22,7 @@ from snooker_cli import laws, store
 from snooker_cli.analysis import quantities, theories
 from snooker_cli.engine import collision, jit, restitution
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine import package_laws as laws_in_kernels
 from snooker_cli.engine.conversion import new_states
 from snooker_cli.engine.kernel_state import Setup
 from snooker_cli.engine.package_laws import package_laws
@@ -198,6 +199,20 @@ def test_a_law_of_a_package_cannot_use_these(function, of_package) -> None:
     setup = setup_with(of_package(function))
     with pytest.raises(NumbaError):
         kicked(setup, 1.0, 1.0)
+
+
+def with_a_stored_kernel(speed: float, cor: float, limit: float) -> float:
+    return cor if speed > limit else 1.0
+
+
+def test_a_stored_kernel_has_the_class_of_its_laws(of_package) -> None:
+    """A process may load kernels before it has a scene with the law."""
+    of_laws = laws_in_kernels.identity_of([of_package(with_a_stored_kernel)])
+    asked_before = getattr(laws_in_kernels, f"PackageLaws_{laws_in_kernels.hash_of(of_laws)}")
+    assert laws_in_kernels.class_of(of_laws) is asked_before
+    numbers = asked_before(np.array([[0.3, 2.0, 0.0, 0.0]]))
+    kind = float(laws_in_kernels.FIRST_KIND)
+    assert [numbers.restitution(kind, 0, speed) for speed in (1.0, 3.0)] == [1.0, 0.3]
 
 
 RULES_AS_JSON = [
