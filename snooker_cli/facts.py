@@ -2,7 +2,8 @@
 
 Theories and figures name the facts that they need. Nothing else asks a scene such a question. The
 live page has these functions as JavaScript too (``live_page/page_theories.py``). So each function
-is a single expression of comparisons, ``and``, ``or``, ``not`` and calls of other facts.
+is a single expression of comparisons, ``and``, ``or``, ``not`` and calls of other facts. Its
+docstring says what is true of a gas with it, and stands in docs/extending.md.
 """
 
 import math
@@ -258,91 +259,109 @@ def gas_type(traits: Traits) -> GasType:
 
 @fact("one ball meets no other", "it needs two or more")
 def several(gas: Traits) -> bool:
+    """Two balls or more."""
     return gas.number > 1
 
 
 @fact("two balls form no clusters")
 def three(gas: Traits) -> bool:
+    """Three balls or more."""
     return gas.number > 2
 
 
 @fact("two balls have one speed")
 def three_or_walls(gas: Traits) -> bool:
+    """Three balls or more, or walls."""
     return gas.walls or gas.number > 2
 
 
 @fact("one ball keeps its speed along the walls")
 def shared_speed(gas: Traits) -> bool:
+    """Two balls or more, or no channel."""
     return gas.number > 1 or not gas.keeps_drift
 
 
 @fact(f"its cells need {MANY_BALLS} balls or more")
 def many(gas: Traits) -> bool:
+    """500 balls or more."""
     return gas.number >= MANY_BALLS
 
 
 @fact("the theory needs equal balls")
 def equal_balls(gas: Traits) -> bool:
+    """All balls have one radius and one mass."""
     return gas.species == 1
 
 
 @fact("the balls' masses differ")
 def one_mass(gas: Traits) -> bool:
+    """All balls have one mass."""
     return gas.masses == 1
 
 
 @fact("the balls' masses differ")
 def one_mass_or_walls(gas: Traits) -> bool:
+    """All balls have one mass, or there are walls."""
     return gas.walls or gas.masses == 1
 
 
 @fact("unequal balls that lose energy have no law of speeds")
 def equal_or_elastic(gas: Traits) -> bool:
+    """Equal balls, or an `elastic` gas."""
     return equal_balls(gas) or elastic(gas)
 
 
 @fact("it needs 2 species of balls, not {species}", of_type=True)
 def two_species(gas: Traits) -> bool:
+    """Two species: balls of one radius and one mass are a species."""
     return gas.species == 2
 
 
 @fact(f"it needs 2 to {MOST_SPECIES} species of balls, not {{species}}")
 def few_species(gas: Traits) -> bool:
+    """2 to 6 species."""
     return gas.species > 1 and gas.species <= MOST_SPECIES
 
 
 @fact(f"it shows {MOST_SPECIES} species at most, not {{species}}")
 def not_many_species(gas: Traits) -> bool:
+    """6 species at most."""
     return gas.species <= MOST_SPECIES
 
 
 @fact("the balls fill {packing:.2f} of the area, which is too dense for a fluid")
 def fluid(gas: Traits) -> bool:
+    """The packing fraction is 0.65 at most."""
     return gas.packing <= DENSEST_FLUID
 
 
 @fact("the balls leave no room for a fluid between the walls")
 def room(gas: Traits) -> bool:
+    """Between the walls, the density is one that a fluid can have."""
     return gas.crowding < 1
 
 
 @fact("no pressure is published at this packing", of_type=True)
 def published_1985(gas: Traits) -> bool:
+    """Erpenbeck and Luban (1985) published the pressure at this packing."""
     return gas.published == "Erpenbeck & Luban 1985"
 
 
 @fact("no pressure is published at this packing", of_type=True)
 def published_2013(gas: Traits) -> bool:
+    """Engel et al. (2013) published the pressure at this packing."""
     return gas.published == "Engel et al. 2013"
 
 
 @fact("nothing moves at the start, so there is no ratio to it")
 def moves(gas: Traits) -> bool:
+    """A ball moves at the start."""
     return gas.moves
 
 
 @fact("the balls' centre of mass moves on for ever")
 def at_rest(gas: Traits) -> bool:
+    """Walls, or balls whose centre of mass is at rest."""
     return gas.walls or gas.at_rest
 
 
@@ -351,71 +370,85 @@ def at_rest(gas: Traits) -> bool:
 
 @fact("the theory needs one CoR between balls at all speeds")
 def one_cor(gas: Traits) -> bool:
+    """Collisions between balls have one CoR at all speeds."""
     return gas.pair_law == "constant"
 
 
 @fact("the theory needs one CoR at the wall at all speeds")
 def one_wall_cor(gas: Traits) -> bool:
+    """No walls, or walls with one CoR at all speeds that give no energy."""
     return not gas.walls or gas.wall_law == "constant"
 
 
 @fact("the theory needs one CoR at all speeds", of_type=True)
 def constant_cor(gas: Traits) -> bool:
+    """`one_cor` and `one_wall_cor`."""
     return one_cor(gas) and one_wall_cor(gas)
 
 
 @fact("the CoR is the same at all speeds", of_type=True)
 def cor_by_speed(gas: Traits) -> bool:
+    """Not `constant_cor`."""
     return not constant_cor(gas)
 
 
 @fact("no theory has the mean loss of the {unknown_loss} law")
 def known_losses(gas: Traits) -> bool:
+    """Theory knows the mean loss of each law that takes energy."""
     return gas.unknown_loss == ""
 
 
 @fact("contacts that take no energy have other losses", "set collapse: stop")
 def every_loss(gas: Traits) -> bool:
+    """Each contact takes the energy of its law: `collapse` changes no contact."""
     return gas.contact_duration == 0 and gas.elastic_below == 0
 
 
 @fact("all collisions between balls keep the energy", of_type=True)
 def lossy_pairs(gas: Traits) -> bool:
+    """Collisions between balls take energy."""
     return not elastic_pairs(gas)
 
 
 @fact("collisions between balls take energy", of_type=True)
 def elastic_pairs(gas: Traits) -> bool:
+    """Collisions between balls take no energy, or there is one ball."""
     return gas.number == 1 or (gas.cor == 1 and gas.pairs_keep_slip)
 
 
 @fact("spins take a part of the energy", "remove tangential_cor")
 def smooth(gas: Traits) -> bool:
+    """Smooth balls, which do not spin."""
     return not gas.rough
 
 
 @fact("smooth balls do not spin", "give tangential_cor", of_type=True)
 def rough(gas: Traits) -> bool:
+    """Rough balls, which spin."""
     return gas.rough
 
 
 @fact("friction limits what a contact gives to spins")
 def no_friction(gas: Traits) -> bool:
+    """Rough balls whose friction has no limit."""
     return gas.friction == inf
 
 
 @fact("balls do not touch each other's spins")
 def rubbing_pairs(gas: Traits) -> bool:
+    """Rough balls whose tangential CoR with each other is above −1."""
     return gas.tangential_cor > -1
 
 
 @fact("the theory needs a CoR below 1", of_type=True)
 def lossy_cor(gas: Traits) -> bool:
+    """The CoR between balls is below 1."""
     return gas.cor < 1
 
 
 @fact("the theory needs a CoR above 0", of_type=True)
 def bouncing(gas: Traits) -> bool:
+    """The CoR between balls is above 0."""
     return gas.cor > 0
 
 
@@ -424,51 +457,61 @@ def bouncing(gas: Traits) -> bool:
 
 @fact("walls change it", "it needs a periodic box", of_type=True)
 def no_walls(gas: Traits) -> bool:
+    """A container without walls: a periodic box."""
     return not gas.walls
 
 
 @fact("it shows the gas between walls", "set another container.shape", of_type=True)
 def walls(gas: Traits) -> bool:
+    """A container with walls."""
     return gas.walls
 
 
 @fact("walls change it", "it needs a periodic box or a channel")
 def repeats(gas: Traits) -> bool:
+    """A container that repeats: a periodic box or a channel."""
     return gas.repeats
 
 
 @fact("only the wall of a circle is at one distance from the centre")
 def circle(gas: Traits) -> bool:
+    """The container is a circle."""
     return gas.across == "radius"
 
 
 @fact("only the wall of a circle keeps a rotation", of_type=True)
 def keeps_turning(gas: Traits) -> bool:
+    """As `circle`: its wall keeps the angular momentum of smooth balls."""
     return gas.across == "radius"
 
 
 @fact("the wall of a circle keeps the angular momentum")
 def no_turning(gas: Traits) -> bool:
+    """The container is no circle."""
     return not keeps_turning(gas)
 
 
 @fact("the balls' centre of mass does not move on", of_type=True)
 def drifts(gas: Traits) -> bool:
+    """No walls, and balls whose centre of mass moves."""
     return not gas.walls and not gas.at_rest
 
 
 @fact("containers.py has no `across` of a {title}")
 def across(gas: Traits) -> bool:
+    """A container with a direction from wall to wall: no periodic box."""
     return gas.across != ""
 
 
 @fact("there is no theory for N balls in a {title}")
 def closed(gas: Traits) -> bool:
+    """The container is no channel, along which balls would keep their momentum."""
     return not gas.keeps_drift
 
 
 @fact("there is no theory for N balls in a {title}")
 def no_common_drift(gas: Traits) -> bool:
+    """No channel, or walls that give energy."""
     return not gas.keeps_drift or warm_walls(gas)
 
 
@@ -478,71 +521,85 @@ def no_common_drift(gas: Traits) -> bool:
     of_type=True,
 )
 def cold(gas: Traits) -> bool:
+    """No wall gives energy."""
     return not warm_walls(gas)
 
 
 @fact("it is about walls that give energy", "set wall_speed or wall_temperature", of_type=True)
 def warm_walls(gas: Traits) -> bool:
+    """Walls give energy."""
     return gas.walls and gas.hot_laws > 0
 
 
 @fact("no wall drives the balls", "set wall_speed", of_type=True)
 def driven(gas: Traits) -> bool:
+    """All walls have one wall_speed."""
     return gas.walls and gas.wall_law == "driven"
 
 
 @fact("the theory needs walls that give energy by one law")
 def one_hot_law(gas: Traits) -> bool:
+    """All walls that give energy have one law."""
     return gas.hot_laws == 1
 
 
 @fact("the walls do not have one temperature", of_type=True)
 def one_wall_temperature(gas: Traits) -> bool:
+    """All walls that change the energy have one temperature."""
     return gas.wall_temperature > 0
 
 
 @fact("the gas is as warm as its wall", of_type=True)
 def no_equilibrium(gas: Traits) -> bool:
+    """Not both `one_wall_temperature` and `elastic_pairs`."""
     return not (one_wall_temperature(gas) and elastic_pairs(gas))
 
 
 @fact("the walls have different laws")
 def one_wall_law(gas: Traits) -> bool:
+    """The walls have one law, or there are none."""
     return gas.wall_law != "sides"
 
 
 @fact("the walls have one law", of_type=True)
 def different_walls(gas: Traits) -> bool:
+    """Single walls have laws of their own."""
     return gas.wall_law == "sides"
 
 
 @fact("there is no balance of energy with a {unbalanced_law} law of a wall")
 def balanced_walls(gas: Traits) -> bool:
+    """Theory knows the balance of energy at each wall."""
     return gas.unbalanced_law == ""
 
 
 @fact("nothing takes the energy that walls give")
 def lossy(gas: Traits) -> bool:
+    """A CoR is below 1."""
     return gas.cor < 1 or gas.wall_cor < 1
 
 
 @fact("hits of the wall change spins")
 def smooth_wall(gas: Traits) -> bool:
+    """No hit of a wall changes spins."""
     return not gas.rubs_wall
 
 
 @fact("hits of the wall take energy")
 def elastic_wall(gas: Traits) -> bool:
+    """No walls, or walls that neither take nor give energy."""
     return not gas.walls or (gas.wall_cor == 1 and gas.wall_keeps_slip)
 
 
 @fact("it needs a box or a channel with a wall_temperature or wall_speed of single walls")
 def hot_ends(gas: Traits) -> bool:
+    """A wall at an end of a box or a channel gives energy, and has a law of its own."""
     return gas.hot_ends
 
 
 @fact("the walls keep the gas at one temperature", of_type=True)
 def uneven(gas: Traits) -> bool:
+    """Warm walls that give the gas another temperature in each place."""
     return no_equilibrium(gas) and (gas.wall_law == "thermal" or gas.hot_ends)
 
 
@@ -551,31 +608,37 @@ def uneven(gas: Traits) -> bool:
 
 @fact("it is about the equilibrium of elastic balls", "run it at cor 1", of_type=True)
 def elastic(gas: Traits) -> bool:
+    """No contact takes or gives energy."""
     return elastic_pairs(gas) and elastic_wall(gas) and cold(gas)
 
 
 @fact("nothing decays where all collisions are elastic", "take cor below 1", of_type=True)
 def cooling(gas: Traits) -> bool:
+    """Contacts take energy, and walls give none."""
     return cold(gas) and not elastic(gas)
 
 
 @fact("the gas cools", "set wall_speed or wall_temperature, or cor 1", of_type=True)
 def steady(gas: Traits) -> bool:
+    """Walls give energy, or the gas is `elastic`."""
     return warm_walls(gas) or elastic(gas)
 
 
 @fact("the container moves", "remove container.mass")
 def fixed(gas: Traits) -> bool:
+    """The container does not move."""
     return not gas.free
 
 
 @fact("fixed walls take momentum", "give a circle a finite container.mass")
 def keeps_momentum(gas: Traits) -> bool:
+    """No walls, or a container that moves."""
     return not gas.walls or gas.free
 
 
 @fact("the momentum is zero at the start, so it has no ratio to it")
 def has_momentum(gas: Traits) -> bool:
+    """Walls, or balls whose centre of mass moves."""
     return gas.walls or not gas.at_rest
 
 
@@ -584,16 +647,19 @@ def has_momentum(gas: Traits) -> bool:
 
 @fact("it needs the balls' states", "run the config with `record: events`")
 def events(gas: Traits) -> bool:
+    """The run stores all collisions."""
     return gas.events
 
 
 @fact("it needs the balls' states", "run the config with `record: events` or `snapshots`")
 def states(gas: Traits) -> bool:
+    """The run stores states of the balls."""
     return gas.states
 
 
 @fact("a2 of a mixture needs the balls' states", "run it with `record: events` or `snapshots`")
 def states_of_mixture(gas: Traits) -> bool:
+    """Equal balls, or a run that stores states."""
     return equal_balls(gas) or gas.states
 
 

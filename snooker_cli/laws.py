@@ -211,7 +211,7 @@ class AbsentLaw(PackageLaw):
         distribution, version, *_ = self.origin.split()
         where = f"the law {self.name} is of {distribution} {version}"
         if self.name not in installed_laws():
-            return f"{where}, which is not installed"
+            return f"{where}, which is {EVERY_LAW.absence(distribution)}"
         return f"{where} with other sources than {origin_of(self.name)}, which is installed"
 
     def as_json(self) -> dict[str, Any]:

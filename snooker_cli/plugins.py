@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from snooker_cli.errors import PACKAGES, SnookerError, error_text
+from snooker_cli.options import PLUGINS_LISTED
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution, EntryPoint
@@ -103,6 +104,12 @@ class Table(Mapping[str, T]):
         if name in self.own:
             return None
         return {plugin.name: plugin.origin for plugin in self.plugins if plugin.name}[name]
+
+    def absence(self, distribution: str) -> str:
+        """Why this table lacks what a distribution has: left out, or not installed."""
+        if any(p.problem and p.origin.distribution == distribution for p in self.plugins):
+            return f"left out ({PLUGINS_LISTED} has the reason)"
+        return "not installed"
 
     @cached_property
     def plugins(self) -> tuple[Plugin, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 from config_texts import config
 from hostile import with_traces
+from numba.core.errors import NumbaError
 from pydantic.dataclasses import dataclass
 from scenes import gas, scene_of
 
@@ -20,6 +22,7 @@ from snooker_cli import laws, store
 from snooker_cli.analysis import quantities, theories
 from snooker_cli.engine import collision, jit, restitution
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine import package_laws as laws_in_kernels
 from snooker_cli.engine.conversion import new_states
 from snooker_cli.engine.kernel_state import Setup
 from snooker_cli.engine.package_laws import package_laws
@@ -30,12 +33,14 @@ from snooker_cli.laws import (
     Constant,
     Driven,
     Law,
+    PackageLaw,
     Sides,
     Surface,
     Thermal,
     Viscoelastic,
 )
-from snooker_cli.ranges import STRICT, Restitution
+from snooker_cli.plugins import Origin, Plugin
+from snooker_cli.ranges import STRICT, LawSpeed, Restitution
 from snooker_cli.runs import RunFolder, open_run
 from snooker_cli.runs.run import RepeatState
 from snooker_cli.runs.verification import verify
@@ -109,6 +114,105 @@ def test_the_engine_has_each_law() -> None:
         assert kind == restitution.KINDS[law.name]
         assert [*others] == (numbers[-1:] if law.numbers()[-1] != "cor" else [0.0])
         assert cor == (0.5 if "cor" in law.numbers() else 0.0)
+
+
+HALF = 0.5
+
+
+def with_all_that_keeps_the_bits(speed: float, cor: float, limit: float) -> float:
+    """What docs/extending.md says of `restitution`."""
+    share = 0.25 if (0.1 < speed <= limit and not cor > HALF) or speed == 3 else 1.0
+    for k in range(4):
+        share = share / (1 + k * abs(limit - speed) % 1)
+    while share > HALF:
+        share /= 1 + speed // 2 + HALF
+    if speed < 1:
+        share = min(share, math.sqrt(speed))
+    elif speed > limit:
+        share = max(share, math.floor(limit) / 100)
+    return max(0.0, min(share, 1.0))
+
+
+def with_a_power(speed: float, cor: float, limit: float) -> float:
+    return cor + (1 - cor) / (1 + (speed / limit) ** 0.25)
+
+
+def with_an_exponential(speed: float, cor: float, limit: float) -> float:
+    return cor + (1 - cor) * math.exp(-speed / limit)
+
+
+def with_another_function(speed: float, cor: float, limit: float) -> float:
+    return close(speed, limit) * cor
+
+
+def close(a: float, b: float) -> float:
+    return 1.0 if a < b else 0.5
+
+
+def with_a_list(speed: float, cor: float, limit: float) -> float:
+    return [cor, 0.5][0] if speed < limit else 1.0
+
+
+@pytest.fixture
+def of_package(monkeypatch: pytest.MonkeyPatch):
+    """Makes a law of an installed package of a function."""
+
+    def made(function) -> PackageLaw:
+        name = function.__name__
+        members = {
+            "__annotations__": {"cor": Restitution, "limit": LawSpeed},
+            "name": name,
+            "restitution": staticmethod(function),
+        }
+        found = laws.law(type("OfPackage", (PackageLaw,), members))
+        entry = Plugin("snooker.laws", name, Origin("package", "1", "0" * 64), found, name)
+        monkeypatch.setitem(vars(laws.EVERY_LAW), "plugins", (entry,))
+        return found(0.3, 2.0)
+
+    return made
+
+
+@pytest.mark.parametrize(
+    ("function", "foreign"),
+    [
+        (with_all_that_keeps_the_bits, set()),
+        (with_a_power, {"llvm.pow.f64"}),
+        (with_an_exponential, {"llvm.exp.f64"}),
+    ],
+)
+def test_a_law_of_a_package_can_use_these(function, foreign, of_package) -> None:
+    """Functions of a library of the machine can have other last bits on another one."""
+    setup = setup_with(of_package(function))
+    for speed in (0.05, 0.5, 1.7, 2.0, 3.0, 1e3):
+        assert kicked(setup, speed, 1.0) == kick(WALL, speed, 1.0, False, setup)
+    code, _ = jit.code_of(kicked, setup, 1.0, 1.0)
+    called = set(re.findall(r"^declare [^@]*@([\w.]+)", code, re.MULTILINE))
+    assert {name for name in called if not name.startswith("numba_")} - EXACT == foreign
+
+
+EXACT = {"llvm.fabs.f64", "llvm.floor.f64", "floor", "sqrt"}
+"""What each processor rounds alike."""
+
+
+@pytest.mark.parametrize("function", [with_another_function, with_a_list])
+def test_a_law_of_a_package_cannot_use_these(function, of_package) -> None:
+    setup = setup_with(of_package(function))
+    with pytest.raises(NumbaError):
+        kicked(setup, 1.0, 1.0)
+
+
+def with_a_stored_kernel(speed: float, cor: float, limit: float) -> float:
+    return cor if speed > limit else 1.0
+
+
+def test_a_stored_kernel_has_the_class_of_its_laws(of_package) -> None:
+    """A process may load kernels before it has a scene with the law."""
+    of_laws = laws_in_kernels.identity_of([of_package(with_a_stored_kernel)])
+    asked_before = getattr(laws_in_kernels, f"PackageLaws_{laws_in_kernels.hash_of(of_laws)}")
+    assert laws_in_kernels.class_of(of_laws) is asked_before
+    numbers = asked_before(np.array([[0.3, 2.0, 0.0, 0.0]]))
+    kind = float(laws_in_kernels.FIRST_KIND)
+    assert [numbers.restitution(kind, 0, speed) for speed in (1.0, 3.0)] == [1.0, 0.3]
 
 
 RULES_AS_JSON = [

@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -346,6 +347,7 @@ def _species_shares(scene: Scene, calm: Sequence[Trace], relaxed: Array) -> tupl
     if not facts.hold(scene, "two_species"):
         return np.empty((len(calm), 0)), np.empty((len(calm), 4, 0))
     counts = np.array([len(balls) for balls in structure.species(scene)])
+    temperature = partial(structure.species_temperature, walls=facts.hold(scene, "walls"))
     shares, quarters = np.full((len(calm), 2), math.nan), np.full((len(calm), 4, 2), math.nan)
     for repeat, (trace, since) in enumerate(zip(calm, relaxed, strict=True)):
         times = np.empty(0) if trace.snapshots is None else trace.snapshots.time
@@ -356,7 +358,7 @@ def _species_shares(scene: Scene, calm: Sequence[Trace], relaxed: Array) -> tupl
         times = times[times > since]
         if len(times):
             times = times[even_choice(len(times), SPECIES_STATES)]
-            warm = structure.over_time(structure.species_temperature, trace, times)
+            warm = structure.over_time(temperature, trace, times)
             of_states = warm * scene.number / (warm @ counts)[:, np.newaxis]
             shares[repeat] = np.mean(of_states, axis=0)
             if len(times) >= 4:

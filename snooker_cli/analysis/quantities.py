@@ -1,6 +1,7 @@
 """Every quantity that is compared with theory, or that a report or a figure has as its result."""
 
 import math
+import reprlib
 from collections.abc import Callable
 from functools import partial
 from typing import Literal, NamedTuple, TypeAlias
@@ -14,6 +15,7 @@ from snooker_cli.analysis.structure import Observable
 from snooker_cli.facts import FACTS
 from snooker_cli.laws import SIDES
 from snooker_cli.plugins import PluginError, Table
+from snooker_cli.scene import Scene
 
 GasKind: TypeAlias = Literal["elastic", "cooling", "warm", "mixture", "rough", "clusters", "uneven"]
 """Types of gas. Collisions keep the energy (elastic), collisions take energy (cooling), or walls
@@ -40,7 +42,7 @@ class Quantity(NamedTuple):
     measured : its value in each repeat; ``None`` if it has no value in each repeat
     unmeasured : why it has no value in any repeat; empty if it needs no reason
     alone : the facts of gases in which it is shown without a theory; ``None`` if it never is
-    of_state : its value in one state, if it is a mean over states
+    of_state : its value in one state, one number or nan, if it is a mean over states
     """
 
     name: str
@@ -63,6 +65,23 @@ class Quantity(NamedTuple):
     def values(self, gas: Gas) -> Array:
         """Its value in each repeat; nan where it has none."""
         return gas.mean_of_states(self.name) if self.measured is None else self.measured(gas)
+
+    def in_state(self, positions: Array, velocities: Array, scene: Scene) -> float:
+        """Its value in one state. Raises ``PluginError`` if a package returns no number."""
+        assert self.of_state is not None
+        found = self.of_state(positions, velocities, scene)
+        is_array = isinstance(found, np.ndarray)
+        if isinstance(found, float | int | np.generic) or (is_array and found.ndim == 0):
+            number = np.asarray(found)
+            if number.dtype.kind in "biuf":
+                return float(number)
+        origin = QUANTITIES.origin(self.name)
+        source = f" of {origin.distribution} {origin.version}" if origin else ""
+        shape = f"an array of the shape {found.shape}" if is_array else reprlib.repr(found)
+        raise PluginError(
+            f"the quantity {self.name}{source}: `of_state` returned {shape}",
+            "it must return one number for a state, nan without a value",
+        )
 
     @property
     def unit_text(self) -> str:

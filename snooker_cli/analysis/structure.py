@@ -192,8 +192,12 @@ def species_names(scene: Scene) -> list[str]:
     return [f"r = {scene.radii[k]:g} m, m = {scene.masses[k]:g} kg" for k in firsts]
 
 
-def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Array:
+def species_temperature(
+    positions: Array, velocities: Array, scene: Scene, walls: bool | None = None
+) -> Array:
     """Mean kinetic energy of a ball of each species relative to the flow, J; as `species` orders.
+
+    walls : whether the scene has any [its facts], which takes longer to ask than all else
 
     The flow is that of cells with ``BALLS_IN_CELL`` balls on average. It takes a part of the heat:
     of independent velocities at T_k, a ball of the mass m in a cell with the mass M = Σ m_k keeps
@@ -203,7 +207,8 @@ def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Ar
     it, the ratio of two species would rise to that of their masses where vortices grow. If a
     species has fewer balls than ``FEWEST_OF_SPECIES``, nothing but a common drift is taken off.
     """
-    groups, masses, walls = species(scene), scene.masses, facts.hold(scene, "walls")
+    groups, masses = species(scene), scene.masses
+    walls = facts.hold(scene, "walls") if walls is None else walls
     if min(map(len, groups)) < FEWEST_OF_SPECIES:
         drift = masses @ velocities / np.sum(masses)
         return _mean_energies(groups, masses, velocities - drift * (not walls))

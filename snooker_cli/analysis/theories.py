@@ -518,7 +518,7 @@ def rows(gas: Gas, *sources: Source) -> Iterator[TheoryRow]:
 def observables(scene: Scene) -> dict[str, Observable]:
     """What rows of a gas have that is measured in single states, by the names of the quantities."""
     quantities = dict.fromkeys(entry.quantity for entry in holding(scene))
-    return {entry.name: entry.of_state for entry in quantities if entry.of_state is not None}
+    return {entry.name: entry.in_state for entry in quantities if entry.of_state is not None}
 
 
 def absences(scene: Scene) -> Iterator[Note]:

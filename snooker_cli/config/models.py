@@ -39,6 +39,7 @@ from snooker_cli.laws import (
     package_law,
     surface_of,
 )
+from snooker_cli.options import PLUGINS_LISTED
 from snooker_cli.ranges import (
     FROM_LIST,
     POSITIVE_ZERO,
@@ -405,7 +406,7 @@ def given_law(value: Any, key: str) -> PackageLaw:
         return ConfigError([Problem((key, *path), sentence)])
 
     laws = installed_laws()
-    known = f"installed are {', '.join(laws)}" if laws else "no installed package has a law"
+    known = f"installed are {', '.join(laws)}" if laws else "no installed package adds a law"
     if not isinstance(value, Mapping) or not isinstance(value.get("name"), str):
         raise wrong(f"{{name: …}} and the numbers of the law are needed; {known}")
     name, origin = value["name"], value.get("origin")
@@ -413,18 +414,20 @@ def given_law(value: Any, key: str) -> PackageLaw:
     if name not in laws or origin not in (None, origin_of(name)):
         with suppress(ValueError):
             return package_law({**value, "cor": 0.0})
-        raise wrong(f"there is no law {name}; {known}; install the package that has it", "name")
+        advice = f"install its package, or see in {PLUGINS_LISTED} why it is left out"
+        raise wrong(f"there is no law {name}; {known}; {advice}", "name")
     try:
         return laws[name](**{"cor": 0.0, **numbers})
     except ValidationError as error:
         fault = error.errors(include_url=False)[0]
-        needed = fault.get("ctx", {}).get("needs", "")
+        needed = fault.get("ctx", {}).get("needs")
+        range_text = f"{needed} is needed" if needed else fault["msg"]
         has = ", ".join(laws[name].numbers()[1:])
         what = {
             "missing_argument": f"the law {name} needs it; it has {has}",
             "missing": f"the law {name} needs it; it has {has}",
             "unexpected_keyword_argument": f"the law {name} has no such number; it has {has}",
-        }.get(fault["type"], f"{needed or fault['msg']} is needed, not {fault['input']!r}")
+        }.get(fault["type"], f"{range_text}, not {fault['input']!r}")
         raise wrong(what, *map(str, fault["loc"])) from None
 
 

@@ -108,7 +108,15 @@ def class_of(laws: tuple[tuple[str, type[PackageLaw]], ...]) -> Any:
 
 
 def _tuples(name: str, members: dict[str, Any]) -> Any:
-    """A class of tuples with the numbers of laws, which this module has from now on."""
+    """A class of tuples with the numbers of laws, which this module has from now on.
+
+    If a stored kernel has asked for it before, that class gets the members: with another class of
+    the name, the kernel would never fit, and would be compiled again by each process.
+    """
+    if known := globals().get(name):
+        for member, value in members.items():
+            setattr(known, member, value)
+        return known
     fields: Any = namedtuple(name, ["numbers"])  # type: ignore[misc]  # the name has a hash
     own = {"__module__": __name__, "__qualname__": name, **members}
     globals()[name] = made = type(name, (PackageLaws, fields), own)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -321,7 +322,9 @@ def _second_half(rows: Array) -> tuple[float, float]:
 def species_temperature(build: FigureBuilder) -> FigureData:
     """Temperatures of the species over collisions per ball; of two T₁/T₂ below, with theory."""
     parts, panels, numbers = CountedParts(build), list[Panel](), dict[str, float]()
-    ((point, scene, times, rows),) = _over_time(build, structure.species_temperature)
+    walls = all(facts.hold(point.config, "walls") for point in build.points)
+    observable = partial(structure.species_temperature, walls=walls)
+    ((point, scene, times, rows),) = _over_time(build, observable)
     times, rows = build.lasting(0, times, rows)
     curve, caption, kept = build.measurement(point).curve, "", gas_type_of(point) != "cooling"
     pairs = curve.at(times, curve.pair_events).mean(axis=0)

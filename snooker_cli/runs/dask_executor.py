@@ -20,6 +20,7 @@ from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import RunError, StoreError, error_text, install_advice
 from snooker_cli.files import discard
 from snooker_cli.formatting import listed
+from snooker_cli.laws import Law, PackageLaw
 from snooker_cli.options import EXECUTOR, OUT
 from snooker_cli.runs.batch import (
     Batch,
@@ -114,7 +115,9 @@ def simulate_remotely(remote: RemoteRun, batch: Batch) -> BatchResults:
         stored = list(map(stored_result, run.file_statuses(run.path(*batch), check=store.check)))
         if len(stored) == len(batch.repeats) and all(stored):
             return [replace(result, cached=False) for result in stored if result]
-        compile_for(run.by_number[batch.point].config)
+        config = run.by_number[batch.point].config
+        _check_laws(config.collision_rules.laws)
+        compile_for(config)
         job = Job(run, remote.command, remote.interval)
         return simulate_and_store(job, batch, mine, partial(news.__setitem__, batch))
     except RunError as error:
@@ -130,6 +133,16 @@ def _other_software(worker: str, theirs: object, mine: str) -> RunError:
         f"{worker} has {theirs}, not {mine}",
         "install the same versions everywhere and start the workers again",
     )
+
+
+def _check_laws(laws: Iterable[Law]) -> None:
+    """Raise ``RunError`` for a law of a package that this worker does not have like this."""
+    for law in laws:
+        if isinstance(law, PackageLaw) and law.problem:
+            raise RunError(
+                f"on the worker on {platform.node()}, {law.problem}",
+                "install the same packages everywhere and start the workers again",
+            )
 
 
 @lru_cache(maxsize=1)

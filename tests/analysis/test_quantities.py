@@ -1,7 +1,17 @@
 """The table of quantities."""
 
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scenes import gas
+
 from snooker_cli.analysis.quantities import QUANTITIES, main_quantities
 from snooker_cli.figures.declared_result import Result
+from snooker_cli.plugins import Origin, PluginError
 
 
 def test_each_quantity_has_names_of_its_own() -> None:
@@ -32,3 +42,41 @@ def test_a_power_has_one_unit() -> None:
     powers = [quantity for quantity in QUANTITIES.values() if quantity.key.endswith("power")]
     assert powers
     assert {quantity.unit for quantity in powers} == {Result(powers[0].name, "").unit} == {"W"}
+
+
+def in_state(returned: Any, monkeypatch: pytest.MonkeyPatch) -> float:
+    """The value of a quantity of a package whose function returns this."""
+    scene, known = gas("box", 7, 0.1), QUANTITIES["temperature"]
+    quantity = known._replace(name="way", of_state=lambda _x, _v, _scene: returned)
+    monkeypatch.setattr(QUANTITIES, "origin", {"way": Origin("snooker-way", "0.3", "")}.get)
+    return quantity.in_state(scene.positions, scene.velocities, scene)
+
+
+@pytest.mark.parametrize("returned", [2, 2.0, np.float32(2), np.int64(2), np.array(2.0)])
+def test_a_number_in_a_state_is_taken(returned: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert in_state(returned, monkeypatch) == 2.0
+    assert math.isnan(in_state(math.nan, monkeypatch))
+
+
+@pytest.mark.parametrize(
+    ("returned", "what"),
+    [
+        (np.zeros((7, 2)), "an array of the shape (7, 2)"),
+        (np.array([2.0]), "an array of the shape (1,)"),
+        ([1.0, 2.0], "[1.0, 2.0]"),
+        ([[1.0], [1.0, 2.0]], "[[1.0], [1.0, 2.0]]"),
+        (None, "None"),
+        ("2", "'2'"),
+        (2j, "2j"),
+        (np.complex128(2), "np.complex128(2+0j)"),
+    ],
+)
+def test_anything_else_in_a_state_names_its_package(
+    returned: Any, what: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(PluginError) as raised:
+        in_state(returned, monkeypatch)
+    assert str(raised.value) == (
+        f"the quantity way of snooker-way 0.3: `of_state` returned {what}; "
+        "it must return one number for a state, nan without a value"
+    )

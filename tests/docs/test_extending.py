@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -91,11 +92,15 @@ def methods(entry: type) -> dict[str, str]:
     return found
 
 
-def table(rows: dict[str, str], heading: str = "name | meaning") -> str:
-    """Rows in Markdown."""
-    plain = {name: text.replace("``", "`").replace("|", "\\|") for name, text in rows.items()}
-    lines = [f"| `{name}` | {text} |" for name, text in plain.items()]
-    return "\n".join(["", f"| {heading} |", "|---|---|", *lines, ""])
+def table(rows: Mapping[str, str | tuple[str, ...]], *headings: str) -> str:
+    """Rows in Markdown: the name, and one text or one of each heading after the first."""
+    headings = headings or ("name", "meaning")
+    lines = [f"| {' | '.join(headings)} |", "|---" * len(headings) + "|"]
+    for name, texts in rows.items():
+        found = (texts,) if isinstance(texts, str) else texts
+        plain = (text.replace("``", "`").replace("|", "\\|") for text in found)
+        lines.append(f"| `{name}` | {' | '.join(plain)} |")
+    return "\n".join(["", *lines, ""])
 
 
 def tables() -> dict[str, str]:
@@ -115,8 +120,11 @@ def tables() -> dict[str, str]:
             ): "A function of places, velocities and scene at times, s."
         }
     )
-    why = {name: re.sub(r"\{[^}]*\}", "…", known.absence) for name, known in FACTS.items()}
-    found["facts"] = table(why, "fact | why a gas without it lacks something")
+    why = {
+        name: (first_sentence(known.holds), re.sub(r"\{[^}]*\}", "…", known.absence))
+        for name, known in FACTS.items()
+    }
+    found["facts"] = table(why, "fact", "meaning", "why a gas without it lacks something")
     return found
 
 
@@ -160,6 +168,27 @@ def test_the_page_is_made_of_the_examples_of_outputs_and_of_docstrings(
     assert len(FILE.findall(text)) == 9
     assert {*outputs} == {name for name, _ in PRINTED.findall(text)}
     assert {*rows} <= {name for name, _ in TABLE.findall(text)}
+
+
+def test_each_fact_has_a_meaning() -> None:
+    assert [name for name, known in FACTS.items() if not first_sentence(known.holds)] == []
+
+
+def test_a_range_of_pydantic_is_that_of_a_number(tmp_path: Path) -> None:
+    """The law of the page, as a package."""
+    (source,) = (
+        block
+        for block in re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
+        if "Annotated[float, Field(" in block
+    )
+    installed = Installed(tmp_path)
+    installed.write("soft", source, laws="Soft")
+    text = "balls: {count: 4, radius: 0.5, speed: 1}\ncor: 0.5\ncollisions: 1\n"
+    for number, answer in (("3", "soft.yaml: valid"), ("3.5", "less than or equal to 3, not 3.5")):
+        law = f"law: {{name: soft, steepness: {number}}}\n"
+        (installed.here / "soft.yaml").write_text(f"{text}{law}container: {{radius: 10}}\n")
+        done = installed.ended("-m", "snooker_cli", "validate", "soft.yaml")
+        assert answer in " ".join((done.stdout + done.stderr).split())
 
 
 def test_the_last_block_of_the_page_works(installed: Installed) -> None:

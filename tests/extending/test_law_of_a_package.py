@@ -21,7 +21,8 @@ collisions: 300
 repeats: 3
 """
 TWO = """\
-container: {shape: box, width: 20}
+container: {shape: circle, radius: 10}
+collapse: {tc: 0.01}
 balls:
   list:
     - {position: [-4, 0], velocity: [2, 0], radius: 1}
@@ -82,13 +83,23 @@ def value(installed: Installed, script: str) -> object:
     return json.loads(done.stdout)
 
 
-def test_two_balls_and_a_wall_have_its_restitution(installed: Installed) -> None:
-    """Impulses are (1 + e) v/2 between balls of 1 kg, and (1 + e) v at the wall."""
-    (installed.here / "two.yaml").write_text(TWO)
-    installed.snooker("run", "two.yaml")
+BOX = TWO.replace("{shape: circle, radius: 10}", "{shape: box, width: 20}")
+
+
+@pytest.mark.parametrize(("name", "text", "plain"), [("two", TWO, "0"), ("box", BOX, "1")])
+def test_two_balls_and_a_wall_have_its_restitution(
+    name: str, text: str, plain: str, installed: Installed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Impulses are (1 + e) v/2 between balls of 1 kg, and (1 + e) v at the wall.
+
+    Only the kernels of a circle are compiled, which another test has, too.
+    """
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", plain)
+    (installed.here / f"{name}.yaml").write_text(text)
+    installed.snooker("run", f"{name}.yaml")
     impulses = value(
         installed,
-        "run = snooker_cli.open('two')\n"
+        f"run = snooker_cli.open({name!r})\n"
         "print(json.dumps([run[k, 0].events.impulse.tolist() for k in range(5)]))",
     )
     for (between, at_wall), e in zip(impulses, (1, 1, 0.5, 1 / 3, 0.25), strict=True):
@@ -116,7 +127,9 @@ def test_it_is_fitted_compared_verified_and_drawn(installed: Installed) -> None:
     assert ("Haff's α", "Enskog rates at the start") not in rows
     records = json.loads(installed.snooker("fit", "gas", "--quantity", "kinetic_energy", "--json"))
     assert {record["model"] for record in records} == {"exponential", "haff"}
-    assert "3 complete repeats" in installed.snooker("verify", "gas", "--replay")
+    verified = installed.ended("-m", "snooker_cli", "verify", "gas", "--replay")
+    assert "3 complete repeats" in verified.stdout
+    assert verified.stderr == "", "the stored kernels of the run fit"
     installed.snooker("plot", "gas", "event-decay")
     assert [*(installed.here / "runs/gas/figures").glob("event-decay*.svg")]
 
@@ -212,7 +225,7 @@ def test_messages_and_the_schema_name_it(installed: Installed) -> None:
         assert sentence in refused(installed, "validate", "wrong.yaml")
     (installed.here / "wrong.yaml").write_text(GAS.replace("name: yielding", "name: yelding"))
     sentence = refused(installed, "validate", "wrong.yaml")
-    assert "law.name: there is no law yelding; installed are yielding" in sentence
+    assert "law.name: there is no law yelding; installed are yielding; install" in sentence
     (installed.here / "wrong.yaml").write_text(GAS + "cor_speed: 1\n")
     assert "law replaces cor_speed; remove one of them" in refused(
         installed, "validate", "wrong.yaml"
@@ -258,7 +271,24 @@ def test_without_the_package_results_stay_readable(installed: Installed) -> None
         sentence = refused(installed, "verify", "gas", "--replay")
         assert "snooker-yielding 0.1, which is not installed" in sentence
         sentence = refused(installed, "run", "gas.yaml")
-        assert "law.name: there is no law yielding; no installed package has a law" in sentence
+        assert "law.name: there is no law yielding; no installed package adds a law" in sentence
+
+
+def test_a_law_that_is_left_out_is_not_called_absent(installed: Installed) -> None:
+    """Its package is there, so the sentences lead to the reason why it does not work."""
+    with changed(installed, "import math\n", "import nothing_there\n"):
+        sentence = refused(installed, "run", "gas.yaml")
+        assert "install its package, or see in `snooker plugins` why it is left out" in sentence
+        sentence = refused(installed, "verify", "gas", "--replay")
+        assert "0.1, which is left out (`snooker plugins` has the reason)" in sentence
+        script = (
+            "try:\n    snooker_cli.check_config('gas.yaml')\n"
+            "except Exception as error:\n    print(json.dumps(str(error)))"
+        )
+        assert "or see in snooker.plugin_list() why it is left out" in str(value(installed, script))
+        assert "ModuleNotFoundError: No module named 'nothing_there'" in " ".join(
+            installed.snooker("plugins").split()
+        )
 
 
 def test_results_of_other_sources_are_not_mixed(installed: Installed) -> None:

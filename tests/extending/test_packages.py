@@ -73,6 +73,24 @@ def test_an_observable_is_compared_with_its_theory(installed: Installed) -> None
     assert abs(found["difference"]) < 4 * found["difference_error"]
 
 
+def test_a_state_with_no_number_is_a_sentence_about_the_package(installed: Installed) -> None:
+    module = installed.site / EXAMPLES["neighbour-alignment"]
+    source = module.read_text("utf-8")
+    wrong = source.replace("return float(values.mean() / square) if", "return velocities if")
+    assert wrong != source
+    try:
+        module.write_text(wrong, "utf-8")
+        done = installed.ended("-m", "snooker_cli", "compare", "gas")
+    finally:
+        module.write_text(source, "utf-8")
+    assert done.returncode == 2
+    assert " ".join(done.stderr.split()) == (
+        f"snooker: the quantity {ALIGNMENT} of snooker-neighbour-alignment 0.1: "
+        "`of_state` returned an array of the shape (20, 2); "
+        "it must return one number for a state, nan without a value"
+    )
+
+
 def test_results_are_kept_for_the_packages_that_made_them(installed: Installed) -> None:
     """Without the package its row is gone; another version of its source makes another row."""
     module = installed.site / EXAMPLES["neighbour-alignment"]
