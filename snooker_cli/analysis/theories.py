@@ -184,7 +184,10 @@ def _cooling_spins(gas: Gas) -> Array:
     )
 
 
-DISKS = "Helfand, Frisch & Lebowitz 1961; Lebowitz & Percus 1961; Jenkins & Richman 1985"
+DISKS = (
+    "Clisby & McCoy 2006; Helfand, Frisch & Lebowitz 1961; Lebowitz & Percus 1961; "
+    "Jenkins & Richman 1985"
+)
 VIRIALS = "Clisby & McCoy 2006; Jenkins & Richman 1985"
 KINETIC = "Chapman & Cowling 1970"
 ROTATION = "Huthmann & Zippelius 1997; Luding et al. 1998"

@@ -129,7 +129,7 @@ def mean_squared_displacement(build: FigureBuilder) -> FigureData:
     panel.append(Line(longest, _langevin(longest), None, NEUTRAL, BY_THEORY))
     return build.figure(
         f"D is from the slope between {SLOPE[0]:g} and {SLOPE[1]:g} τ. {_tagged(tagged)} "
-        f"Below: over 4Dt.{walls}",
+        f"Below: over 4Dt, D of theory.{walls}",
         panel=tuple(panel),
         panel_label="MSD / 4Dt",
     )
@@ -164,8 +164,9 @@ def velocity_autocorrelation(build: FigureBuilder) -> FigureData:
         build.records[-1]["mean_square_speed"] = square
     build.lines.append(legend_line("exp(−t/τ) with Enskog's τ", BY_THEORY))
     return build.figure(
-        f"D is half of the integral times ⟨v(0)²⟩. {_tagged(tagged)} Markers end where they are "
-        f"within {CLEAR:g} errors of zero; below: all of them, minus exp(−t/τ).",
+        f"D is half of the integral up to {FARTHEST:g} τ times ⟨v(0)²⟩. {_tagged(tagged)} "
+        f"Markers end where they are within {CLEAR:g} errors of zero; below: all of them, minus "
+        "exp(−t/τ).",
         panel=tuple(panel),
         panel_label="minus exp(−t/τ)",
     )

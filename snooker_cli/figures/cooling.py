@@ -149,7 +149,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
     """
     names, several = [group[0] for group in build.groups], len(build.groups) > 1
     model, shared = _model(build.source), build.source or not all(map(_loses_alike, names))
-    sentences, any_early = list[str](), False
+    sentences, any_early, symbol = list[str](), False, "α, " * shared  # beside k
     for index, points in enumerate(build.groups):
         records = [_constants(build, point) for point in points]
         cors = np.array([point.config.cor for point in points])
@@ -160,7 +160,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
             # The logarithm of the source report has no value at CoR 0.
             grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
             curve, expected = (_haff_constants(build, points[0], scene, e) for e in (grid, cors))
-            name = None if several else f"α, {model}"
+            name = None if several else f"{symbol}{model}"
             y = curve if shared else curve / (1 - grid**2)
             build.lines.append(Line(grid, y, name, index, BY_THEORY))
             build.cite(quantities.HAFF_RATE, model)
@@ -170,7 +170,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
                 sentences.append(f"{about}{_along_cor(records, expected, model)}.")
             if build.source:
                 _add_source_constants(build, index, scene, grid)
-        label = build.label(points[0], names) if several else "α, Haff's law fitted"
+        label = build.label(points[0], names) if several else f"{symbol}Haff's law fitted"
         scale = 1.0 if shared else 1 / (1 - cors**2)
         early = (column["ended_early"] > 0) & (not build.source)
         build.lines += markers(cors, alpha * scale, error * scale, label, index, early)
@@ -185,7 +185,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
             name = "k, exponential fitted"
             build.lines.append(Points(cors, column["k"], column["k_error"], name, series, False))
     if several:
-        build.lines.append(legend_line(f"α, {model}", BY_THEORY))
+        build.lines.append(legend_line(f"{symbol}{model}", BY_THEORY))
     if any_early:
         name = "with repeats that ended early"
         build.lines.append(legend_marker(name, filled=False))
@@ -384,7 +384,7 @@ def _law_holds(build: FigureBuilder, decays: Sequence[_LocalDecay]) -> str:
     assert build.result is not None
     residuals = [point for row in build.records if (point := build.result.residual(row))]
     beside = beside_theory(residuals, build.fewest_repeats)
-    return f"not refused; α is {beside}" if beside else "not refused"
+    return f"not refused; α {beside}" if beside else "not refused"
 
 
 def _cooling_sentences(build: FigureBuilder, drawn: Collection[str], kept: str) -> Iterator[str]:

@@ -216,7 +216,7 @@ def deviation_sentence(
 def beside_theory(panel: Sequence[Layer], repeats: int) -> str:
     """How far results are from theory, for a title; empty without a test.
 
-    The largest deviation by more than ``MOST_ERRORS``. Without one, within which share all are.
+    The largest deviation by more than ``MOST_ERRORS``. Without one, within which share all agree.
     """
     found = [deviation for deviation in _deviations(panel) if deviation.error > 0]
     if not found or repeats < FEWEST_TESTED:
@@ -225,16 +225,18 @@ def beside_theory(panel: Sequence[Layer], repeats: int) -> str:
     (largest,) = sorted(beyond or found, key=lambda deviation: abs(deviation.residual))[-1:]
     share, error = largest.percent
     if not 1 / FACTOR < 1 + share / 100 < FACTOR:
-        return f"{'up to ' * (len(found) > 1)}{short(1 + share / 100, 2)} times theory"
+        return f"is {'up to ' * (len(found) > 1)}{short(1 + share / 100, 2)} times theory"
     side = "above" if share > 0 else "below"
     if len(found) == 1:
-        size = with_error(abs(share), error, "%")
-        return f"{size} {side} theory" if beyond else f"within {size} of theory"
+        if not beyond:
+            return f"agrees with theory ({with_error(share, error, '%')})"
+        return f"is {with_error(abs(share), error, '%')} {side} theory"
+    size = percent(abs(share) / 100)
     if not beyond:
-        return f"within {percent(abs(share) / 100)} of theory"
+        return f"agrees with theory within {size}"
     if any(abs(other.residual) > abs(largest.residual) for other in found):
-        return f"some points differ by {percent(abs(share) / 100)}"
-    return f"up to {percent(abs(share) / 100)} {side} theory"
+        return f"differs from theory by {size}, if not more"
+    return f"is up to {size} {side} theory"
 
 
 def _place(axis: str, x: float) -> str:

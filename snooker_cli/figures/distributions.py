@@ -458,7 +458,8 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
     build.headline = beside_theory(
         [tested for row in build.records if (tested := build.result.residual(row))],
         build.fewest_repeats,
-    ).replace("theory", law)
+    )
+    build.headline = build.headline.removeprefix("is ").replace("theory", law)
     return build.figure(
         f"{tail} {when} {FEW_WORDS * few}".rstrip(), panel_label="ln(density / law)"
     )

@@ -28,6 +28,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     mean_of_remaining,
 )
+from snooker_cli.formatting import percent
 
 COUNTS = 14  # steps of the collision count at which the energy is averaged over the repeats
 
@@ -90,7 +91,12 @@ def event_decay(build: FigureBuilder) -> FigureData:
         legend_line(_THEORIES[name][0].format(kept), _THEORIES[name][1]) for name in drawn
     ]
     said = beside_theory(ends_beside, build.fewest_repeats)
-    build.headline = f"{said} at the end" if said else ""
+    build.headline = f"{said.removeprefix('is ')} at the end" if said else ""
+    if "theory_above_floor" in drawn:
+        shares = [record["floor"] / record["final_ratio"] for record in build.records]
+        most = float(max(shares))
+        motion = "the rotation" if kept == "L" else "the drift"
+        build.headline = f"{motion} keeps {percent(most)} of the rest"
     caption = ""
     if "theory" in drawn:
         shared = "(N + ½)" if kept == "L" else "(N − ½)"

@@ -309,14 +309,14 @@ class FigureBuilder:
         if not tested and panel_label == OVER_THEORY:
             tested = self.panel
         elif self.result:
-            symbol = f"{self.result.definition.symbol} is "
+            symbol = f"{self.result.definition.symbol} "
             own = map(self.result.residual, rows)
             tested = tested or [replace(one, series=k) for k, one in enumerate(own) if one]
         said = beside_theory(tested, self.fewest_repeats)
         alone = sum(np.size(getattr(layer, "x", 0)) for layer in tested) == 1
         if said and alone and len(self.places) == len(self.points) > 1:
             said += f" at {self.places[_owner(tested[0])]}"
-        return f"{symbol}{said}" if said else ""
+        return f"{symbol}{said}" if symbol and said else said.removeprefix("is ")
 
     def _title_with_result(self, numbers: Mapping[str, Any], panel_label: str) -> str:
         """The title, and the result in a few words. Titles of the source report have none."""

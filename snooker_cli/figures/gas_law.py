@@ -195,6 +195,7 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     real = np.array([state.expected / state.ideal_pressure for state in scaled])
     theirs = (1 - 1 / expected) / packing
     build.add_residuals(0, packing, excluded, excluded_errors, theirs)
+    build.errors = "Bars: standard errors, pooled over the points."
     name = build.cite(quantities.RATIO, THEORY)
     build.lines += [
         Reference("y", 2.0, "second virial coefficient, b = 2", EXTRAPOLATED),

@@ -11,7 +11,7 @@ from snooker_cli import facts, theory, two_temperatures
 from snooker_cli.analysis import observables, quantities, structure, theories
 from snooker_cli.analysis.comparison import species_change
 from snooker_cli.analysis.gas import cooling_spins, fluid_state, haff_rate, temperatures
-from snooker_cli.analysis.goodness import MOST_ERRORS
+from snooker_cli.analysis.goodness import LEAST_PROBABILITY, joint_probability
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
     collisions_per_ball,
@@ -48,7 +48,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.legends import MOST_ENTRIES
 from snooker_cli.figures.series import along, elastic, gas_type_of
-from snooker_cli.formatting import short, with_error
+from snooker_cli.formatting import chance, short, with_error
 from snooker_cli.options import WHERE
 from snooker_cli.runs.selection import varying
 from snooker_cli.scene import Scene
@@ -302,14 +302,16 @@ def _differences(build: FigureBuilder) -> str:
     differences = np.array([row["second_half"] - row["theory"] for _, row, _ in apart])
     weights = np.array([row["second_half_error"] ** -2 for _, row, _ in apart])
     mean, error = np.average(differences, weights=weights), np.sum(weights) ** -0.5
-    side = ("below", "above")[int(mean > 0)] if abs(mean) > MOST_ERRORS * error else "from"
-    build.headline = f"{with_error(abs(mean), error)} {side} theory in the mean"
+    by_chance = joint_probability(np.array([errors for errors, *_ in apart]))
+    agrees = by_chance >= LEAST_PROBABILITY
+    build.headline = f"{'agrees with' if agrees else 'differs from'} theory"
     errors, row, place = max(apart, key=lambda known: abs(known[0]))
     difference = row["second_half"] - row["theory"]
     size = with_error(abs(difference), row["second_half_error"])
     return (
-        f"a₂ is {build.headline} of {len(apart)} points, weighted by their errors; the most "
-        f"significant deviation is {size} {'above' if difference > 0 else 'below'} it "
+        f"Chance alone gives differences as large at {len(apart)} points with {chance(by_chance)}; "
+        f"weighted by their errors they are {with_error(mean, error)} in the mean. The most "
+        f"significant is {size} {'above' if difference > 0 else 'below'} theory "
         f"({abs(errors):.1f} errors, {place})."
     )
 
@@ -346,6 +348,7 @@ def species_temperature(build: FigureBuilder) -> FigureData:
         law = build.predicted(scene, quantities.SPECIES_RATIO, model)
         if law is not None:
             numbers["theory"] = law
+            build.headline = f"T₁/T₂ = {with_error(*ratio)}, theory {short(law, 4)}"
             layers.append(level(collisions, law, NEUTRAL))
             build.lines.append(legend_line(f"T₁/T₂, {model}", BY_THEORY))
         panels.append(Panel(tuple(layers), "T₁/T₂"))

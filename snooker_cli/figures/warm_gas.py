@@ -22,6 +22,7 @@ from snooker_cli.analysis.profiles import (
 from snooker_cli.containers import ENDS
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.counted_parts import CountedParts, increments, measured, window_edges
+from snooker_cli.figures.declared_result import beside_theory
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
@@ -85,6 +86,8 @@ def stationary(build: FigureBuilder) -> FigureData:
         build.lines += markers(x, y, errors, build.name_of(group), index, changing)
     caption = steady.text
     if steady.changing:
+        said = beside_theory(build.panel, build.fewest_repeats).removeprefix("is ")
+        build.headline = f"{said} where steady" if said else ""
         caption += " Open: the gas still changes."
         build.lines.append(legend_marker("still changes", filled=False))
     if build.cited:
@@ -277,7 +280,7 @@ def heat_flux(build: FigureBuilder) -> FigureData:
             over, mean = flux[0] / middle[0], local.mean(axis=0)
             ratio = over, math.hypot(flux[1], over * middle[1]) / abs(middle[0])
             numbers |= {"over_enskog": ratio}
-            caption += f" The flux is {with_error(*ratio)} times Enskog's in the middle."
+            caption += f" The flux is {with_error(*ratio)} times the mean of Enskog's."
             # To first order, as the mean of ratios would be too large.
             ratios = mean_layers(places, flux[0] / mean * (2 - local / mean))
             along = np.concatenate([layer.y for layer in ratios if isinstance(layer, Line)])

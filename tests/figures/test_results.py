@@ -146,12 +146,12 @@ def test_a_title_says_how_far_theory_is() -> None:
         x = np.arange(float(len(residuals)))
         return beside_theory([Points(x, np.log(residuals), np.array(errors))], repeats)
 
-    assert said([1.02, 0.99], [0.01, 0.01]) == "within 2 % of theory"
-    assert said([1.02, 0.9], [0.001, 0.01]) == "up to 10 % below theory"
-    assert said([1.02, 0.9], [0.001, 0.5]) == "some points differ by 2 %"  # the other has errors
-    assert said([0.9], [0.01]) == "10.00 ± 0.90 % below theory"
-    assert said([0.9], [0.05]) == "within 10.0 ± 4.5 % of theory"
-    assert said([3.0, 1.0], [0.01, 0.01]) == "up to 3 times theory"
+    assert said([1.02, 0.99], [0.01, 0.01]) == "agrees with theory within 2 %"
+    assert said([1.02, 0.9], [0.001, 0.01]) == "is up to 10 % below theory"
+    assert said([1.02, 0.9], [0.001, 0.5]) == "differs from theory by 2 %, if not more"
+    assert said([0.9], [0.01]) == "is 10.00 ± 0.90 % below theory"
+    assert said([0.9], [0.05]) == "agrees with theory (−10.0 ± 4.5 %)"
+    assert said([3.0, 1.0], [0.01, 0.01]) == "is up to 3 times theory"
     assert said([0.9], [0.01], repeats=2) == ""
     assert said([0.9], [math.nan]) == ""
     assert beside_theory([], 3) == ""

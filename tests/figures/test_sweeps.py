@@ -49,7 +49,7 @@ def test_each_run_is_a_series(runs: tuple[RunFolder, RunFolder], joined: Folders
     assert [points.series for points in filled] == [0, 1]
     for run, points in zip(runs, filled, strict=True):
         alone = shown(run, "decay-against-cor")
-        (alpha,) = (p for p in layers(alone, Points) if p.label == "α, Haff's law fitted")
+        (alpha,) = (p for p in layers(alone, Points) if p.label == "Haff's law fitted")
         assert points.y.tolist() == alpha.y.tolist()
     # The walls differ, and so does theory.
     theories = [line for line in layers(found, Line) if len(line.x)]
@@ -80,7 +80,7 @@ def test_one_value_of_the_key_from_each_run(tmp_path: Path) -> None:
     """No run sweeps the CoR: the points of the runs are one series along it."""
     pair = FoldersSideBySide.of([made(tmp_path / "A", "cor=0.8"), made(tmp_path / "B", "cor=0.9")])
     found = shown(pair, "decay-against-cor")
-    alpha = next(p for p in layers(found, Points) if p.label == "α, Haff's law fitted")
+    alpha = next(p for p in layers(found, Points) if p.label == "Haff's law fitted")
     assert alpha.x.tolist() == [0.8, 0.9]
     radii = (made(tmp_path / radius, f"balls.radius={radius}") for radius in ("0.5", "1.0"))
     pair = FoldersSideBySide.of([*radii])
