@@ -13,7 +13,14 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from snooker_cli.engine.jit import called_by_kernels, inlined, learn_functions
+from snooker_cli.engine.jit import (
+    called_by_kernels,
+    explanations,
+    inlined,
+    kernel_options,
+    learn_functions,
+    set_up_numba,
+)
 from snooker_cli.engine.kernel_state import Floats, Part
 from snooker_cli.errors import SceneError
 from snooker_cli.laws import LAWS, MOST_NUMBERS, Law, PackageLaw
@@ -82,11 +89,37 @@ def check(law: PackageLaw) -> None:
     if law.problem:
         advice = "install it as it was, or remove the law's origin to use what is installed"
         raise SceneError("law", f"{law.problem}; {advice}")
+    where = f"the law {law.name} of {law.origin.split()[0]}"
+    if "print" in law.restitution.__code__.co_names:  # a compiled print waits for Python for ever
+        raise SceneError("law", f"{where} prints; remove it")
     for speed in TRIED.tolist():
         e = law.cor_at(speed)
         if not 0.0 <= e <= 1.0:
-            where = f"the law {law.name} of {law.origin.split()[0]}"
             raise SceneError("law", f"{where} has the CoR {e!r} at {speed:.3g} m/s; correct it")
+
+
+_used: dict[tuple[str, type[PackageLaw]], None] = {}
+"""The laws in kernels of this process with their origins."""
+
+
+def _name_uncompiled() -> None:
+    """Raise ``SceneError`` for a law that Numba cannot compile alone."""
+    numba = set_up_numba()
+    for origin, law in _used:
+        numbers = (numba.float64,) * (1 + len(law.numbers()))
+        try:
+            numba.njit(numbers, **kernel_options())(law.restitution)
+        except numba.errors.NumbaError as error:
+            reason = next((line for line in str(error).splitlines()[1:] if line.strip()), "")
+            where = f"the law {law.name} of {origin.split()[0]}"
+            raise SceneError(
+                "law",
+                f"Numba cannot compile {where} ({reason.strip(' .')}); use what docs/extending.md "
+                "lists for a law",
+            ) from None
+
+
+explanations.append(_name_uncompiled)
 
 
 @cache
@@ -94,6 +127,7 @@ def class_of(laws: tuple[tuple[str, type[PackageLaw]], ...]) -> Any:
     """The class of tuples with some laws. Python and stored kernels find it in this module."""
     name = f"PackageLaws_{hash_of(laws)}"
     formula: Formula = _elastic
+    _used.update(dict.fromkeys(laws))
     for place, (_, law) in reversed(list(enumerate(laws))):
         own = inlined(_OF_ROW[len(law.numbers())](inlined(law.restitution)))
         formula = inlined(_either(float(FIRST_KIND + place), own, formula))

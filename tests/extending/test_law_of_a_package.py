@@ -255,6 +255,13 @@ def test_a_law_that_gives_energy_is_refused(installed: Installed) -> None:
     assert "the law yielding of snooker-yielding has the CoR 1.5 at 1e-12 m/s" in sentence
 
 
+def test_a_law_that_prints_is_refused(installed: Installed) -> None:
+    """A compiled print waits for ever for what the thread that simulates holds."""
+    with changed(installed, "return 1.0", "return print(speed) or 1.0"):
+        sentence = refused(installed, "run", "gas.yaml", "--out", "printing")
+    assert "the law yielding of snooker-yielding prints; remove it" in sentence
+
+
 def test_swapped_arguments_are_refused(installed: Installed) -> None:
     with changed(
         installed, "speed: float, cor: float, yield_speed", "speed: float, other: float, cor"
