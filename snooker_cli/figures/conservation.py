@@ -26,7 +26,7 @@ from snooker_cli.figures.figure_data import (
     courses,
     more_than_a_decade,
 )
-from snooker_cli.figures.series import elastic
+from snooker_cli.figures.series import elastic, gas_type_of
 from snooker_cli.formatting import percent, short
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import Trace
@@ -73,7 +73,8 @@ def energy(build: FigureBuilder) -> FigureData:
             largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves),
         )
     if not all(record["elastic"] for record in build.records):
-        build.headline = _left(means)
+        warm = any(gas_type_of(point) == "warm" for point in build.points)
+        build.headline = _left(means, warm=warm)
     axes: dict[str, Any] = {"logarithmic": log}
     if not log:
         axes["y_limits"] = 0.0, MORE * top
@@ -106,10 +107,16 @@ def energy(build: FigureBuilder) -> FigureData:
     )
 
 
-def _left(means: Sequence[Course]) -> str:
-    """How much of the energy is left when the first of the points ends, in a few words."""
+def _left(means: Sequence[Course], *, warm: bool) -> str:
+    """How much of the energy is left when the first of the points ends, in a few words.
+
+    warm : whether walls give some, so that it may be more
+    """
     end = min(float(times[-1]) for times, _ in means)
     left = sorted(float(np.interp(end, *mean)) for mean in means)
+    if warm:
+        span = " to ".join(dict.fromkeys((short(left[0], 2), short(left[-1], 2))))
+        return f"{span} of E(0) after {short(end)} s"
     amount = " to ".join(dict.fromkeys((percent(left[0]), percent(left[-1]))))
     return f"{amount} is left after {short(end)} s"
 

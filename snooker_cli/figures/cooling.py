@@ -20,7 +20,7 @@ from snooker_cli.analysis.gas import (
     haff_rate,
     starting_temperature,
 )
-from snooker_cli.analysis.goodness import FEWEST_TESTED, MOST_ERRORS
+from snooker_cli.analysis.goodness import FEWEST_TESTED, MOST_ERRORS, cannot_be_tested
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
     mean_and_error,
@@ -282,8 +282,8 @@ def _haff_constants(build: FigureBuilder, point: Point, scene: Scene, cors: Arra
 def with_cor(point: Point, scene: Scene, cor: float) -> Scene:
     """The start of a point with another CoR, which the wall follows if it has none of its own."""
     law = Constant(cor)
-    wall_law = law if point.config.wall_cor is None else scene.wall_law
-    return replace(scene, pair_law=law, wall_law=wall_law)
+    follows = point.config.wall_cor is None and isinstance(scene.wall_law, Constant)
+    return replace(scene, pair_law=law, wall_law=law if follows else scene.wall_law)
 
 
 class _LocalDecay(NamedTuple):
@@ -295,6 +295,7 @@ class _LocalDecay(NamedTuple):
     alpha_error : standard error of the fitted α, s⁻¹
     floor : energy that the balls keep, over that at the start
     holds : time until which Haff's law is not refused, s; infinite if it is not refused at all
+    tested : whether there are repeats enough to refuse it
     laws : α (s⁻¹) and floor of each form in ``_HAFF``
     """
 
@@ -305,6 +306,7 @@ class _LocalDecay(NamedTuple):
     alpha_error: float
     floor: float
     holds: float
+    tested: bool
     laws: dict[str, tuple[float, float]]
 
 
@@ -381,6 +383,8 @@ def _law_holds(build: FigureBuilder, decays: Sequence[_LocalDecay]) -> str:
         return f"refused at {len(refused)} of {len(decays)} points" if refused else "not refused"
     if refused:
         return f"refused from {short(refused[0])} s on"
+    if not decays[0].tested:
+        return "not tested"
     assert build.result is not None
     residuals = [point for row in build.records if (point := build.result.residual(row))]
     beside = beside_theory(residuals, build.fewest_repeats)
@@ -461,8 +465,10 @@ def _local_decay(build: FigureBuilder, point: Point) -> _LocalDecay:
         laws["theory"] = (expected, 0.0)
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)
+    judged = decays["haff"].as_json()
+    tested = judged["probability"] is not None and not cannot_be_tested(judged)
     error = decays["haff"].over_repeats.error
-    return _LocalDecay(windows, rates, errors, k, error, floor, holds, laws)
+    return _LocalDecay(windows, rates, errors, k, error, floor, holds, tested, laws)
 
 
 def _haff_rate(time: Array, alpha: float, floor: float) -> Array:

@@ -224,8 +224,10 @@ def beside_theory(panel: Sequence[Layer], repeats: int) -> str:
     beyond = [deviation for deviation in found if deviation.in_errors > MOST_ERRORS]
     (largest,) = sorted(beyond or found, key=lambda deviation: abs(deviation.residual))[-1:]
     share, error = largest.percent
-    if not 1 / FACTOR < 1 + share / 100 < FACTOR:
-        return f"is {'up to ' * (len(found) > 1)}{short(1 + share / 100, 2)} times theory"
+    ratio = 1 + share / 100
+    if beyond and not 1 / FACTOR < ratio < FACTOR:
+        up_to = ("up to " if ratio > 1 else "down to ") * (len(found) > 1)
+        return f"is {up_to}{short(ratio, 2)} times theory"
     side = "above" if share > 0 else "below"
     if len(found) == 1:
         if not beyond:

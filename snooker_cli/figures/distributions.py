@@ -200,7 +200,7 @@ def _broader(
     shell = 2 * math.pi * 2 * float(np.mean(scene.radii)) * width
     pairs = states * scene.number * density * shell / 2
     share = min(MOST_BINS, math.ceil(ENOUGH_PAIRS / pairs))
-    first = int(np.argmax(rows.mean(axis=0) > 0))
+    first = int(np.argmin(np.abs(edges - 2 * float(np.mean(scene.radii)))))
     last = first + (len(middle) - first) // share * share
     joined = [
         column[..., first:last].reshape(*column.shape[:-1], -1, share).mean(axis=-1)

@@ -94,9 +94,9 @@ def event_decay(build: FigureBuilder) -> FigureData:
     build.headline = f"{said.removeprefix('is ')} at the end" if said else ""
     if "theory_above_floor" in drawn:
         shares = [record["floor"] / record["final_ratio"] for record in build.records]
-        most = float(max(shares))
+        most = min(1.0, float(max(shares)))
         motion = "the rotation" if kept == "L" else "the drift"
-        build.headline = f"{motion} keeps {percent(most)} of the rest"
+        build.headline = f"{motion} keeps up to {percent(most)} of it"
     caption = ""
     if "theory" in drawn:
         shared = "(N + ½)" if kept == "L" else "(N − ½)"

@@ -1,5 +1,6 @@
 """Velocity correlations of pairs and the vorticity around a ball, against the distance."""
 
+import math
 from functools import partial
 
 from snooker_cli.analysis import quantities, theories, velocity_correlations
@@ -62,10 +63,12 @@ def against_distance(build: FigureBuilder) -> FigureData:
         build.lines.append(Reference("y", 0.0, "independent velocities"))
         across.append(Reference("y", 0.0))
     reach = max(float(line.x[0]) for line in turning if isinstance(line, Line))
-    nearest = max((float(record["nearest"]) for record in build.records), key=abs)
-    up_to = "up to " * (len(build.records) > 1)
-    build.headline = f"{up_to}{short(nearest, 2)} within {short(reach, 2)} diameters"
-    build.headline += " at the end" * has_times(build)
+    known = [one["nearest"] for one in build.records if math.isfinite(one["nearest"])]
+    if known:
+        up_to = "up to " * (len(build.records) > 1)
+        nearest = short(float(max(known, key=abs)), 2)
+        build.headline = f"{up_to}{nearest} within {short(reach, 2)} diameters"
+        build.headline += " at the end" * has_times(build)
     caption = (
         f"{when(build)} Top: the product of both velocities along the line of centres; middle: "
         "across it; both over the mean u² of a component, so that 1 is one velocity and 0 none in "

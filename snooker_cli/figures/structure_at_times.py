@@ -178,6 +178,7 @@ def cluster_sizes(build: FigureBuilder) -> FigureData:
         for series, (label, rows) in enumerate(zip(*found, strict=True), index):
             largest = np.count_nonzero(rows[:, :-1].mean(axis=0))  # zero is on no logarithmic axis
             build.add_means(series, label, sizes[:largest], rows[:, :largest], MEASURED)
+            build.singles = []  # they end where a repeat has none
         in_large = found.rows[-1][:, int(np.argmax(sizes >= LARGE))] if last >= LARGE else None
         build.record(
             point,
@@ -185,9 +186,11 @@ def cluster_sizes(build: FigureBuilder) -> FigureData:
             in_large=None if in_large is None else mean_and_error(in_large),
         )
     share = max(record["in_large"] or 0.0 for record in build.records)
-    build.headline = f"up to {percent(share)} of the balls in those of {LARGE} or more"
-    if len(build.points) == 1:
-        build.headline = build.headline.removeprefix("up to ") + " at the end" * has_times(build)
+    up_to, when_said = "up to " * (len(build.points) > 1), " at the end" * has_times(build)
+    build.headline = f"none of {LARGE} or more balls{when_said}"
+    if share:
+        build.headline = f"{up_to}{percent(share)} of the balls in those of {LARGE} or more"
+        build.headline += when_said
     caption = (
         f"{when(build)} Balls with a gap of at most {structure.CLUSTER_GAP:g} mean diameters are "
         "in one cluster (Luding & Herrmann 1999)."

@@ -11,7 +11,12 @@ from snooker_cli import facts, theory, two_temperatures
 from snooker_cli.analysis import observables, quantities, structure, theories
 from snooker_cli.analysis.comparison import species_change
 from snooker_cli.analysis.gas import cooling_spins, fluid_state, haff_rate, temperatures
-from snooker_cli.analysis.goodness import LEAST_PROBABILITY, joint_probability
+from snooker_cli.analysis.goodness import (
+    FEWEST_TESTED,
+    LEAST_PROBABILITY,
+    MOST_ERRORS,
+    joint_probability,
+)
 from snooker_cli.analysis.measurement import Measurement
 from snooker_cli.analysis.observables import (
     collisions_per_ball,
@@ -245,7 +250,7 @@ def a2(build: FigureBuilder) -> FigureData:
             build.record(point, species=name, second_half=_second_half(kept), theory=expected)
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line("theory", BY_THEORY))
-    return build.figure()
+    return build.figure(_differences(build))
 
 
 NEARLY_ELASTIC = 0.999  # the theory at CoR 1 is another one
@@ -291,13 +296,16 @@ def _a2_against_cor(build: FigureBuilder) -> FigureData:
 
 
 def _differences(build: FigureBuilder) -> str:
-    """A sentence on how far a₂ is from theory, which may be zero; it is also the headline."""
+    """A sentence on how far a₂ is from theory, which may be zero; also the headline.
+
+    Empty without a test.
+    """
     apart = [
         ((row["second_half"] - row["theory"]) / row["second_half_error"], row, place)
         for row, place in zip(build.records, build.places, strict=True)
         if row["theory"] is not None and row["second_half_error"] > 0
     ]
-    if not apart:
+    if not apart or build.fewest_repeats < FEWEST_TESTED:
         return ""
     differences = np.array([row["second_half"] - row["theory"] for _, row, _ in apart])
     weights = np.array([row["second_half_error"] ** -2 for _, row, _ in apart])
@@ -308,6 +316,9 @@ def _differences(build: FigureBuilder) -> str:
     errors, row, place = max(apart, key=lambda known: abs(known[0]))
     difference = row["second_half"] - row["theory"]
     size = with_error(abs(difference), row["second_half_error"])
+    if len(apart) == 1:
+        side = "above" if difference > 0 else "below"
+        return f"It is {size} {side} theory ({abs(errors):.1f} errors)."
     return (
         f"Chance alone gives differences as large at {len(apart)} points with {chance(by_chance)}; "
         f"weighted by their errors they are {with_error(mean, error)} in the mean. The most "
@@ -333,8 +344,11 @@ def species_temperature(build: FigureBuilder) -> FigureData:
     collisions = collisions_per_ball(pairs, scene.number)
     # The temperatures of one instant vary; those of a gas that cools have no mean.
     later = rows[:, len(times) // 2 if kept else -1 :].mean(axis=1)
+    shown = np.where(rows > COLD * rows.max(), rows, math.nan)  # a ball may start at rest
     for index, name in enumerate(structure.species_names(scene)):
-        build.add_means(index, f"{index + 1}: {name}", collisions, rows[..., index])
+        first = int(np.argmax(np.isfinite(shown[..., index]).any(axis=0)))
+        of_species = shown[:, first:, index]
+        build.add_means(index, f"{index + 1}: {name}", collisions[first:], of_species)
         build.record(point, species=name, temperature=mean_and_error(later[:, index]))
     if rows.shape[2] > 2:
         when = "in the second half" if kept else "at the end"
@@ -363,6 +377,9 @@ def species_temperature(build: FigureBuilder) -> FigureData:
         logarithmic=build.covers_decades,
         panels=tuple(panels),
     )
+
+
+COLD = 1e-9  # share of the highest temperature that is none: a logarithm has no place for it
 
 
 def _ratio_layers(x: Array, rows: Array) -> list[Layer]:
@@ -488,7 +505,12 @@ GROWN = 1.5  # times the size without clustering from which on clusters have gro
 
 def _growth(records: Sequence[Mapping[str, Any]]) -> str:
     """How large the cluster of a ball is at the end, in a few words."""
-    grown = [record for record in records if record["mean"] > GROWN * record["uniform"]]
+    grown = [
+        record
+        for record in records
+        if record["mean"] > GROWN * record["uniform"]
+        and not record["mean"] - record["uniform"] < MOST_ERRORS * record["mean_error"]
+    ]
     if not grown:
         return "none grow"
     if len(records) > 1:

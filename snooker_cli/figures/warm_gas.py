@@ -148,10 +148,11 @@ def profiles(build: FigureBuilder) -> FigureData:
     panels, pressure = [Panel(mean_layers(places, packing), "packing")], None
     coldest, heat = int(np.argmin(temperature.mean(axis=0))), temperature.mean(axis=0)
     hottest = int(np.argmax(heat))
-    build.headline = f"from {short(heat[hottest], 2)} J down to {short(heat[coldest], 2)} J"
-    ends = [f"{short(heat[k])} J at {short(places[k], 2)} m" for k in (hottest, coldest)]
-    caption = f" T is highest with {ends[0]}, lowest with {ends[1]}. "
-    caption += f"T {way} is that of the velocities {way} alone."
+    caption = f" T {way} is that of the velocities {way} alone."
+    if not facts.hold(scene, "elastic"):  # else T is uniform, and has only noise
+        build.headline = f"from {short(heat[hottest], 2)} J down to {short(heat[coldest], 2)} J"
+        ends = [f"{short(heat[k])} J at {short(places[k], 2)} m" for k in (hottest, coldest)]
+        caption += f" T is highest with {ends[0]}, lowest with {ends[1]}."
     if facts.hold(scene, *theories.LARGE):
         factor = theory.granular_compressibility(packing.mean(axis=0), scene.restitution)
         # Beside a wall balls are in layers, of which Z of a uniform gas says nothing.
