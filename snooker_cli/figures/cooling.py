@@ -28,7 +28,7 @@ from snooker_cli.analysis.observables import (
 from snooker_cli.analysis.trend import Trend
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.declared_result import beside_theory
+from snooker_cli.figures.declared_result import agreement
 from snooker_cli.figures.figure_builder import LOG_SPREAD, OVER_THEORY, SPREAD, FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
@@ -387,8 +387,8 @@ def _law_holds(build: FigureBuilder, decays: Sequence[_LocalDecay]) -> str:
         return "not tested"
     assert build.result is not None
     residuals = [point for row in build.records if (point := build.result.residual(row))]
-    beside = beside_theory(residuals, build.fewest_repeats)
-    return f"not refused; α {beside}" if beside else "not refused"
+    beside = agreement(residuals, build.fewest_repeats, whose="α")
+    return "; ".join(filter(None, ["not refused", beside]))
 
 
 def _cooling_sentences(build: FigureBuilder, drawn: Collection[str], kept: str) -> Iterator[str]:

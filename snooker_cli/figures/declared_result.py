@@ -213,10 +213,16 @@ def deviation_sentence(
     return f"{text}." if values[0] == values[1] else f"{text}, and the largest {values[1]}."
 
 
-def beside_theory(panel: Sequence[Layer], repeats: int) -> str:
-    """How far results are from theory, for a title; empty without a test.
+def agreement(panel: Sequence[Layer], repeats: int, *, whose: str = "", law: str = "theory") -> str:
+    """Whether results agree with theory, for a title: ``D agrees with theory (3.3 ± 8.4 %)``.
 
-    The largest deviation by more than ``MOST_ERRORS``. Without one, within which share all agree.
+    panel : with the residuals
+    repeats : of a point at least
+    whose : the symbol of the result, if the words need one
+    law : what the theory is called
+
+    Empty without a test. The largest deviation by more than ``MOST_ERRORS`` counts; without one,
+    the share within which all results agree.
     """
     found = [deviation for deviation in _deviations(panel) if deviation.error > 0]
     if not found or repeats < FEWEST_TESTED:
@@ -224,21 +230,21 @@ def beside_theory(panel: Sequence[Layer], repeats: int) -> str:
     beyond = [deviation for deviation in found if deviation.in_errors > MOST_ERRORS]
     (largest,) = sorted(beyond or found, key=lambda deviation: abs(deviation.residual))[-1:]
     share, error = largest.percent
-    ratio = 1 + share / 100
+    ratio, side, alone = 1 + share / 100, "above" if share > 0 else "below", len(found) == 1
+    it, it_is = (f"{whose} ", f"{whose} is ") if whose else ("", "")
     if beyond and not 1 / FACTOR < ratio < FACTOR:
-        up_to = ("up to " if ratio > 1 else "down to ") * (len(found) > 1)
-        return f"is {up_to}{short(ratio, 2)} times theory"
-    side = "above" if share > 0 else "below"
-    if len(found) == 1:
-        if not beyond:
-            return f"agrees with theory ({with_error(share, error, '%')})"
-        return f"is {with_error(abs(share), error, '%')} {side} theory"
+        up_to = ("up to " if ratio > 1 else "down to ") * (not alone)
+        return f"{it_is}{up_to}{short(ratio, 2)} times {law}"
+    if alone and beyond:
+        return f"{it_is}{with_error(abs(share), error, '%')} {side} {law}"
+    if alone:
+        return f"{it}agrees with {law} ({with_error(share, error, '%')})"
     size = percent(abs(share) / 100)
     if not beyond:
-        return f"agrees with theory within {size}"
+        return f"{it}agrees with {law} within {size}"
     if any(abs(other.residual) > abs(largest.residual) for other in found):
-        return f"differs from theory by {size}, if not more"
-    return f"is up to {size} {side} theory"
+        return f"{it}differs from {law} by {size}, if not more"
+    return f"{it_is}up to {size} {side} {law}"
 
 
 def _place(axis: str, x: float) -> str:

@@ -25,7 +25,7 @@ from snooker_cli.analysis.structure import over_time
 from snooker_cli.config import Point
 from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.declared_result import Result, beside_theory
+from snooker_cli.figures.declared_result import Result, agreement
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
@@ -455,11 +455,8 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
     law = "Maxwell's law" if number is None else "the law at fixed energy"
     tail = f"Fast is beyond {TAIL:g}; {law} has {percent(beyond_tail)} there."
     build.result = Result("share of fast velocities", "beyond", theory="theory")
-    build.headline = beside_theory(
-        [tested for row in build.records if (tested := build.result.residual(row))],
-        build.fewest_repeats,
-    )
-    build.headline = build.headline.removeprefix("is ").replace("theory", law)
+    tails = [tested for row in build.records if (tested := build.result.residual(row))]
+    build.headline = agreement(tails, build.fewest_repeats, law=law)
     return build.figure(
         f"{tail} {when} {FEW_WORDS * few}".rstrip(), panel_label="ln(density / law)"
     )

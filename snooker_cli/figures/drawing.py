@@ -217,7 +217,7 @@ def _scale(axes: Axes, data: FigureData) -> None:
     for axis, limits in ((axes.xaxis, data.x_limits), (axes.yaxis, data.y_limits)):
         _, highest = axis.get_data_interval()
         if axis is axes.xaxis:
-            highest = max(highest, *farthest, highest)
+            highest = max([highest, *farthest])
         least, most = limits
         if least is not None and most is None and least < highest < np.inf:
             # Matplotlib's margin is a share of the data's span, which may be nothing.

@@ -14,7 +14,7 @@ from snooker_cli.analysis.observables import collisions_per_ball
 from snooker_cli.analysis.time_series import interpolated
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.cooling import FLOOR_MATTERS, FLOORS, kept_letter
-from snooker_cli.figures.declared_result import beside_theory
+from snooker_cli.figures.declared_result import agreement
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
@@ -90,8 +90,8 @@ def event_decay(build: FigureBuilder) -> FigureData:
     build.lines += [
         legend_line(_THEORIES[name][0].format(kept), _THEORIES[name][1]) for name in drawn
     ]
-    said = beside_theory(ends_beside, build.fewest_repeats)
-    build.headline = f"{said.removeprefix('is ')} at the end" if said else ""
+    said = agreement(ends_beside, build.fewest_repeats)
+    build.headline = f"{said} at the end" if said else ""
     if "theory_above_floor" in drawn:
         shares = [record["floor"] / record["final_ratio"] for record in build.records]
         most = min(1.0, float(max(shares)))

@@ -21,7 +21,7 @@ from snooker_cli.figures.axis_limits import beginning_of_decades, farthest
 from snooker_cli.figures.caption_text import Caption, setting, theory_sentence
 from snooker_cli.figures.declared_result import (
     Result,
-    beside_theory,
+    agreement,
     deviation_sentence,
     deviations,
 )
@@ -59,9 +59,7 @@ SPREAD = "mean ± standard deviation of a repeat"  # what the band of a fit show
 LOG_SPREAD = "mean ± standard deviation of logarithms"  # the same on a logarithmic axis
 FEWEST_STATES = 2  # of a repeat that a figure over time or space can have
 BARS = "Bars: standard errors over the repeats."  # of all markers with errors
-ENERGIES = (
-    "Temperatures are energies: Boltzmann's constant is 1."  # of a figure with a temperature in J
-)
+ENERGIES = "Temperatures are energies: Boltzmann's constant is 1."  # of an axis in J
 OVER_THEORY = "ln(result / theory)"  # the y label of a panel of residuals
 MOST_SINGLE = 12  # thin lines of single repeats in a figure at most
 EARLY = 0.8  # share of the median end, before which the end of a repeat is early
@@ -97,7 +95,7 @@ class FigureBuilder:
         points with mean courses, the one with the least share
     errors : what bars and bands are, if not standard errors over the repeats
     beside_theory : whether the caption of the figure itself says the result beside theory
-    headline : the result in a few words, after the title; without it, how far theory is
+    headline : the result in a few words, after the title; without it, whether theory agrees
     key : the swept key that the x axis shows; empty without one
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
@@ -302,27 +300,27 @@ class FigureBuilder:
         where = _joined(self.points[0], fixed)
         return f"{self.fields['title']}: {where}" if where else self.fields["title"]
 
-    def _beside_theory(self, numbers: Mapping[str, Any], panel_label: str) -> str:
-        """How far the residuals, or else the result, are from theory, in a few words."""
+    def _agreement(self, numbers: Mapping[str, Any], panel_label: str) -> str:
+        """Whether the residuals, or else the result, agree with theory, in a few words."""
         tested, symbol = self.results, ""
         rows = self.records if self.result and self.result.number not in numbers else [numbers]
         if not tested and panel_label == OVER_THEORY:
             tested = self.panel
         elif self.result:
-            symbol = f"{self.result.definition.symbol} "
+            symbol = self.result.definition.symbol
             own = map(self.result.residual, rows)
             tested = tested or [replace(one, series=k) for k, one in enumerate(own) if one]
-        said = beside_theory(tested, self.fewest_repeats)
+        said = agreement(tested, self.fewest_repeats, whose=symbol)
         alone = sum(np.size(getattr(layer, "x", 0)) for layer in tested) == 1
         if said and alone and len(self.places) == len(self.points) > 1:
             said += f" at {self.places[_owner(tested[0])]}"
-        return f"{symbol}{said}" if symbol and said else said.removeprefix("is ")
+        return said
 
     def _title_with_result(self, numbers: Mapping[str, Any], panel_label: str) -> str:
         """The title, and the result in a few words. Titles of the source report have none."""
         if self.source:
             return self.title
-        said = self.headline or self._beside_theory(numbers, panel_label)
+        said = self.headline or self._agreement(numbers, panel_label)
         mark = "," if ":" in self.title else ":"
         return f"{self.title}{mark} {said}" if said else self.title
 

@@ -22,7 +22,7 @@ from snooker_cli.analysis.profiles import (
 from snooker_cli.containers import ENDS
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.counted_parts import CountedParts, increments, measured, window_edges
-from snooker_cli.figures.declared_result import beside_theory
+from snooker_cli.figures.declared_result import agreement
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
@@ -86,7 +86,7 @@ def stationary(build: FigureBuilder) -> FigureData:
         build.lines += markers(x, y, errors, build.name_of(group), index, changing)
     caption = steady.text
     if steady.changing:
-        said = beside_theory(build.panel, build.fewest_repeats).removeprefix("is ")
+        said = agreement(build.panel, build.fewest_repeats)
         build.headline = f"{said} where steady" if said else ""
         caption += " Open: the gas still changes."
         build.lines.append(legend_marker("still changes", filled=False))

@@ -13,7 +13,7 @@ from figure_runs import ADRIFT, ROUGH, STORED, check_caption, made, shown, unnam
 from snooker_cli.analysis.findings import result_and_theory
 from snooker_cli.figures.declared_result import (
     Result,
-    beside_theory,
+    agreement,
     deviation_sentence,
     with_units_of_axes,
 )
@@ -142,16 +142,21 @@ def test_the_most_significant_and_the_largest_deviation_are_named() -> None:
 
 
 def test_a_title_says_how_far_theory_is() -> None:
-    def said(residuals: list[float], errors: list[float], repeats: int = 3) -> str:
+    def said(
+        residuals: list[float], errors: list[float], repeats: int = 3, whose: str = "α"
+    ) -> str:
         x = np.arange(float(len(residuals)))
-        return beside_theory([Points(x, np.log(residuals), np.array(errors))], repeats)
+        panel = [Points(x, np.log(residuals), np.array(errors))]
+        return agreement(panel, repeats, whose=whose)
 
-    assert said([1.02, 0.99], [0.01, 0.01]) == "agrees with theory within 2 %"
-    assert said([1.02, 0.9], [0.001, 0.01]) == "is up to 10 % below theory"
-    assert said([1.02, 0.9], [0.001, 0.5]) == "differs from theory by 2 %, if not more"
-    assert said([0.9], [0.01]) == "is 10.00 ± 0.90 % below theory"
-    assert said([0.9], [0.05]) == "agrees with theory (−10.0 ± 4.5 %)"
-    assert said([3.0, 1.0], [0.01, 0.01]) == "is up to 3 times theory"
+    assert said([1.02, 0.99], [0.01, 0.01]) == "α agrees with theory within 2 %"
+    assert said([1.02, 0.9], [0.001, 0.01]) == "α is up to 10 % below theory"
+    assert said([1.02, 0.9], [0.001, 0.5]) == "α differs from theory by 2 %, if not more"
+    assert said([0.9], [0.01]) == "α is 10.00 ± 0.90 % below theory"
+    assert said([0.9], [0.05]) == "α agrees with theory (−10.0 ± 4.5 %)"
+    assert said([3.0, 1.0], [0.01, 0.01]) == "α is up to 3 times theory"
     assert said([0.9], [0.01], repeats=2) == ""
     assert said([0.9], [math.nan]) == ""
-    assert beside_theory([], 3) == ""
+    assert agreement([], 3) == ""
+    assert said([0.9], [0.01], whose="") == "10.00 ± 0.90 % below theory"
+    assert said([1.02, 0.99], [0.01, 0.01], whose="") == "agrees with theory within 2 %"
