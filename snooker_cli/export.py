@@ -26,7 +26,7 @@ from snooker_cli.fields import (
     moving_fields,
 )
 from snooker_cli.files import atomic_write
-from snooker_cli.plugins import PluginError, Table
+from snooker_cli.plugins import PluginError, Table, check_function
 from snooker_cli.scene import Scene
 from snooker_cli.store import RepeatHeader, hdf5
 from snooker_cli.store.file_format import PROVENANCE, write_h5md_group
@@ -55,6 +55,8 @@ def _exported(path: Path) -> Iterator[Path]:
     try:
         with atomic_write(path, given=True) as part:
             yield part
+            if not part.exists():
+                raise UserError(f"{path}: the format {path.suffix} has written no file")
     except hdf5.UNWRITABLE as error:
         raise UserError(
             f"{path}: cannot be written ({error_text(error)})",
@@ -320,6 +322,8 @@ def _taken(thing: object) -> tuple[str, Format]:
         raise PluginError(f"its ending is {thing.ending!r}", "give a dot and small letters")
     if thing.write_tables is None and thing.write_states is None:
         raise PluginError("it writes neither tables nor states", "give it one of the functions")
+    check_function(thing.write_tables, "write_tables", "path", "units", "tables", "about")
+    check_function(thing.write_states, "write_states", "path", "start", "header", "times", "states")
     return thing.ending, thing
 
 

@@ -8,7 +8,7 @@ of an installed package has a function of its own, see `PackageLaw`.
 import math
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from inspect import signature
+from inspect import getattr_static, signature
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import (
@@ -194,6 +194,13 @@ class AbsentLaw(PackageLaw):
 
     written: tuple[tuple[str, str | float], ...]
 
+    def __getattr__(self, name: str) -> Any:
+        """A number of the law, as a point of a sweep of it has it."""
+        numbers = dict(vars(self).get("written", ()))
+        if name not in numbers:
+            raise AttributeError(f"the law has no {name}")
+        return numbers[name]
+
     @property
     def name(self) -> str:  # type: ignore[override]
         return str(dict(self.written)["name"])
@@ -236,6 +243,13 @@ def _taken(thing: object) -> tuple[str, type[PackageLaw]]:
     if names[:1] != ("cor",) or not 1 < len(names) <= MOST_NUMBERS:
         advice = "make it a class of numbers with `@law`"
         raise PluginError(f"its fields are not `cor` and up to {MOST_NUMBERS - 1} others", advice)
+    if not isinstance(getattr(thing, "name", None), str):
+        raise PluginError("it has no name", 'give it one, as `name = "yielding"`')
+    for field, known in thing.__pydantic_fields__.items():  # type: ignore[attr-defined]
+        if known.annotation is not float:
+            raise PluginError(f"its field {field} is no float", "give it a type of numbers")
+    if not isinstance(getattr_static(thing, "restitution"), staticmethod):
+        raise PluginError("restitution is no static method", "write `@staticmethod` above it")
     arguments = [*signature(thing.restitution).parameters]
     if arguments[1:] != [*names]:
         expected = ", ".join(["speed", *names])

@@ -14,8 +14,10 @@ import sys
 import sysconfig
 import threading
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -154,6 +156,25 @@ class Table(Mapping[str, T]):
                 plugins[place] = replace(plugin, problem=problem)
         found = [replace(p, name="") if p.problem else p for p in plugins]
         return {name: value for name, value in values.items() if name not in twins}, found
+
+
+def check_function(function: object, name: str, *arguments: str) -> None:
+    """Raise ``PluginError`` for what is no function that takes these arguments in this order.
+
+    ``None`` is no function that is needed.
+    """
+    if function is None:
+        return
+    if not callable(function):
+        raise PluginError(f"`{name}` is no function of {', '.join(arguments)}")
+    with suppress(ValueError):  # a function of C may have no signature
+        try:
+            signature(function).bind(*arguments)
+        except TypeError:
+            has = ", ".join(signature(function).parameters)
+            raise PluginError(
+                f"`{name}` has the arguments {has}; it gets {', '.join(arguments)}"
+            ) from None
 
 
 def origins(*tables: Table[Any]) -> list[Origin]:

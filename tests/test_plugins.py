@@ -29,6 +29,20 @@ from snooker_cli.extending import FigureSpec
 IT = FigureSpec("{name}", "Title", "Any run.", print, {axes!r}, None, requires={requires!r})
 """
 
+NEW_FIGURE = FIGURE.format(name="new", axes={}, requires=())
+NEW_QUANTITY = QUANTITY.format(name="new", key="new")
+LAW = """
+from snooker_cli.extending import LawSpeed, PackageLaw, Restitution, law
+@law
+class IT(PackageLaw):
+    name = "odd"
+    cor: Restitution
+    top: LawSpeed
+    @staticmethod
+    def restitution(speed, cor, top):
+        return cor
+"""
+
 
 @pytest.fixture
 def installed(tmp_path: Path) -> Installed:
@@ -65,6 +79,26 @@ CASES: tuple[tuple[str, str, str], ...] = (
         "theories",
         THEORY.format(quantity='QUANTITIES["PV/NT"]', needs=()).replace("model", IDEAL),
         f"snooker has PV/NT: {IDEAL} itself",
+    ),
+    (
+        "theories",
+        THEORY.format(quantity='QUANTITIES["pressure"]', needs=()).replace("lambda gas: 1.0", "1"),
+        "`value` is no function of gas",
+    ),
+    ("laws", LAW.replace('    name = "odd"\n', ""), "it has no name"),
+    ("laws", LAW.replace("top: LawSpeed", "top: int"), "its field top is no float"),
+    ("laws", LAW.replace("    @staticmethod\n", ""), "restitution is no static method"),
+    ("quantities", NEW_QUANTITY.replace("means", "states"), "its source is 'states'; give one of"),
+    ("quantities", NEW_QUANTITY.replace('"means"', '"means", alone=()'), "it has no value in a"),
+    (
+        "quantities",
+        NEW_QUANTITY.replace('"means"', '"means", of_state=lambda places: 1.0'),
+        "`of_state` has the arguments places; it gets positions, velocities, scene",
+    ),
+    (
+        "figures",
+        NEW_FIGURE.replace("print", "lambda: 1"),
+        "`draw` has the arguments ; it gets build",
     ),
     ("figures", "IT = 1", "it is no FigureSpec"),
     ("figures", FIGURE.format(name="energy", axes={}, requires=()), "snooker has energy"),
@@ -173,7 +207,7 @@ print(*FORMATS.origin(".good"))
 
 
 def test_an_error_in_a_package_is_a_bug_of_the_package(installed: Installed) -> None:
-    source = FORMAT.format(ending=".bad").replace("print", "lambda: 1 / 0")
+    source = FORMAT.format(ending=".bad").replace("print", "lambda *_: 1 / 0")
     installed.write("bad", source, exports="IT")
     script = """
 from snooker_cli import errors, export

@@ -4,7 +4,7 @@ import math
 import reprlib
 from collections.abc import Callable
 from functools import partial
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from snooker_cli.analysis.measurement import WINDOWS
 from snooker_cli.analysis.structure import Observable
 from snooker_cli.facts import FACTS
 from snooker_cli.laws import SIDES
-from snooker_cli.plugins import PluginError, Table
+from snooker_cli.plugins import PluginError, Table, check_function
 from snooker_cli.scene import Scene
 
 GasKind: TypeAlias = Literal["elastic", "cooling", "warm", "mixture", "rough", "clusters", "uneven"]
@@ -40,7 +40,8 @@ class Quantity(NamedTuple):
     main_of : the gases that it says most about: ``elastic``, ``cooling``, ``warm``, ``mixture``,
         ``rough``, ``clusters``, ``uneven``
     measured : its value in each repeat; ``None`` if it has no value in each repeat
-    unmeasured : why it has no value in any repeat; empty if it needs no reason
+    unmeasured : why it has no value in any repeat [it could not be measured]; empty if it needs no
+        reason
     alone : the facts of gases in which it is shown without a theory; ``None`` if it never is
     of_state : its value in one state, one number or nan, if it is a mean over states
     """
@@ -352,6 +353,14 @@ def _taken(thing: object) -> tuple[str, Quantity]:
     """What a distribution adds to ``QUANTITIES``. Raises ``PluginError``."""
     if not isinstance(thing, Quantity):
         raise PluginError("it is no Quantity", "name an object of this class")
+    check_function(thing.measured, "measured", "gas")
+    check_function(thing.of_state, "of_state", "positions", "velocities", "scene")
+    if thing.source not in get_args(Source):
+        raise PluginError(
+            f"its source is {thing.source!r}", f"give one of {', '.join(get_args(Source))}"
+        )
+    if (thing.main_of or thing.alone is not None) and not thing.has_values:
+        raise PluginError("it has no value in a repeat", "give it `measured` or `of_state`")
     for name in thing.alone or ():
         if name not in FACTS:
             raise PluginError(f"there is no fact {name} that `alone` may name")

@@ -23,7 +23,7 @@ from snooker_cli.analysis.quantities import QUANTITIES, Quantity, Source
 from snooker_cli.analysis.structure import Observable
 from snooker_cli.facts import FACTS, Traits
 from snooker_cli.formatting import listed
-from snooker_cli.plugins import PluginError, Table
+from snooker_cli.plugins import PluginError, Table, check_function
 from snooker_cli.scene import Scene
 from snooker_cli.theory import FINITE, IDEAL, INFINITE
 
@@ -458,6 +458,7 @@ def _taken(thing: object) -> tuple[str, tuple[Theory, ...]]:
     if QUANTITIES.get(thing.quantity.name) is not thing.quantity:
         name = thing.quantity.name
         raise PluginError(f"its quantity {name} is in no table", "add it to snooker.quantities")
+    check_function(thing.value, "value", "gas")
     for name in thing.needs:
         if name not in FACTS:
             raise PluginError(f"there is no fact {name} that `needs` may name")

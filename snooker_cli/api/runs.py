@@ -231,7 +231,7 @@ def figure_list() -> list[dict[str, Any]]:
 
 
 def plugin_list() -> list[dict[str, Any]]:
-    """What installed packages can add to: all quantities, theories, figures and formats.
+    """What installed packages can add to: all laws, quantities, theories, figures and formats.
 
     ``group``, ``name``, ``distribution`` and ``version``; those of snooker come first. What a
     package adds has its ``entry`` point. If it could not be added, it has the ``problem`` and no

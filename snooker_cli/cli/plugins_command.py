@@ -10,9 +10,9 @@ from snooker_cli.cli.parameters import takes
 def plugins(*, as_json: bool) -> None:
     """List what snooker has, and what installed packages add.
 
-    These are quantities, theories, figures, and formats of exports, each with its distribution and
-    version. What could not be added is listed with the reason, and changes nothing else.
-    docs/extending.md describes how to write a package.
+    These are laws of collision, quantities, theories, figures, and formats of exports, each with
+    its distribution and version. What could not be added is listed with the reason, and changes
+    nothing else. docs/extending.md describes how to write a package.
     """
     rows = snooker.plugin_list()
     if as_json:

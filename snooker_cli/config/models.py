@@ -27,6 +27,7 @@ from snooker_cli.config.problems import ConfigError, KeyPath, Problem
 from snooker_cli.containers import SHAPES, Circle, Container
 from snooker_cli.formatting import listed
 from snooker_cli.laws import (
+    EVERY_LAW,
     SIDES,
     CollisionRules,
     Law,
@@ -407,13 +408,19 @@ def given_law(value: Any, key: str) -> PackageLaw:
 
     laws = installed_laws()
     known = f"installed are {', '.join(laws)}" if laws else "no installed package adds a law"
+    if not laws and any(plugin.problem for plugin in EVERY_LAW.plugins):
+        known = "all installed laws are left out"
     if not isinstance(value, Mapping) or not isinstance(value.get("name"), str):
         raise wrong(f"{{name: …}} and the numbers of the law are needed; {known}")
     name, origin = value["name"], value.get("origin")
-    numbers = {part: number for part, number in value.items() if part not in ("name", "origin")}
+    numbers = {
+        part: float(number) if type(number) is int else number  # as swept values may be
+        for part, number in value.items()
+        if part not in ("name", "origin")
+    }
     if name not in laws or origin not in (None, origin_of(name)):
         with suppress(ValueError):
-            return package_law({**value, "cor": 0.0})
+            return package_law({"name": name, "origin": origin, **numbers, "cor": 0.0})
         advice = f"install its package, or see in {PLUGINS_LISTED} why it is left out"
         raise wrong(f"there is no law {name}; {known}; {advice}", "name")
     try:

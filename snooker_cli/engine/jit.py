@@ -61,9 +61,6 @@ NO_GATHERS = ",+prefer-no-gather,+prefer-no-scatter"
 _log = logging.getLogger(__name__)
 """Notices for the user; the command line shows them from level INFO on."""
 
-explanations: list[Callable[[], None]] = []
-"""Called if a kernel cannot be compiled; one that knows the reason raises an error that says it."""
-
 _unknown: list[Callable[[Any], object]] = []
 """What makes Numba know functions that it does not know yet, called with ``numba.extending``."""
 
@@ -80,11 +77,7 @@ class Kernel:
             return self.compiled(*arguments)
         except Exception as error:  # kernels raise nothing, but loading damaged code raises many
             folder = None if "numba" not in sys.modules else cache_folder()
-            if "numba" in sys.modules and isinstance(error, set_up_numba().errors.NumbaError):
-                for explain in explanations:
-                    explain()
-                raise
-            if folder is None:
+            if folder is None or isinstance(error, sys.modules["numba"].errors.NumbaError):
                 raise
             if isinstance(error, OSError):  # such as a full disk
                 _warn(UNUSABLE, error.strerror or error, "every process compiles again")

@@ -6,16 +6,17 @@ no code for them.
 """
 
 import hashlib
+import re
 from collections import namedtuple
 from collections.abc import Callable, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from snooker_cli.engine.jit import (
     called_by_kernels,
-    explanations,
     inlined,
     kernel_options,
     learn_functions,
@@ -30,7 +31,7 @@ Formula: TypeAlias = Callable[..., float]
 FIRST_KIND = len(LAWS)
 """The number of the first of these laws in ``Setup.laws``; others follow by their names."""
 
-TRIED = np.logspace(-12, 12, 97)  # m/s
+TRIED = np.logspace(-12, 12, 2401)  # m/s, a hundred in each decade
 
 
 @called_by_kernels
@@ -87,7 +88,7 @@ def hash_of(laws: tuple[tuple[str, type[PackageLaw]], ...]) -> str:
 def check(law: PackageLaw) -> None:
     """Raise ``SceneError`` for a law that is not installed, or whose e is not from 0 to 1."""
     if law.problem:
-        advice = "install it as it was, or remove the law's origin to use what is installed"
+        advice = "install it as it was, or run the config anew in another folder"
         raise SceneError("law", f"{law.problem}; {advice}")
     where = f"the law {law.name} of {law.origin.split()[0]}"
     if "print" in law.restitution.__code__.co_names:  # a compiled print waits for Python for ever
@@ -96,30 +97,29 @@ def check(law: PackageLaw) -> None:
         e = law.cor_at(speed)
         if not 0.0 <= e <= 1.0:
             raise SceneError("law", f"{where} has the CoR {e!r} at {speed:.3g} m/s; correct it")
+    _compile(law, where)
 
 
-_used: dict[tuple[str, type[PackageLaw]], None] = {}
-"""The laws in kernels of this process with their origins."""
-
-
-def _name_uncompiled() -> None:
-    """Raise ``SceneError`` for a law that Numba cannot compile alone."""
+def _compile(law: PackageLaw, where: str) -> None:
+    """Compile a law alone. Raises ``SceneError`` for what kernels cannot have."""
     numba = set_up_numba()
-    for origin, law in _used:
-        numbers = (numba.float64,) * (1 + len(law.numbers()))
-        try:
-            numba.njit(numbers, **kernel_options())(law.restitution)
-        except numba.errors.NumbaError as error:
-            reason = next((line for line in str(error).splitlines()[1:] if line.strip()), "")
-            where = f"the law {law.name} of {origin.split()[0]}"
-            raise SceneError(
-                "law",
-                f"Numba cannot compile {where} ({reason.strip(' .')}); use what docs/extending.md "
-                "lists for a law",
-            ) from None
+    arguments = (numba.float64,) * (1 + len(law.numbers()))
+    try:
+        numba.njit(arguments, **kernel_options())(law.restitution)
+    except Exception as error:  # the code of Numba for a function may raise anything
+        lines = [line.strip(" .") for line in str(error).splitlines() if line.strip(" .")]
+        reason = lines[min(1, len(lines) - 1)]  # the first one names a step of Numba
+        if NRT in str(error):
+            reason = "it makes a list, a text or another object"
+        file = re.escape(Path(law.restitution.__code__.co_filename).name)
+        place = re.search(rf'{file}(?:", line | \()(\d+)', str(error))
+        at = f", line {place[1]}" if place else ""
+        raise SceneError(
+            "law", f"{where} cannot be compiled ({reason}{at}); use what docs/extending.md lists"
+        ) from None
 
 
-explanations.append(_name_uncompiled)
+NRT = "NRT required"  # in the error of Numba for code that needs memory
 
 
 @cache
@@ -127,7 +127,6 @@ def class_of(laws: tuple[tuple[str, type[PackageLaw]], ...]) -> Any:
     """The class of tuples with some laws. Python and stored kernels find it in this module."""
     name = f"PackageLaws_{hash_of(laws)}"
     formula: Formula = _elastic
-    _used.update(dict.fromkeys(laws))
     for place, (_, law) in reversed(list(enumerate(laws))):
         own = inlined(_OF_ROW[len(law.numbers())](inlined(law.restitution)))
         formula = inlined(_either(float(FIRST_KIND + place), own, formula))

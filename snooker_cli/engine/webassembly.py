@@ -23,7 +23,13 @@ from snooker_cli.engine import clock, jit, page_kernels, products, restitution
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import LANES
 from snooker_cli.engine.compilation import COMPILATION, known_functions, watching
-from snooker_cli.engine.package_laws import hash_of, identity_of, kinds_of, laws_of_packages
+from snooker_cli.engine.package_laws import (
+    check,
+    hash_of,
+    identity_of,
+    kinds_of,
+    laws_of_packages,
+)
 from snooker_cli.engine.page_kernels import (
     EVENTS,
     KERNELS,
@@ -81,7 +87,10 @@ def _modules_in(folder: Path, boundaries: Iterable[str], laws: Sequence[Law]) ->
 
 def _compile_in_processes(boundaries: list[str], folder: Path, laws: Sequence[Law]) -> None:
     """Compile in processes of their own, with other settings of Numba than those of this one."""
-    written = json.dumps([law.as_json() for law in laws_of_packages(laws)])
+    of_packages = laws_of_packages(laws)
+    for law in of_packages:
+        check(law)
+    written = json.dumps([law.as_json() for law in of_packages])
     command = [sys.executable, "-P", "-m", __name__, str(folder), written]
     paths = os.pathsep.join(path for path in sys.path if path)
     settings = os.environ | SETTINGS | {"PYTHONPATH": paths}
@@ -99,6 +108,12 @@ def _compile_in_processes(boundaries: list[str], folder: Path, laws: Sequence[La
     for process, problem in zip(running, problems, strict=True):
         if process.returncode:
             reason = (problem.strip() or f"exit code {process.returncode}").splitlines()[-1]
+            if FOREIGN in reason and of_packages:
+                names = ", ".join(law.name for law in of_packages)
+                raise UserError(
+                    f"pages cannot have the law {names}, which uses{reason.partition(FOREIGN)[2]}",
+                    "use what docs/extending.md lists",
+                )
             raise UserError(
                 f"the engine of the live page cannot be compiled: {reason}",
                 "set NUMBA_CACHE_DIR to a folder with space that only you can write to",
@@ -287,6 +302,8 @@ def leaves_of(name: str, part: Any) -> Iterator[tuple[str, Any]]:
 
 # Code for LLVM
 
+FOREIGN = "the module would import"  # functions that pages do not have
+
 TRIPLE = "wasm32-unknown-unknown"
 FEATURES = "+simd128,+bulk-memory,+nontrapping-fptoint,+sign-ext"
 """What browsers have since 2021, and Safari since 2023."""
@@ -454,7 +471,7 @@ def module_of(data: bytes) -> bytes:
     imported = list(imports_of(sections.pop(IMPORT)))
     unknown = [name for name, kind in imported if kind == FUNCTION]
     if unknown:
-        raise ValueError(f"the module would import {', '.join(unknown)}")
+        raise ValueError(f"{FOREIGN} {', '.join(unknown)}")
     if ("__stack_pointer", VARIABLE) in imported:
         # A variable, an i32, that begins with a constant.
         sections[GLOBAL] = leb(1) + b"\x7f\x01\x41" + signed_leb(BEGIN) + b"\x0b"

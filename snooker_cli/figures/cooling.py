@@ -282,7 +282,7 @@ def _haff_constants(build: FigureBuilder, point: Point, scene: Scene, cors: Arra
 def with_cor(point: Point, scene: Scene, cor: float) -> Scene:
     """The start of a point with another CoR, which the wall follows if it has none of its own."""
     law = Constant(cor)
-    follows = point.config.wall_cor is None and isinstance(scene.wall_law, Constant)
+    follows = point.config.wall_cor is None and not facts.hold(scene, "warm_walls")
     return replace(scene, pair_law=law, wall_law=law if follows else scene.wall_law)
 
 

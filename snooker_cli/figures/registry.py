@@ -32,7 +32,7 @@ from snooker_cli.figures.series import (
 )
 from snooker_cli.formatting import listed
 from snooker_cli.options import WHERE
-from snooker_cli.plugins import PluginError, Table
+from snooker_cli.plugins import PluginError, Table, check_function
 from snooker_cli.runs import RunFolder
 from snooker_cli.runs.run import RUN
 from snooker_cli.runs.selection import Selection, distinct, file_stem, selected, varying, with_runs
@@ -153,7 +153,10 @@ class FigureSpec:
             collisions = [status.collisions for status in build.statuses(point)]
             build.limit(point, MOST_COLLISIONS // len(build.points) // max(1, *collisions))
         draw = self.draw if callable(self.draw) else _loaded(*self.draw)
-        return draw(build)
+        figure = draw(build)
+        if not isinstance(figure, FigureData):
+            raise FigureError(f"its function draws no FigureData but {figure!r:.40}; return one")
+        return figure
 
 
 def _key_alone(points: Sequence[Point]) -> str:
@@ -213,6 +216,8 @@ def _taken(thing: object) -> tuple[str, FigureSpec]:
         raise PluginError("it is no FigureSpec", "name an object of this class")
     if not re.fullmatch("[a-z0-9]+(-[a-z0-9]+)*", thing.name):
         raise PluginError(f"its name is {thing.name!r}", "give it words in small letters, with -")
+    if callable(thing.draw):
+        check_function(thing.draw, "draw", "build")
     for name in thing.requires:
         if name not in facts.FACTS:
             raise PluginError(f"there is no fact {name} that `requires` may name")

@@ -380,10 +380,9 @@ def stored_result(status: RepeatStatus) -> RepeatResult | None:
 
 
 def unexpected(batch: Batch, error: BaseException) -> list[RepeatResult]:
-    """The results of a batch with an internal error, or with a scene that no kernel takes."""
-    known = isinstance(error, SceneError)
-    where = "" if known else "".join(traceback.format_exception(error))
-    text = str(error) if known else described(error)
+    """The results of a batch with an internal error."""
+    where = "".join(traceback.format_exception(error))
+    text = described(error)
     return [
         RepeatResult(batch.point, repeat, error=text, traceback=where) for repeat in batch.repeats
     ]

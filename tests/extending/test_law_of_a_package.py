@@ -281,6 +281,17 @@ def test_without_the_package_results_stay_readable(installed: Installed) -> None
         assert "law.name: there is no law yielding; no installed package adds a law" in sentence
 
 
+def test_a_run_that_sweeps_its_number_stays_readable(installed: Installed) -> None:
+    """Swept values may be whole numbers, which a law has as floats."""
+    sweep = ["-o", "law.yield_speed=1,2", "-o", "repeats=1", "--out", "swept"]
+    installed.snooker("run", "gas.yaml", *sweep)
+    with changed(installed):
+        for command in ("show swept", "verify swept", "export swept --out swept.csv"):
+            installed.snooker(*command.split())
+    with changed(installed, "return 1.0", "return 0.9"):
+        assert "yielding" in refused(installed, "compare", "swept", "--where", "law.yield_speed=1")
+
+
 def test_a_law_that_is_left_out_is_not_called_absent(installed: Installed) -> None:
     """Its package is there, so the sentences lead to the reason why it does not work."""
     with changed(installed, "import math\n", "import nothing_there\n"):
