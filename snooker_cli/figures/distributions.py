@@ -393,7 +393,7 @@ def count_errors(counts: Array, errors: Array) -> Array:
     return np.where(few, POISSON[np.where(few, counts, 0).astype(int)], errors)
 
 
-TAIL = 1.5  # reduced velocity from which on the tail is counted
+TAIL = 2.0  # reduced velocity from which on the tail is counted
 TAIL_BIN = 0.25  # of reduced velocities, whose Maxwell's law has the width 1/√2
 FEWEST_BALLS = 5  # of a species beside others; T of fewer follows each ball too closely
 TAIL_STATES = 400  # of all repeats of a point, at most
