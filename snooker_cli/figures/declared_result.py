@@ -243,7 +243,7 @@ def agreement(panel: Sequence[Layer], repeats: int, *, whose: str = "", law: str
     if not beyond:
         return f"{it}agrees with {law} within {size}"
     if any(abs(other.residual) > abs(largest.residual) for other in found):
-        return f"{it}differs from {law} by {size}, if not more"
+        return f"{it_is}{size} {side} {law} at {len(beyond)} of {len(found)} places"
     return f"{it_is}up to {size} {side} {law}"
 
 

@@ -23,6 +23,10 @@ def test_every_config_is_a_case_and_every_case_has_one() -> None:
     assert sorted(path.stem for path in FOLDER.iterdir()) == sorted(CASES)
 
 
+NO_BALANCE = {"cold-rotation", "cold-free", "cold-sliding"}
+"""Cases of balls that spin or slide: their collisions have no balance of energy to check."""
+
+
 @pytest.mark.parametrize(
     "name",
     [
@@ -34,7 +38,8 @@ def test_a_case_says_why_it_is_hard_and_holds(name: str) -> None:
     (found,) = verdict(name)
     assert found["faults"] == []
     assert found["runs"] == len(load(FOLDER / f"{name}.yaml").points())
-    assert set(found["worst"]) >= {"numbers", "energy", "overlap"}
+    assert set(found["worst"]) >= {"numbers", "overlap"}
+    assert ("energy" in found["worst"]) == (name not in NO_BALANCE)
 
 
 SEVEN = {"endings": [StopReason.COLLISIONS]}
