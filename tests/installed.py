@@ -28,6 +28,15 @@ collisions: 4000
 repeats: 12
 """
 
+YIELDING_GAS = """\
+container: {shape: periodic, width: 20}
+balls: {count: 30, radius: 0.5, speed: 5}
+cor: 0.7
+law: {name: yielding, yield_speed: 2}
+collisions: 300
+repeats: 3
+"""
+
 PACKAGES = Path(__file__).parent / "extending" / "packages"
 
 
@@ -91,4 +100,13 @@ def with_examples(folder: Path) -> Installed:
         installed.add(PACKAGES / name)
     (installed.here / "gas.yaml").write_text(GAS)
     installed.snooker("run", "gas.yaml")
+    return installed
+
+
+def with_yielding(folder: Path, *options: str) -> Installed:
+    """The package with the law of balls that yield, and a run of a gas with it."""
+    installed = Installed(folder)
+    installed.add(PACKAGES / "yielding")
+    (installed.here / "gas.yaml").write_text(YIELDING_GAS)
+    installed.snooker("run", "gas.yaml", *options)
     return installed

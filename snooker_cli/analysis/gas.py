@@ -197,9 +197,13 @@ def cooling_law(scene: Scene) -> SpeedLaw:
 
 def finite_cooling_law(scene: Scene) -> SpeedLaw:
     """`cooling_law` with the kurtosis of balls that share the energy of the moment."""
-    law, a2 = cooling_law(scene), theory.sonine_coefficient(scene.restitution)
-    kurtosis = theory.fixed_energy_kurtosis(independent_velocities(scene)) * (1 + a2)
-    return law._replace(kurtosis=kurtosis)
+    return cooling_law(scene)._replace(kurtosis=finite_cooling_kurtosis(scene))
+
+
+def finite_cooling_kurtosis(scene: Scene) -> float:
+    """⟨v⁴⟩/⟨v²⟩² of a gas that cools, of balls that share the energy of the moment."""
+    a2 = theory.sonine_coefficient(scene.restitution)
+    return theory.fixed_energy_kurtosis(independent_velocities(scene)) * (1 + a2)
 
 
 # What repeats keep, and how warm they are over time.

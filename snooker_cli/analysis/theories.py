@@ -401,12 +401,7 @@ OWN: tuple[Theory, ...] = (
     Theory(
         *(q.SONINE, COOLING, "van Noije & Ernst 1998"),
         (*EQUAL, "one_cor", "one_wall_cor", "smooth", "lossy_cor", "bouncing"),
-        lambda g: (
-            theory.fixed_energy_kurtosis(gas_numbers.independent_velocities(g.scene))
-            / 2
-            * (1 + theory.sonine_coefficient(g.scene.restitution))
-            - 1
-        ),
+        lambda g: gas_numbers.finite_cooling_kurtosis(g.scene) / 2 - 1,
     ),
     Theory(
         *(q.CONTACT, CHI, VIRIALS, ("elastic", *FINITE_FLUID)),

@@ -28,7 +28,7 @@ from snooker_cli.analysis.observables import (
 from snooker_cli.analysis.trend import Trend
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.declared_result import agreement
+from snooker_cli.figures.declared_result import agreement, most_significant
 from snooker_cli.figures.figure_builder import LOG_SPREAD, OVER_THEORY, SPREAD, FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
@@ -201,17 +201,14 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
 
 def _title_beside_theory(build: FigureBuilder) -> str:
     """The title, and how far α is from theory where it differs by most errors."""
-    points = [layer for layer in build.panel if isinstance(layer, Points)]
-    if not points or build.fewest_repeats < FEWEST_TESTED:
+    farthest = most_significant(build.panel)
+    if farthest is None or build.fewest_repeats < FEWEST_TESTED:
         return build.title
-    logs, errors, cors = np.concatenate([[one.y, one.y_error, one.x] for one in points], axis=1)
-    in_errors = np.abs(np.expm1(logs)) / (errors * np.exp(logs))  # of α itself, as in findings
-    place = int(np.argmax(in_errors))
-    if not in_errors[place] > MOST_ERRORS:
+    if not farthest.in_errors > MOST_ERRORS:
         return f"{build.title}: agrees with theory"
-    share = percent(abs(float(np.expm1(logs[place]))))
-    side = "above" if logs[place] > 0 else "below"
-    return f"{build.title}: {share} {side} theory at CoR {cors[place]:g}"
+    share, _ = farthest.percent
+    side = "above" if share > 0 else "below"
+    return f"{build.title}: {percent(abs(share) / 100)} {side} theory at CoR {farthest.x:g}"
 
 
 def _loses_alike(point: Point) -> bool:

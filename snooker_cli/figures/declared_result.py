@@ -134,7 +134,7 @@ class Result(NamedTuple):
         return with_error(mean, None if exact else error, self.unit)
 
 
-class _Deviation(NamedTuple):
+class Deviation(NamedTuple):
     """ln(result/theory), its standard error, the series, and the place on the x axis."""
 
     residual: float
@@ -156,10 +156,10 @@ class _Deviation(NamedTuple):
         return abs(share) / error if error > 0 else 0.0
 
 
-def _deviations(panel: Sequence[Layer]) -> list[_Deviation]:
+def _deviations(panel: Sequence[Layer]) -> list[Deviation]:
     """The residuals of a panel; an error is nan without one."""
     return [
-        _Deviation(y, error, layer.series, x)
+        Deviation(y, error, layer.series, x)
         for layer in panel
         if isinstance(layer, Points) and layer.y_error is not None
         for x, y, error in np.column_stack([layer.x, layer.y, layer.y_error]).tolist()
@@ -167,7 +167,7 @@ def _deviations(panel: Sequence[Layer]) -> list[_Deviation]:
     ]
 
 
-def _largest(found: Sequence[_Deviation]) -> tuple[_Deviation, _Deviation]:
+def _largest(found: Sequence[Deviation]) -> tuple[Deviation, Deviation]:
     """The residual that is largest in errors, and the one that is largest by itself.
 
     Without errors both are the second.
@@ -213,6 +213,12 @@ def deviation_sentence(
     return f"{text}." if values[0] == values[1] else f"{text}, and the largest {values[1]}."
 
 
+def most_significant(panel: Sequence[Layer]) -> Deviation | None:
+    """The residual of a panel that is largest in errors; ``None`` without any."""
+    found = _deviations(panel)
+    return _largest(found)[0] if found else None
+
+
 def agreement(panel: Sequence[Layer], repeats: int, *, whose: str = "", law: str = "theory") -> str:
     """Whether results agree with theory, for a title: ``D agrees with theory (3.3 ± 8.4 %)``.
 
@@ -253,7 +259,7 @@ def _place(axis: str, x: float) -> str:
     return f"{name} {short(x)} {unit.removesuffix(')')}".rstrip()
 
 
-def _described(deviation: _Deviation, where: Sequence[str], repeats: int) -> str:
+def _described(deviation: Deviation, where: Sequence[str], repeats: int) -> str:
     """A deviation in %, or as a factor, and in errors; and where it is."""
     share, error = deviation.percent
     value = with_error(share, error, "%")

@@ -90,13 +90,13 @@ def event_decay(build: FigureBuilder) -> FigureData:
     build.lines += [
         legend_line(_THEORIES[name][0].format(kept), _THEORIES[name][1]) for name in drawn
     ]
-    said = agreement(ends_beside, build.fewest_repeats)
-    build.headline = f"{said} at the end" if said else ""
     if "theory_above_floor" in drawn:
         shares = [record["floor"] / record["final_ratio"] for record in build.records]
         most = min(1.0, float(max(shares)))
         motion = "the rotation" if kept == "L" else "the drift"
         build.headline = f"{motion} keeps up to {percent(most)} of it"
+    elif said := agreement(ends_beside, build.fewest_repeats):
+        build.headline = f"{said} at the end"
     caption = ""
     if "theory" in drawn:
         shared = "(N + ½)" if kept == "L" else "(N − ½)"

@@ -9,17 +9,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from installed import PACKAGES, Installed
+from installed import YIELDING_GAS, Installed, with_yielding
 
 MODULE = "snooker_yielding.py"
-GAS = """\
-container: {shape: periodic, width: 20}
-balls: {count: 30, radius: 0.5, speed: 5}
-cor: 0.7
-law: {name: yielding, yield_speed: 2}
-collisions: 300
-repeats: 3
-"""
 TWO = """\
 container: {shape: circle, radius: 10}
 collapse: {tc: 0.01}
@@ -40,11 +32,7 @@ collisions: 2
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     """The package, and a run of a gas with its law."""
-    installed = Installed(tmp_path_factory.mktemp("law"))
-    installed.add(PACKAGES / "yielding")
-    (installed.here / "gas.yaml").write_text(GAS)
-    installed.snooker("run", "gas.yaml")
-    return installed
+    return with_yielding(tmp_path_factory.mktemp("law"))
 
 
 @contextmanager
@@ -135,9 +123,9 @@ def test_it_is_fitted_compared_verified_and_drawn(installed: Installed) -> None:
 
 
 def test_a_repeat_is_continued_and_compared_beside_another_law(installed: Installed) -> None:
-    (installed.here / "longer.yaml").write_text(GAS.replace("300", "200"))
+    (installed.here / "longer.yaml").write_text(YIELDING_GAS.replace("300", "200"))
     installed.snooker("run", "longer.yaml")
-    (installed.here / "longer.yaml").write_text(GAS)
+    (installed.here / "longer.yaml").write_text(YIELDING_GAS)
     installed.snooker("run", "longer.yaml")
     hashes = value(
         installed,
@@ -152,7 +140,9 @@ def test_a_repeat_is_continued_and_compared_beside_another_law(installed: Instal
 
 def test_worker_processes_have_it(installed: Installed) -> None:
     """Very many short repeats are simulated in processes."""
-    short = GAS.replace("collisions: 300", "collisions: 20").replace("repeats: 3", "repeats: 600")
+    short = YIELDING_GAS.replace("collisions: 300", "collisions: 20").replace(
+        "repeats: 3", "repeats: 600"
+    )
     (installed.here / "short.yaml").write_text(short)
     installed.snooker("run", "short.yaml")
     hashes = value(
@@ -220,13 +210,15 @@ def test_messages_and_the_schema_name_it(installed: Installed) -> None:
         ("", "law.yield_speed: the law yielding needs it; it has yield_speed"),
         ("yield_speed: 2, speed: 1", "law.speed: the law yielding has no such number"),
     ):
-        changed_config = GAS.replace("yielding, yield_speed: 2", f"yielding, {numbers}")
+        changed_config = YIELDING_GAS.replace("yielding, yield_speed: 2", f"yielding, {numbers}")
         (installed.here / "wrong.yaml").write_text(changed_config.replace(", }", "}"))
         assert sentence in refused(installed, "validate", "wrong.yaml")
-    (installed.here / "wrong.yaml").write_text(GAS.replace("name: yielding", "name: yelding"))
+    (installed.here / "wrong.yaml").write_text(
+        YIELDING_GAS.replace("name: yielding", "name: yelding")
+    )
     sentence = refused(installed, "validate", "wrong.yaml")
     assert "law.name: there is no law yelding; installed are yielding; install" in sentence
-    (installed.here / "wrong.yaml").write_text(GAS + "cor_speed: 1\n")
+    (installed.here / "wrong.yaml").write_text(YIELDING_GAS + "cor_speed: 1\n")
     assert "law replaces cor_speed; remove one of them" in refused(
         installed, "validate", "wrong.yaml"
     )
@@ -239,7 +231,7 @@ def test_messages_and_the_schema_name_it(installed: Installed) -> None:
 
 def test_a_circle_and_the_exact_twin_refuse_it(installed: Installed) -> None:
     """It has no sums of infinitely many bounces, and no intervals."""
-    circle = GAS.replace("{shape: periodic, width: 20}", "{shape: circle, radius: 12}")
+    circle = YIELDING_GAS.replace("{shape: periodic, width: 20}", "{shape: circle, radius: 12}")
     circle = circle.replace("law:", "wall_law:")
     (installed.here / "circle.yaml").write_text(circle)
     sentence = refused(installed, "run", "circle.yaml")

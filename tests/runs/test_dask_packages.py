@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from installed import PACKAGES, Installed
+from installed import PACKAGES, Installed, with_yielding
 from repeating import contents
 
 from snooker_cli import runs
@@ -20,24 +20,11 @@ distributed = pytest.importorskip("distributed")
 
 pytestmark = pytest.mark.long
 
-GAS = """\
-container: {shape: periodic, width: 20}
-balls: {count: 30, radius: 0.5, speed: 5}
-cor: 0.7
-law: {name: yielding, yield_speed: 2}
-collisions: 300
-repeats: 3
-"""
-
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     """The package, and a run by threads."""
-    installed = Installed(tmp_path_factory.mktemp("law"))
-    installed.add(PACKAGES / "yielding")
-    (installed.here / "gas.yaml").write_text(GAS)
-    installed.snooker("run", "gas.yaml", "--out", "threads")
-    return installed
+    return with_yielding(tmp_path_factory.mktemp("law"), "--out", "threads")
 
 
 @pytest.fixture(scope="module")
