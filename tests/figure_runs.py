@@ -205,7 +205,6 @@ def unnamed_lines(figure: FigureData) -> list[str]:
     panels = {figure.y_label: figure.layers, **{p.label: p.layers for p in figure.all_panels}}
     shown = [layer for each in panels.values() for layer in each]
     named = [layer for layer in shown if getattr(layer, "label", None)]
-    own = {"series", MEASURED}
     styles = {
         (layer.style, getattr(layer, "series", NEUTRAL))
         for layer in named
@@ -216,7 +215,7 @@ def unnamed_lines(figure: FigureData) -> list[str]:
     for where, layers_of_panel in panels.items():
         for layer in layers_of_panel:
             if isinstance(layer, Line) and len(layer.x):
-                by_series = layer.style in own and (layer.series in series or figure.scale)
+                by_series = layer.style == MEASURED and (layer.series in series or figure.scale)
                 of_all = any(style == layer.style for style, _ in styles)
                 if not (layer.label or by_series or of_all):
                     missing.append(f"{where}: {layer.style} line of series {layer.series}")

@@ -15,7 +15,6 @@ from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     EXTRAPOLATED,
-    MEASURED,
     NEUTRAL,
     Array,
     FigureData,
@@ -58,13 +57,13 @@ def tagged_path(build: FigureBuilder) -> FigureData:
         around = f" The {container.title} around the path is {short(size)} m wide and not drawn."
     else:
         corners = container.outline[np.arange(-1, len(container.outline))].T
-        build.lines.append(Line(corners[0], corners[1], container.title, NEUTRAL, MEASURED))
+        build.lines.append(Line(corners[0], corners[1], container.title, NEUTRAL))
     even = _round_times(float(shown[-1]))
     ends = np.unique(np.append(0, np.maximum(np.searchsorted(shown, even), 1)))
     parts = [*pairwise(ends.tolist())]
     for series, (first, last) in enumerate(parts):
         part = slice(first, last + 1)
-        build.lines.append(Line(x[part], y[part], series=series, style=MEASURED))
+        build.lines.append(Line(x[part], y[part], series=series))
     build.lines += [
         Points(x[:1], y[:1], label="start", series=NEUTRAL, filled=False),
         Points(x[-1:], y[-1:], label="end", series=NEUTRAL),

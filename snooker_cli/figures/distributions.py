@@ -30,7 +30,6 @@ from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     EXTRAPOLATED,
-    MEASURED,
     NEUTRAL,
     Array,
     FigureData,
@@ -154,7 +153,7 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         rows = np.array([_mean(g, trace, parts) for trace in build.traces(point)])
         middle, label = (edges[1:] + edges[:-1]) / 2 / diameter, build.label(point) or "simulation"
         states = len(rows) * len(parts)
-        build.add_means(index, label, *_broader(middle, rows, edges, scene, states), MEASURED)
+        build.add_means(index, label, *_broader(middle, rows, edges, scene, states))
         if not facts.hold(scene, *theories.FINITE_FLUID):
             build.record(point, contact=None, theory=None)
             continue
@@ -313,9 +312,7 @@ def speeds(build: FigureBuilder) -> FigureData:
         expected = np.diff(law if fixed else maxwell)[:used] / width
         middle = (edges[1 : used + 1] + edges[:used]) / 2 * unit
         if crowded:
-            build.lines.append(
-                Line(middle, heights - expected, build.label(point), index, MEASURED)
-            )
+            build.lines.append(Line(middle, heights - expected, build.label(point), index))
         else:
             panel.append(Points(middle, heights - expected, errors, None, index))
         build.record(

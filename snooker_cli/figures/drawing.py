@@ -25,9 +25,9 @@ from snooker_cli.figures.legends import (
     add_legend,
     add_scale,
     colour,
-    dashes,
     entries,
     is_scaled,
+    mark_lines,
     marker,
     name_at_ends,
     set_text,
@@ -83,10 +83,10 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         axes, *panels = figure.subplots(
             len(ratios), sharex=True, squeeze=False, gridspec_kw=grid
         ).flat
-        drawn = _added(axes, data, data.layers)
+        of_axes = [(axes, _added(axes, data, data.layers))]
         _scale(axes, data)
         for panel, content in zip(panels, data.all_panels, strict=True):
-            drawn += _added(panel, data, content.layers)
+            of_axes.append((panel, _added(panel, data, content.layers)))
             set_text(panel.yaxis.label, textwrap.fill(content.label, PANEL_LABEL_WIDTH))
             panel.set_yscale("log" if content.log else "linear")
             panel.set_xlim(axes.get_xlim())  # `_scale` may have changed the view of one axis alone
@@ -98,10 +98,12 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         set_text([axes, *panels][-1].xaxis.label, data.x_label)
         set_text(axes.yaxis.label, textwrap.fill(data.y_label, LABEL_WIDTH))
         figure.align_ylabels()
+        mark_lines(data, of_axes)
         set_text(axes.set_title("", loc="left", pad=4), "\n".join(title))
         if is_scaled(data):
             add_scale(figure, [axes, *panels], data)
         named = name_at_ends(axes, data)
+        drawn = [pair for _, layers in of_axes for pair in layers]
         lines = len(title) - 1 + add_legend(figure, entries(data, drawn, named))
         lines += max(0, len(data.y_names) - LINES)
         height = HEIGHT + PANEL_HEIGHT * len(panels) + LINE_HEIGHT * lines
@@ -163,7 +165,7 @@ def _artist(axes: Axes, layer: Layer, depth: int, data: FigureData, size: float)
             return axes.plot(
                 x,
                 y,
-                linestyle=dashes(series, data) if layer.style == "series" else layer.style,
+                linestyle=layer.style,
                 drawstyle="steps-post" if layer.steps else "default",
                 linewidth=_width(layer),
                 alpha=0.45 if layer.broad else None,
@@ -199,7 +201,7 @@ def _width(line: Line) -> float:
         return 2.6
     if line.thin:
         return 0.4
-    if line.style not in ("series", MEASURED) or len(line.x) > MANY_VERTICES:
+    if line.style != MEASURED or len(line.x) > MANY_VERTICES:
         return 0.9
     return 1.3
 

@@ -333,7 +333,7 @@ class FigureBuilder:
         return at_common_times(kept)
 
     def add_means(
-        self, index: int, label: str | None, x: Array, rows: Array, style: LineStyle = "series"
+        self, index: int, label: str | None, x: Array, rows: Array, style: LineStyle = MEASURED
     ) -> Course:
         """Add the mean of rows (*n*, *x*) of the repeats, the band of its error, and the repeats.
 
@@ -368,7 +368,7 @@ class FigureBuilder:
             self.averaged = True
             if self.source or len(self.points) <= MOST_BANDS:
                 self.bands.append(Band(times, mean - error, mean + error, None, index))
-            if style in ("series", MEASURED):
+            if style == MEASURED:
                 self.singles.append(Repeats(x, rows, None, index))
         self.note_remaining(ends, float(x[-1]))
         return kept
@@ -487,7 +487,7 @@ class FigureBuilder:
         if not unnamed or not isinstance(series[0], Line):  # markers are explained by neutral ones
             return self.lines
         entries = [line for line in self.lines if isinstance(line, Line) and not len(line.x)]
-        if any(entry.style in (MEASURED, "series") for entry in entries):  # what solid lines are
+        if any(entry.style == MEASURED for entry in entries):  # what solid lines are
             return self.lines
         return [replace(line, label=name) if line is series[0] else line for line in self.lines]
 
@@ -606,7 +606,7 @@ def theories_once(layers: Sequence[Layer]) -> list[Layer]:
 
 def _same_curve(line: Line, other: Line) -> bool:
     """Whether these are curves of theory with one dash pattern that coincide where both are."""
-    if line.style == "series" or min(len(line.x), len(other.x)) < 2:
+    if line.style == MEASURED or min(len(line.x), len(other.x)) < 2:
         return False
     if line.style != other.style or line.label != other.label or line.series == other.series:
         return False

@@ -17,8 +17,8 @@ from snooker_cli.trace import even_choice
 Array: TypeAlias = NDArray[np.float64]
 Course: TypeAlias = tuple[Array, Array]  # times (s) and values
 
-LineStyle: TypeAlias = Literal["series", "solid", "dashed", "dashdot", "dotted"]
-"""A dash pattern; "series" is one of the series' own."""
+LineStyle: TypeAlias = Literal["solid", "dashed", "dashdot", "dotted"]
+"""A dash pattern: it says what a line is. Series have colours and markers instead."""
 
 MEASURED: LineStyle = "solid"
 SECOND: LineStyle = "dashdot"
@@ -46,7 +46,7 @@ class Line:
     y: Array
     label: str | None = None
     series: int = 0
-    style: LineStyle = "series"
+    style: LineStyle = MEASURED
     steps: bool = False
     broad: bool = False
     thin: bool = False

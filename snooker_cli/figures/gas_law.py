@@ -272,7 +272,7 @@ def pressure(build: FigureBuilder) -> FigureData:
         begins = float(interpolated(np.array([begin]), curve.time, along).mean())
         ends = np.array([begins, edges[-1]])
         level, spread = np.full(2, whole[0]), np.full(2, whole[1])
-        build.lines.append(Line(ends, level, None, index, MEASURED))
+        build.lines.append(Line(ends, level, None, index))
         build.bands.append(Band(ends, level - spread, level + spread, None, index))
         law = theories.theory_of(scene, quantities.RATIO, THEORY)
         expected = math.nan if law is None else float(np.mean(law.value(gas)))

@@ -1,5 +1,7 @@
 """How series look, and where a reader finds their names.
 
+Series have colours and markers, also on their lines; dashes say what a line is, in `figure_data`.
+
 Up to four series have their names at the ends of their lines. More values of one key are a colour
 scale, and two keys have a hue and a shade each. What is left is in a legend below the axes.
 """
@@ -15,6 +17,7 @@ import numpy as np
 from snooker_cli.figures.figure_data import (
     MEASURED,
     NEUTRAL,
+    SECOND,
     Array,
     FigureData,
     Layer,
@@ -43,15 +46,6 @@ _COLOURS = matplotlib.color_sequences["petroff10"]
 _HUES = tuple(_COLOURS[k] for k in (0, 2, 4, 6, 5, 8))  # whose pale shades can be seen on white
 _SHADES, LIGHTEST = matplotlib.colormaps["plasma"], 0.75  # its yellow end is pale on white
 _MARKERS = ("o", "s", "^", "D", "v", "P")
-_DASHES: tuple[Any, ...] = (
-    MEASURED,
-    (0, (7, 1.2)),
-    (0, (7, 1.2, 2, 1.2)),
-    (0, (7, 1.2, 2, 1.2, 2, 1.2)),
-    (0, (3, 1, 1, 1)),
-    (0, (2, 1)),
-)
-"""Of series: none like those of a theory, and drawn thicker."""
 
 
 def colour(series: int, shades: Sequence[float] = (), hues: Sequence[int] = ()) -> str:
@@ -76,26 +70,75 @@ def _paler(name: Any, shade: float) -> str:
 
 
 def pattern(series: int) -> int:
-    """Which dashes and markers a series has: in grey, those with the same differ in lightness."""
+    """Which marker a series has: in grey, those with the same one differ in lightness."""
     return (series + series // 6 + series // 12) % 6
 
 
-def dashes(series: int, data: FigureData) -> Any:
-    """The dash pattern of a series. Shades need none beside them."""
-    if data.hues and series != NEUTRAL:
-        return _DASHES[pattern(data.hues[series])]
-    return MEASURED if data.shades else _DASHES[pattern(series)]
-
-
 def marker(series: int, data: FigureData) -> str:
-    """The marker of a series; beside a colour scale, which has no markers, all have one."""
-    if series == NEUTRAL or is_scaled(data):
+    """The marker of a series; beside a scale of more colours than markers, all have one."""
+    if series == NEUTRAL or not has_markers(data):
         return _MARKERS[0]
     return _MARKERS[pattern(data.hues[series] if data.hues else series)]
 
 
 _SYMBOL = re.compile(r"(?<![\w$\\])([A-Za-zα-ω])_(rot|tr|th|x|y|c|P)(?!\w)")
 """A symbol with an index, as texts and JSON write it: ``T_rot``."""
+
+
+MARKS = 5  # markers on a line
+MARK_SIZE = 3.2  # of these markers, points
+
+
+def mark_lines(data: FigureData, drawn: Sequence[tuple[Axes, Sequence[tuple[Layer, Any]]]]) -> None:
+    """Put markers of the series on their lines, if colours alone tell several of them apart.
+
+    drawn : all axes, whose limits are those in the end, with their layers and artists
+
+    Markers of several series stand at different x. Where a series has points along x, its line has
+    no markers.
+    """
+    marked = [
+        (axes, layer, artist)
+        for axes, layers in drawn
+        for layer, artist in layers
+        if isinstance(layer, Line) and _needs_marks(layer, [other for other, _ in layers])
+    ]
+    series = sorted({layer.series for _, layer, _ in marked})
+    if len(series) < 2 or not has_markers(data):
+        return
+    for axes, layer, artist in marked:
+        aimed = (np.arange(MARKS) + (series.index(layer.series) + 0.5) / len(series)) / MARKS
+        artist.set(
+            marker=marker(layer.series, data),
+            markersize=MARK_SIZE,
+            markevery=_nearest_vertices(axes, layer, aimed),
+        )
+
+
+def _needs_marks(layer: Line, others: Sequence[Layer]) -> bool:
+    """Whether a line is that of a series that has no points along x in the same axes."""
+    return (
+        layer.series != NEUTRAL
+        and layer.style in (MEASURED, SECOND)
+        and not layer.thin
+        and not any(
+            isinstance(other, Points) and other.series == layer.series and len(other.x) > 1
+            for other in others
+        )
+    )
+
+
+def _nearest_vertices(axes: Axes, line: Line, aimed: Array) -> list[int]:
+    """The vertices of a line nearest to places along the x axis, shares of it, if any are near."""
+    to_shares = (axes.transData + axes.transAxes.inverted()).transform
+    shares = to_shares(np.column_stack([line.x, line.y]))
+    known = np.flatnonzero(np.all(np.abs(shares - 0.5) < 0.49, axis=1))  # whole, and not nan
+    shares = shares[known, 0]
+    if not len(known):
+        return []
+    chosen = np.argmin(np.abs(shares - aimed[:, np.newaxis]), axis=1)
+    found = known[chosen[np.abs(shares[chosen] - aimed) <= 0.5 / len(aimed)]]
+    return [int(row) for row in np.unique(found)]
 
 
 def set_text(text: Text, words: str) -> None:
@@ -109,6 +152,11 @@ def set_text(text: Text, words: str) -> None:
 def is_scaled(data: FigureData) -> bool:
     """Whether a colour scale names the series."""
     return len(data.scale) > MOST_ENTRIES and not data.hues
+
+
+def has_markers(data: FigureData) -> bool:
+    """Whether markers tell the series apart."""
+    return not is_scaled(data) or len(data.scale) <= len(_MARKERS)
 
 
 # Names at the ends of lines.
@@ -180,7 +228,7 @@ def _ends(axes: Axes, data: FigureData) -> Iterator[_End]:
     for layer in data.layers:
         if not isinstance(layer, Line | Points) or not layer.label or layer.series == NEUTRAL:
             continue
-        if isinstance(layer, Line) and layer.style not in ("series", MEASURED):
+        if isinstance(layer, Line) and layer.style != MEASURED:
             continue
         # The thin end of a mean has no name of its own.
         parts = [layer] + [
@@ -253,7 +301,7 @@ def _free_place(
 
 
 def add_scale(figure: Figure, axes: list[Axes], data: FigureData) -> None:
-    """Add a colour scale beside the axes: a step for each series, with its value."""
+    """Add a colour scale beside the axes: a step for each series, with its value and marker."""
     steps = sorted(range(len(data.scale)), key=lambda series: data.shades[series])
     colours = ListedColormap([colour(series, data.shades) for series in steps])
     shades = ScalarMappable(Normalize(0, len(steps)), colours)
@@ -262,6 +310,9 @@ def add_scale(figure: Figure, axes: list[Axes], data: FigureData) -> None:
     bar.set_ticks([row + 0.5 for row in shown], labels=[data.scale[steps[row]] for row in shown])
     bar.ax.tick_params(length=0)
     bar.outline.set_linewidth(0)
+    for row, series in enumerate(steps if has_markers(data) else []):
+        shape = marker(series, data)
+        bar.ax.plot(0.5, row + 0.5, marker=shape, markersize=MARK_SIZE, color="white")
     bar.set_label(data.scale_label)
     set_text(bar.ax.yaxis.label, data.scale_label)
 
@@ -299,13 +350,11 @@ def _look(layer: Layer) -> tuple[Any, ...]:
 
 def _of_two_keys(data: FigureData) -> Iterator[tuple[str, Any]]:
     """An entry for each hue, and one for each shade, in grey."""
-    marked = any(isinstance(layer, Points) for layer in data.layers)
-    dashed = any(isinstance(layer, Line) and layer.style == "series" for layer in data.layers)
+    points = any(isinstance(layer, Points) for layer in data.layers)
     for hue, name in enumerate(data.hue_names):
-        style: dict[str, Any] = {"linestyle": _DASHES[pattern(hue)] if dashed else MEASURED}
-        if marked:
-            style = {"linestyle": "none", "marker": _MARKERS[pattern(hue)]}
-        yield name, Line2D([], [], color=_HUES[hue % len(_HUES)], markersize=3, **style)
+        tint = _HUES[hue % len(_HUES)]
+        shape: dict[str, Any] = {"marker": _MARKERS[pattern(hue)], "markersize": MARK_SIZE}
+        yield name, Line2D([], [], color=tint, linestyle="none" if points else MEASURED, **shape)
     if data.hue_names:
         names = dict(sorted(zip(data.shades, data.scale, strict=True)))
         shown = [*names.items()]

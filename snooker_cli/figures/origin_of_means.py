@@ -16,7 +16,6 @@ from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
-    MEASURED,
     NEUTRAL,
     Array,
     Band,
@@ -57,7 +56,7 @@ def histogram_of_repeats(build: FigureBuilder) -> FigureData:
     about = np.array([mean - error, mean + error])
     build.lines += [
         Band(about, 0 * top, top[[1, 1]], "mean ± standard error", NEUTRAL),
-        Line(np.array([mean, mean]), top, "mean", NEUTRAL, MEASURED),
+        Line(np.array([mean, mean]), top, "mean", NEUTRAL),
     ]
     build.result = Result(quantity.name, "value")
     build.shows = f"How single repeats scatter: the number of repeats by their {quantity.words}."
@@ -111,7 +110,7 @@ def wall_impulses(build: FigureBuilder) -> FigureData:
     build.add_means(0, "simulation", times, np.array(sums) / (scene.container.wall_length * times))
     pressure = mean_and_error(gas.pressure)
     later = np.array([max(0.0, end - float(gas.means.length.mean())), end])
-    build.lines.append(Line(later, np.full(2, pressure[0]), "mean P", NEUTRAL, MEASURED))
+    build.lines.append(Line(later, np.full(2, pressure[0]), "mean P", NEUTRAL))
     law = theories.theory_of(scene, quantities.PRESSURE, FINITE)
     expected = None if law is None else float(np.mean(law.value(gas)))
     if expected is not None:

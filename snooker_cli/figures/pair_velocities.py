@@ -9,7 +9,6 @@ from snooker_cli.errors import FigureError
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     EXTRAPOLATED,
-    MEASURED,
     Array,
     Band,
     FigureData,
@@ -48,7 +47,7 @@ def against_distance(build: FigureBuilder) -> FigureData:
         found = at_times(build, point, sums, MOST_SUMMED, each=OF_A_STATE, moments=later)
         for series, (label, rows) in enumerate(zip(*found, strict=True), index):
             along, *others = velocity_correlations.correlations(rows)
-            build.add_means(series, label, x, along, MEASURED)
+            build.add_means(series, label, x, along)
             across += _mean(series, x, others[0])
             turning += _mean(series, upper, others[1])
         expected = build.predicted(scene, quantities.NEIGHBOURS, *MODELS)
@@ -92,7 +91,7 @@ def against_distance(build: FigureBuilder) -> FigureData:
 def _mean(series: int, x: Array, rows: Array) -> list[Layer]:
     """The mean over repeats and the band of its error."""
     mean = rows.mean(axis=0)
-    line = Line(x, mean, None, series, MEASURED)
+    line = Line(x, mean, None, series)
     if len(rows) == 1:
         return [line]
     error = standard_errors(rows)

@@ -16,7 +16,6 @@ from snooker_cli.figures.distributions import times_of_parts as times_of
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     EXTRAPOLATED,
-    MEASURED,
     SECOND,
     Array,
     FigureData,
@@ -111,7 +110,7 @@ def when(build: FigureBuilder) -> str:
 def structure_factor(build: FigureBuilder) -> FigureData:
     """S(k) at the times of `at_times`; of several points that cool also at the start."""
     build.lines.append(Reference("y", 1.0, "independent points"))
-    cooled, style = False, MEASURED if has_times(build) else "series"
+    cooled = False
     for index, point in enumerate(build.points):
         scene = build.start(point)
         chosen = structure.waves(scene)
@@ -126,7 +125,7 @@ def structure_factor(build: FigureBuilder) -> FigureData:
         else:
             found = at_times(build, point, s, most)
         for series, (label, rows) in enumerate(zip(*found, strict=True), index):
-            build.add_means(series, label, x, rows, style)
+            build.add_means(series, label, x, rows)
         if start is not None:
             build.lines.append(Line(x, start.mean(axis=0), None, index, SECOND))
         expected = build.predicted(scene, quantities.STRUCTURE, theories.COMPRESSIBILITY)
@@ -177,7 +176,7 @@ def cluster_sizes(build: FigureBuilder) -> FigureData:
         found = at_times(build, point, partial(_in_clusters, sizes), MOST_BALLS)
         for series, (label, rows) in enumerate(zip(*found, strict=True), index):
             largest = np.count_nonzero(rows[:, :-1].mean(axis=0))  # zero is on no logarithmic axis
-            build.add_means(series, label, sizes[:largest], rows[:, :largest], MEASURED)
+            build.add_means(series, label, sizes[:largest], rows[:, :largest])
             build.singles = []  # they end where a repeat has none
         in_large = found.rows[-1][:, int(np.argmax(sizes >= LARGE))] if last >= LARGE else None
         build.record(

@@ -1,5 +1,6 @@
 """The style, the size and the title that all figures have."""
 
+import re
 import textwrap
 from contextlib import AbstractContextManager
 from importlib.resources import files
@@ -15,6 +16,8 @@ with out_of_sight("matplotlibrc"):
 WIDTH = 3.4  # width of a figure, inches: a column of a two-column page
 LINE_HEIGHT = 0.14  # height of a further line of text, inches
 TITLE_WIDTH = 40  # characters of the bold title that fit in this width
+
+_UNBROKEN = re.compile(r" (?=[±%])|(?<=±) ")  # spaces inside a number with its error or unit
 
 
 def styled() -> AbstractContextManager[None]:
@@ -37,4 +40,5 @@ def title_lines(title: str, width: float) -> list[str]:
     """The lines of a title for a figure of a width, inches."""
     most = int(TITLE_WIDTH * width / WIDTH)
     parts = title.replace(": ", ":\n").split("\n") if len(title) > most else [title]
-    return [line for part in parts for line in textwrap.wrap(part, most)]
+    lines = [line for part in parts for line in textwrap.wrap(_UNBROKEN.sub("\xa0", part), most)]
+    return [line.replace("\xa0", " ") for line in lines]

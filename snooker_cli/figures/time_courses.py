@@ -205,7 +205,7 @@ def hexatic_order(build: FigureBuilder) -> FigureData:
     """|⟨ψ6⟩| and ⟨|ψ6|⟩ over time, and what |⟨ψ6⟩| is for independent directions."""
     over_time = _over_time(build, structure.hexatic_orders, TRIANGLES, logarithmic=True)
     for index, (point, scene, times, rows) in enumerate(over_time):
-        _, of_all = build.add_means(index, build.label(point), times, rows[..., 0], MEASURED)
+        _, of_all = build.add_means(index, build.label(point), times, rows[..., 0])
         _, of_each = build.add_means(index, None, times, rows[..., 1], SECOND)
         final, local = mean_and_error(of_all[:, -1]), mean_and_error(of_each[:, -1])
         alone = local[0] / math.sqrt(scene.number)
@@ -392,11 +392,11 @@ def _ratio_layers(x: Array, rows: Array) -> list[Layer]:
     ratio = first / second
     error = standard_errors((shares[..., 0] - ratio * shares[..., 1]) / second)
     band = [Band(x, ratio - error, ratio + error, None, NEUTRAL)] if len(rows) > 1 else []
-    return [*band, Line(x, ratio, None, NEUTRAL, MEASURED)]
+    return [*band, Line(x, ratio, None, NEUTRAL)]
 
 
 def rotation(build: FigureBuilder) -> FigureData:
-    """T_rot/T_tr over collisions per ball, beside theory; below both temperatures."""
+    """T_rot/T_tr over collisions per ball, beside theory; below how T_tr falls."""
     decay, known, spins = list[Layer](), False, (quantities.SPIN_RATIO, two_temperatures.MEAN_FIELD)
     for index, point in enumerate(build.points):
         measurement = build.measurement(point)
@@ -407,26 +407,23 @@ def rotation(build: FigureBuilder) -> FigureData:
             ratio = interpolated(x, collisions, both[1] / both[0])
             moving = np.exp(interpolated(x, collisions, np.log(both[0] / both[0, :, :1])))
         ratio, moving = (np.where(x <= ends, rows, math.nan) for rows in (ratio, moving))
-        _, kept = build.add_means(index, build.label(point), x, ratio, MEASURED)
+        _, kept = build.add_means(index, build.label(point), x, ratio)
         last, final = kept.shape[1] - 1, None
-        for rows, style in ((moving, MEASURED), (moving * ratio, SECOND)):
-            decay.append(Line(x, mean_of_remaining(rows)[0], None, index, style))
+        decay.append(Line(x, mean_of_remaining(moving)[0], None, index))
         if gas_type_of(point) != "warm" and theories.theory_of(measurement.scene, *spins):
             expected, known = cooling_spins(measurement), True
             of_ratio = interpolated(x, collisions, expected[1] / expected[0]).mean(axis=0)
             build.lines.append(Line(x, of_ratio, None, index, BY_THEORY))
-            for rows in expected / both[0, :, :1]:
-                of_motion = interpolated(x, collisions, rows).mean(axis=0)
-                decay.append(Line(x, of_motion, None, index, BY_THEORY))
+            of_motion = interpolated(x, collisions, expected[0] / both[0, :, :1]).mean(axis=0)
+            decay.append(Line(x, of_motion, None, index, BY_THEORY))
             mean, error = mean_of_remaining(ratio)
             few = np.searchsorted(x, np.linspace(0.0, x[-1], RESIDUALS + 2)[1:-1])
             build.add_residuals(index, x[few], mean[few], error[few], of_ratio[few])
             final = float(of_ratio[last])
         build.record(point, final_ratio=mean_and_error(kept[:, -1]), theory=final)
-    decay += [legend_line("T_tr", MEASURED), legend_line("T_rot", SECOND)]
     if known:
         build.lines.append(legend_line(f"theory, {build.cite(*spins)}", BY_THEORY))
-    return build.figure(panels=(Panel(tuple(decay), "T / T_tr(0)", log=True),))
+    return build.figure(panels=(Panel(tuple(decay), "T_tr / T_tr(0)", log=True),))
 
 
 RESIDUALS = 5  # of a curve
@@ -455,7 +452,7 @@ def cluster_growth(build: FigureBuilder) -> FigureData:
     many = all(facts.hold(scene, "many") for scene in scenes)
     over_time = _over_time(build, _clustering, logarithmic=True)
     for index, (point, scene, times, rows) in enumerate(over_time):
-        _, of_ball = build.add_means(index, build.label(point), times, rows[..., 0], MEASURED)
+        _, of_ball = build.add_means(index, build.label(point), times, rows[..., 0])
         _, of_all = build.add_means(index, None, times, rows[..., 1], SECOND)
         mean, largest = mean_and_error(of_ball[:, -1]), mean_and_error(of_all[:, -1])
         kept, later = elastic(point), of_ball[:, of_ball.shape[1] // 2 :]
@@ -464,7 +461,7 @@ def cluster_growth(build: FigureBuilder) -> FigureData:
         if kept or alike not in without:  # elastic balls have it for longer
             without[alike] = Reference("y", before, "without clustering", EXTRAPOLATED)
         if many:
-            _, counts = density.add_means(index, None, times, rows[..., 2], MEASURED)
+            _, counts = density.add_means(index, None, times, rows[..., 2])
             fluctuation = mean_and_error(counts[:, -1])
         share, rate = _add_energies(energies, index, scene, times, rows[..., 3:])
         build.record(
@@ -574,7 +571,7 @@ def _add_energies(
         rate = haff_rate(scene)
     law = scene.kinetic_energy / scene.number * theory.haff_ratio(times, rate or 0.0)
     thermal, flow = np.moveaxis(rows, 2, 0) / law
-    panel.add_means(index, None, times, thermal, MEASURED)
+    panel.add_means(index, None, times, thermal)
     # The logarithm of what is within its error of zero would be noise alone.
     mean, error = mean_of_remaining(flow)
     noise = mean <= np.nan_to_num(error)

@@ -192,7 +192,7 @@ def profiles(build: FigureBuilder) -> FigureData:
 
 def mean_layers(x: Array, rows: Array, series: int = 0) -> tuple[Layer, ...]:
     """The mean of rows (*repeats*, *x*), and behind it the band of its standard error."""
-    mean, line = rows.mean(axis=0), Line(x, rows.mean(axis=0), None, series, MEASURED)
+    mean, line = rows.mean(axis=0), Line(x, rows.mean(axis=0), None, series)
     if len(rows) < 2:
         return (line,)
     error = standard_errors(rows)
@@ -214,7 +214,7 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         given = increments(edges, curve.time, curve.wall_energy) / np.diff(edges)
         # Without losses only rounding is left.
         lost = increments(edges, curve.time, curve.lost_energy) / np.diff(edges) * lossy
-        build.add_means(index, build.label(point), middles(edges), given, MEASURED)
+        build.add_means(index, build.label(point), middles(edges), given)
         build.add_means(index, None, middles(edges), lost, SECOND)
         unit = mean_of_remaining(given)[0] if over_in else np.ones(len(edges) - 1)
         change = increments(edges, curve.time, curve.kinetic_energy) / np.diff(edges)

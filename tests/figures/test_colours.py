@@ -18,7 +18,7 @@ from figure_runs import shown
 from matplotlib.colors import to_rgb
 
 from snooker_cli.figures.figure_data import NEUTRAL, Line
-from snooker_cli.figures.legends import _DASHES, _HUES, _MARKERS, MOST_ENTRIES, colour, pattern
+from snooker_cli.figures.legends import _HUES, _MARKERS, MOST_ENTRIES, colour, pattern
 from snooker_cli.figures.series import MOST_SERIES
 from snooker_cli.runs import RunFolder
 
@@ -51,9 +51,9 @@ APART = 17.0
 """The least difference of two colours of series, for each reader: over seven times noticeable."""
 
 GREY_APART = 6.0
-"""The least difference in lightness of two series in grey that have the same dashes or markers."""
+"""The least difference in lightness of two series in grey that have the same markers."""
 
-NAMED = 10  # colours; a further series has the colour of an earlier one, with other dashes
+NAMED = 10  # colours; a further series has the colour of an earlier one, with another marker
 
 
 def lab(name: Any, sight: str = "usual") -> np.ndarray:
@@ -97,8 +97,8 @@ def test_colours_of_series_differ_for_every_reader(sight: str) -> None:
     assert min(lab(colour(k))[0] for k in range(6)) > lab(colour(NEUTRAL))[0]
 
 
-def test_series_in_grey_differ_in_lightness_or_in_dashes_and_markers() -> None:
-    assert len(_DASHES) == len(_MARKERS) == len({pattern(k) for k in range(MOST_SERIES)})
+def test_series_in_grey_differ_in_lightness_or_in_markers() -> None:
+    assert len(_MARKERS) == len({pattern(k) for k in range(MOST_SERIES)})
     for one, two in itertools.combinations(range(MOST_SERIES), 2):
         if pattern(one) == pattern(two):
             assert abs(lab(colour(one))[0] - lab(colour(two))[0]) >= GREY_APART, (one, two)

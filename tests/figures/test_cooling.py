@@ -176,7 +176,7 @@ def test_haffs_law_is_a_line_for_the_slowdown(decaying: RunFolder) -> None:
     (record,) = found.numbers["points"]
     drawn = layers(found, Line)
     by_style = {line.style: line for line in drawn if not line.thin}
-    mean, fitted, expected = (by_style[name] for name in ("series", "dotted", "dashed"))
+    mean, fitted, expected = (by_style[name] for name in ("solid", "dotted", "dashed"))
     alpha, of_theory = record["alpha"], record["theory_alpha"]
     assert fitted.y == pytest.approx(alpha * fitted.x, rel=1e-9)
     assert expected.y == pytest.approx(of_theory * expected.x, rel=1e-9)

@@ -31,7 +31,7 @@ from snooker_cli.figures.figure_data import (
     Reference,
     with_logarithmic_axes,
 )
-from snooker_cli.figures.legends import colour, dashes, marker
+from snooker_cli.figures.legends import colour, marker
 from snooker_cli.figures.registry import FIGURES
 from snooker_cli.figures.style import styled
 from snooker_cli.runs import RunFolder
@@ -140,13 +140,13 @@ def test_every_figure_is_drawn_legibly(name: str, figures: dict[str, FigureData]
             assert not legend.get_window_extent().overlaps(lowest.get_window_extent())
             assert legend.get_window_extent().height <= figure.bbox.height / 4, "a high legend"
         for owner, line in [(one, line) for one in figure.axes for line in one.lines]:
-            if str(line.get_marker()) in "os^DvP" and len(
-                line.get_xdata()
-            ):  # not an error bar's cap
-                assert not line.get_clip_on()
-                shown_at = owner.transAxes.inverted().transform(
-                    owner.transData.transform(np.column_stack(line.get_data()))
-                )
+            on_line = line.get_markevery()  # of points it is None
+            places = np.column_stack(line.get_data())[on_line if on_line else slice(None)]
+            is_marker = str(line.get_marker()) in "os^DvP"  # not an error bar's cap
+            if is_marker and len(places) and owner in (axes, *panels):
+                assert line.get_clip_on() == (on_line is not None)
+                to_shares = owner.transData + owner.transAxes.inverted()
+                shown_at = to_shares.transform(places)
                 assert np.nanmin(shown_at) >= 0
                 assert np.nanmax(shown_at) < 1, "a marker is at the upper limit"
         for labels in ticks:
@@ -171,8 +171,8 @@ def entries(found: FigureData) -> Iterator[tuple[Any, ...]]:
     """What a reader sees of each named line and marker: two of them must not be the same."""
     for layer in found.layers:
         if isinstance(layer, Line) and layer.label:
-            style = dashes(layer.series, found) if layer.style == "series" else layer.style
-            yield "line", colour(layer.series, found.shades, found.hues), style, layer.broad
+            tint = colour(layer.series, found.shades, found.hues)
+            yield "line", tint, marker(layer.series, found), layer.style, layer.broad
         if isinstance(layer, Points) and layer.label:
             tint = colour(layer.series, found.shades, found.hues)
             yield "points", tint, marker(layer.series, found), layer.filled

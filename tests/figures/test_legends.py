@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from snooker_cli.figures.drawing import draw
 from snooker_cli.figures.figure_data import NEUTRAL, FigureData, Line, Points
-from snooker_cli.figures.legends import MOST_ENTRIES, colour
+from snooker_cli.figures.legends import MARKS, MOST_ENTRIES, colour
 from snooker_cli.figures.registry import FIGURES
 from snooker_cli.figures.style import styled
 from snooker_cli.runs.selection import Selection
@@ -125,6 +125,47 @@ def test_more_than_four_values_of_one_key_are_a_colour_scale() -> None:
     assert len(draw(figure_of(*lines[:MOST_ENTRIES], **few)).axes) == 1
 
 
+def marks(figure: Figure) -> dict[str, list[float]]:
+    """The markers on lines of the first axes, and where they are along x."""
+    lines = [line for line in figure.axes[0].lines if line.get_markevery() is not None]
+    return {str(line.get_marker()): [*line.get_xdata()[line.get_markevery()]] for line in lines}
+
+
+def test_several_lines_have_markers_so_that_grey_tells_them_apart() -> None:
+    """Each has its own, at places of its own; a theory, a thin end and a single line have none."""
+    theory = Line(X, 1 - X / 3, "theory", 0, "dashed")
+    thin = Line(X, 1 - X / 4, None, 0, thin=True)
+    found = marks(draw(figure_of(*FALLING, theory, thin)))
+    assert [*found] == ["o", "s", "^", "D"]
+    places = [place for each in found.values() for place in each]
+    assert len(places) == len(set(places)) == MARKS * len(FALLING)
+    for series, each in enumerate(found.values()):  # evenly along x
+        aimed = (np.arange(MARKS) + (series + 0.5) / 4) / MARKS
+        assert each == pytest.approx(list(aimed), abs=0.06)
+    assert not marks(draw(figure_of(FALLING[0], theory)))
+
+
+def test_a_line_beside_the_points_of_its_series_has_no_markers_of_its_own() -> None:
+    """One point, as a value at contact, does not name a line."""
+    points = [Points(X[::10], X[::10], None, f"point {k}", k) for k in range(2)]
+    assert not marks(draw(figure_of(*points, *FALLING[:2])))
+    single = [replace(layer, x=layer.x[:1], y=layer.y[:1]) for layer in points]
+    assert [*marks(draw(figure_of(*single, *FALLING[:2])))] == ["o", "s"]
+
+
+def test_a_colour_scale_has_the_markers_of_the_lines() -> None:
+    """As far as there are shapes; more series are told apart by their shades alone."""
+    for number in (5, 7):
+        shades = tuple(np.linspace(0, 1, number))
+        lines = [Line(X, (k + 1) * X, f"key {k}", k) for k in range(number)]
+        scale = tuple(map(str, range(number)))
+        figure = draw(figure_of(*lines, scale_label="key", shades=shades, scale=scale))
+        in_scale = [
+            line.get_marker() for line in figure.axes[1].lines if line.get_marker() != "None"
+        ]
+        assert in_scale == [*marks(figure)] == (["o", "s", "^", "D", "v"] if number == 5 else [])
+
+
 def test_two_keys_are_hue_and_shade(tmp_path: Path) -> None:
     """A legend has a name for each value of each, not for all pairs."""
     grid = made(tmp_path / "grid", "cor=0.7,0.8,0.9", "balls.radius=0.5,1.0", "repeats=1")
@@ -132,8 +173,9 @@ def test_two_keys_are_hue_and_shade(tmp_path: Path) -> None:
     assert (found.hues, found.shades) == ((0, 1) * 3, (0.0, 0.0, 0.5, 0.5, 1.0, 1.0))
     figure = draw(found)
     assert names(figure) == ([], ["r = 0.5 m", "r = 1 m", "CoR 0.7", "CoR 0.8", "CoR 0.9"])
-    dashes = [line.get_linestyle() for line in figure.axes[0].lines]
-    assert dashes == ["-", "--"] * 3  # also in grey
+    markers = [line.get_marker() for line in figure.axes[0].lines]
+    assert markers == ["o", "s"] * 3  # also in grey
+    assert {line.get_linestyle() for line in figure.axes[0].lines} == {"-"}
     linked = "sweep={zip: {cor: [0.7, 0.8, 0.9], balls.radius: [0.5, 0.7, 1.0]}}"
     together = FIGURES["energy"].make(made(tmp_path / "zip", linked, "repeats=1"), Selection())
     assert not together.hues

@@ -18,7 +18,6 @@ from snooker_cli.figures.figure_data import (
     LineStyle,
     Reference,
 )
-from snooker_cli.figures.legends import _DASHES
 from snooker_cli.runs import RunFolder
 from snooker_cli.theory import FINITE
 
@@ -27,7 +26,7 @@ DECLARED = "figure_data.py"
 
 def test_figures_use_the_declared_styles() -> None:
     """No figure names a dash pattern of its own."""
-    patterns = set(get_args(LineStyle)) - {"series"}
+    patterns = set(get_args(LineStyle))
     assert {MEASURED, SECOND, BY_THEORY, EXTRAPOLATED} == patterns
     for path in files("snooker_cli.figures").iterdir():
         if not path.name.endswith(".py") or path.name in (DECLARED, "state_pictures.py"):
@@ -47,11 +46,3 @@ def test_theory_of_the_gas_is_dashed(name: str, warm: RunFolder, decaying: RunFo
     assert BY_THEORY not in {
         line.style for line in lines if line.label in ("ideal gas", "simulation")
     }
-
-
-def test_dashes_of_series_are_none_of_those_with_a_meaning() -> None:
-    """A second series, in grey, is not taken for a theory."""
-    assert not {BY_THEORY, EXTRAPOLATED, SECOND} & {
-        dash for dash in _DASHES if isinstance(dash, str)
-    }
-    assert len(set(_DASHES)) == len(_DASHES)
