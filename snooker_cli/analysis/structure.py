@@ -296,15 +296,21 @@ def _shares_inside(scene: Scene, columns: int, rows: int) -> Array:
 
 
 def local_packing(positions: Array, velocities: Array, scene: Scene) -> Array:
-    """The packing fraction around each ball, (*N*,): that of its cell of ``BALLS_IN_CELL`` balls.
+    """The packing fraction around each ball, (*N*,): that of its cell; see `cell_packing`."""
+    cell, _ = _cells(positions, scene, BALLS_IN_CELL)
+    return np.asarray(cell_packing(positions, scene).ravel()[cell])
 
-    A ball belongs to the cell of its centre.
+
+def cell_packing(positions: Array, scene: Scene) -> Array:
+    """The packing fraction in an even grid, (*rows*, *columns*), of ``BALLS_IN_CELL`` balls a cell.
+
+    The first cell is at the least x and y. A ball belongs to the cell of its centre.
     """
     cell, (columns, rows) = _cells(positions, scene, BALLS_IN_CELL)
     shares = np.maximum(_shares_inside(scene, columns, rows), SAMPLES**-2.0)
     areas = np.bincount(cell, math.pi * scene.radii**2, minlength=columns * rows)
     cell_area = math.prod(scene.container.size) / (columns * rows)
-    return np.asarray((areas / (shares * cell_area))[cell])
+    return np.asarray(areas / (shares * cell_area)).reshape(rows, columns)
 
 
 def density_fluctuation(

@@ -40,7 +40,7 @@ and number of the first lag, which is 0.05 relaxation times, counted from that o
 CLEAR = 2.0  # errors from zero from which on a logarithm is drawn
 
 DOT = 0.25  # a path of less than this share of its container is shown without it
-COLOURS = 12  # parts of a path at most, each with the colour of its time
+PARTS = 6  # of a path at most, each with the colour and the marker of its time
 
 
 def tagged_path(build: FigureBuilder) -> FigureData:
@@ -57,7 +57,7 @@ def tagged_path(build: FigureBuilder) -> FigureData:
         around = f" The {container.title} around the path is {short(size)} m wide and not drawn."
     else:
         corners = container.outline[np.arange(-1, len(container.outline))].T
-        build.lines.append(Line(corners[0], corners[1], container.title, NEUTRAL))
+        build.lines.append(Line(corners[0], corners[1], container.title, NEUTRAL, thin=True))
     even = _round_times(float(shown[-1]))
     ends = np.unique(np.append(0, np.maximum(np.searchsorted(shown, even), 1)))
     parts = [*pairwise(ends.tolist())]
@@ -79,10 +79,10 @@ def tagged_path(build: FigureBuilder) -> FigureData:
 
 
 def _round_times(end: float) -> Array:
-    """Up to ``COLOURS`` times after the start, s: multiples of 1, 2 or 5 times a power of ten."""
-    decade = 10.0 ** math.floor(math.log10(end / COLOURS))
+    """Up to ``PARTS`` times after the start, s: multiples of 1, 2 or 5 times a power of ten."""
+    decade = 10.0 ** math.floor(math.log10(end / PARTS))
     step = next(
-        step for step in (decade, 2 * decade, 5 * decade, 10 * decade) if end <= COLOURS * step
+        step for step in (decade, 2 * decade, 5 * decade, 10 * decade) if end <= PARTS * step
     )
     return np.append(np.arange(step, end * (1 - EPSILON), step), end)
 

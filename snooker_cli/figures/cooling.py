@@ -319,7 +319,7 @@ def cooling(build: FigureBuilder) -> FigureData:
     common = "theory" if all("theory" in decay.laws for decay in decays) else "fitted"
     ends = list[float]()
     for index, (point, decay) in enumerate(zip(build.points, decays, strict=True)):
-        alpha = decay.laws[common][0]
+        alpha, *_ = common_law = decay.laws[common]
         inverse_time, inverse_rate = (alpha, 0.5 / alpha) if several else (1.0, 1.0)
         begins, end = _add_slowdown(build, index, point, alpha, inverse_time)
         fine = np.geomspace(begins, decay.edges[-1, 1], 200)
@@ -333,10 +333,9 @@ def cooling(build: FigureBuilder) -> FigureData:
                 x, speed = fine * inverse_time, _haff_rate(fine, *constants) * inverse_rate
                 build.lines.append(Line(x, _slowdown(fine, *constants), name, owner, style))
                 rate.append(Line(x, speed, None, owner, style))
-        if "floor" in decay.laws:
-            forms = [_haff_rate(fine, *decay.laws[law]) for law in ("floor", "theory")]
-            above, owner = np.log(forms[0] / forms[1]), index if several else NEUTRAL
-            build.panel.append(Line(fine * inverse_time, above, None, owner, _HAFF["floor"][1]))
+                if law != common:
+                    above = np.log(_haff_rate(fine, *constants) / _haff_rate(fine, *common_law))
+                    build.panel.append(Line(x, above, None, owner, style))
         # A mean over a window is drawn where Haff's law has it.
         x = (2 / _mean_haff_rates(decay.edges, alpha, 0.0) - 1 / alpha) * inverse_time
         y, error = decay.rates * inverse_rate, decay.errors * inverse_rate

@@ -37,6 +37,7 @@ from snooker_cli.figures.figure_data import (
     Line,
     Points,
     Reference,
+    legend_line,
     legend_marker,
 )
 from snooker_cli.figures.series import elastic, gas_type_of
@@ -131,7 +132,8 @@ LAST = 0.99
 """Part of a repeat's time that is its last state: at its last collision, two balls touch."""
 
 
-CLOSEST = 0.9  # first distance that is shown, over the least that two balls can have
+CLOSEST = 0.85  # first distance that is shown, over the least that two balls can have
+AT_CONTACT = 0.3  # length of a line of theory beside contact, over this distance
 
 
 def pair_correlation(build: FigureBuilder) -> FigureData:
@@ -165,11 +167,12 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             build.lines.append(Points(np.ones(1), value, error, None, index))
         expected = build.predicted(scene, quantities.CONTACT, theories.CHI)
         if expected is not None:
-            at, value = np.ones(1), np.array([expected])
-            build.lines.append(Points(at, value, None, None, index, filled=False))
+            beside_contact = nearest * np.array([CLOSEST, 1 + AT_CONTACT])
+            line = Line(beside_contact, np.full(2, expected), None, index, BY_THEORY)
+            build.lines.append(line)
             if contact is not None:
-                mean, error = (np.array([number]) for number in contact)
-                contacts.add_residuals(index, at, mean, error, value)
+                numbers = (np.array([number]) for number in (1.0, *contact, expected))
+                contacts.add_residuals(index, *numbers)
         build.record(point, contact=contact, theory=expected)
     kinds = set(map(elastic, build.points))
     when = "Mean over the second half" if True in kinds else "The last state"
@@ -177,14 +180,16 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         when = "Elastic points: mean over the second half; others: the last state"
     caption = f"{when} of each repeat."
     build.singles = build.singles if len(build.points) == 1 else []  # they hide the means
-    markers = [layer for layer in build.lines if isinstance(layer, Points)]
-    for filled, name in ((True, "g(σ⁺)"), (False, theories.CHI)):
-        if any(marker.filled is filled for marker in markers):
-            build.lines.append(legend_marker(name, filled=filled))
-    if markers:
+    if any(isinstance(layer, Line) and layer.style == BY_THEORY for layer in build.lines):
+        build.lines.append(legend_line(theories.CHI, BY_THEORY))
+    if any(isinstance(layer, Points) for layer in build.lines):
+        build.lines.append(legend_marker("g(σ⁺)"))
         caption += " g(σ⁺) is from a straight line through the two bins beside contact."
+        if len(build.points) > 1:
+            caption += " Markers with bars stand side by side, all at contact."
     x_label = f"distance / {unit_of_distance(build)}"
-    return build.figure(caption, x_label=x_label, x_limits=(CLOSEST * nearest, None))
+    limits = CLOSEST * nearest, None
+    return build.figure(caption, x_label=x_label, x_limits=limits, side_by_side=True)
 
 
 ENOUGH_PAIRS = 50  # of a bin beside contact, so that it is known to about a seventh
@@ -298,10 +303,6 @@ def speeds(build: FigureBuilder) -> FigureData:
         errors /= total * width
         largest = max(largest, float(np.max(np.nan_to_num(errors))))
         few |= bool(np.any(counts[:used] < len(POISSON)))
-        if not crowded:
-            build.add_histogram(index, point, edges[: used + 1] * unit, heights, errors)
-            if len(build.points) > 1 and not build.source:  # they would hide each other
-                build.bands = []
         free = independent_velocities(scene) if theories.FIXED in of_scene else None
         laws[free, unit] = None
         # The largest difference of cumulative shares, at the bins' edges.
@@ -311,6 +312,10 @@ def speeds(build: FigureBuilder) -> FigureData:
         difference = float(np.max(np.abs(np.cumsum(counts) / total - law[1:])[:-1]))
         expected = np.diff(law if fixed else maxwell)[:used] / width
         middle = (edges[1 : used + 1] + edges[:used]) / 2 * unit
+        if len(build.points) == 1 or build.source:
+            build.add_histogram(index, point, edges[: used + 1] * unit, heights, errors)
+        elif not crowded:  # outlines would hide each other
+            build.lines.append(Points(middle, heights, errors, build.label(point), index))
         if crowded:
             build.lines.append(Line(middle, heights - expected, build.label(point), index))
         else:
@@ -355,6 +360,7 @@ def speeds(build: FigureBuilder) -> FigureData:
         _test_of_law(build),
         panel=tuple(panel),
         panel_label=f"minus {of_law}{panel_unit}",
+        side_by_side=True,
         **(words if in_metres else {}),
     )
 

@@ -62,6 +62,7 @@ PANEL_TICKS = 4  # intervals between labels of a panel's y axis at most
 PLAIN = 1e-4, 1e6  # a logarithmic axis within these limits has no powers of ten
 
 MARGIN = 0.05  # margin above the data, as a share of the axis, where only its lower limit is given
+BAND = 0.15  # strength of the colour of a band: two on each other are paler than a line
 MANY_MARKERS = 30  # more markers of a figure are drawn smaller
 MANY_VERTICES = 400  # lines of more vertices are mostly noise, and as thin as those of theory
 
@@ -124,7 +125,7 @@ def _added(axes: Axes, data: FigureData, layers: Sequence[Layer]) -> list[tuple[
     markers = sum(len(layer.x) for layer in layers if isinstance(layer, Points))
     size = 2.8 if markers > MANY_MARKERS else 4.0
     drawn = [(layer, _artist(axes, layer, depth, data, size)) for depth, layer in enumerate(layers)]
-    if layers is not data.layers:
+    if layers is not data.layers or data.side_by_side:
         _set_apart(axes, [(layer, bars) for layer, bars in drawn if isinstance(layer, Points)])
     return drawn
 
@@ -173,7 +174,7 @@ def _artist(axes: Axes, layer: Layer, depth: int, data: FigureData, size: float)
             )[0]
         case Band(x, low, high):
             common |= {"step": "post" if layer.steps else None}
-            return axes.fill_between(x, low, high, alpha=0.22, linewidth=0, **common)
+            return axes.fill_between(x, low, high, alpha=BAND, linewidth=0, **common)
         case Repeats(x, rows):
             return axes.plot(x, rows.T, linewidth=0.4, alpha=0.45, linestyle=MEASURED, **common)[0]
         case Points(x, y):

@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -26,6 +27,8 @@ from snooker_cli.figures.declared_result import (
     deviations,
 )
 from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    EXTRAPOLATED,
     MEASURED,
     NEUTRAL,
     Array,
@@ -509,7 +512,7 @@ class FigureBuilder:
             others = {"y_log": True, "y_limits": (None, None)} | others
         others = self._axes(others) | others
         singles = self.shown_singles()
-        layers: list[Any] = [*singles, *self.bands, *theories_once(self._named("simulation"))]
+        layers: Sequence[Layer] = [*singles, *self.bands, *theories_once(self._named("simulation"))]
         if self.panel:
             panel = (Reference("y", 0.0), *self.panel)
             others = {"panel": panel, "panel_label": OVER_THEORY} | others
@@ -520,11 +523,9 @@ class FigureBuilder:
             others = self._series_styles(series, labels - {None}) | others
         if len(owners) == 1:  # entries of the legend alone have the colour of the only series
             (owner,) = owners
-            layers = [_with_owner(layer, owner) for layer in layers]
-            others["panels"] = tuple(
-                replace(panel, layers=tuple(_with_owner(layer, owner) for layer in panel.layers))
-                for panel in others.get("panels", ())
-            )
+            layers, others = _in_all_axes(layers, others, partial(_with_owner, owner=owner))
+        if (len(self.points) == 1 or len(owners) == 1) and not self.source:
+            layers, others = _in_all_axes(layers, others, theories_last)
         errors = [layer.y_error for layer in layers if isinstance(layer, Points)]
         barred = any(error is not None and np.isfinite(error).any() for error in errors)
         limits = others.get("y_limits", self.fields.get("y_limits", (None, None)))
@@ -577,9 +578,23 @@ def _owner(layer: Layer) -> int:
     return getattr(layer, "series", NEUTRAL)
 
 
-def _with_owner(layer: Any, owner: int) -> Any:
-    """A layer; if it is an entry of the legend alone, it belongs to this series."""
-    return layer if np.size(getattr(layer, "x", 0)) else replace(layer, series=owner)
+def _in_all_axes(
+    layers: Sequence[Layer],
+    others: Mapping[str, Any],
+    change: Callable[[Sequence[Layer]], tuple[Layer, ...]],
+) -> tuple[Sequence[Layer], dict[str, Any]]:
+    """The layers, and the fields with those of the panels, all with a change."""
+    panels = [replace(panel, layers=change(panel.layers)) for panel in others.get("panels", ())]
+    panel = change(others.get("panel", ()))
+    return change(layers), {**others, "panel": panel, "panels": tuple(panels)}
+
+
+def _with_owner(layers: Sequence[Any], owner: int) -> tuple[Layer, ...]:
+    """The layers; those that are entries of the legend alone belong to this series."""
+    return tuple(
+        layer if np.size(getattr(layer, "x", 0)) else replace(layer, series=owner)
+        for layer in layers
+    )
 
 
 SAME_CURVE = 1e-3  # share of y by which curves of theory differ that a reader cannot tell apart
@@ -602,6 +617,20 @@ def theories_once(layers: Sequence[Layer]) -> list[Layer]:
         else:
             kept.append(layer)
     return kept
+
+
+def theories_last(layers: Sequence[Layer]) -> tuple[Layer, ...]:
+    """The layers of a figure of one series, with its theory on its points and in another colour.
+
+    A second series of such a figure is a second quantity or a second law, and keeps its colour.
+    """
+    theory = [
+        layer
+        for layer in layers
+        if isinstance(layer, Line) and layer.style in (BY_THEORY, EXTRAPOLATED)
+    ]
+    own = [replace(line, series=line.series or NEUTRAL) for line in theory]
+    return (*(layer for layer in layers if layer not in theory), *own)
 
 
 def _same_curve(line: Line, other: Line) -> bool:

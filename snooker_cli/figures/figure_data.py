@@ -117,6 +117,8 @@ class Picture:
 
     places, radii : (*N*, 2) and (*N*,)
     values : (*N*,), what the colours show
+    cells : (*rows*, *columns*), the value of each cell of an even grid if the colours show these,
+        0 in one without balls
     outline : (*n*, 2), corners of the container
     size : width and height around the container
     periodic : whether it repeats along x and along y
@@ -129,6 +131,7 @@ class Picture:
     outline: Array
     size: tuple[float, float]
     periodic: tuple[bool, bool]
+    cells: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,6 +194,7 @@ class FigureData:
         their y label
     panels : further axes between these two
     pictures : of states, instead of axes
+    side_by_side : whether markers of several series at one x stand side by side, as in a panel
     """
 
     kind: str
@@ -216,6 +220,7 @@ class FigureData:
     panel_label: str = ""
     panels: tuple[Panel, ...] = ()
     pictures: Pictures | None = None
+    side_by_side: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", plain(self.numbers))
@@ -268,6 +273,13 @@ def with_logarithmic_axes(data: FigureData, x: bool, y: bool) -> FigureData:
         measured = [getattr(layer, axis) for layer in (*shown, *below) if layer.series != NEUTRAL]
         least = [row[row > 0].min() / LOG_MARGIN for row in measured if np.any(row > 0)]
         changes[f"{axis}_limits"] = min(least, default=None), None
+    if changes.get("y_log"):
+        changes["layers"] = tuple(
+            replace(layer, y=np.where(layer.y > 0, layer.y, math.nan))
+            if isinstance(layer, Points)
+            else layer
+            for layer in data.layers
+        )
     return replace(data, **changes)
 
 

@@ -271,9 +271,6 @@ def pressure(build: FigureBuilder) -> FigureData:
         begin = np.maximum(0.0, curve.time[:, -1].mean() - gas.means.length.mean())
         begins = float(interpolated(np.array([begin]), curve.time, along).mean())
         ends = np.array([begins, edges[-1]])
-        level, spread = np.full(2, whole[0]), np.full(2, whole[1])
-        build.lines.append(Line(ends, level, None, index))
-        build.bands.append(Band(ends, level - spread, level + spread, None, index))
         law = theories.theory_of(scene, quantities.RATIO, THEORY)
         expected = math.nan if law is None else float(np.mean(law.value(gas)))
         if law is not None:
@@ -284,6 +281,8 @@ def pressure(build: FigureBuilder) -> FigureData:
             mean_of_all = (np.array([number]) for number in (ends.mean(), *whole, expected))
             if not changes:
                 means.add_residuals(index, *mean_of_all)
+        if not changes:
+            _mean_over_time(build, index, ends, whole, expected)
         build.record(
             point,
             **{"changing_over_ideal" if changes else "over_ideal": whole},
@@ -291,13 +290,29 @@ def pressure(build: FigureBuilder) -> FigureData:
             temperature=mean_and_error(gas.temperature),
             theory=None if law is None else expected,
         )
-    build.lines.append(legend_line("mean over the time", MEASURED))
+    if len(parts.changing) < len(build.points):
+        build.lines.append(legend_line("mean over the time", MEASURED))
     if parts.changing:
         build.lines.append(legend_marker("the gas still changes", filled=False))
     build.errors = "Bars, and bands around the means: standard errors over the repeats."
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), BY_THEORY))
     return build.figure(parts.text, x_label="collisions per ball" if meet else "time (s)")
+
+
+def _mean_over_time(
+    build: FigureBuilder, index: int, ends: Array, whole: tuple[float, float], expected: float
+) -> None:
+    """Add the mean of a steady gas: over theory; of one series, or without theory, also itself.
+
+    Means of several series are too close to each other, but not their distances from theory.
+    """
+    level, spread = np.full(2, whole[0]), np.full(2, whole[1])
+    if math.isfinite(expected):
+        build.panel.append(Line(ends, np.log(level / expected), None, index))
+    if len(build.points) == 1 or not math.isfinite(expected):
+        build.lines.append(Line(ends, level, None, index))
+        build.bands.append(Band(ends, level - spread, level + spread, None, index))
 
 
 def ideal_ratio(build: FigureBuilder) -> FigureData:

@@ -45,7 +45,9 @@ def against_distance(build: FigureBuilder) -> FigureData:
         sums = partial(velocity_correlations.pair_sums, edges=edges)
         later = MOMENTS[1:]  # a start has no correlations
         found = at_times(build, point, sums, MOST_SUMMED, each=OF_A_STATE, moments=later)
-        for series, (label, rows) in enumerate(zip(*found, strict=True), index):
+        # A time has the colour and the marker that it has in the other figures of times.
+        first = len(MOMENTS) - len(later) if has_times(build) else index
+        for series, (label, rows) in enumerate(zip(*found, strict=True), first):
             along, *others = velocity_correlations.correlations(rows)
             build.add_means(series, label, x, along)
             across += _mean(series, x, others[0])

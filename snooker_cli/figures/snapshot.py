@@ -133,7 +133,7 @@ def _pictures(
     colours = COLOURS[build.selection.colour or of_gas]([scene for _, scene in found])
     pictures = Pictures(
         tuple(
-            _picture(time, scene, values)
+            _picture(time, scene, values, cells=colours.high_is_dark)
             for (time, scene), values in zip(found, colours.values, strict=True)
         ),
         *colours[1:],
@@ -228,7 +228,7 @@ def _moved(trace: Trace, wanted: Sequence[float], found: list[float]) -> str:
     return f"The run stores {stored}: the picture is the nearest to {asked}."
 
 
-def _picture(time: float, scene: Scene, values: Array) -> Picture:
+def _picture(time: float, scene: Scene, values: Array, *, cells: bool) -> Picture:
     container = scene.container
     return Picture(
         time=time,
@@ -238,4 +238,5 @@ def _picture(time: float, scene: Scene, values: Array) -> Picture:
         outline=container.outline,
         size=container.size,
         periodic=container.periodic,
+        cells=structure.cell_packing(scene.positions, scene) if cells else None,
     )

@@ -1,4 +1,4 @@
-"""Pictures of states -> a matplotlib figure: few balls as circles, many as pixels.
+"""Pictures of states -> a matplotlib figure: few balls as circles, many as pixels or cells.
 
 A million circles would take minutes and 100 MB. Pixels take seconds, and their number does not
 depend on the number of balls.
@@ -25,7 +25,7 @@ with out_of_sight("matplotlibrc"):
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.lines import Line2D
-    from matplotlib.patches import Polygon
+    from matplotlib.patches import Patch, Polygon
     from matplotlib.transforms import ScaledTranslation
 
 MOST_CIRCLES = 3000  # balls of a picture that are drawn as circles
@@ -35,6 +35,7 @@ BAR = 0.25  # length of the scale bar over the width of the container, at most
 BAR_HEIGHT = 0.16  # of the space for the scale bar, inches
 PIXELS = 900  # of the longer side of a picture, or of a row of them
 FINER = 3  # parts of a side of a pixel at most, so that balls smaller than a pixel have their area
+PALE = 0.9  # of the palette, for the lowest density; its last part is hardly darker than white
 EMPTY = "white"  # the ground of each picture, and what is below the scale of a density
 MARGIN = 0.02  # around the container, over its size
 BELOW, SCALE = 0.7, 0.04  # height of the colour scale with its texts, inches; its share of that
@@ -119,7 +120,7 @@ def _colours(pictures: Pictures) -> Colormap:
     """The colours of values from 0 to 1, or those of the names."""
     if pictures.names:
         return ListedColormap([to_rgb(colour(k)) for k in range(len(pictures.names))])
-    shades = np.linspace(0.0, LIGHTEST, 256)
+    shades = np.linspace(0.0, PALE if pictures.high_is_dark else LIGHTEST, 256)
     colours = ListedColormap(_SHADES(shades[::-1] if pictures.high_is_dark else shades))
     return colours.with_extremes(under=EMPTY) if pictures.high_is_dark else colours
 
@@ -140,13 +141,21 @@ def _rgb(picture: Picture, pictures: Pictures, colours: Colormap) -> NDArray[np.
 def _draw(axes: Axes, picture: Picture, pictures: Pictures, colours: Colormap, pixels: int) -> None:
     """A container with its balls, and the time above."""
     width, height = picture.size
-    rgb = _rgb(picture, pictures, colours)
+    inside = axes.add_patch(Polygon(picture.outline, facecolor="none", edgecolor="none"))
     if len(picture.radii) <= MOST_CIRCLES:
-        _draw_circles(axes, picture, rgb)
+        _draw_circles(axes, picture, _rgb(picture, pictures, colours), inside)
     else:
         extent = (-width / 2, width / 2, -height / 2, height / 2)
-        image = raster(picture, rgb, pixels)
-        axes.imshow(image, extent=extent, origin="lower", interpolation="antialiased", zorder=2)
+        image: Any = picture.cells  # balls smaller than a dot would be paler than the scale
+        scale: dict[str, Any] = {"interpolation": "nearest", "cmap": colours}
+        if image is None:
+            image = raster(picture, _rgb(picture, pictures, colours), pixels)
+            scale = {"interpolation": "antialiased"}
+        else:
+            image = np.where(image > 0, np.maximum(image, pictures.limits[0]), -math.inf)
+            scale["norm"] = Normalize(*pictures.limits)
+        drawn = axes.imshow(image, extent=extent, origin="lower", zorder=2, **scale)
+        drawn.set_clip_path(inside)
     corners = picture.outline
     edges = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
     vertical = np.isclose(edges[:, 0, 0], edges[:, 1, 0]) & (len(corners) == 4)
@@ -186,8 +195,8 @@ def _add_bar(axes: Axes, size: tuple[float, float]) -> None:
     )
 
 
-def _draw_circles(axes: Axes, picture: Picture, rgb: NDArray[np.float64]) -> None:
-    """Circles, and those of images that reach into the container."""
+def _draw_circles(axes: Axes, picture: Picture, rgb: NDArray[np.float64], inside: Patch) -> None:
+    """Circles, and those of images that reach into the container; inside: its outline."""
     places, balls = _with_images(picture)
     diameters = 2 * picture.radii[balls]
     circles = EllipseCollection(
@@ -203,8 +212,6 @@ def _draw_circles(axes: Axes, picture: Picture, rgb: NDArray[np.float64]) -> Non
     )
     axes.add_collection(circles)
     if any(picture.periodic):
-        inside = Polygon(picture.outline, closed=True, facecolor="none", edgecolor="none")
-        axes.add_patch(inside)
         circles.set_clip_path(inside)
 
 

@@ -94,8 +94,8 @@ def has_times(build: FigureBuilder) -> bool:
 
 def shades(build: FigureBuilder) -> dict[str, list[float]]:
     """The shades of the curves of a figure with several times; of another one nothing."""
-    number = len({line.series for line in build.lines if isinstance(line, Line)})
-    return {"shades": [k / max(1, number - 1) for k in range(number)]} if has_times(build) else {}
+    last = max(line.series for line in build.lines if isinstance(line, Line))
+    return {"shades": [k / max(1, last) for k in range(last + 1)]} if has_times(build) else {}
 
 
 def when(build: FigureBuilder) -> str:
@@ -147,6 +147,7 @@ def structure_factor(build: FigureBuilder) -> FigureData:
     grown = [record["grown_from"] for record in build.records if record["grown_from"]]
     if grown:
         build.headline = f"above 1 for waves from {short(min(grown), 2)} {unit}s on"
+        build.headline += " at the end" * has_times(build)
         caption += f" S is above 1 for waves from {short(min(grown), 2)} {unit}s on."
     x_label = f"wave number k times the {unit}"
     return build.figure(caption, x_label=x_label, logarithmic=log, numbers=None, **shades(build))

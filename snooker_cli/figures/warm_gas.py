@@ -36,7 +36,6 @@ from snooker_cli.figures.figure_data import (
     FigureData,
     Layer,
     Line,
-    LineStyle,
     Panel,
     Points,
     Reference,
@@ -132,13 +131,7 @@ def profiles(build: FigureBuilder) -> FigureData:
     gas, circle = steady.gas(point), is_radial(scene)
     way = "along the radius" if circle else "across"
     warm = gas.temperature
-    columns = {
-        "T": temperature,
-        f"T {way}": across,
-    }  # T is the mean of this one and of the other component
-    styles: tuple[LineStyle, ...] = (MEASURED, SECOND)
-    for index, ((name, rows), style) in enumerate(zip(columns.items(), styles, strict=True)):
-        build.add_means(index, name, places, rows, style)
+    build.add_means(0, None, places, temperature)
     heats = wall_temperatures(scene).items()
     walls = {place: heat for place, heat in heats if math.isfinite(heat)}
     if walls:
@@ -165,6 +158,9 @@ def profiles(build: FigureBuilder) -> FigureData:
         panels.append(Panel((line, *mean_layers(places, pressure)), "nTZ (Pa·m)"))
         caption += " Z is that of the packing there. The force on the walls over their length is "
         caption += f"{with_error(*force, 'Pa·m')}."
+    # T is the mean of this one and of the other component.
+    share = (Reference("y", 1.0), *mean_layers(places, across / temperature))
+    panels.append(Panel(share, f"T {way} / T"))
     with np.errstate(divide="ignore", invalid="ignore"):  # balls that move along one line
         ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
     build.record(
@@ -219,10 +215,8 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         unit = mean_of_remaining(given)[0] if over_in else np.ones(len(edges) - 1)
         change = increments(edges, curve.time, curve.kinetic_energy) / np.diff(edges)
         rests.append(float(np.nanmax(np.abs(given - lost - change))))
-        heats = mean_of_remaining(change)[0] / unit
-        shares.append(Line(middles(edges), heats, None, index, BY_THEORY))
-        first = len(heats) if point.index in steady.changing else steady.gas(point).first_window
-        settled = np.arange(len(heats)) >= (first or 0)
+        first = len(unit) if point.index in steady.changing else steady.gas(point).first_window
+        settled = np.arange(len(unit)) >= (first or 0)
         x = middles(edges)
         shares += markers(x, *mean_of_remaining((given - lost) / unit), None, index, ~settled)
         given_rate = mean_and_error(part.wall_energy / part.length)
@@ -234,14 +228,14 @@ def energy_balance(build: FigureBuilder) -> FigureData:
         legend_line("in: walls give", MEASURED),
         legend_line("out: collisions take", SECOND),
     ]
-    shares += [legend_line("gain of the gas", BY_THEORY), legend_marker("in − out")]
+    shares.append(legend_marker("in − out"))
     if any(isinstance(layer, Points) and not layer.filled for layer in shares):
         shares.append(legend_marker("while the gas changes", filled=False))
     build.headline = "it still changes" if steady.changing else "in and out are equal"
     if len(build.points) > 1:
         build.headline = f"steady at {counted(len(build.points) - len(steady.changing), 'point')}"
         build.headline += f" of {len(build.points)}"
-    unexplained = f"The rest, in − out − gain of the gas, is at most {short(max(rests), 1)} W."
+    unexplained = f"In − out is what the gas gains, but for {short(max(rests), 1)} W at most."
     number, still = len(steady.changing), ""
     if number:
         of_points = f" of {counted(number, 'point')}" * (len(build.points) > 1)

@@ -215,6 +215,11 @@ def test_local_rates_have_windows_with_as_many_collisions_by_haffs_law(decaying:
         assert points.y[window] == pytest.approx(expected, rel=1e-6)
     of_law = {layer.style: layer for layer in rates.layers if isinstance(layer, Line)}
     fitted, floored = of_law["dotted"], of_law["dashdot"]
+    residual = next(
+        layer for layer in found.panel if isinstance(layer, Line) and layer.style == "dotted"
+    )
+    law = of_law["dashed"]
+    assert residual.y == pytest.approx(np.log(fitted.y / law.y), rel=1e-9, abs=1e-12)
     assert fitted.y == pytest.approx(2 * alpha / (1 + alpha * fitted.x), rel=1e-12)
     assert "L keeps the energy L²/2I of a rotation" in found.caption
     floor = np.mean([floor_of(trace) for trace in repeats])

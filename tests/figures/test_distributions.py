@@ -19,7 +19,15 @@ from snooker_cli.engine import replay
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import distributions
 from snooker_cli.figures.distributions import _reduced_components
-from snooker_cli.figures.figure_data import NEUTRAL, Band, FigureData, Line, Points, Reference
+from snooker_cli.figures.figure_data import (
+    BY_THEORY,
+    NEUTRAL,
+    Band,
+    FigureData,
+    Line,
+    Points,
+    Reference,
+)
 from snooker_cli.figures.registry import FIGURES
 from snooker_cli.runs import RunFolder
 from snooker_cli.runs.selection import Selection
@@ -74,13 +82,17 @@ def test_distances_are_those_of_equal_steps_of_time(decaying: RunFolder) -> None
 def test_speeds_in_metres_if_elastic(warm: RunFolder) -> None:
     found = shown(warm, "speeds", balls__radius=1.0)
     assert found.x_label == "speed (m/s)"
-    for histogram, speed in zip(histograms(found), (5.0, 10.0, 20.0), strict=True):
-        widths = np.diff(histogram.x)
-        assert widths[1:] == pytest.approx(SPEED_BIN * speed, rel=1e-13)
-        assert np.sum(histogram.y[:-1] * widths) == pytest.approx(1, abs=1e-12)
+    assert not histograms(found)  # three outlines would hide each other
+    assert found.side_by_side
+    for points, speed in zip(layers(found, Points), (5.0, 10.0, 20.0), strict=True):
+        widths = np.diff(points.x)
+        assert widths == pytest.approx(SPEED_BIN * speed, rel=1e-9)
+        assert np.sum(points.y) * widths[0] == pytest.approx(1, abs=1e-12)
+    (histogram,) = histograms(shown(warm, "speeds", balls__radius=1.0, balls__speed=5.0))
+    assert np.sum(histogram.y[:-1] * np.diff(histogram.x)) == pytest.approx(1, abs=1e-12)
     repeats = traces(warm, 3)
     shares = measure(repeats, pairs=pairs_of(repeats)).speeds
-    cdf = theory.fixed_energy_speed_cdf(histograms(found)[0].x[[4, 5]], 19, 12.5)
+    cdf = theory.fixed_energy_speed_cdf(histogram.x[[4, 5]], 19, 12.5)
     _, residuals, *_ = found.panel
     assert isinstance(residuals, Points)
     share = np.sum(shares, axis=0)[3] / np.sum(shares)
@@ -168,19 +180,24 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: RunFolder) -> None:
     assert record["theory"] == pytest.approx(theory.contact_value(state.bulk_packing), rel=1e-5)
     # Pairs of a bin at contact in the 3 × 40 states; those of a repeat are not independent.
     assert abs(record["contact"] - record["theory"]) < 0.3
-    (line,), (measured, marker, *named) = (layers(found, kind) for kind in (Line, Points))
+    measured, named = layers(found, Points)
+    line, *expected = layers(found, Line)
     assert (measured.x.tolist(), measured.y.tolist()) == ([1.0], [record["contact"]])
     assert measured.y_error.tolist() == [record["contact_error"]]
-    assert (measured.filled, marker.filled) == (True, False)
-    assert [entry.label for entry in named] == ["g(σ⁺)", "contact value χ"]
+    assert (named.label, found.side_by_side) == ("g(σ⁺)", True)
+    assert [(law.style, law.label) for law in expected] == [
+        (BY_THEORY, None),
+        (BY_THEORY, "contact value χ"),
+    ]
     share = 100 * (record["contact"] / record["theory"] - 1)
     stated = re.search(r"The deviation from theory is (.*?) ± .* %", found.caption)
     assert stated is not None
     assert float(stated[1].replace("−", "-")) == pytest.approx(share, abs=1)
-    assert found.x_limits == (0.9, None)
+    assert found.x_limits == (0.85, None)
     assert np.all(line.y[line.x < 0.99] == 0)
     assert abs(np.mean(line.y[line.x > 4]) - 1) < 0.05
-    assert (marker.x.tolist(), marker.y.tolist()) == ([1.0], [pytest.approx(record["theory"])])
+    assert expected[0].x[0] < 1 < expected[0].x[1]
+    assert expected[0].y == pytest.approx(record["theory"], rel=1e-12)
     (band,) = layers(found, Band)
     assert "Bold: means over the repeats; thin: single repeats; bands: standard" in found.caption
     np.testing.assert_allclose((band.low + band.high) / 2, line.y, atol=1e-12)

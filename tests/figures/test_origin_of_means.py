@@ -32,7 +32,7 @@ def row_of(run: RunFolder, quantity: str, model: str = "", **parameters: float) 
 def test_a_histogram_of_repeats_has_the_mean_of_compare(tmp_path: Path) -> None:
     run = made(tmp_path / "run", "cor=0.8", "repeats=12")
     found = shown(run, "result-histogram")
-    outline, normal, mean = layers(found, Line)
+    outline, mean, normal = layers(found, Line)
     row, (record,) = row_of(run, "Haff's α"), found.numbers["points"]
     assert (record["value"], record["value_error"]) == (row["measured"], row["error"])
     assert mean.x.tolist() == [record["value"]] * 2
@@ -81,7 +81,7 @@ def test_the_collision_rate_is_that_of_compare_beside_enskogs(tmp_path: Path) ->
     """In a panel of the equation of state, over Boltzmann's rate, which makes it χ."""
     run = made(tmp_path / "run", *ELASTIC, "collisions=2000", "balls.radius=0.5,1.0")
     found = shown(run, "equation-of-state")
-    curve, *points = found.panels[0].layers
+    *points, curve = found.panels[0].layers
     assert isinstance(curve, Line)
     for record, marker in zip(found.numbers["points"], points, strict=True):
         row = row_of(run, "ball-ball rate of a ball", "Boltzmann", **record["parameters"])

@@ -67,7 +67,8 @@ def test_a_gas_that_cools_has_several_times(stored: RunFolder) -> None:
     figure = shown(stored, NAME)
     curves = layers(figure, Line)
     assert [line.label[:4] for line in curves if line.label] == ["t = "] * 3
-    assert figure.shades == [0.0, 0.5, 1.0]
+    assert figure.shades == pytest.approx([0, 1 / 3, 2 / 3, 1])  # 0 is the start, as in others
+    assert [line.series for line in curves if line.label] == [1, 2, 3]
     edges = distance_edges(traces(stored, 0)[0].start)
     rows = []
     for trace in traces(stored, 0):

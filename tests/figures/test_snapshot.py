@@ -75,6 +75,32 @@ def test_colours_show_species_and_density(mixture: RunFolder) -> None:
     assert "White space has no balls." in figure.caption
 
 
+def test_many_balls_have_cells_in_the_tones_of_the_scale(
+    mixture: RunFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Balls smaller than a dot of the printer would be paler than their packing."""
+    figure = drawn(mixture, 3.0, colour="density")
+    (picture,) = figure.pictures.each
+    assert picture.cells is not None
+    rows, columns = picture.cells.shape
+    # The cells share out the channel, so their packings have the area of all balls.
+    area = 6 * math.pi * 0.25 + 20 * math.pi * 0.0625
+    assert picture.cells.mean() * 120 == pytest.approx(area, rel=1e-9)
+    shares = picture.places / picture.size + 0.5
+    column, row = (shares * (columns, rows)).astype(int).T
+    assert np.array_equal(picture.cells[row, column], picture.values)
+    monkeypatch.setattr("snooker_cli.figures.state_pictures.MOST_CIRCLES", 0)
+    (image,) = draw(figure).axes[0].images
+    occupied = picture.cells > 0
+    seen = image.cmap(image.norm(image.get_array()))[..., :3]
+    assert np.all(seen[~occupied] == 1.0)
+    scale = image.cmap(image.norm(picture.cells[occupied]))[..., :3]
+    assert np.array_equal(seen[occupied], scale)
+    speeds = draw(drawn(mixture, 3.0)).axes[0].images[0].get_array()
+    assert speeds.shape[-1] == 4  # other colours are those of the balls
+    assert drawn(mixture, 3.0).pictures.each[0].cells is None
+
+
 def test_times_without_a_state_are_refused_or_replaced(mixture: RunFolder, tmp_path: Path) -> None:
     with pytest.raises(FigureError, match="no time 21 s: it ends at 20 s"):
         drawn(mixture, 21.0)
