@@ -3,7 +3,7 @@
 import math
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from decimal import Decimal
 from typing import Any
 
@@ -221,6 +221,12 @@ def text_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[s
     forms = [f"{'>' if to[:1] == '>' else '<'}{max(map(len, cells))}" for to, cells in columns]
     lines = ([f"{cell:{form}}" for cell, form in zip(row, forms, strict=True)] for row in table)
     return ["  ".join(cells).rstrip() for cells in lines]
+
+
+def least_to_most(values: Iterable[float], text: Callable[[Any], str] = short) -> str:
+    """``2 to 5``: the texts of the least and the greatest value, or the one that both have."""
+    known = [*values]
+    return " to ".join(dict.fromkeys((text(min(known)), text(max(known)))))
 
 
 def spans(numbers: Iterable[int]) -> str:

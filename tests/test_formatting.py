@@ -8,6 +8,7 @@ from snooker_cli.formatting import (
     duration,
     exact,
     in_encoding,
+    least_to_most,
     listed,
     point_label,
     short,
@@ -55,6 +56,12 @@ def test_words() -> None:
     assert exact(9.000000000000002) == "9.000000000000002"
     assert exact(9.0) == "9"
     assert listed(["a", "b", "c"]) == "a, b and c"
+
+
+def test_a_range_is_the_least_and_the_most_or_one() -> None:
+    assert least_to_most([3, 1, 2], str) == "1 to 3"
+    assert least_to_most(iter((0.12341, 0.12342))) == "0.123"  # of one text
+    assert least_to_most({2000, 12}, "{:,}".format) == "12 to 2,000"
 
 
 def test_durations_and_sizes_have_two_digits() -> None:

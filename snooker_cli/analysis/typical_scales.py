@@ -20,7 +20,7 @@ from snooker_cli.analysis.quantities import Quantity
 from snooker_cli.analysis.theories import CRITICAL
 from snooker_cli.analysis.time_series import Averages
 from snooker_cli.facts import FACTS
-from snooker_cli.formatting import listed, short, text_table
+from snooker_cli.formatting import least_to_most, listed, text_table
 from snooker_cli.scene import Scene
 from snooker_cli.theory import FINITE
 
@@ -184,7 +184,7 @@ class TypicalScales:
             if not known:
                 continue
             values = [point.value for point in known]
-            texts = " to ".join(dict.fromkeys(short(f(values)) for f in (min, max)))
+            texts = least_to_most(values)
             some = f" ({len(known)} of {len(row)} points)" if len(known) < len(row) else ""
             models = dict.fromkeys(point.model for point in known)
             cells.append([scale.title, texts + some, "; ".join(models)])

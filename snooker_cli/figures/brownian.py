@@ -25,7 +25,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     thinned,
 )
-from snooker_cli.formatting import short
+from snooker_cli.formatting import least_to_most, short
 from snooker_cli.scene import EPSILON
 
 BALL = 0  # the tagged ball. Single balls with a position come first, so that it is one of them.
@@ -173,11 +173,9 @@ def velocity_autocorrelation(build: FigureBuilder) -> FigureData:
 
 def _tagged(balls: Set[int]) -> str:
     """The sentence on how many balls of a repeat are shown."""
-    numbers = sorted(balls)
-    if numbers == [1]:
+    if balls == {1}:
         return "The tagged ball is ball 0; no other is of its species."
-    most = " to ".join(map(str, dict.fromkeys((numbers[0], numbers[-1]))))
-    return f"Means over {most} balls of the species of ball 0."
+    return f"Means over {least_to_most(balls, str)} balls of the species of ball 0."
 
 
 def _theory(build: FigureBuilder, point: Point) -> diffusion.Diffusion:

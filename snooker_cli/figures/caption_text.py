@@ -12,6 +12,7 @@ from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.declared_result import with_units_of_axes
 from snooker_cli.figures.series import SCENE_WORDS, described
+from snooker_cli.formatting import least_to_most
 from snooker_cli.runs import RunFolder
 from snooker_cli.runs.selection import Selection, distinct, statuses, unfinished, unlisted, value_at
 
@@ -50,10 +51,10 @@ def setting(run: RunFolder, points: Sequence[Point], selection: Selection) -> st
     for status in ended:
         status.raise_if_unusable()
     early = early_endings(Counter(status.header.stop.reason for status in ended if status.header))
-    numbers = sorted({run.requested(point) for point in points})
-    number = " to ".join(map(str, dict.fromkeys((numbers[0], numbers[-1]))))
-    single = numbers == [1] or selection.repeat is not None
-    repeats = f"{number} repeats" if numbers != [1] else "one repeat"
+    numbers = {run.requested(point) for point in points}
+    number = least_to_most(numbers, str)
+    single = numbers == {1} or selection.repeat is not None
+    repeats = f"{number} repeats" if numbers != {1} else "one repeat"
     if selection.repeat is not None:
         repeats = f"repeat {selection.repeat} of {number}"
     ends = [

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ from snooker_cli.figures.figure_data import (
     more_than_a_decade,
 )
 from snooker_cli.figures.series import elastic, gas_type_of
-from snooker_cli.formatting import percent, short
+from snooker_cli.formatting import least_to_most, percent, short
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import Trace
 
@@ -113,12 +114,10 @@ def _left(means: Sequence[Course], *, warm: bool) -> str:
     warm : whether walls give some, so that it may be more
     """
     end = min(float(times[-1]) for times, _ in means)
-    left = sorted(float(np.interp(end, *mean)) for mean in means)
+    left = [float(np.interp(end, *mean)) for mean in means]
     if warm:
-        span = " to ".join(dict.fromkeys((short(left[0], 2), short(left[-1], 2))))
-        return f"{span} of E(0) after {short(end)} s"
-    amount = " to ".join(dict.fromkeys((percent(left[0]), percent(left[-1]))))
-    return f"{amount} is left after {short(end)} s"
+        return f"{least_to_most(left, partial(short, digits=2))} of E(0) after {short(end)} s"
+    return f"{least_to_most(left, percent)} is left after {short(end)} s"
 
 
 DECADES = 100.0  # from this factor on, a falling energy is a power of the time

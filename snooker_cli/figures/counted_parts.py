@@ -14,7 +14,7 @@ from snooker_cli.config import Point
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import Array
 from snooker_cli.figures.series import gas_type_of
-from snooker_cli.formatting import counted
+from snooker_cli.formatting import counted, least_to_most
 from snooker_cli.trace import Trace
 
 ROUNDING = 1e-12
@@ -83,7 +83,7 @@ class CountedParts:
         """A sentence on the parts of all points."""
         sentences = []
         if self._lasts:
-            span = " to ".join(map(str, sorted({min(self._lasts), max(self._lasts)})))
+            span = least_to_most(self._lasts, str)
             points = f" (not confirmed for {counted(self._unsure, 'point')})" * bool(self._unsure)
             sentences.append(f"Steady part: the last {span} % of each repeat{points}.")
         if self._relaxed:

@@ -41,7 +41,7 @@ from snooker_cli.figures.figure_data import (
     legend_marker,
 )
 from snooker_cli.figures.series import elastic, gas_type_of
-from snooker_cli.formatting import chance, percent, short
+from snooker_cli.formatting import chance, least_to_most, percent, short
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace
 
@@ -328,7 +328,7 @@ def speeds(build: FigureBuilder) -> FigureData:
             probability=math.nan if free is None else kolmogorov(difference, total),
         )
     counted = [row["speeds"] for row in build.records]
-    span = " to ".join(f"{number:,}" for number in sorted({min(counted), max(counted)}))
+    span = least_to_most(counted, "{:,}".format)
     what = "Bars and bands" if build.bands else "Bars"
     build.errors = f"{what}: standard errors of {span} independent speeds."
     build.errors += f" {FEW_WORDS}" * few

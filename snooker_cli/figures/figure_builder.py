@@ -51,7 +51,7 @@ from snooker_cli.figures.figure_data import (
     remaining,
 )
 from snooker_cli.figures.series import described, of_label, ranks, scale, spread, two_keys
-from snooker_cli.formatting import counted, short
+from snooker_cli.formatting import counted, least_to_most, short
 from snooker_cli.runs import RepeatStatus, RunFolder
 from snooker_cli.runs.selection import Selection, statuses, varying
 from snooker_cli.scene import Scene
@@ -260,7 +260,7 @@ class FigureBuilder:
         points = f"Shown: {shown} of {self.total} points." * (shown < self.total)
         if used == [len(self.statuses(point)) for point in self.points]:
             return points
-        number = " to ".join(map(str, sorted({min(used), max(used)})))
+        number = least_to_most(used, str)
         noun = "repeat" if max(used) == 1 else "evenly chosen repeats"
         where = " of each point" * (shown > 1)
         return f"{points} The figure uses {number} {noun}{where}.".lstrip()

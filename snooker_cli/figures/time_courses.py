@@ -53,7 +53,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.legends import MOST_ENTRIES
 from snooker_cli.figures.series import along, elastic, gas_type_of
-from snooker_cli.formatting import chance, short, with_error
+from snooker_cli.formatting import chance, least_to_most, short, with_error
 from snooker_cli.options import WHERE
 from snooker_cli.runs.selection import varying
 from snooker_cli.scene import Scene
@@ -214,9 +214,8 @@ def hexatic_order(build: FigureBuilder) -> FigureData:
     build.lines.append(legend_line("all balls, |⟨ψ₆⟩|", MEASURED))
     build.lines.append(legend_line("of each ball, ⟨|ψ₆|⟩", SECOND))
     build.lines.append(legend_line("independent balls, ⟨|ψ₆|⟩/√N", EXTRAPOLATED))
-    ratios = sorted(record["final"] / record["independent"] for record in build.records)
-    span = " to ".join(dict.fromkeys(short(ratio, 2) for ratio in (ratios[0], ratios[-1])))
-    build.headline = f"{span} times ⟨|ψ₆|⟩/√N"
+    ratios = [record["final"] / record["independent"] for record in build.records]
+    build.headline = f"{least_to_most(ratios, partial(short, digits=2))} times ⟨|ψ₆|⟩/√N"
     build.singles = build.singles if len(build.points) == 1 else []  # they hide the means
     return build.figure(
         "Both are 1 in a crystal. If each ball had a direction of its own, |⟨ψ₆⟩| would be near "
