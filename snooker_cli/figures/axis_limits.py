@@ -142,13 +142,19 @@ def beginning_of_decades(layers: Sequence[Layer]) -> float | None:
     return min(begins) if y.max() > MANY_DECADES * y.min() else None
 
 
-def outside(layers: Sequence[Layer], low: float, high: float) -> Iterator[Outside]:
-    """Where measured values or their error bars leave an axis from ``low`` to ``high``."""
+def outside(
+    layers: Sequence[Layer], low: float, high: float, least: float | None = None
+) -> Iterator[Outside]:
+    """Where measured values or their error bars leave an axis from ``low`` to ``high``.
+
+    least : a lower limit that the quantity has by itself, such as 0: bars go beyond it silently
+    """
     for layer in measured(layers):
         error = np.zeros_like(layer.y)
         if isinstance(layer, Points) and layer.y_error is not None:
             error = np.nan_to_num(layer.y_error)
-        for above, beyond in ((True, layer.y + error > high), (False, layer.y - error < low)):
+        lowest = layer.y - (error if least is None else 0.0)
+        for above, beyond in ((True, layer.y + error > high), (False, lowest < low)):
             places = np.flatnonzero(beyond & np.isfinite(layer.y))
             if isinstance(layer, Line):  # the middle of each part of the line
                 parts = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)

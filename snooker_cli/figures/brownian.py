@@ -65,9 +65,9 @@ def tagged_path(build: FigureBuilder) -> FigureData:
         part = slice(first, last + 1)
         build.lines.append(Line(x[part], y[part], series=series))
     build.lines += [
-        Points(x[:1], y[:1], label="start", series=NEUTRAL, filled=False),
-        Points(x[-1:], y[-1:], label="end", series=NEUTRAL),
+        Points(x[[last]], y[[last]], series=series) for series, (_, last) in enumerate(parts)
     ]
+    build.lines.append(Points(x[:1], y[:1], label="start", series=NEUTRAL, filled=False))
     build.record(point, time=trace.stop.time, distance=distance, collisions=len(times) - 2)
     build.headline = f"{short(distance)} m from its start after {short(trace.stop.time)} s"
     return build.figure(

@@ -248,6 +248,8 @@ def agreement(panel: Sequence[Layer], repeats: int, *, whose: str = "", law: str
     size = percent(abs(share) / 100)
     if not beyond:
         return f"{it}agrees with {law} within {size}"
+    if len({deviation.residual > 0 for deviation in beyond}) > 1:
+        return f"{it}differs from {law} by up to {size}"
     if any(abs(other.residual) > abs(largest.residual) for other in found):
         return f"{it_is}{size} {side} {law} at {len(beyond)} of {len(found)} places"
     return f"{it_is}up to {size} {side} {law}"

@@ -360,7 +360,6 @@ def speeds(build: FigureBuilder) -> FigureData:
         _test_of_law(build),
         panel=tuple(panel),
         panel_label=f"minus {of_law}{panel_unit}",
-        side_by_side=True,
         **(words if in_metres else {}),
     )
 

@@ -272,7 +272,7 @@ def _clip(
     top = min(high, most) if limits[1] is None else high
     if (bottom, top) != (low, high):
         axes.set_ylim(bottom, top)
-    for beyond in outside(shown, bottom, top):
+    for beyond in outside(shown, bottom, top, limits[0]):
         axes.plot(
             beyond.x,
             np.full(len(beyond.x), top if beyond.above else bottom),

@@ -99,6 +99,7 @@ class FigureBuilder:
     errors : what bars and bands are, if not standard errors over the repeats
     beside_theory : whether the caption of the figure itself says the result beside theory
     headline : the result in a few words, after the title; without it, whether theory agrees
+    where : after words on theory in the title, which points these are on
     key : the swept key that the x axis shows; empty without one
     total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
@@ -127,6 +128,7 @@ class FigureBuilder:
     errors: str = ""
     beside_theory: bool = False
     headline: str = ""
+    where: str = ""
     key: str = ""
     total: int = 0
     most: dict[int, int] = field(default_factory=dict)
@@ -317,7 +319,7 @@ class FigureBuilder:
         alone = sum(np.size(getattr(layer, "x", 0)) for layer in tested) == 1
         if said and alone and len(self.places) == len(self.points) > 1:
             said += f" at {self.places[_owner(tested[0])]}"
-        return said
+        return f"{said} {self.where}".rstrip() if said else ""
 
     def _title_with_result(self, numbers: Mapping[str, Any], panel_label: str) -> str:
         """The title, and the result in a few words. Titles of the source report have none."""

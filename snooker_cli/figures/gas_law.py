@@ -294,10 +294,13 @@ def pressure(build: FigureBuilder) -> FigureData:
         build.lines.append(legend_line("mean over the time", MEASURED))
     if parts.changing:
         build.lines.append(legend_marker("the gas still changes", filled=False))
-    build.errors = "Bars, and bands around the means: standard errors over the repeats."
+        build.where = "where steady"
+    around = ", and bands around the means" * bool(build.bands)
+    build.errors = f"Bars{around}: standard errors over the repeats."
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line(build.cite(quantities.RATIO, THEORY), BY_THEORY))
-    return build.figure(parts.text, x_label="collisions per ball" if meet else "time (s)")
+    x_label = "collisions per ball" if meet else "time (s)"
+    return build.figure(parts.text, x_label=x_label)
 
 
 def _mean_over_time(

@@ -95,7 +95,7 @@ def mark_lines(data: FigureData, drawn: Sequence[tuple[Axes, Sequence[tuple[Laye
     drawn : all axes, whose limits are those in the end, with their layers and artists
 
     Markers of several series stand at different x. Where a series has points along x, its line has
-    no markers.
+    no markers, and neither has a path, where markers are places.
     """
     marked = [
         (axes, layer, artist)
@@ -104,7 +104,7 @@ def mark_lines(data: FigureData, drawn: Sequence[tuple[Axes, Sequence[tuple[Laye
         if isinstance(layer, Line) and _needs_marks(layer, [other for other, _ in layers])
     ]
     series = sorted({layer.series for _, layer, _ in marked})
-    if len(series) < 2 or not has_markers(data):
+    if len(series) < 2 or not has_markers(data) or data.equal_axes:
         return
     for axes, layer, artist in marked:
         aimed = (np.arange(MARKS) + (series.index(layer.series) + 0.5) / len(series)) / MARKS

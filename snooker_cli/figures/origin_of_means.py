@@ -111,6 +111,8 @@ def wall_impulses(build: FigureBuilder) -> FigureData:
     pressure = mean_and_error(gas.pressure)
     later = np.array([max(0.0, end - float(gas.means.length.mean())), end])
     build.lines.append(Line(later, np.full(2, pressure[0]), "mean P", NEUTRAL))
+    low, high = (np.full(2, pressure[0] + sign * pressure[1]) for sign in (-1, 1))
+    build.bands.append(Band(later, low, high, None, NEUTRAL))
     law = theories.theory_of(scene, quantities.PRESSURE, FINITE)
     expected = None if law is None else float(np.mean(law.value(gas)))
     if expected is not None:

@@ -157,18 +157,18 @@ def _change(build: FigureBuilder, colours: Colours, states: Sequence[Scene]) -> 
         return ""
     if colours.high_is_dark:
         first, last = (float(np.mean(colours.values[k])) for k in (0, -1))
-        what, noun, unit = "mean packing around a ball", "packing around a ball", ""
+        what, noun, unit = "mean packing around a ball", "mean packing around a ball", ""
     else:
         speeds = [np.hypot(*states[k].velocities.T) for k in (0, -1)]
         first, last = (math.sqrt(float(np.mean(speed**2))) for speed in speeds)
-        what, noun, unit = "root mean square speed", "speed", " m/s"
+        what, noun, unit = "root mean square speed", "rms speed", " m/s"
     low, high = (short(value, 2) for value in (first, last))
     if len(states) == 1:
         return f"The {what} is {low}{unit}."
     if low == high:
         build.headline = f"{noun} stays {low}{unit}"
         return f"The {what} is {low}{unit} at the first and the last time."
-    build.headline = f"{noun} {low} to {high}{unit}"
+    build.headline = f"{noun} from {low} to {high}{unit}"
     return f"The {what} goes from {low} to {high}{unit}."
 
 

@@ -184,6 +184,7 @@ def _add_bar(axes: Axes, size: tuple[float, float]) -> None:
     left, below = -size[0] / 2, -size[1] / 2 - MARGIN * max(size)
     lower = ScaledTranslation(0, -BAR_HEIGHT / 2, axes.figure.dpi_scale_trans)
     (bar,) = axes.plot([left, left + length], [below, below], color="0.2", linewidth=1.5)
+    bar.set_solid_capstyle("butt")  # else it is longer by its width
     bar.set(transform=axes.transData + lower, clip_on=False)
     axes.annotate(
         f"{short(length)} m",

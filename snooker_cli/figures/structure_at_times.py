@@ -146,9 +146,9 @@ def structure_factor(build: FigureBuilder) -> FigureData:
     caption = when(build)
     grown = [record["grown_from"] for record in build.records if record["grown_from"]]
     if grown:
-        build.headline = f"above 1 for waves from {short(min(grown), 2)} {unit}s on"
+        build.headline = f"above 1 for waves longer than {short(min(grown), 2)} {unit}s"
         build.headline += " at the end" * has_times(build)
-        caption += f" S is above 1 for waves from {short(min(grown), 2)} {unit}s on."
+        caption += f" S is above 1 for waves longer than {short(min(grown), 2)} {unit}s."
     x_label = f"wave number k times the {unit}"
     return build.figure(caption, x_label=x_label, logarithmic=log, numbers=None, **shades(build))
 

@@ -204,23 +204,27 @@ def _stored_times(build: FigureBuilder, point: Point, count: int) -> Array:
 def hexatic_order(build: FigureBuilder) -> FigureData:
     """|⟨ψ6⟩| and ⟨|ψ6|⟩ over time, and what |⟨ψ6⟩| is for independent directions."""
     over_time = _over_time(build, structure.hexatic_orders, TRIANGLES, logarithmic=True)
+    each, independent = build.for_panel(), dict[int, list[float]]()
     for index, (point, scene, times, rows) in enumerate(over_time):
         _, of_all = build.add_means(index, build.label(point), times, rows[..., 0])
-        _, of_each = build.add_means(index, None, times, rows[..., 1], SECOND)
+        _, of_each = each.add_means(index, None, times, rows[..., 1])
         final, local = mean_and_error(of_all[:, -1]), mean_and_error(of_each[:, -1])
         alone = local[0] / math.sqrt(scene.number)
-        build.lines.append(level(times, alone, index, EXTRAPOLATED))
+        independent.setdefault(scene.number, []).append(alone)
         build.record(point, final=final, local=local, balls=scene.number, independent=alone)
-    build.lines.append(legend_line("all balls, |⟨ψ₆⟩|", MEASURED))
-    build.lines.append(legend_line("of each ball, ⟨|ψ₆|⟩", SECOND))
+    for of_number in independent.values():  # nearly the same for all points of as many balls
+        build.lines.append(Reference("y", float(np.mean(of_number)), None, EXTRAPOLATED))
     build.lines.append(legend_line("independent balls, ⟨|ψ₆|⟩/√N", EXTRAPOLATED))
     ratios = [record["final"] / record["independent"] for record in build.records]
-    build.headline = f"{least_to_most(ratios, partial(short, digits=2))} times ⟨|ψ₆|⟩/√N"
-    build.singles = build.singles if len(build.points) == 1 else []  # they hide the means
+    times_independent = least_to_most(ratios, partial(short, digits=2))
+    build.headline = f"{times_independent} times ⟨|ψ₆|⟩/√N at the end"
+    if len(build.points) > 1:  # single repeats hide the means
+        build.singles = each.singles = []
     return build.figure(
         "Both are 1 in a crystal. If each ball had a direction of its own, |⟨ψ₆⟩| would be near "
         "⟨|ψ₆|⟩/√N; in a liquid neighbours share one, and in a crystal all do.",
         logarithmic=build.covers_decades,
+        panels=(each.as_panel("of each ball, ⟨|ψ₆|⟩"),),
     )
 
 
@@ -413,8 +417,6 @@ def rotation(build: FigureBuilder) -> FigureData:
             expected, known = cooling_spins(measurement), True
             of_ratio = interpolated(x, collisions, expected[1] / expected[0]).mean(axis=0)
             build.lines.append(Line(x, of_ratio, None, index, BY_THEORY))
-            of_motion = interpolated(x, collisions, expected[0] / both[0, :, :1]).mean(axis=0)
-            decay.append(Line(x, of_motion, None, index, BY_THEORY))
             mean, error = mean_of_remaining(ratio)
             few = np.searchsorted(x, np.linspace(0.0, x[-1], RESIDUALS + 2)[1:-1])
             build.add_residuals(index, x[few], mean[few], error[few], of_ratio[few])

@@ -22,7 +22,6 @@ from snooker_cli.analysis.profiles import (
 from snooker_cli.containers import ENDS
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.counted_parts import CountedParts, increments, measured, window_edges
-from snooker_cli.figures.declared_result import agreement
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
@@ -85,8 +84,7 @@ def stationary(build: FigureBuilder) -> FigureData:
         build.lines += markers(x, y, errors, build.name_of(group), index, changing)
     caption = steady.text
     if steady.changing:
-        said = agreement(build.panel, build.fewest_repeats)
-        build.headline = f"{said} where steady" if said else ""
+        build.where = "where steady"
         caption += " Open: the gas still changes."
         build.lines.append(legend_marker("still changes", filled=False))
     if build.cited:
@@ -153,11 +151,14 @@ def profiles(build: FigureBuilder) -> FigureData:
         pressure = np.where(beside, math.nan, density * temperature * factor)
         # Centres reach less than the length of the walls, and take all of the force.
         edge = scene.container.accessible(gas.radius).edge
-        force = mean_and_error(gas.pressure * scene.container.wall_length / edge)
+        length = scene.container.wall_length / edge
+        force = mean_and_error(gas.pressure * length)
         line = Reference("y", force[0], "force on the walls", SECOND)
         panels.append(Panel((line, *mean_layers(places, pressure)), "nTZ (Pa·m)"))
-        caption += " Z is that of the packing there. The force on the walls over their length is "
-        caption += f"{with_error(*force, 'Pa·m')}."
+        if np.isfinite(pressure).any():
+            rows = np.nanmean(pressure, axis=1) / (length * np.mean(gas.pressure))
+            caption += f" The mean nTZ is {with_error(*mean_and_error(rows))} times the force on "
+            caption += "the walls over their length; strips beside walls have none."
     # T is the mean of this one and of the other component.
     share = (Reference("y", 1.0), *mean_layers(places, across / temperature))
     panels.append(Panel(share, f"T {way} / T"))
@@ -235,7 +236,7 @@ def energy_balance(build: FigureBuilder) -> FigureData:
     if len(build.points) > 1:
         build.headline = f"steady at {counted(len(build.points) - len(steady.changing), 'point')}"
         build.headline += f" of {len(build.points)}"
-    unexplained = f"In − out is what the gas gains, but for {short(max(rests), 1)} W at most."
+    unexplained = f"In − out equals the gain of the gas to {short(max(rests), 1)} W."
     number, still = len(steady.changing), ""
     if number:
         of_points = f" of {counted(number, 'point')}" * (len(build.points) > 1)

@@ -48,6 +48,14 @@ def test_error_bars_to_zero_and_a_falling_theory_leave_room_for_the_data() -> No
     assert (arrows.x.tolist(), arrows.above) == ([3.0], False)
 
 
+def test_a_bar_below_the_least_possible_value_needs_no_arrow() -> None:
+    """A density is not below zero, though half of an interval around a small one is longer."""
+    within, below = markers(np.ones(1), np.array([2.0])), markers(-np.ones(1), np.ones(1))
+    assert [*outside((within,), 0.0, 4.0)]
+    assert not [*outside((within,), 0.0, 4.0, least=0.0)]
+    assert [*outside((below,), 0.0, 4.0, least=0.0)]
+
+
 def test_a_bar_of_many_spans_does_not_flatten_a_panel() -> None:
     y, error = np.array([0.1, -0.1, 0.0, 0.05]), np.array([0.1, 0.1, 0.1, 5e3])
     figure = draw(data(markers(y), panel=(markers(y, error),)))

@@ -83,7 +83,6 @@ def test_speeds_in_metres_if_elastic(warm: RunFolder) -> None:
     found = shown(warm, "speeds", balls__radius=1.0)
     assert found.x_label == "speed (m/s)"
     assert not histograms(found)  # three outlines would hide each other
-    assert found.side_by_side
     for points, speed in zip(layers(found, Points), (5.0, 10.0, 20.0), strict=True):
         widths = np.diff(points.x)
         assert widths == pytest.approx(SPEED_BIN * speed, rel=1e-9)

@@ -130,10 +130,12 @@ RATIOS = (
     "g(r)",
     "S(k)",
     "|ψ₆|",
+    "|⟨ψ₆⟩|",
     "a₂",
     "over",
     "number of",
     "balls of",
+    "balls in",
     "collisions per",
 )
 RATIOS += ("packing fraction", "coefficient of restitution", "reduced", "k times", "density")

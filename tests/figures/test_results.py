@@ -150,7 +150,8 @@ def test_a_title_says_how_far_theory_is() -> None:
         return agreement(panel, repeats, whose=whose)
 
     assert said([1.02, 0.99], [0.01, 0.01]) == "α agrees with theory within 2 %"
-    assert said([1.02, 0.9], [0.001, 0.01]) == "α is up to 10 % below theory"
+    assert said([1.02, 0.9], [0.001, 0.01]) == "α differs from theory by up to 10 %"
+    assert said([0.98, 0.9], [0.001, 0.01]) == "α is up to 10 % below theory"
     assert said([1.02, 0.9], [0.001, 0.5]) == "α is 2 % above theory at 1 of 2 places"
     assert said([0.9], [0.01]) == "α is 10.00 ± 0.90 % below theory"
     assert said([0.9], [0.05]) == "α agrees with theory (−10.0 ± 4.5 %)"

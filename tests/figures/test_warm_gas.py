@@ -109,7 +109,7 @@ def test_the_balance_of_energy(driven: RunFolder) -> None:
     # Four repeats are too few for the test, so the second half counts.
     assert [len(points.x) for points in markers] == [10] * 4
     assert "while the gas changes" in [getattr(layer, "label", None) for layer in found.panel]
-    rest = re.search(r"In − out is what the gas gains, but for \S+ × 10⁻¹¹ W", found.caption)
+    rest = re.search(r"In − out equals the gain of the gas to \S+ × 10⁻¹¹ W", found.caption)
     assert rest is not None, found.caption
     for index, (given, taken) in enumerate(zip(lines[::2], lines[1::2], strict=True)):
         repeats = traces(driven, index)
