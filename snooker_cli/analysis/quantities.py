@@ -331,7 +331,7 @@ OF_FIGURES = (
     Quantity(
         "length of the way", "d", "m", "distance from the start to the end", "distance", "curve"
     ),
-    Quantity("hexatic order", "|ψ₆|", "1", "hexatic order", "hexatic_order", "snapshots"),
+    Quantity("hexatic order", "|⟨ψ₆⟩|", "1", "hexatic order", "hexatic_order", "snapshots"),
 )
 """Further results of figures, which no theory and no table has."""
 

@@ -64,16 +64,17 @@ def tagged_path(build: FigureBuilder) -> FigureData:
     for series, (first, last) in enumerate(parts):
         part = slice(first, last + 1)
         build.lines.append(Line(x[part], y[part], series=series))
+    build.lines.append(Points(x[:1], y[:1], label="start", series=NEUTRAL, filled=False))
     build.lines += [
         Points(x[[last]], y[[last]], series=series) for series, (_, last) in enumerate(parts)
     ]
-    build.lines.append(Points(x[:1], y[:1], label="start", series=NEUTRAL, filled=False))
+    named = ["0", *(short(float(even[np.argmin(np.abs(even - shown[last]))])) for _, last in parts)]
     build.record(point, time=trace.stop.time, distance=distance, collisions=len(times) - 2)
     build.headline = f"{short(distance)} m from its start after {short(trace.stop.time)} s"
     return build.figure(
         f"The first repeat, with every collision of the ball.{around}",
         shades=[series / max(len(parts) - 1, 1) for series in range(len(parts))],
-        scale=[short(float(even[np.argmin(np.abs(even - shown[last]))])) for _, last in parts],
+        scale=[f"{begin} to {end}" for begin, end in pairwise(named)],
         scale_label="time (s)",
     )
 

@@ -181,10 +181,15 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
     caption = f"{when} of each repeat."
     build.singles = build.singles if len(build.points) == 1 else []  # they hide the means
     if any(isinstance(layer, Line) and layer.style == BY_THEORY for layer in build.lines):
-        build.lines.append(legend_line(theories.CHI, BY_THEORY))
+        known = [
+            place for row, place in zip(build.records, build.places, strict=False) if row["theory"]
+        ]
+        of_one = f", {known[0]}" if len(known) == 1 < len(build.points) else ""
+        build.lines.append(legend_line(f"{theories.CHI}{of_one}", BY_THEORY))
     if any(isinstance(layer, Points) for layer in build.lines):
         build.lines.append(legend_marker("g(σ⁺)"))
-        caption += " g(σ⁺) is from a straight line through the two bins beside contact."
+        caption += " g(σ⁺) is from a straight line through the two bins beside contact; the curve "
+        caption += f"joins up to {MOST_BINS} bins."
         if len(build.points) > 1:
             caption += " Markers with bars stand side by side, all at contact."
     x_label = f"distance / {unit_of_distance(build)}"

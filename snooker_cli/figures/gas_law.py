@@ -274,8 +274,9 @@ def pressure(build: FigureBuilder) -> FigureData:
         law = theories.theory_of(scene, quantities.RATIO, THEORY)
         expected = math.nan if law is None else float(np.mean(law.value(gas)))
         if law is not None:
-            flat = np.array([expected, expected])
-            build.lines.append(Line(edges[[0, -1]], flat, None, index, BY_THEORY))
+            # Of several points the theories have their names, and the legend their markers.
+            flat, name = np.full(2, expected), label if build.points[1:] else None
+            build.lines.append(Line(edges[[0, -1]], flat, name, index, BY_THEORY))
             law_there = np.full(len(mean), expected)
             build.add_residuals(index, x, mean, error, law_there, filled=not changes)
             mean_of_all = (np.array([number]) for number in (ends.mean(), *whole, expected))

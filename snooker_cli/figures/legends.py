@@ -87,6 +87,7 @@ _SYMBOL = re.compile(r"(?<![\w$\\])([A-Za-zα-ω])_(rot|tr|th|x|y|c|P)(?!\w)")
 
 MARKS = 5  # markers on a line
 MARK_SIZE = 3.2  # of these markers, points
+BESIDE_POINT = 0.1  # share of the axes beside a point of a figure where lines have no marker
 
 
 def mark_lines(data: FigureData, drawn: Sequence[tuple[Axes, Sequence[tuple[Layer, Any]]]]) -> None:
@@ -94,24 +95,25 @@ def mark_lines(data: FigureData, drawn: Sequence[tuple[Axes, Sequence[tuple[Laye
 
     drawn : all axes, whose limits are those in the end, with their layers and artists
 
-    Markers of several series stand at different x. Where a series has points along x, its line has
-    no markers, and neither has a path, where markers are places.
+    Markers of several series stand at different x, and not beside a point with a value. Where a
+    series has points along x, its line has no markers, and neither has a path, where markers are
+    places.
     """
     marked = [
-        (axes, layer, artist)
+        (axes, layer, artist, [other.x for other, _ in layers if isinstance(other, Points)])
         for axes, layers in drawn
         for layer, artist in layers
         if isinstance(layer, Line) and _needs_marks(layer, [other for other, _ in layers])
     ]
-    series = sorted({layer.series for _, layer, _ in marked})
+    series = sorted({layer.series for _, layer, *_ in marked})
     if len(series) < 2 or not has_markers(data) or data.equal_axes:
         return
-    for axes, layer, artist in marked:
+    for axes, layer, artist, points in marked:
         aimed = (np.arange(MARKS) + (series.index(layer.series) + 0.5) / len(series)) / MARKS
         artist.set(
             marker=marker(layer.series, data),
             markersize=MARK_SIZE,
-            markevery=_nearest_vertices(axes, layer, aimed),
+            markevery=_nearest_vertices(axes, layer, aimed, np.concatenate([[], *points])),
         )
 
 
@@ -128,11 +130,17 @@ def _needs_marks(layer: Line, others: Sequence[Layer]) -> bool:
     )
 
 
-def _nearest_vertices(axes: Axes, line: Line, aimed: Array) -> list[int]:
-    """The vertices of a line nearest to places along the x axis, shares of it, if any are near."""
+def _nearest_vertices(axes: Axes, line: Line, aimed: Array, points: Array) -> list[int]:
+    """The vertices of a line nearest to places along the x axis, shares of it, if any are near.
+
+    points : x of points, from which they keep away
+    """
     to_shares = (axes.transData + axes.transAxes.inverted()).transform
     shares = to_shares(np.column_stack([line.x, line.y]))
-    known = np.flatnonzero(np.all(np.abs(shares - 0.5) < 0.49, axis=1))  # whole, and not nan
+    taken = to_shares(np.column_stack([points, np.full(len(points), axes.get_ylim()[1])]))[:, 0]
+    far = np.all(np.abs(shares[:, :1] - taken) > BESIDE_POINT, axis=1)
+    inside = np.all(np.abs(shares - 0.5) < 0.49, axis=1)  # whole, and not nan
+    known = np.flatnonzero(inside & far)
     shares = shares[known, 0]
     if not len(known):
         return []
@@ -182,7 +190,7 @@ class _End(NamedTuple):
 def name_at_ends(axes: Axes, data: FigureData) -> set[str]:
     """Write the names of two to four series at the ends of their lines; none if one has no room.
 
-    The limits of the axes are those in the end. Returns the names that are written.
+    The limits of the axes are those in the end. Returns the names that need no legend.
     """
     ends = sorted(_ends(axes, data), key=lambda end: end.y)
     if not 1 < len(ends) <= MOST_ENTRIES or data.hues:
@@ -220,12 +228,23 @@ def name_at_ends(axes: Axes, data: FigureData) -> set[str]:
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.3},
         )
         set_text(text, end.name)
-    return {end.name for end in ends}
+    return {end.name for end in ends} - {line.label for line in _named_theories(data)}
+
+
+def _named_theories(data: FigureData) -> list[Line]:
+    """Theories with the names of their series, whose points are in the legend."""
+    points = {(layer.series, layer.label) for layer in data.layers if isinstance(layer, Points)}
+    lines = (layer for layer in data.layers if isinstance(layer, Line) and layer.label)
+    return [line for line in lines if (line.series, line.label) in points and len(line.x)]
 
 
 def _ends(axes: Axes, data: FigureData) -> Iterator[_End]:
     """The ends of all series that have a name. Dashes of its own are those of a theory or a fit."""
-    for layer in data.layers:
+    for line in _named_theories(data):
+        x, y = float(line.x[-1]), float(line.y[-1])
+        (share,) = axes.transAxes.inverted().transform(axes.transData.transform([(x, y)]))
+        yield _End(line.series, str(line.label), (x, y), float(share[0]), float(share[1]))
+    for layer in [] if _named_theories(data) else data.layers:
         if not isinstance(layer, Line | Points) or not layer.label or layer.series == NEUTRAL:
             continue
         if isinstance(layer, Line) and layer.style != MEASURED:

@@ -68,7 +68,7 @@ def against_distance(build: FigureBuilder) -> FigureData:
     if known:
         up_to = "up to " * (len(build.records) > 1)
         nearest = short(float(max(known, key=abs)), 2)
-        build.headline = f"{up_to}{nearest} within {short(reach, 2)} diameters"
+        build.headline = f"{up_to}{nearest} for pairs within {short(reach, 2)} diameters"
         build.headline += " at the end" * has_times(build)
     caption = (
         f"{when(build)} Top: the product of both velocities along the line of centres; middle: "

@@ -108,11 +108,11 @@ def test_the_colours_of_a_path_are_times(brownian: RunFolder) -> None:
     _, *parts = layers(found, Line)
     assert all(one.x[-1] == two.x[0] for one, two in pairwise(parts))
     assert np.all(np.diff(found.shades) > 0)
-    *places, start = layers(found, Points)  # a marker is the place at a time of the scale
+    start, *places = layers(found, Points)  # a marker is the place at the end of its part
     ends = [(one.x[-1], one.y[-1]) for one in parts]
     assert [(place.x[0], place.y[0]) for place in places] == ends
     assert (start.x[0], start.y[0]) == (parts[0].x[0], parts[0].y[0])
-    assert (found.scale_label, found.scale[-1]) == ("time (s)", "20")
+    assert (found.scale_label, found.scale[-1]) == ("time (s)", "15 to 20")
 
 
 def test_walls_limit_the_displacement(tmp_path: Path) -> None:

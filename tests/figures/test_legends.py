@@ -92,6 +92,15 @@ def test_a_theory_of_one_series_has_no_name_at_its_end() -> None:
     )
 
 
+def test_theories_with_the_names_of_their_series_have_them_at_their_ends() -> None:
+    """The legend has the markers, where points of several series lie among each other."""
+    points = [Points(X[::10], X[::10], None, f"CoR 0.{k}", k) for k in (1, 2)]
+    laws = [Line(X, np.full(50, k / 3), f"CoR 0.{k}", k, "dashed") for k in (1, 2)]
+    figure = draw(figure_of(*points, *laws))
+    assert names(figure) == (["CoR 0.1", "CoR 0.2"], ["CoR 0.1", "CoR 0.2"])
+    assert [text.xy for text in figure.axes[0].texts] == [(1.0, 1 / 3), (1.0, 2 / 3)]
+
+
 def test_a_single_series_is_named_in_the_legend() -> None:
     """Beside its line the name would take room from the axes."""
     theory = Line(X, 1 - 0.8 * X, "theory", 0, "dotted")
@@ -146,11 +155,13 @@ def test_several_lines_have_markers_so_that_grey_tells_them_apart() -> None:
 
 
 def test_a_line_beside_the_points_of_its_series_has_no_markers_of_its_own() -> None:
-    """One point, as a value at contact, does not name a line."""
+    """One point, as a value at contact, does not name a line; markers keep away from it."""
     points = [Points(X[::10], X[::10], None, f"point {k}", k) for k in range(2)]
     assert not marks(draw(figure_of(*points, *FALLING[:2])))
     single = [replace(layer, x=layer.x[:1], y=layer.y[:1]) for layer in points]
-    assert [*marks(draw(figure_of(*single, *FALLING[:2])))] == ["o", "s"]
+    found = marks(draw(figure_of(*single, *FALLING[:2])))
+    assert [*found] == ["o", "s"]
+    assert min(min(places) for places in found.values()) > 0.09  # the points are at 0
 
 
 def test_a_colour_scale_has_the_markers_of_the_lines() -> None:
