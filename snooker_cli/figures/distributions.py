@@ -132,8 +132,7 @@ LAST = 0.99
 """Part of a repeat's time that is its last state: at its last collision, two balls touch."""
 
 
-CLOSEST = 0.85  # first distance that is shown, over the least that two balls can have
-AT_CONTACT = 0.3  # length of a line of theory beside contact, over this distance
+CLOSEST = 0.6  # first distance that is shown, over the least that two balls can have
 
 
 def pair_correlation(build: FigureBuilder) -> FigureData:
@@ -167,8 +166,8 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             build.lines.append(Points(np.ones(1), value, error, None, index))
         expected = build.predicted(scene, quantities.CONTACT, theories.CHI)
         if expected is not None:
-            beside_contact = nearest * np.array([CLOSEST, 1 + AT_CONTACT])
-            line = Line(beside_contact, np.full(2, expected), None, index, BY_THEORY)
+            up_to_contact = np.array([CLOSEST * nearest, 1.0])
+            line = Line(up_to_contact, np.full(2, expected), None, index, BY_THEORY)
             build.lines.append(line)
             if contact is not None:
                 numbers = (np.array([number]) for number in (1.0, *contact, expected))
@@ -191,10 +190,10 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         caption += " g(σ⁺) is from a straight line through the two bins beside contact; the curve "
         caption += f"joins up to {MOST_BINS} bins."
         if len(build.points) > 1:
-            caption += " Markers with bars stand side by side, all at contact."
+            caption += " Its markers stand left of contact, beside each other."
     x_label = f"distance / {unit_of_distance(build)}"
     limits = CLOSEST * nearest, None
-    return build.figure(caption, x_label=x_label, x_limits=limits, side_by_side=True)
+    return build.figure(caption, x_label=x_label, x_limits=limits, left_of_x=True)
 
 
 ENOUGH_PAIRS = 50  # of a bin beside contact, so that it is known to about a seventh

@@ -125,8 +125,9 @@ def _added(axes: Axes, data: FigureData, layers: Sequence[Layer]) -> list[tuple[
     markers = sum(len(layer.x) for layer in layers if isinstance(layer, Points))
     size = 2.8 if markers > MANY_MARKERS else 4.0
     drawn = [(layer, _artist(axes, layer, depth, data, size)) for depth, layer in enumerate(layers)]
-    if layers is not data.layers or data.side_by_side:
-        _set_apart(axes, [(layer, bars) for layer, bars in drawn if isinstance(layer, Points)])
+    if layers is not data.layers or data.left_of_x:
+        points = [(layer, bars) for layer, bars in drawn if isinstance(layer, Points)]
+        _set_apart(axes, points, centred=layers is not data.layers)
     return drawn
 
 
@@ -134,8 +135,10 @@ APART = 4.0  # distance of markers of several series at one x of a panel, in poi
 WIDEST = 14.0  # way from the first of them to the last
 
 
-def _set_apart(axes: Axes, drawn: Sequence[tuple[Points, Any]]) -> None:
+def _set_apart(axes: Axes, drawn: Sequence[tuple[Points, Any]], *, centred: bool) -> None:
     """Move markers of several series at one x sideways, as far as each can be seen.
+
+    centred : whether they stand around x, and not left of it
 
     Axes of residuals have all of them near zero; the x of their numbers stays.
     """
@@ -147,7 +150,8 @@ def _set_apart(axes: Axes, drawn: Sequence[tuple[Points, Any]]) -> None:
     gaps = [np.min(np.abs(np.diff(to_axes.transform(column)[:, 0]))) for column in columns]
     between = min(gaps, default=1.0) * axes.bbox.width / axes.figure.dpi * 72
     step = min(APART, min(WIDEST, between / 2) / (len(of_series) - 1)) / 72
-    ranks = {series: rank - (len(of_series) - 1) / 2 for rank, series in enumerate(of_series)}
+    middle = (len(of_series) - 1) / 2 if centred else len(of_series)
+    ranks = {series: rank - middle for rank, series in enumerate(of_series)}
     for layer, container in drawn:
         if layer.series in ranks:
             way = ScaledTranslation(ranks[layer.series] * step, 0, axes.figure.dpi_scale_trans)

@@ -194,7 +194,7 @@ class FigureData:
         their y label
     panels : further axes between these two
     pictures : of states, instead of axes
-    side_by_side : whether markers of several series at one x stand side by side, as in a panel
+    left_of_x : whether markers of several series at one x stand left of it, beside each other
     """
 
     kind: str
@@ -220,7 +220,7 @@ class FigureData:
     panel_label: str = ""
     panels: tuple[Panel, ...] = ()
     pictures: Pictures | None = None
-    side_by_side: bool = False
+    left_of_x: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", plain(self.numbers))

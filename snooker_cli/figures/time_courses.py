@@ -204,11 +204,13 @@ def _stored_times(build: FigureBuilder, point: Point, count: int) -> Array:
 def hexatic_order(build: FigureBuilder) -> FigureData:
     """|⟨ψ6⟩| and ⟨|ψ6|⟩ over time, and what |⟨ψ6⟩| is for independent directions."""
     over_time = _over_time(build, structure.hexatic_orders, TRIANGLES, logarithmic=True)
-    each, independent = build.for_panel(), dict[int, list[float]]()
+    each, ends, independent = build.for_panel(), list[Points](), dict[int, list[float]]()
     for index, (point, scene, times, rows) in enumerate(over_time):
-        _, of_all = build.add_means(index, build.label(point), times, rows[..., 0])
+        last, of_all = build.add_means(index, build.label(point), times, rows[..., 0])
         _, of_each = each.add_means(index, None, times, rows[..., 1])
         final, local = mean_and_error(of_all[:, -1]), mean_and_error(of_each[:, -1])
+        value, error = (np.array([number]) for number in final)
+        ends.append(Points(last[-1:], value, error, None, index))
         alone = local[0] / math.sqrt(scene.number)
         independent.setdefault(scene.number, []).append(alone)
         build.record(point, final=final, local=local, balls=scene.number, independent=alone)
@@ -218,8 +220,9 @@ def hexatic_order(build: FigureBuilder) -> FigureData:
     ratios = [record["final"] / record["independent"] for record in build.records]
     times_independent = least_to_most(ratios, partial(short, digits=2))
     build.headline = f"{times_independent} times ⟨|ψ₆|⟩/√N at the end"
-    if len(build.points) > 1:  # single repeats hide the means
-        build.singles = each.singles = []
+    if len(build.points) > 1:  # bands and single repeats would hide the means
+        build.singles, build.bands, each.singles, each.bands = [], [], [], []
+        build.lines += ends
     return build.figure(
         "Both are 1 in a crystal. If each ball had a direction of its own, |⟨ψ₆⟩| would be near "
         "⟨|ψ₆|⟩/√N; in a liquid neighbours share one, and in a crystal all do.",
