@@ -38,7 +38,6 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
     legend_line,
-    legend_marker,
 )
 from snooker_cli.figures.series import elastic, gas_type_of
 from snooker_cli.formatting import chance, least_to_most, percent, short
@@ -138,7 +137,7 @@ CLOSEST = 0.6  # first distance that is shown, over the least that two balls can
 def pair_correlation(build: FigureBuilder) -> FigureData:
     """g(r): mean over the second half of repeats that do not cool, else at the end."""
     build.lines.append(Reference("y", 1.0, "random places"))
-    nearest, contacts = 1.0, replace(build, panel=build.results)
+    nearest, contacts, laws = 1.0, replace(build, panel=build.results), list[Line]()
     for index, point in enumerate(build.points):
         scene = build.start(point)
         diameter = 2 * float(np.mean(scene.radii))
@@ -163,12 +162,12 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         if beside.shape[1] == 2:  # on a straight line through two bins
             contact = mean_and_error(beside @ (1.5, -0.5))
             value, error = (np.array([number]) for number in contact)
-            build.lines.append(Points(np.ones(1), value, error, None, index))
+            name = f"g(σ⁺), {label}" if build.points[1:] else "g(σ⁺)"
+            build.lines.append(Points(np.ones(1), value, error, name, index))
         expected = build.predicted(scene, quantities.CONTACT, theories.CHI)
         if expected is not None:
             up_to_contact = np.array([CLOSEST * nearest, 1.0])
-            line = Line(up_to_contact, np.full(2, expected), None, index, BY_THEORY)
-            build.lines.append(line)
+            laws.append(Line(up_to_contact, np.full(2, expected), None, index, BY_THEORY))
             if contact is not None:
                 numbers = (np.array([number]) for number in (1.0, *contact, expected))
                 contacts.add_residuals(index, *numbers)
@@ -179,14 +178,13 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         when = "Elastic points: mean over the second half; others: the last state"
     caption = f"{when} of each repeat."
     build.singles = build.singles if len(build.points) == 1 else []  # they hide the means
-    if any(isinstance(layer, Line) and layer.style == BY_THEORY for layer in build.lines):
-        known = [
-            place for row, place in zip(build.records, build.places, strict=False) if row["theory"]
-        ]
-        of_one = f", {known[0]}" if len(known) == 1 < len(build.points) else ""
-        build.lines.append(legend_line(f"{theories.CHI}{of_one}", BY_THEORY))
+    if len(laws) == 1 < len(build.points):  # on the bars of its own colour it would not be seen
+        place = build.places[laws[0].series]
+        laws = [replace(laws[0], label=f"{theories.CHI}, {place}", series=NEUTRAL)]
+    elif laws:
+        laws.append(legend_line(theories.CHI, BY_THEORY))
+    build.lines = [*laws, *build.lines]
     if any(isinstance(layer, Points) for layer in build.lines):
-        build.lines.append(legend_marker("g(σ⁺)"))
         caption += " g(σ⁺) is from a straight line through the two bins beside contact; the curve "
         caption += f"joins up to {MOST_BINS} bins."
         if len(build.points) > 1:

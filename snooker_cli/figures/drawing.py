@@ -62,6 +62,7 @@ PANEL_TICKS = 4  # intervals between labels of a panel's y axis at most
 PLAIN = 1e-4, 1e6  # a logarithmic axis within these limits has no powers of ten
 
 MARGIN = 0.05  # margin above the data, as a share of the axis, where only its lower limit is given
+PATH = 0.9  # width of a line that crosses itself
 BAND = 0.15  # strength of the colour of a band: two on each other are paler than a line
 MANY_MARKERS = 30  # more markers of a figure are drawn smaller
 MANY_VERTICES = 400  # lines of more vertices are mostly noise, and as thin as those of theory
@@ -172,7 +173,7 @@ def _artist(axes: Axes, layer: Layer, depth: int, data: FigureData, size: float)
                 y,
                 linestyle=layer.style,
                 drawstyle="steps-post" if layer.steps else "default",
-                linewidth=_width(layer),
+                linewidth=PATH if data.equal_axes and not layer.thin else _width(layer),
                 alpha=0.45 if layer.broad else None,
                 **common,
             )[0]
@@ -192,6 +193,8 @@ def _artist(axes: Axes, layer: Layer, depth: int, data: FigureData, size: float)
                 markersize=size,
                 markerfacecolor=common["color"] if layer.filled else "white",
                 markeredgewidth=0.7,
+                # On a path of its own colour a marker needs an edge.
+                markeredgecolor="white" if data.equal_axes and layer.filled else common["color"],
                 **common,
             )
             drawn.lines[0].set(clip_on=False, in_layout=False)  # a marker on a limit is whole

@@ -21,6 +21,7 @@ from snooker_cli.figures import distributions
 from snooker_cli.figures.distributions import _reduced_components
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
+    MEASURED,
     NEUTRAL,
     Band,
     FigureData,
@@ -179,11 +180,13 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: RunFolder) -> None:
     assert record["theory"] == pytest.approx(theory.contact_value(state.bulk_packing), rel=1e-5)
     # Pairs of a bin at contact in the 3 × 40 states; those of a repeat are not independent.
     assert abs(record["contact"] - record["theory"]) < 0.3
-    measured, named = layers(found, Points)
-    line, *expected = layers(found, Line)
+    (measured,) = layers(found, Points)
+    lines = layers(found, Line)
+    (line,) = (layer for layer in lines if layer.style == MEASURED)
+    expected = [layer for layer in lines if layer.style == BY_THEORY]
     assert (measured.x.tolist(), measured.y.tolist()) == ([1.0], [record["contact"]])
     assert measured.y_error.tolist() == [record["contact_error"]]
-    assert (named.label, found.left_of_x) == ("g(σ⁺)", True)
+    assert (measured.label, found.left_of_x) == ("g(σ⁺)", True)
     assert [(law.style, law.label) for law in expected] == [
         (BY_THEORY, None),
         (BY_THEORY, "contact value χ"),
