@@ -49,7 +49,8 @@ def tagged_path(build: FigureBuilder) -> FigureData:
     trace = next(build.traces(point))
     container = trace.start.container
     times = np.unique(np.append([0.0, trace.stop.time], diffusion.contact_times(trace, BALL)))
-    shown = times[thinned(times)]
+    even = _round_times(float(times[-1]))
+    shown = np.unique(np.append(times[thinned(times)], even))
     x, y = diffusion.path(trace, BALL, shown)[0].T
     distance, extent = math.hypot(x[-1] - x[0], y[-1] - y[0]), max(np.ptp(x), np.ptp(y))
     around = "" if container.period is None else " The box repeats itself; the path goes on."
@@ -58,17 +59,17 @@ def tagged_path(build: FigureBuilder) -> FigureData:
     else:
         corners = container.outline[np.arange(-1, len(container.outline))].T
         build.lines.append(Line(corners[0], corners[1], container.title, NEUTRAL, thin=True))
-    even = _round_times(float(shown[-1]))
-    ends = np.unique(np.append(0, np.maximum(np.searchsorted(shown, even), 1)))
+    ends = np.searchsorted(shown, np.append(0.0, even))
     parts = [*pairwise(ends.tolist())]
     for series, (first, last) in enumerate(parts):
         part = slice(first, last + 1)
         build.lines.append(Line(x[part], y[part], series=series))
+    named = ["0", *map(short, even.tolist())]
     build.lines.append(Points(x[:1], y[:1], label="start", series=NEUTRAL, filled=False))
     build.lines += [
-        Points(x[[last]], y[[last]], series=series) for series, (_, last) in enumerate(parts)
+        Points(x[[last]], y[[last]], None, f"after {named[series + 1]} s", series)
+        for series, (_, last) in enumerate(parts)
     ]
-    named = ["0", *(short(float(even[np.argmin(np.abs(even - shown[last]))])) for _, last in parts)]
     build.record(point, time=trace.stop.time, distance=distance, collisions=len(times) - 2)
     build.headline = f"{short(distance)} m from its start after {short(trace.stop.time)} s"
     return build.figure(

@@ -30,6 +30,7 @@ from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
     EXTRAPOLATED,
+    MOST_ENTRIES,
     NEUTRAL,
     Array,
     FigureData,
@@ -38,6 +39,7 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
     legend_line,
+    legend_marker,
 )
 from snooker_cli.figures.series import elastic, gas_type_of
 from snooker_cli.formatting import chance, least_to_most, percent, short
@@ -162,7 +164,7 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         if beside.shape[1] == 2:  # on a straight line through two bins
             contact = mean_and_error(beside @ (1.5, -0.5))
             value, error = (np.array([number]) for number in contact)
-            name = f"g(σ⁺), {label}" if build.points[1:] else "g(σ⁺)"
+            name = f"g(σ⁺), {label}" if 1 < len(build.points) <= MOST_ENTRIES else None
             build.lines.append(Points(np.ones(1), value, error, name, index))
         expected = build.predicted(scene, quantities.CONTACT, theories.CHI)
         if expected is not None:
@@ -184,7 +186,10 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
     elif laws:
         laws.append(legend_line(theories.CHI, BY_THEORY))
     build.lines = [*laws, *build.lines]
-    if any(isinstance(layer, Points) for layer in build.lines):
+    markers = [layer for layer in build.lines if isinstance(layer, Points)]
+    if markers:
+        if not markers[0].label:
+            build.lines.append(legend_marker("g(σ⁺)"))
         caption += " g(σ⁺) is from a straight line through the two bins beside contact; the curve "
         caption += f"joins up to {MOST_BINS} bins."
         if len(build.points) > 1:

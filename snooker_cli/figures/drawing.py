@@ -55,6 +55,7 @@ LINES = 13  # lines of text that are as high as the axes of a figure of this hei
 
 # How many characters fit: of a y label, of a panel's, of the x axis's numbers.
 LABEL_WIDTH, PANEL_LABEL_WIDTH, TICKS_WIDTH = 31, 14, 50
+SCALE_WIDTH = 12  # characters of the x axis whose room a colour scale takes
 
 LEAST_TICKS, MOST_TICKS = 3, 9  # labels of a logarithmic axis, of a linear x axis
 FEWEST_TICKS = 2  # labels of a logarithmic axis of a panel
@@ -114,6 +115,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
             labels = axes.xaxis.get_major_formatter().format_ticks(list(axes.get_xticks()))
             beside = max(map(len, named), default=0)  # names at lines make the axes narrower
             room = TICKS_WIDTH * figure.get_figwidth() / WIDTH - beside
+            room -= SCALE_WIDTH * is_scaled(data)
             axes.locator_params("x", nbins=min(MOST_TICKS, room // (1 + max(map(len, labels)))))
         # Once for all formats: laying out takes as long as drawing.
         layout.execute(figure)

@@ -423,7 +423,7 @@ class FigureBuilder:
         error : standard error of y, or of its difference from theory
         """
         with np.errstate(divide="ignore", invalid="ignore"):
-            known = np.isfinite(theory) & np.isfinite(y) & (y / theory > 0)
+            known = np.isfinite(y / theory) & (y / theory > 0)
         x, y, error, theory = (column[known] for column in (x, y, error, theory))
         if len(x):
             self.panel.append(Points(x, np.log(y / theory), error / np.abs(y), None, index, filled))

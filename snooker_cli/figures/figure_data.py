@@ -27,6 +27,8 @@ EXTRAPOLATED: LineStyle = "dotted"
 """What the dashes of a line mean in every figure: a measurement; a second quantity of the same
 series, or a second form of its theory; the theory of this gas; a limit, such as N → ∞, or a fit."""
 
+MOST_ENTRIES = 4  # names of series at lines or in a legend; more shades are a colour scale
+
 NEUTRAL = -1
 """The series of layers that belong to no series: the ideal gas, a limit, a law for all of them."""
 

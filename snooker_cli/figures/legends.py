@@ -16,6 +16,7 @@ import numpy as np
 
 from snooker_cli.figures.figure_data import (
     MEASURED,
+    MOST_ENTRIES,
     NEUTRAL,
     SECOND,
     Array,
@@ -38,7 +39,6 @@ with out_of_sight("matplotlibrc"):
     from matplotlib.text import Text
 
 PALEST = 0.5  # share of white in the palest series of a hue
-MOST_ENTRIES = 4  # names of series at lines or in a legend; more shades are a colour scale
 SCALE_TICKS = 10  # values at a colour scale at most
 LEGEND_SHARE = 0.97  # of the figure's width, for the legend
 
@@ -193,7 +193,7 @@ def name_at_ends(axes: Axes, data: FigureData) -> set[str]:
     The limits of the axes are those in the end. Returns the names that need no legend.
     """
     ends = sorted(_ends(axes, data), key=lambda end: end.y)
-    if not 1 < len(ends) <= MOST_ENTRIES or data.hues:
+    if not 1 < len(ends) <= MOST_ENTRIES or data.hues or data.equal_axes:
         return set()
     if any(len(end.name) > END_LETTERS or not -0.02 < end.y < 1.02 for end in ends):
         return set()

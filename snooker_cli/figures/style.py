@@ -17,7 +17,8 @@ WIDTH = 3.4  # width of a figure, inches: a column of a two-column page
 LINE_HEIGHT = 0.14  # height of a further line of text, inches
 TITLE_WIDTH = 40  # characters of the bold title that fit in this width
 
-_UNBROKEN = re.compile(r" (?=[±%])|(?<=±) ")  # spaces inside a number with its error or unit
+# Spaces inside a number with its error or unit.
+_UNBROKEN = re.compile(r" (?=[±%×])|(?<=[±×]) |(?<=\d) (?=[A-Za-z/⁻¹²]{1,4}\b)")
 
 
 def styled() -> AbstractContextManager[None]:

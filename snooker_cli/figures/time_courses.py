@@ -35,6 +35,7 @@ from snooker_cli.figures.figure_data import (
     BY_THEORY,
     EXTRAPOLATED,
     MEASURED,
+    MOST_ENTRIES,
     NEUTRAL,
     SECOND,
     Array,
@@ -51,7 +52,6 @@ from snooker_cli.figures.figure_data import (
     level,
     mean_of_remaining,
 )
-from snooker_cli.figures.legends import MOST_ENTRIES
 from snooker_cli.figures.series import along, elastic, gas_type_of
 from snooker_cli.formatting import chance, least_to_most, short, with_error
 from snooker_cli.options import WHERE

@@ -17,8 +17,8 @@ import pytest
 from figure_runs import shown
 from matplotlib.colors import to_rgb
 
-from snooker_cli.figures.figure_data import NEUTRAL, Line
-from snooker_cli.figures.legends import _HUES, _MARKERS, MOST_ENTRIES, colour, pattern
+from snooker_cli.figures.figure_data import MOST_ENTRIES, NEUTRAL, Line
+from snooker_cli.figures.legends import _HUES, _MARKERS, colour, pattern
 from snooker_cli.figures.series import MOST_SERIES
 from snooker_cli.runs import RunFolder
 

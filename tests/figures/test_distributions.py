@@ -180,13 +180,13 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: RunFolder) -> None:
     assert record["theory"] == pytest.approx(theory.contact_value(state.bulk_packing), rel=1e-5)
     # Pairs of a bin at contact in the 3 × 40 states; those of a repeat are not independent.
     assert abs(record["contact"] - record["theory"]) < 0.3
-    (measured,) = layers(found, Points)
+    measured, named = layers(found, Points)
     lines = layers(found, Line)
     (line,) = (layer for layer in lines if layer.style == MEASURED)
     expected = [layer for layer in lines if layer.style == BY_THEORY]
     assert (measured.x.tolist(), measured.y.tolist()) == ([1.0], [record["contact"]])
     assert measured.y_error.tolist() == [record["contact_error"]]
-    assert (measured.label, found.left_of_x) == ("g(σ⁺)", True)
+    assert (named.label, found.left_of_x) == ("g(σ⁺)", True)
     assert [(law.style, law.label) for law in expected] == [
         (BY_THEORY, None),
         (BY_THEORY, "contact value χ"),
@@ -203,6 +203,15 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: RunFolder) -> None:
     (band,) = layers(found, Band)
     assert "Bold: means over the repeats; thin: single repeats; bands: standard" in found.caption
     np.testing.assert_allclose((band.low + band.high) / 2, line.y, atol=1e-12)
+
+
+def test_g_of_several_points_has_their_contact_values_in_the_legend(periodic: RunFolder) -> None:
+    """Beside a colour scale one entry is for all."""
+    found = shown(periodic, "pair-correlation")
+    names = [points.label for points in layers(found, Points)]
+    assert names == [f"g(σ⁺), CoR {cor}" for cor in ("0.8", "0.9", "1")]
+    (law,) = (line for line in layers(found, Line) if line.style == BY_THEORY)
+    assert (law.label, law.series) == ("contact value χ, CoR 1", NEUTRAL)
 
 
 def test_g_of_two_balls_with_little_room(tmp_path: Path) -> None:

@@ -14,8 +14,8 @@ from figure_runs import made
 from matplotlib.figure import Figure
 
 from snooker_cli.figures.drawing import draw
-from snooker_cli.figures.figure_data import NEUTRAL, FigureData, Line, Points
-from snooker_cli.figures.legends import MARKS, MOST_ENTRIES, colour
+from snooker_cli.figures.figure_data import MOST_ENTRIES, NEUTRAL, FigureData, Line, Points
+from snooker_cli.figures.legends import MARKS, colour
 from snooker_cli.figures.registry import FIGURES
 from snooker_cli.figures.style import styled
 from snooker_cli.runs.selection import Selection
