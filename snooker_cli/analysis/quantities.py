@@ -4,7 +4,7 @@ import math
 import reprlib
 from collections.abc import Callable
 from functools import partial
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
@@ -64,23 +64,30 @@ class Quantity(NamedTuple):
         return self.measured is not None or self.of_state is not None
 
     def values(self, gas: Gas) -> Array:
-        """Its value in each repeat; nan where it has none."""
-        return gas.mean_of_states(self.name) if self.measured is None else self.measured(gas)
+        """Its value in each repeat; nan where it has none.
+
+        Raises ``PluginError`` if a package returns anything else.
+        """
+        if self.measured is None:
+            return gas.mean_of_states(self.name)
+        found, repeats = self.measured(gas), len(gas.means.length)
+        if has_numbers(found, (repeats,)):
+            return np.asarray(found, dtype=np.float64)
+        raise PluginError(
+            f"the quantity {self.name}{of_package(QUANTITIES, self.name)}: `measured` returned "
+            f"{in_words(found)}",
+            f"it must return an array with a number for each repeat, here {repeats}",
+        )
 
     def in_state(self, positions: Array, velocities: Array, scene: Scene) -> float:
         """Its value in one state. Raises ``PluginError`` if a package returns no number."""
         assert self.of_state is not None
         found = self.of_state(positions, velocities, scene)
-        is_array = isinstance(found, np.ndarray)
-        if isinstance(found, float | int | np.generic) or (is_array and found.ndim == 0):
-            number = np.asarray(found)
-            if number.dtype.kind in "biuf":
-                return float(number)
-        origin = QUANTITIES.origin(self.name)
-        source = f" of {origin.distribution} {origin.version}" if origin else ""
-        shape = f"an array of the shape {found.shape}" if is_array else reprlib.repr(found)
+        if has_numbers(found, ()):
+            return float(np.asarray(found))
         raise PluginError(
-            f"the quantity {self.name}{source}: `of_state` returned {shape}",
+            f"the quantity {self.name}{of_package(QUANTITIES, self.name)}: `of_state` returned "
+            f"{in_words(found)}",
             "it must return one number for a state, nan without a value",
         )
 
@@ -88,6 +95,31 @@ class Quantity(NamedTuple):
     def unit_text(self) -> str:
         """The unit after a value in a sentence; empty for a ratio."""
         return "" if self.unit == "1" else self.unit
+
+
+# What functions of packages return.
+
+
+def has_numbers(found: object, shape: tuple[int, ...]) -> bool:
+    """Whether something is an array of real numbers of a shape; one number has the shape ()."""
+    if not isinstance(found, float | int | np.generic | np.ndarray):
+        return False
+    numbers = np.asarray(found)
+    return numbers.shape == shape and numbers.dtype.kind in "biuf"
+
+
+def in_words(found: object) -> str:
+    """What a function returned, for an error."""
+    if isinstance(found, np.ndarray):
+        kind = "" if found.dtype.kind in "biuf" else f" and type {found.dtype}"
+        return f"an array of the shape {found.shape}{kind}"
+    return reprlib.repr(found)
+
+
+def of_package(table: Table[Any], name: str) -> str:
+    """`` of snooker-way 0.3``: the package that an entry is from; empty if it is ours."""
+    origin = table.origin(name)
+    return f" of {origin.distribution} {origin.version}" if origin else ""
 
 
 # Measurements that are more than a mean.

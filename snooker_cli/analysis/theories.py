@@ -19,7 +19,14 @@ from snooker_cli.analysis import quantities as q
 from snooker_cli.analysis.decay import Note, reported_constants
 from snooker_cli.analysis.gas import Array, DiskRatio, Gas, SpeedLaw
 from snooker_cli.analysis.profiles import expected_jumps
-from snooker_cli.analysis.quantities import QUANTITIES, Quantity, Source
+from snooker_cli.analysis.quantities import (
+    QUANTITIES,
+    Quantity,
+    Source,
+    has_numbers,
+    in_words,
+    of_package,
+)
 from snooker_cli.analysis.structure import Observable
 from snooker_cli.facts import FACTS, Traits
 from snooker_cli.formatting import listed
@@ -52,6 +59,23 @@ class Theory(NamedTuple):
     def name(self) -> str:
         """Its quantity and its model."""
         return f"{self.quantity.name}: {self.model}"
+
+    def predicted(self, gas: Gas, repeats: int | None = None) -> Array | float:
+        """Its value, of each repeat or of all alike.
+
+        repeats : their number; ``None`` of a gas that is a scene alone
+
+        Raises ``PluginError`` if a package returns anything else.
+        """
+        found = self.value(gas)
+        if has_numbers(found, ()) or (repeats is not None and has_numbers(found, (repeats,))):
+            return found
+        each = "" if repeats is None else f", or an array of one for each repeat, here {repeats}"
+        raise PluginError(
+            f"the theory {self.name}{of_package(THEORIES, self.name)}: `value` returned "
+            f"{in_words(found)}",
+            f"it must return a number{each}",
+        )
 
 
 NO_THEORY = "no theory"
@@ -511,7 +535,8 @@ def rows(gas: Gas, *sources: Source) -> Iterator[TheoryRow]:
     """The rows of quantities that are measured from one of these."""
     for entry in holding(gas.scene):
         if entry.quantity.has_values and entry.quantity.source in sources:
-            yield entry.quantity, entry.model, entry.quantity.values(gas), entry.value(gas)
+            measured = entry.quantity.values(gas)
+            yield entry.quantity, entry.model, measured, entry.predicted(gas, len(measured))
 
 
 def observables(scene: Scene) -> dict[str, Observable]:
@@ -567,7 +592,7 @@ def values_of(scene: Scene, quantity: Quantity, *models: str) -> dict[str, float
     entries = (
         entry for entry in holding(scene) if entry.quantity == quantity and entry.model in models
     )
-    return {entry.model: float(entry.value(Gas(scene))) for entry in entries}
+    return {entry.model: float(entry.predicted(Gas(scene))) for entry in entries}
 
 
 def value_of(scene: Scene, quantity: Quantity, model: str) -> float | None:

@@ -126,7 +126,7 @@ def scales_of(scene: Scene) -> list[ScaleOfPoint]:
         if entry is None:
             found.append(ScaleOfPoint(math.nan, "", _absence(traits, scale.quantity)))
             continue
-        value = scale.of(float(np.mean(entry.value(gas))), scene)
+        value = scale.of(float(np.mean(entry.predicted(gas, 1))), scene)
         if math.isfinite(value):
             found.append(ScaleOfPoint(value, entry.model, ""))
         else:  # the temperature is not known, or nothing moves
