@@ -85,6 +85,26 @@ _SYMBOL = re.compile(r"(?<![\w$\\])([A-Za-zα-ω])_(rot|tr|th|x|y|c|P)(?!\w)")
 """A symbol with an index, as texts and JSON write it: ``T_rot``."""
 
 
+def set_text(text: Text, words: str) -> None:
+    """Give a text its words, with real subscripts; nothing else in them is a formula."""
+    text.set_parse_math(bool(_SYMBOL.search(words)))
+    if text.get_parse_math():
+        words = _SYMBOL.sub(r"$\1_{\\mathrm{\2}}$", words.replace("$", r"\$"))
+    text.set_text(words)
+
+
+def is_scaled(data: FigureData) -> bool:
+    """Whether a colour scale names the series."""
+    return len(data.scale) > MOST_ENTRIES and not data.hues
+
+
+def has_markers(data: FigureData) -> bool:
+    """Whether markers tell the series apart."""
+    return not is_scaled(data) or len(data.scale) <= len(_MARKERS)
+
+
+# Markers on lines.
+
 MARKS = 5  # markers on a line
 MARK_SIZE = 3.2  # of these markers, points
 BESIDE_POINT = 0.1  # share of the axes beside a point of a figure where lines have no marker
@@ -147,24 +167,6 @@ def _nearest_vertices(axes: Axes, line: Line, aimed: Array, points: Array) -> li
     chosen = np.argmin(np.abs(shares - aimed[:, np.newaxis]), axis=1)
     found = known[chosen[np.abs(shares[chosen] - aimed) <= 0.5 / len(aimed)]]
     return [int(row) for row in np.unique(found)]
-
-
-def set_text(text: Text, words: str) -> None:
-    """Give a text its words, with real subscripts; nothing else in them is a formula."""
-    text.set_parse_math(bool(_SYMBOL.search(words)))
-    if text.get_parse_math():
-        words = _SYMBOL.sub(r"$\1_{\\mathrm{\2}}$", words.replace("$", r"\$"))
-    text.set_text(words)
-
-
-def is_scaled(data: FigureData) -> bool:
-    """Whether a colour scale names the series."""
-    return len(data.scale) > MOST_ENTRIES and not data.hues
-
-
-def has_markers(data: FigureData) -> bool:
-    """Whether markers tell the series apart."""
-    return not is_scaled(data) or len(data.scale) <= len(_MARKERS)
 
 
 # Names at the ends of lines.
