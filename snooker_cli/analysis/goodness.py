@@ -55,16 +55,65 @@ def variance_probability(ratio: float, degrees: int, free: int) -> float:
     return float(special.fdtrc(degrees, free, ratio)) if free > 0 else math.nan
 
 
-def kolmogorov(distance: float, number: float) -> float:
-    """The probability that independent draws of a law have a distance D from it at least as large.
+class LargestDifference(NamedTuple):
+    """The largest difference D of cumulative shares from their law, if the law holds.
 
-    distance : largest difference of cumulative shares; between bins it may be larger, so that the
-        probability is one at most
-    number : of draws, many (Kolmogorov 1933)
+    probability : that of a D at least as large as the measured one
+    mean : of D
     """
-    from scipy import special  # takes time to load
 
-    return float(special.kolmogorov(math.sqrt(number) * distance))
+    probability: float
+    mean: float
+
+
+DRAWS = 20_000  # of the differences at all edges
+FEWEST_BEYOND = 50  # draws beyond a distance that give its probability
+
+
+def largest_speed_difference(
+    distance: float, edges: Array, number: int, speeds: int
+) -> LargestDifference:
+    """How large D is by chance for reduced speeds of independent states at a fixed energy.
+
+    distance : the measured D, at the edges
+    edges : (*k*,), reduced speeds v √(m/2T)
+    number : of balls that share the energy of a state, 2 or more
+    speeds : of all states
+
+    The shares v²/Σv² of a state are those of a Dirichlet distribution with equal weights 1, which
+    gives the covariance of the cumulative shares. For many speeds these are normal. D is smaller
+    than by Kolmogorov's law of independent draws, as with Lilliefors' tests (J. Am. Stat. Assoc.
+    64, 387 (1969)): T is that of the state itself.
+    """
+    energy = edges**2 / number
+    above = _beyond(energy, number)
+    both = _beyond(np.minimum(energy[:, np.newaxis] + energy, 1.0), number)
+    of_one = np.minimum(*np.meshgrid(1 - above, 1 - above)) - np.outer(1 - above, 1 - above)
+    covariance = of_one + (number - 1) * (both - np.outer(above, above))
+    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    known = spread > EMPTY_SPREAD
+    if not known.any():  # a single ball has one speed
+        return LargestDifference(math.nan, math.nan)
+    spread, covariance = spread[known], covariance[np.ix_(known, known)]
+    root = np.linalg.cholesky(covariance + JITTER * np.eye(len(spread)))
+    normal = np.random.default_rng(0).standard_normal((DRAWS, len(spread)))
+    largest = np.abs(normal @ root.T).max(axis=1)
+    scaled = distance * math.sqrt(speeds)
+    beyond = int(np.count_nonzero(largest >= scaled))
+    probability = beyond / DRAWS
+    if beyond < FEWEST_BEYOND:  # at most the sum over the edges, which is close to it far outside
+        tails = [math.erfc(scaled / sigma / math.sqrt(2)) for sigma in spread.tolist()]
+        probability = min(sum(tails), FEWEST_BEYOND / DRAWS)
+    return LargestDifference(probability, float(largest.mean()) / math.sqrt(speeds))
+
+
+EMPTY_SPREAD, JITTER = 1e-6, 1e-12
+"""Standard deviation of a share that is always 0 or 1; a share of the variance that is rounding."""
+
+
+def _beyond(energy: Array, number: int) -> Array:
+    """The probability that a ball has more than a share of the energy of ``number`` balls."""
+    return np.asarray((1.0 - np.minimum(energy, 1.0)) ** (number - 1))
 
 
 @dataclass(frozen=True)

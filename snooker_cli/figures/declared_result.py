@@ -219,6 +219,12 @@ def most_significant(panel: Sequence[Layer]) -> Deviation | None:
     return _largest(found)[0] if found else None
 
 
+def largest_beyond_errors(panel: Sequence[Layer]) -> Deviation | None:
+    """The largest residual of those that are more than ``MOST_ERRORS`` from zero, if any."""
+    beyond = [deviation for deviation in _deviations(panel) if deviation.in_errors > MOST_ERRORS]
+    return max(beyond, key=lambda deviation: abs(deviation.residual), default=None)
+
+
 def agreement(panel: Sequence[Layer], repeats: int, *, whose: str = "", law: str = "theory") -> str:
     """Whether results agree with theory, for a title: ``D agrees with theory (3.3 ± 8.4 %)``.
 
@@ -234,7 +240,8 @@ def agreement(panel: Sequence[Layer], repeats: int, *, whose: str = "", law: str
     if not found or repeats < FEWEST_TESTED:
         return ""
     beyond = [deviation for deviation in found if deviation.in_errors > MOST_ERRORS]
-    (largest,) = sorted(beyond or found, key=lambda deviation: abs(deviation.residual))[-1:]
+    largest = largest_beyond_errors(panel)
+    largest = largest or max(found, key=lambda deviation: abs(deviation.residual))
     share, error = largest.percent
     ratio, side, alone = 1 + share / 100, "above" if share > 0 else "below", len(found) == 1
     it, it_is = (f"{whose} ", f"{whose} is ") if whose else ("", "")

@@ -12,7 +12,7 @@ import numpy as np
 from snooker_cli import facts, theory
 from snooker_cli.analysis import quantities, structure, theories
 from snooker_cli.analysis.gas import independent_velocities
-from snooker_cli.analysis.goodness import LEAST_PROBABILITY, kolmogorov
+from snooker_cli.analysis.goodness import LEAST_PROBABILITY, largest_speed_difference
 from snooker_cli.analysis.observables import (
     at_collisions,
     at_equal_steps,
@@ -25,7 +25,7 @@ from snooker_cli.analysis.structure import over_time
 from snooker_cli.config import Point
 from snooker_cli.engine import stored_times
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.declared_result import Result, agreement
+from snooker_cli.figures.declared_result import Result, agreement, largest_beyond_errors
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
@@ -261,9 +261,6 @@ def times_of_parts(trace: Trace, parts: Array, *, each: bool = False) -> Array:
 
 LEAST_SPEEDS = 100  # fewer show a distribution to no more than a tenth, 1/√n
 
-KOLMOGOROV = math.sqrt(math.pi / 2) * math.log(2)
-"""Mean largest difference of n independent speeds from their law, times √n: 0.87 (Kolmogorov)."""
-
 REDUCED_TEMPERATURE = 0.5
 """The reduced speed v sqrt(m/2T) is the speed of a ball of mass 1 at this temperature."""
 
@@ -317,6 +314,9 @@ def speeds(build: FigureBuilder) -> FigureData:
         if free is not None:
             law = theory.fixed_energy_speed_cdf(edges, free, REDUCED_TEMPERATURE)
         difference = float(np.max(np.abs(np.cumsum(counts) / total - law[1:])[:-1]))
+        chance_of = (
+            largest_speed_difference(difference, edges[1:-1], free, int(total)) if free else None
+        )
         expected = np.diff(law if fixed else maxwell)[:used] / width
         middle = (edges[1 : used + 1] + edges[:used]) / 2 * unit
         if len(build.points) == 1 or build.source:
@@ -330,9 +330,9 @@ def speeds(build: FigureBuilder) -> FigureData:
         build.record(
             point,
             speeds=int(total),
-            distance_from_fixed_energy=math.nan if free is None else difference,
-            expected_distance=KOLMOGOROV / math.sqrt(total),
-            probability=math.nan if free is None else kolmogorov(difference, total),
+            distance_from_fixed_energy=math.nan if chance_of is None else difference,
+            expected_distance=math.nan if chance_of is None else chance_of.mean,
+            probability=math.nan if chance_of is None else chance_of.probability,
         )
     counted = [row["speeds"] for row in build.records]
     span = least_to_most(counted, "{:,}".format)
@@ -385,8 +385,8 @@ def _test_of_law(build: FigureBuilder) -> str:
     refused = number * least < LEAST_PROBABILITY
     build.headline = f"the law at fixed energy is {'' if refused else 'not '}refused"
     return (
-        f"If speeds were independent and had this law, D would be as large with {chance(least)}"
-        f"{of_points}: the law is {'' if refused else 'not '}refused."
+        "If states were independent and had this law, D would be at least as large with "
+        f"{chance(least)}{of_points}: the law is {'' if refused else 'not '}refused."
     )
 
 
@@ -464,8 +464,12 @@ def velocity_tails(build: FigureBuilder) -> FigureData:
     law = "Maxwell's law" if number is None else "the law at fixed energy"
     tail = f"Fast is beyond {TAIL:g}; {law} has {percent(beyond_tail)} there."
     build.result = Result("share of fast velocities", "beyond", theory="theory")
-    tails = [tested for row in build.records if (tested := build.result.residual(row))]
+    of_records = [build.result.residual(row) for row in build.records]
+    tails = [replace(tail, series=k) for k, tail in enumerate(of_records) if tail]
     build.headline = agreement(tails, build.fewest_repeats, law=law)
+    worst = largest_beyond_errors(tails)
+    if build.headline and worst and len(tails) > 1:
+        build.headline += f" ({build.places[worst.series]})"
     return build.figure(
         f"{tail} {when} {FEW_WORDS * few}".rstrip(), panel_label="ln(density / law)"
     )

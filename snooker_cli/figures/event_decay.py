@@ -94,7 +94,7 @@ def event_decay(build: FigureBuilder) -> FigureData:
         shares = [record["floor"] / record["final_ratio"] for record in build.records]
         most = min(1.0, float(max(shares)))
         motion = "the rotation" if kept == "L" else "the drift"
-        build.headline = f"{motion} keeps up to {percent(most)} of it"
+        build.headline = f"{motion} has up to {percent(most)} of what is left"
     elif said := agreement(ends_beside, build.fewest_repeats):
         build.headline = f"{said} at the end"
     caption = ""

@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from snooker_cli.errors import UserError
-from snooker_cli.figures.distributions import KOLMOGOROV
 from snooker_cli.reproduction.explanations import FACTOR
 from snooker_cli.reproduction.printed import (
     KEYS,
@@ -23,9 +22,6 @@ from snooker_cli.reproduction.run_results import NumbersOfRun
 from snooker_cli.reproduction.source_values import ROUNDING, SOURCE_VALUES, OurValue
 
 SIGMAS = 2.0  # standard errors beyond which a difference is one
-
-REFUSED_DISTANCE = 1.63 / KOLMOGOROV
-"""The largest distance of speeds from their law that is not refused at 1 %, over the mean one."""
 
 AS_STATED = {
     *("largest_distance", "smallest_distance", "momentum_x", "momentum_y", "density", "pressure"),
@@ -244,8 +240,7 @@ CLAIMS: Mapping[str, Callable[[NumbersOfRun], bool]] = {
         )
     ),
     "speeds follow the law at fixed energy": lambda found: all(
-        point["distance_from_fixed_energy"] < REFUSED_DISTANCE * point["expected_distance"]
-        for point in found["figures"]["fig18"]["points"]
+        point["probability"] >= REFUSED for point in found["figures"]["fig18"]["points"]
     ),
     # Beyond the source report
     "most repeats that end early have a small CoR": lambda found: (

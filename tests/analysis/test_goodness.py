@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
+import numpy as np
 import pytest
+from scipy import stats
 
-from snooker_cli.analysis.goodness import ENOUGH_REPEATS, FAR, verdict
+from snooker_cli.analysis.goodness import (
+    ENOUGH_REPEATS,
+    FAR,
+    largest_speed_difference,
+    verdict,
+)
 
 
 def law(**changes: Any) -> dict[str, Any]:
@@ -51,3 +59,41 @@ def test_a_verdict_without_a_test_or_a_size_says_so() -> None:
     untested = law(probability=None, holds_to=None, end_over_fit=None)
     assert verdict(untested) == "Haff's law is not tested (too few repeats or collisions)"
     assert verdict(law(end_over_fit=None)).endswith("by 3 repeats (p = 0.045)")
+
+
+# The law of speeds.
+
+
+def largest_differences(edges: np.ndarray, number: int, states: int, rows: int) -> np.ndarray:
+    """D of samples of states whose balls share one energy at random."""
+    rng = np.random.default_rng(5)
+    shares = rng.dirichlet(np.ones(number), (rows, states)) * number
+    law = -np.expm1((number - 1) * np.log1p(-np.minimum(edges**2 / number, 1.0)))
+    below = (np.sqrt(shares)[..., np.newaxis] < edges).mean(axis=(1, 2))
+    return np.asarray(np.abs(below - law).max(axis=1))
+
+
+@pytest.mark.parametrize(("number", "states"), [(5, 80), (37, 10), (200, 4)])
+def test_differences_of_speeds_are_those_of_states_at_fixed_energy(
+    number: int, states: int
+) -> None:
+    """Beside direct samples; independent speeds would have larger ones."""
+    edges = np.arange(1, 26) * 0.125
+    found = largest_differences(edges, number, states, 2000)
+    for share in (0.5, 0.9, 0.98):
+        distance = float(np.quantile(found, share))
+        law = largest_speed_difference(distance, edges, number, number * states)
+        error = math.sqrt(share * (1 - share) / 2000)
+        assert law.probability == pytest.approx(1 - share, abs=4 * error + 0.02)
+        assert law.mean == pytest.approx(found.mean(), rel=0.05)
+        scaled = distance * math.sqrt(number * states)
+        assert law.probability < stats.kstwobign.sf(scaled)
+
+
+def test_a_speed_difference_far_outside_has_a_small_probability() -> None:
+    edges = np.arange(1, 26) * 0.125
+    laws = [largest_speed_difference(d, edges, 37, 10_000) for d in (0.02, 0.05, 0.5)]
+    assert laws[0].probability < 0.01
+    assert 0 < laws[1].probability < 1e-10
+    assert laws[2].probability < 1e-100
+    assert math.isnan(largest_speed_difference(0.1, edges, 1, 100).probability)

@@ -138,8 +138,6 @@ def test_the_caption_says_whether_chance_explains_the_distance_from_the_law(
     monkeypatch.setattr(distributions.theory, "fixed_energy_speed_cdf", wrong)
     found = FIGURES["speeds"].make(warm, Selection(FASTEST))
     (record,) = found.numbers["points"]
-    scaled = record["distance_from_fixed_energy"] * math.sqrt(record["speeds"])
-    assert record["probability"] == pytest.approx(stats.kstwobign.sf(scaled), rel=1e-9)
     assert f"the law is {'not ' if factor == 1 else ''}refused." in found.caption
     assert (record["probability"] < 0.01) is (factor < 1)
 
@@ -161,9 +159,8 @@ def test_the_law_of_speeds_counts_one_ball_less(periodic: RunFolder, tmp_path: P
     assert reduced.numbers["points"][0]["speeds"] % 64 == 0
     labels = [line.label for line in laws(reduced)]
     assert labels == ["Maxwell–Boltzmann", "fixed energy, 63 free balls"]
-    record = reduced.numbers["points"][0]  # the mean of Kolmogorov's law, 0.87/√n
-    largest = stats.kstwobign.mean() / math.sqrt(record["speeds"])
-    assert record["expected_distance"] == pytest.approx(largest, rel=1e-9)
+    record = reduced.numbers["points"][0]  # by Kolmogorov's law, of independent speeds, 0.87/√n
+    assert 0.5 < record["expected_distance"] * math.sqrt(record["speeds"]) < 0.87
     adrift = made(tmp_path / "adrift", "cor=1", "collisions=1000", text=ADRIFT)
     found = shown(adrift, "speeds")
     assert [line.label for line in laws(found)] == ["Maxwell–Boltzmann"]
