@@ -3,12 +3,13 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from snooker_cli import theory
 from snooker_cli.analysis.fitting import LAWS, MODELS, MOST_STEPS, FitModel, FitResult
 from snooker_cli.formatting import chance, short, with_error
 
@@ -68,6 +69,11 @@ class LargestDifference(NamedTuple):
 
 DRAWS = 20_000  # of the differences at all edges
 FEWEST_BEYOND = 50  # draws beyond a distance that give its probability
+REDUCED_TEMPERATURE = 0.5
+"""The reduced speed v sqrt(m/2T) is the speed of a ball of mass 1 at this temperature."""
+
+EMPTY_SPREAD, JITTER = 1e-6, 1e-12
+"""Standard deviation of a share that is always 0 or 1; a share of the variance that is rounding."""
 
 
 def largest_speed_difference(
@@ -77,27 +83,15 @@ def largest_speed_difference(
 
     distance : the measured D, at the edges
     edges : (*k*,), reduced speeds v √(m/2T)
-    number : of balls that share the energy of a state, 2 or more
+    number : of balls that share the energy of a state
     speeds : of all states
 
-    The shares v²/Σv² of a state are those of a Dirichlet distribution with equal weights 1, which
-    gives the covariance of the cumulative shares. For many speeds these are normal. D is smaller
-    than by Kolmogorov's law of independent draws, as with Lilliefors' tests (J. Am. Stat. Assoc.
-    64, 387 (1969)): T is that of the state itself.
+    D is smaller than by Kolmogorov's law of independent draws, as with Lilliefors' tests (J. Am.
+    Stat. Assoc. 64, 387 (1969)): T is that of the state itself. nan for a single ball.
     """
-    energy = edges**2 / number
-    above = _beyond(energy, number)
-    both = _beyond(np.minimum(energy[:, np.newaxis] + energy, 1.0), number)
-    of_one = np.minimum(*np.meshgrid(1 - above, 1 - above)) - np.outer(1 - above, 1 - above)
-    covariance = of_one + (number - 1) * (both - np.outer(above, above))
-    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    known = spread > EMPTY_SPREAD
-    if not known.any():  # a single ball has one speed
+    if number < 2:
         return LargestDifference(math.nan, math.nan)
-    spread, covariance = spread[known], covariance[np.ix_(known, known)]
-    root = np.linalg.cholesky(covariance + JITTER * np.eye(len(spread)))
-    normal = np.random.default_rng(0).standard_normal((DRAWS, len(spread)))
-    largest = np.abs(normal @ root.T).max(axis=1)
+    spread, largest = _largest_differences(tuple(edges.tolist()), number)
     scaled = distance * math.sqrt(speeds)
     beyond = int(np.count_nonzero(largest >= scaled))
     probability = beyond / DRAWS
@@ -107,13 +101,25 @@ def largest_speed_difference(
     return LargestDifference(probability, float(largest.mean()) / math.sqrt(speeds))
 
 
-EMPTY_SPREAD, JITTER = 1e-6, 1e-12
-"""Standard deviation of a share that is always 0 or 1; a share of the variance that is rounding."""
+@lru_cache(maxsize=8)  # the points of a figure have few numbers of balls
+def _largest_differences(edges: tuple[float, ...], number: int) -> tuple[Array, Array]:
+    """√n times the differences at the edges: their deviations (*k*,), and draws of the largest.
 
-
-def _beyond(energy: Array, number: int) -> Array:
-    """The probability that a ball has more than a share of the energy of ``number`` balls."""
-    return np.asarray((1.0 - np.minimum(energy, 1.0)) ** (number - 1))
+    The shares v²/Σv² of a state are those of a Dirichlet distribution with equal weights 1: two
+    balls have more than a and b with the probability that one has more than a + b. This gives the
+    covariance of the cumulative shares, which are normal for many speeds.
+    """
+    speed = np.array(edges)
+    law = partial(theory.fixed_energy_speed_cdf, number=number, temperature=REDUCED_TEMPERATURE)
+    below, both_above = law(speed), 1 - law(np.hypot(speed[:, np.newaxis], speed))
+    of_one = np.minimum(below[:, np.newaxis], below) - np.outer(below, below)
+    covariance = of_one + (number - 1) * (both_above - np.outer(1 - below, 1 - below))
+    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    known = spread > EMPTY_SPREAD
+    spread, covariance = spread[known], covariance[np.ix_(known, known)]
+    root = np.linalg.cholesky(covariance + JITTER * np.eye(len(spread)))
+    normal = np.random.default_rng(0).standard_normal((DRAWS, len(spread)))
+    return spread, np.abs(normal @ root.T).max(axis=1)
 
 
 @dataclass(frozen=True)

@@ -73,11 +73,8 @@ class Quantity(NamedTuple):
         found, repeats = self.measured(gas), len(gas.means.length)
         if has_numbers(found, (repeats,)):
             return np.asarray(found, dtype=np.float64)
-        raise PluginError(
-            f"the quantity {self.name}{of_package(QUANTITIES, self.name)}: `measured` returned "
-            f"{in_words(found)}",
-            f"it must return an array with a number for each repeat, here {repeats}",
-        )
+        needed = f"an array with a number for each repeat, here {repeats}"
+        raise wrong_return("quantity", QUANTITIES, self.name, "measured", found, needed)
 
     def in_state(self, positions: Array, velocities: Array, scene: Scene) -> float:
         """Its value in one state. Raises ``PluginError`` if a package returns no number."""
@@ -85,11 +82,8 @@ class Quantity(NamedTuple):
         found = self.of_state(positions, velocities, scene)
         if has_numbers(found, ()):
             return float(np.asarray(found))
-        raise PluginError(
-            f"the quantity {self.name}{of_package(QUANTITIES, self.name)}: `of_state` returned "
-            f"{in_words(found)}",
-            "it must return one number for a state, nan without a value",
-        )
+        needed = "one number for a state, nan without a value"
+        raise wrong_return("quantity", QUANTITIES, self.name, "of_state", found, needed)
 
     @property
     def unit_text(self) -> str:
@@ -108,18 +102,18 @@ def has_numbers(found: object, shape: tuple[int, ...]) -> bool:
     return numbers.shape == shape and numbers.dtype.kind in "biuf"
 
 
-def in_words(found: object) -> str:
-    """What a function returned, for an error."""
+def wrong_return(
+    kind: str, table: Table[Any], name: str, function: str, found: object, needed: str
+) -> PluginError:
+    """The error if a function of an entry of a table returned something else than is needed."""
+    origin, text = table.origin(name), reprlib.repr(found)
+    source = f" of {origin.distribution} {origin.version}" if origin else ""
     if isinstance(found, np.ndarray):
-        kind = "" if found.dtype.kind in "biuf" else f" and type {found.dtype}"
-        return f"an array of the shape {found.shape}{kind}"
-    return reprlib.repr(found)
-
-
-def of_package(table: Table[Any], name: str) -> str:
-    """`` of snooker-way 0.3``: the package that an entry is from; empty if it is ours."""
-    origin = table.origin(name)
-    return f" of {origin.distribution} {origin.version}" if origin else ""
+        of_type = "" if found.dtype.kind in "biuf" else f" and type {found.dtype}"
+        text = f"an array of the shape {found.shape}{of_type}"
+    return PluginError(
+        f"the {kind} {name}{source}: `{function}` returned {text}", f"it must return {needed}"
+    )
 
 
 # Measurements that are more than a mean.

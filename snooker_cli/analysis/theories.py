@@ -24,8 +24,7 @@ from snooker_cli.analysis.quantities import (
     Quantity,
     Source,
     has_numbers,
-    in_words,
-    of_package,
+    wrong_return,
 )
 from snooker_cli.analysis.structure import Observable
 from snooker_cli.facts import FACTS, Traits
@@ -71,11 +70,7 @@ class Theory(NamedTuple):
         if has_numbers(found, ()) or (repeats is not None and has_numbers(found, (repeats,))):
             return found
         each = "" if repeats is None else f", or an array of one for each repeat, here {repeats}"
-        raise PluginError(
-            f"the theory {self.name}{of_package(THEORIES, self.name)}: `value` returned "
-            f"{in_words(found)}",
-            f"it must return a number{each}",
-        )
+        raise wrong_return("theory", THEORIES, self.name, "value", found, f"a number{each}")
 
 
 NO_THEORY = "no theory"

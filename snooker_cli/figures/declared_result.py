@@ -172,7 +172,7 @@ def _largest(found: Sequence[Deviation]) -> tuple[Deviation, Deviation]:
 
     Without errors both are the second.
     """
-    largest = max(found, key=lambda deviation: abs(deviation.residual))
+    largest = max(found, key=_size)
     first = max(found, key=lambda deviation: deviation.in_errors)
     return first if first.in_errors else largest, largest
 
@@ -221,8 +221,15 @@ def most_significant(panel: Sequence[Layer]) -> Deviation | None:
 
 def largest_beyond_errors(panel: Sequence[Layer]) -> Deviation | None:
     """The largest residual of those that are more than ``MOST_ERRORS`` from zero, if any."""
-    beyond = [deviation for deviation in _deviations(panel) if deviation.in_errors > MOST_ERRORS]
-    return max(beyond, key=lambda deviation: abs(deviation.residual), default=None)
+    return max(_beyond_errors(_deviations(panel)), key=_size, default=None)
+
+
+def _beyond_errors(found: Sequence[Deviation]) -> list[Deviation]:
+    return [deviation for deviation in found if deviation.in_errors > MOST_ERRORS]
+
+
+def _size(deviation: Deviation) -> float:
+    return abs(deviation.residual)
 
 
 def agreement(panel: Sequence[Layer], repeats: int, *, whose: str = "", law: str = "theory") -> str:
@@ -239,9 +246,8 @@ def agreement(panel: Sequence[Layer], repeats: int, *, whose: str = "", law: str
     found = [deviation for deviation in _deviations(panel) if deviation.error > 0]
     if not found or repeats < FEWEST_TESTED:
         return ""
-    beyond = [deviation for deviation in found if deviation.in_errors > MOST_ERRORS]
-    largest = largest_beyond_errors(panel)
-    largest = largest or max(found, key=lambda deviation: abs(deviation.residual))
+    beyond = _beyond_errors(found)
+    largest = max(beyond or found, key=_size)
     share, error = largest.percent
     ratio, side, alone = 1 + share / 100, "above" if share > 0 else "below", len(found) == 1
     it, it_is = (f"{whose} ", f"{whose} is ") if whose else ("", "")

@@ -12,7 +12,12 @@ import numpy as np
 from snooker_cli import facts, theory
 from snooker_cli.analysis import quantities, structure, theories
 from snooker_cli.analysis.gas import independent_velocities
-from snooker_cli.analysis.goodness import LEAST_PROBABILITY, largest_speed_difference
+from snooker_cli.analysis.goodness import (
+    LEAST_PROBABILITY,
+    REDUCED_TEMPERATURE,
+    LargestDifference,
+    largest_speed_difference,
+)
 from snooker_cli.analysis.observables import (
     at_collisions,
     at_equal_steps,
@@ -261,10 +266,6 @@ def times_of_parts(trace: Trace, parts: Array, *, each: bool = False) -> Array:
 
 LEAST_SPEEDS = 100  # fewer show a distribution to no more than a tenth, 1/√n
 
-REDUCED_TEMPERATURE = 0.5
-"""The reduced speed v sqrt(m/2T) is the speed of a ball of mass 1 at this temperature."""
-
-
 MOST_HISTOGRAMS = 5  # more of them hide each other
 
 
@@ -311,28 +312,26 @@ def speeds(build: FigureBuilder) -> FigureData:
         laws[free, unit] = None
         # The largest difference of cumulative shares, at the bins' edges.
         law = maxwell = theory.maxwell_speed_cdf(edges, REDUCED_TEMPERATURE)
+        difference, by_chance = math.nan, LargestDifference(math.nan, math.nan)
         if free is not None:
             law = theory.fixed_energy_speed_cdf(edges, free, REDUCED_TEMPERATURE)
-        difference = float(np.max(np.abs(np.cumsum(counts) / total - law[1:])[:-1]))
-        chance_of = (
-            largest_speed_difference(difference, edges[1:-1], free, int(total)) if free else None
-        )
+            difference = float(np.max(np.abs(np.cumsum(counts) / total - law[1:])[:-1]))
+            by_chance = largest_speed_difference(difference, edges[1:-1], free, int(total))
         expected = np.diff(law if fixed else maxwell)[:used] / width
         middle = (edges[1 : used + 1] + edges[:used]) / 2 * unit
-        if len(build.points) == 1 or build.source:
-            build.add_histogram(index, point, edges[: used + 1] * unit, heights, errors)
-        elif not crowded:  # outlines would hide each other
-            build.lines.append(Points(middle, heights, errors, build.label(point), index))
         if crowded:
             build.lines.append(Line(middle, heights - expected, build.label(point), index))
-        else:
-            panel.append(Points(middle, heights - expected, errors, None, index))
+        elif len(build.points) == 1 or build.source:
+            build.add_histogram(index, point, edges[: used + 1] * unit, heights, errors)
+        else:  # outlines would hide each other
+            build.lines.append(Points(middle, heights, errors, build.label(point), index))
+        panel.append(Points(middle, heights - expected, errors, None, index))
         build.record(
             point,
             speeds=int(total),
-            distance_from_fixed_energy=math.nan if chance_of is None else difference,
-            expected_distance=math.nan if chance_of is None else chance_of.mean,
-            probability=math.nan if chance_of is None else chance_of.probability,
+            distance_from_fixed_energy=difference,
+            expected_distance=by_chance.mean,
+            probability=by_chance.probability,
         )
     counted = [row["speeds"] for row in build.records]
     span = least_to_most(counted, "{:,}".format)

@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.analysis.observables import instants
+from snooker_cli.analysis.observables import instants, standard_errors
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import listed, plain
 from snooker_cli.options import LOG_X, LOG_Y
@@ -311,9 +311,26 @@ def markers(
     return found
 
 
-def level(x: Array, y: float, series: int, style: LineStyle = BY_THEORY) -> Line:
+def level(
+    x: Array, y: float, series: int, style: LineStyle = BY_THEORY, label: str | None = None
+) -> Line:
     """A straight line of one value from the first x to the last."""
-    return Line(x[[0, -1]], np.array([y, y]), None, series, style)
+    return Line(x[[0, -1]], np.array([y, y]), label, series, style)
+
+
+def level_band(x: Array, y: float, error: float, series: int) -> Band:
+    """The band of the error of such a line."""
+    low, high = (np.full(2, y + sign * error) for sign in (-1, 1))
+    return Band(x[[0, -1]], low, high, None, series)
+
+
+def mean_layers(x: Array, rows: Array, series: int = 0) -> tuple[Layer, ...]:
+    """The mean of rows (*repeats*, *x*), and behind it the band of its standard error."""
+    mean, line = rows.mean(axis=0), Line(x, rows.mean(axis=0), None, series)
+    if len(rows) < 2:
+        return (line,)
+    error = standard_errors(rows)
+    return Band(x, mean - error, mean + error, None, series), line
 
 
 # The curves of several repeats -> those curves at common times, and a band around their mean.

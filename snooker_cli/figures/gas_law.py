@@ -24,13 +24,14 @@ from snooker_cli.figures.figure_data import (
     NEUTRAL,
     SECOND,
     Array,
-    Band,
     FigureData,
     Line,
     Points,
     Reference,
     legend_line,
     legend_marker,
+    level,
+    level_band,
     mean_of_remaining,
 )
 from snooker_cli.figures.series import gas_type_of
@@ -275,8 +276,8 @@ def pressure(build: FigureBuilder) -> FigureData:
         expected = math.nan if law is None else float(np.mean(law.value(gas)))
         if law is not None:
             # Of several points the theories have their names, and the legend their markers.
-            flat, name = np.full(2, expected), label if build.points[1:] else None
-            build.lines.append(Line(edges[[0, -1]], flat, name, index, BY_THEORY))
+            name = label if build.points[1:] else None
+            build.lines.append(level(edges, expected, index, label=name))
             law_there = np.full(len(mean), expected)
             build.add_residuals(index, x, mean, error, law_there, filled=not changes)
             mean_of_all = (np.array([number]) for number in (ends.mean(), *whole, expected))
@@ -311,12 +312,11 @@ def _mean_over_time(
 
     Means of several series are too close to each other, but not their distances from theory.
     """
-    level, spread = np.full(2, whole[0]), np.full(2, whole[1])
     if math.isfinite(expected):
-        build.panel.append(Line(ends, np.log(level / expected), None, index))
+        build.panel.append(level(ends, float(np.log(whole[0] / expected)), index, MEASURED))
     if len(build.points) == 1 or not math.isfinite(expected):
-        build.lines.append(Line(ends, level, None, index))
-        build.bands.append(Band(ends, level - spread, level + spread, None, index))
+        build.lines.append(level(ends, whole[0], index, MEASURED))
+        build.bands.append(level_band(ends, *whole, index))
 
 
 def ideal_ratio(build: FigureBuilder) -> FigureData:

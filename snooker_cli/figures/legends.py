@@ -242,14 +242,11 @@ def _named_theories(data: FigureData) -> list[Line]:
 
 def _ends(axes: Axes, data: FigureData) -> Iterator[_End]:
     """The ends of all series that have a name. Dashes of its own are those of a theory or a fit."""
-    for line in _named_theories(data):
-        x, y = float(line.x[-1]), float(line.y[-1])
-        (share,) = axes.transAxes.inverted().transform(axes.transData.transform([(x, y)]))
-        yield _End(line.series, str(line.label), (x, y), float(share[0]), float(share[1]))
-    for layer in [] if _named_theories(data) else data.layers:
+    theories = _named_theories(data)
+    for layer in theories or data.layers:
         if not isinstance(layer, Line | Points) or not layer.label or layer.series == NEUTRAL:
             continue
-        if isinstance(layer, Line) and layer.style != MEASURED:
+        if isinstance(layer, Line) and layer.style != MEASURED and not theories:
             continue
         # The thin end of a mean has no name of its own.
         parts = [layer] + [

@@ -16,6 +16,7 @@ from snooker_cli.figures.declared_result import Result
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     BY_THEORY,
+    MEASURED,
     NEUTRAL,
     Array,
     Band,
@@ -24,6 +25,8 @@ from snooker_cli.figures.figure_data import (
     Panel,
     Points,
     Reference,
+    level,
+    level_band,
 )
 from snooker_cli.figures.series import gas_type_of
 from snooker_cli.formatting import percent
@@ -110,9 +113,8 @@ def wall_impulses(build: FigureBuilder) -> FigureData:
     build.add_means(0, "simulation", times, np.array(sums) / (scene.container.wall_length * times))
     pressure = mean_and_error(gas.pressure)
     later = np.array([max(0.0, end - float(gas.means.length.mean())), end])
-    build.lines.append(Line(later, np.full(2, pressure[0]), "mean P", NEUTRAL))
-    low, high = (np.full(2, pressure[0] + sign * pressure[1]) for sign in (-1, 1))
-    build.bands.append(Band(later, low, high, None, NEUTRAL))
+    build.lines.append(level(later, pressure[0], NEUTRAL, MEASURED, "mean P"))
+    build.bands.append(level_band(later, *pressure, NEUTRAL))
     law = theories.theory_of(scene, quantities.PRESSURE, FINITE)
     expected = None if law is None else float(np.mean(law.value(gas)))
     if expected is not None:

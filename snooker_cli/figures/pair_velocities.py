@@ -4,18 +4,17 @@ import math
 from functools import partial
 
 from snooker_cli.analysis import quantities, theories, velocity_correlations
-from snooker_cli.analysis.observables import mean_and_error, standard_errors
+from snooker_cli.analysis.observables import mean_and_error
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.figure_builder import FigureBuilder
 from snooker_cli.figures.figure_data import (
     EXTRAPOLATED,
-    Array,
-    Band,
     FigureData,
     Layer,
     Line,
     Panel,
     Reference,
+    mean_layers,
     more_than_a_decade,
 )
 from snooker_cli.figures.structure_at_times import MOMENTS, at_times, has_times, shades, when
@@ -50,8 +49,8 @@ def against_distance(build: FigureBuilder) -> FigureData:
         for series, (label, rows) in enumerate(zip(*found, strict=True), first):
             along, *others = velocity_correlations.correlations(rows)
             build.add_means(series, label, x, along)
-            across += _mean(series, x, others[0])
-            turning += _mean(series, upper, others[1])
+            across += mean_layers(x, others[0], series)
+            turning += mean_layers(upper, others[1], series)
         expected = build.predicted(scene, quantities.NEIGHBOURS, *MODELS)
         if expected is not None:
             name = None if references else "elastic balls"
@@ -88,13 +87,3 @@ def against_distance(build: FigureBuilder) -> FigureData:
         x_limits=limits,
         **shades(build),
     )
-
-
-def _mean(series: int, x: Array, rows: Array) -> list[Layer]:
-    """The mean over repeats and the band of its error."""
-    mean = rows.mean(axis=0)
-    line = Line(x, mean, None, series)
-    if len(rows) == 1:
-        return [line]
-    error = standard_errors(rows)
-    return [Band(x, mean - error, mean + error, None, series), line]

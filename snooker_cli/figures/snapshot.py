@@ -157,7 +157,8 @@ def _change(build: FigureBuilder, colours: Colours, states: Sequence[Scene]) -> 
         return ""
     if colours.high_is_dark:
         first, last = (float(np.mean(colours.values[k])) for k in (0, -1))
-        what, noun, unit = "mean packing around a ball", "mean packing around a ball", ""
+        what = noun = "mean packing around a ball"
+        unit = ""
     else:
         speeds = [np.hypot(*states[k].velocities.T) for k in (0, -1)]
         first, last = (math.sqrt(float(np.mean(speed**2))) for speed in speeds)

@@ -145,16 +145,15 @@ def _draw(axes: Axes, picture: Picture, pictures: Pictures, colours: Colormap, p
     if len(picture.radii) <= MOST_CIRCLES:
         _draw_circles(axes, picture, _rgb(picture, pictures, colours), inside)
     else:
-        extent = (-width / 2, width / 2, -height / 2, height / 2)
-        image: Any = picture.cells  # balls smaller than a dot would be paler than the scale
-        scale: dict[str, Any] = {"interpolation": "nearest", "cmap": colours}
-        if image is None:
+        place: dict[str, Any] = {"origin": "lower", "zorder": 2}
+        place["extent"] = (-width / 2, width / 2, -height / 2, height / 2)
+        if picture.cells is None:
             image = raster(picture, _rgb(picture, pictures, colours), pixels)
-            scale = {"interpolation": "antialiased"}
-        else:
-            image = np.where(image > 0, np.maximum(image, pictures.limits[0]), -math.inf)
-            scale["norm"] = Normalize(*pictures.limits)
-        drawn = axes.imshow(image, extent=extent, origin="lower", zorder=2, **scale)
+            drawn = axes.imshow(image, interpolation="antialiased", **place)
+        else:  # balls smaller than a dot would be paler than the scale
+            lowest, scale = pictures.limits[0], Normalize(*pictures.limits)
+            cells = np.where(picture.cells > 0, np.maximum(picture.cells, lowest), -math.inf)
+            drawn = axes.imshow(cells, interpolation="nearest", cmap=colours, norm=scale, **place)
         drawn.set_clip_path(inside)
     corners = picture.outline
     edges = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)

@@ -30,8 +30,6 @@ from snooker_cli.figures.figure_data import (
     MEASURED,
     NEUTRAL,
     SECOND,
-    Array,
-    Band,
     FigureData,
     Layer,
     Line,
@@ -41,6 +39,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     legend_marker,
     markers,
+    mean_layers,
     mean_of_remaining,
     more_than_a_decade,
 )
@@ -151,18 +150,16 @@ def profiles(build: FigureBuilder) -> FigureData:
         pressure = np.where(beside, math.nan, density * temperature * factor)
         # Centres reach less than the length of the walls, and take all of the force.
         edge = scene.container.accessible(gas.radius).edge
-        length = scene.container.wall_length / edge
-        force = mean_and_error(gas.pressure * length)
-        line = Reference("y", force[0], "force on the walls", SECOND)
+        force = float(np.mean(gas.pressure)) * scene.container.wall_length / edge
+        line = Reference("y", force, "force on the walls", SECOND)
         panels.append(Panel((line, *mean_layers(places, pressure)), "nTZ (Pa·m)"))
         if np.isfinite(pressure).any():
-            rows = np.nanmean(pressure, axis=1) / (length * np.mean(gas.pressure))
-            caption += f" The mean nTZ is {with_error(*mean_and_error(rows))} times the force on "
-            caption += "the walls over their length; strips beside walls have none."
-    # T is the mean of this one and of the other component.
-    share = (Reference("y", 1.0), *mean_layers(places, across / temperature))
-    panels.append(Panel(share, f"T {way} / T"))
-    with np.errstate(divide="ignore", invalid="ignore"):  # balls that move along one line
+            over_force = with_error(*mean_and_error(np.nanmean(pressure, axis=1) / force))
+            caption += f" The mean nTZ is {over_force} times the force on the walls over their "
+            caption += "length; strips beside walls have none."
+    with np.errstate(divide="ignore", invalid="ignore"):  # balls that move along one line, or rest
+        share = mean_layers(places, across / temperature)  # T is the mean of both components
+        panels.append(Panel((Reference("y", 1.0), *share), f"T {way} / T"))
         ratio = mean_and_error(np.nanmean(across, axis=1) / np.nanmean(along, axis=1))
     build.record(
         point,
@@ -185,15 +182,6 @@ def profiles(build: FigureBuilder) -> FigureData:
         panels=tuple(panels),
         x_label="distance from the centre (m)" if circle else "place across (m)",
     )
-
-
-def mean_layers(x: Array, rows: Array, series: int = 0) -> tuple[Layer, ...]:
-    """The mean of rows (*repeats*, *x*), and behind it the band of its standard error."""
-    mean, line = rows.mean(axis=0), Line(x, rows.mean(axis=0), None, series)
-    if len(rows) < 2:
-        return (line,)
-    error = standard_errors(rows)
-    return Band(x, mean - error, mean + error, None, series), line
 
 
 def energy_balance(build: FigureBuilder) -> FigureData:

@@ -165,7 +165,7 @@ def test_a_line_beside_the_points_of_its_series_has_no_markers_of_its_own() -> N
 
 
 def test_a_colour_scale_has_the_markers_of_the_lines() -> None:
-    """As far as there are shapes; more series are told apart by their shades alone."""
+    """As far as there are shapes; beyond these only shades tell series apart."""
     for number in (5, 7):
         shades = tuple(np.linspace(0, 1, number))
         lines = [Line(X, (k + 1) * X, f"key {k}", k) for k in range(number)]
